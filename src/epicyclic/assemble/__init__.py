@@ -1,0 +1,13 @@
+"""Train -> System: the one room that knows both sides.
+
+Every mesh, bearing, pin and support becomes rows of gaps; what is rigid is eliminated; what is displaced becomes lines
+of exact frequency.  Frames, rows, signs and phases are those of docs/conventions.md.
+
+Depends on: train, system.
+"""
+
+from __future__ import annotations
+
+from .assembly import assemble
+
+__all__ = ["assemble"]

@@ -1,0 +1,242 @@
+"""Put the matrices together and reduce them."""
+
+from __future__ import annotations
+
+import json
+import math
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from ..system.elimination import eliminate
+from ..system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix, mass_diagonal
+from ..system.symmetry import commutes, reduced_operator, turn_operator
+from ..system.system import Dofs, LinkRows, MeshRows, Symmetry, System
+from ..train.bodies import DIRECTIONS
+from ..train.connections import Mesh
+from ..train.train import Train
+from .excitation import FullModel, excitation_lines
+from .structure import LinkRow, Structure, structure_of
+
+__all__ = ["assemble"]
+
+Array = NDArray[np.float64]
+
+
+def assemble(train: Train) -> System:
+    """Write a train at its operating point as matrices, gaps, laws and lines.
+
+    Undeclared directions are slaved (a central body to its frame, a carried body to its carrier), never dropped.
+
+    Parameters
+    ----------
+    train : as `load` returns it.
+
+    Returns
+    -------
+    System with G, Kg and the lines at the train's operating speed (zero where no speed is given).
+
+    Raises
+    ------
+    ModelError : frames of different speed joined laterally, an anisotropic support in a turning frame, a law of a link
+        that is not computed, no coordinate left, displacements that rigid connections do not admit.
+    """
+    structure = structure_of(train)
+    T, S, kept = eliminate(structure.rigid, structure.pivots)
+    if not kept.size:
+        raise ModelError("every direction of every body is rigid: nothing can move", path="stages")
+    mass, missing = _masses(train, T)
+    bodies = mass[:, 0], mass[:, 5], mass[:, 3]
+    G = gyroscopic_matrix(*bodies, structure.frame_speed, structure.spin)
+    Kg = centrifugal_stiffness(*bodies, structure.frame_speed, structure.spin)
+    _add_carried(Kg, train, structure, mass)
+    stiffness = np.array([row.stiffness for row in structure.links])
+    given = np.array([row.damping for row in structure.links])
+    damping = given + (train.damping.stiffness or 0.0) * stiffness
+    alpha = train.damping.mass or 0.0
+    skew = _housing_dampers(structure, given)
+    model = FullModel(
+        T=T, S=S, mass=mass, G=G, Kg=Kg, mass_damping=alpha, link_stiffness=stiffness, link_damping=damping, skew=skew
+    )
+    M = (T.T * mass.ravel()) @ T
+    L = structure.link @ T
+    K = (L.T * stiffness) @ L
+    tones = tuple(sorted(set((train.kinematics.mesh_frequency or {}).values()) - {Fraction(0)}))
+    meshes = _mesh_rows(train, structure, T, M, tones)
+    return System(
+        dofs=_dofs(train, T, kept),
+        M=M,
+        C=(L.T * damping) @ L + alpha * M,
+        G=T.T @ G @ T,
+        K=K,
+        Kg=T.T @ Kg @ T,
+        Cskew=T.T @ skew @ T,
+        meshes=meshes,
+        links=_link_rows(structure, L, damping),
+        force=_torques(train, structure) @ T,
+        tones=tones,
+        lines=excitation_lines(train, structure, model),
+        zeta=train.damping.modal,
+        body_mass=mass,
+        symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
+        warnings=train.warnings,
+        provenance=_provenance(train),
+        missing_inertia=missing,
+    )
+
+
+def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
+    """(nb, 6) inertia of every coordinate, missing ones 0, and the paths of those that are missed."""
+    values = np.array([(body.mass, body.inertia, body.tilt_inertia) for body in train.bodies])
+    moving = np.abs(T).max(axis=1).reshape(-1, 6) > 0
+    needed = np.stack([moving[:, :3].any(axis=1), moving[:, 5], moving[:, 3] | moving[:, 4]], axis=1)
+    absent = ~np.isfinite(values)
+    missing = tuple(
+        dict.fromkeys(
+            f"{_path(train.bodies[i].member)}.{('mass', 'inertia', 'tilt_inertia')[j]}"
+            for i, j in np.argwhere(absent & needed)
+        )
+    )
+    mass, inertia, tilt = np.where(absent, 0.0, values).T
+    return mass_diagonal(mass, inertia, tilt), missing
+
+
+def _path(member: str) -> str:
+    return f"stages.{member}" if "." in member else f"bodies.{member}"
+
+
+def _add_carried(Kg: Array, train: Train, structure: Structure, mass: Array) -> None:
+    for i, body in enumerate(train.bodies):
+        omega = structure.frame_speed[i]
+        if body.carried_by is None or omega == 0.0:
+            continue
+        carrier = structure.index[body.carried_by]
+        carried_stiffness(
+            Kg,
+            body=i,
+            carrier=carrier,
+            angle=body.angle - train.bodies[carrier].angle,
+            preload=mass[i, 0] * omega**2,
+            radius=math.hypot(*body.centre),
+        )
+
+
+def _housing_dampers(structure: Structure, damping: Array) -> Array:
+    """K-like terms of dampers to the housing in a turning frame: they act on the absolute velocity.
+
+    With c on x' and y' of one support: K[x,y] = -c Omega, K[y,x] = +c Omega; likewise rx, ry.
+    """
+    size = structure.link.shape[1]
+    skew = np.zeros((size, size))
+    pairs: dict[tuple[str, int], dict[int, int]] = {}
+    for i, row in enumerate(structure.links):
+        if row.to_housing and damping[i] and row.direction in (0, 1, 3, 4) and structure.frame_speed[row.first]:
+            pairs.setdefault((row.link, row.direction // 3), {})[row.direction % 3] = i
+    for pair in pairs.values():
+        x, y = structure.link[pair[0]], structure.link[pair[1]]
+        factor = damping[pair[0]] * structure.frame_speed[structure.links[pair[0]].first]
+        skew += factor * (np.outer(y, x) - np.outer(x, y))
+    return skew
+
+
+def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
+    meshes = train.meshes
+    B = (structure.mesh @ T).T
+    stiffness = np.array([mesh.stiffness for mesh in meshes])
+    frequency = train.kinematics.mesh_frequency or {}
+    tone = [tones.index(frequency[m.stage]) if frequency.get(m.stage) in tones else 0 for m in meshes]
+    given = np.array([mesh.damping for mesh in meshes])
+    relative = train.damping.mesh
+    if relative:
+        # Effective mass along the row; a mesh ratio zeta means c = 2 zeta sqrt(k m_eff).
+        inverse = np.einsum("nm,nm->m", B, np.linalg.lstsq(M, B, rcond=None)[0])
+        given = given + 2 * relative * np.sqrt(stiffness / inverse)
+    return MeshRows(
+        name=tuple(m.name for m in meshes),
+        pair=tuple(m.pair for m in meshes),
+        stage=tuple(m.stage for m in meshes),
+        branch=tuple(m.branch or 0 for m in meshes),
+        side=tuple(m.side or "" for m in meshes),
+        B=B,
+        stiffness=stiffness,
+        variation=_variations(meshes),
+        tone=np.array(tone, np.int64),
+        damping=given + (train.damping.stiffness or 0.0) * stiffness,
+        backlash=np.array([m.backlash for m in meshes]),
+        cos_base_helix=np.cos([m.base_helix for m in meshes]),
+    )
+
+
+def _variations(meshes: tuple[Mesh, ...]) -> NDArray[np.complex128]:
+    """Harmonics over time: sigma = D (f t + gamma), so D = -1 runs the series backwards."""
+    length = max((mesh.variation.size for mesh in meshes), default=0)
+    result = np.zeros((len(meshes), length), complex)
+    for row, mesh in zip(result, meshes, strict=True):
+        series = mesh.variation if mesh.sense > 0 else mesh.variation.conj()
+        order = np.arange(1, series.size + 1)
+        row[: series.size] = series * np.exp(2j * math.pi * order * float(mesh.lead))
+    return result
+
+
+def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
+    body = [train.bodies[k // 6] for k in kept]
+    direction = tuple(DIRECTIONS[k % 6] for k in kept)
+    return Dofs(
+        names=tuple(f"{b.name}/{d}" for b, d in zip(body, direction, strict=True)),
+        body=tuple(b.name for b in body),
+        direction=direction,
+        radius=np.array([b.reference_radius if d == "rz" else 1.0 for b, d in zip(body, direction, strict=True)]),
+        bodies=tuple(b.name for b in train.bodies),
+        expand=T,
+    )
+
+
+def _link_rows(structure: Structure, L: Array, damping: Array) -> LinkRows:
+    def name(row: LinkRow) -> str:
+        return f"{row.link}/{DIRECTIONS[row.direction]}"
+
+    return LinkRows(
+        name=tuple(name(row) for row in structure.links),
+        link=tuple(row.link for row in structure.links),
+        B=L.T,
+        stiffness=np.array([row.stiffness for row in structure.links]),
+        damping=damping,
+    )
+
+
+def _torques(train: Train, structure: Structure) -> Array:
+    force = np.zeros(6 * len(train.bodies))
+    for body, torque in train.torques.items():
+        force[6 * structure.index[body] + 5] += torque
+    return force
+
+
+def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, ...]:
+    result = []
+    for stage, branches in train.planets.items():
+        members: dict[tuple[str, str | None], dict[int, int]] = {}
+        central = []
+        for i, body in enumerate(train.bodies):
+            if body.branch is None:
+                if body.frame == stage or "." not in body.member:
+                    central.append(i)
+            elif body.member.split(".")[0] == stage:
+                members.setdefault((body.member, body.side), {})[body.branch] = i
+        moves = [(where[b], where[b % branches + 1]) for where in members.values() for b in where]
+        full = turn_operator(len(train.bodies), moves=moves, turned=central, angle=2 * math.pi / branches)
+        R = reduced_operator(full, T) if branches > 1 else None
+        holds = R is not None and commutes(R, M) and commutes(R, K)
+        operator = np.eye(T.shape[1]) if R is None else R
+        result.append(Symmetry(stage=stage, branches=branches, operator=operator, holds=holds))
+    return tuple(result)
+
+
+def _provenance(train: Train) -> dict[str, str]:
+    return {
+        "title": train.title,
+        "doi": train.doi,
+        "model": json.dumps(train.document, default=str),
+        "assumed": json.dumps(dict(train.assumed)),
+    }

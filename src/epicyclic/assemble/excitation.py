@@ -1,0 +1,190 @@
+"""What excites a train: errors, displaced features, loads, gravity, unbalance, as lines of exact frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from ..system.system import Line
+from ..train.train import Displacement, Load, Train
+from .structure import Structure
+
+__all__ = ["FullModel", "excitation_lines"]
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FullModel:
+    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg of the full coordinates."""
+
+    T: Array
+    S: Array
+    mass: Array
+    G: Array
+    Kg: Array
+    mass_damping: float
+    link_stiffness: Array
+    link_damping: Array
+    skew: Array
+
+
+@dataclass(slots=True)
+class _Parts:
+    """What one frequency collects, in unreduced rows."""
+
+    mesh: ComplexArray
+    link: ComplexArray
+    rigid: ComplexArray
+    force: ComplexArray
+    causes: list[str] = field(default_factory=list)
+
+
+def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tuple[Line, ...]:
+    """Every line of the excitation, frequencies rising, amplitudes of one frequency added.
+
+    Raises
+    ------
+    ModelError : a displacement that rigid connections do not admit.
+    """
+    lines: dict[Fraction, _Parts] = {}
+    for displacement in train.displacements:
+        _add_displacement(lines, displacement, structure)
+    names = {mesh.name: i for i, mesh in enumerate(train.meshes)}
+    for error in train.mesh_errors:
+        parts, amplitude = _at(lines, error.frequency, np.array(error.amplitude), error.path, structure)
+        parts.mesh[names[error.mesh]] += complex(amplitude)
+    for load in train.loads:
+        _add_load(lines, load, structure, train)
+    if any(train.gravity):
+        _add_gravity(lines, structure, train, model)
+    return tuple(_line(f, parts, structure, model) for f, parts in sorted(lines.items()))
+
+
+def _at(
+    lines: dict[Fraction, _Parts], frequency: Fraction, vector: ComplexArray, cause: str, structure: Structure
+) -> tuple[_Parts, ComplexArray]:
+    """The line of |frequency| and the amplitude that goes with the positive one."""
+    if frequency < 0:
+        frequency, vector = -frequency, vector.conj()
+    elif frequency == 0:
+        vector = vector.real.astype(complex)
+    if frequency not in lines:
+        sizes = structure.mesh.shape[0], structure.link.shape[0], structure.rigid.shape[0], structure.mesh.shape[1]
+        m, p, c, n = sizes
+        lines[frequency] = _Parts(
+            np.zeros(m, complex), np.zeros(p, complex), np.zeros(c, complex), np.zeros((3, n), complex)
+        )
+    parts = lines[frequency]
+    if cause not in parts.causes:
+        parts.causes.append(cause)
+    return parts, vector
+
+
+def _add_displacement(lines: dict[Fraction, _Parts], item: Displacement, structure: Structure) -> None:
+    """e = -(row of the displaced body) . E in every row the feature enters; a displaced seat has the opposite sign,
+    because the row of the other side is minus that of the body at the same point."""
+    parts, vector = _at(lines, item.frequency, item.vector, item.path, structure)
+    body = structure.index[item.body]
+    columns = slice(6 * body, 6 * body + 6)
+    if item.rows == "mesh":
+        parts.mesh -= structure.mesh[:, columns] @ vector
+        return
+    sign = -1.0 if item.rows == "own" else 1.0
+    wanted = set(item.links)
+    for matrix, rows, target in (
+        (structure.link, structure.links, parts.link),
+        (structure.rigid, structure.rigids, parts.rigid),
+    ):
+        for i, row in enumerate(rows):
+            if row.link in wanted:
+                target[i] += sign * (matrix[i, columns] @ vector)
+
+
+def _turning(vector: Array, sense: int) -> ComplexArray:
+    """A vector fixed somewhere, seen from axes relative to which that place turns by phi (sense +1) or -phi (-1).
+
+    Re(result exp(i phi)): for sense +1 (vx cos phi - vy sin phi, vx sin phi + vy cos phi, vz cos phi is never asked).
+    """
+    x, y = vector[0], vector[1]
+    return np.array([x + 1j * sense * y, y - 1j * sense * x])
+
+
+def _parts_of(force: Array, moment: Array) -> Iterator[tuple[Array, Array, bool]]:
+    """Split into what lies across the axis (turns with the frame) and what lies along it (does not)."""
+    across = np.array([1.0, 1.0, 0.0])
+    yield force * across, moment * across, True
+    yield force * (1 - across), moment * (1 - across), False
+
+
+def _add_load(lines: dict[Fraction, _Parts], load: Load, structure: Structure, train: Train) -> None:
+    body = structure.index[load.body]
+    item = train.bodies[body]
+    force, moment = np.array(load.force), np.array(load.moment)
+    arm = load.station - item.station
+    moment = moment + np.array([-arm * force[1], arm * force[0], 0.0])
+    relative = structure.spin_turn[body] - structure.frame_turn[body]
+    frequency, sense = (relative, 1) if load.turns else (structure.frame_turn[body], -1)
+    # A load turning with the body is given in the body's own axes; one fixed in space in the housing's.
+    phase = load.phase if load.turns else item.angle
+    _add_force(
+        lines, load.path, body, (force, moment), (frequency, sense, phase), structure, int(load.speed_squared) * 2
+    )
+
+
+def _add_force(
+    lines: dict[Fraction, _Parts],
+    path: str,
+    body: int,
+    wrench: tuple[Array, Array],
+    motion: tuple[Fraction, int, float],
+    structure: Structure,
+    power: int,
+) -> None:
+    frequency, sense, phase = motion
+    for force, moment, across in _parts_of(*wrench):
+        if not (force.any() or moment.any()):
+            continue
+        vector = np.zeros(6, complex)
+        if across:
+            turn = np.exp(1j * phase)
+            vector[:2], vector[3:5] = _turning(force, sense) * turn, _turning(moment, sense) * turn
+        else:
+            vector[2], vector[5] = force[2], moment[2]
+        parts, amplitude = _at(lines, frequency if across else Fraction(0), vector, path, structure)
+        parts.force[power, 6 * body : 6 * body + 6] += amplitude
+
+
+def _add_gravity(lines: dict[Fraction, _Parts], structure: Structure, train: Train, model: FullModel) -> None:
+    gravity = np.array(train.gravity)
+    for i, body in enumerate(train.bodies):
+        wrench = model.mass[i, 0] * gravity, np.zeros(3)
+        _add_force(lines, "operation.gravity", i, wrench, (structure.frame_turn[i], -1, body.angle), structure, 0)
+
+
+def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullModel) -> Line:
+    """Reduce one line: rigid displacements move the bodies, which enters every other row and the inertia."""
+    omega = 2 * math.pi * float(frequency)
+    shift = model.S @ parts.rigid
+    if parts.rigid.any():
+        miss = np.abs(structure.rigid @ shift - parts.rigid).max()
+        if miss > 1e-9 * np.abs(parts.rigid).max():
+            raise ModelError(
+                "rigid connections do not admit this displacement", path=parts.causes[0], allowed="an elastic support"
+            )
+    mesh = parts.mesh - structure.mesh @ shift
+    link = parts.link - structure.link @ shift
+    force = parts.force.copy()
+    force[0] += structure.link.T @ (model.link_stiffness * link)
+    force[1] += structure.link.T @ (1j * omega * model.link_damping * link) - model.skew @ shift
+    inertia = model.mass.ravel()
+    force[1] -= 1j * omega * model.mass_damping * inertia * shift
+    force[2] += omega**2 * inertia * shift - 1j * omega * (model.G @ shift) - model.Kg @ shift
+    return Line(frequency=frequency, gap=mesh, link_gap=link, force=force @ model.T, causes=tuple(sorted(parts.causes)))

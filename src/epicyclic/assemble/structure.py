@@ -1,0 +1,213 @@
+"""The rows of a train in unreduced coordinates: six a body, in its own axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from ..system.rows import gap_rows
+from ..train.connections import Link, Mesh
+from ..train.train import Train
+
+__all__ = ["LinkRow", "Structure", "structure_of"]
+
+Array = NDArray[np.float64]
+LATERAL = (0, 1, 3, 4)
+
+
+class LinkRow(NamedTuple):
+    """One direction of one link.  first, second : body indices, -1 = the frame."""
+
+    link: str
+    path: str
+    direction: int
+    first: int
+    second: int
+    stiffness: float
+    damping: float
+    to_housing: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Structure:
+    """Rows of every mesh and link, (.., 6 nb), and what the bodies turn at.
+
+    index : body name -> number.  frame_speed, spin : (nb,) [rad/s].  frame_turn : (nb,) exact frame speed [rev/s].
+    mesh : (m, 6 nb); mesh_ends : (m, 2) body indices.
+    link, links : (p, 6 nb) elastic rows and what they are.  rigid, rigids, pivots : the same of what is eliminated.
+    """
+
+    index: dict[str, int]
+    frame_speed: Array
+    spin: Array
+    frame_turn: tuple[Fraction, ...]
+    spin_turn: tuple[Fraction, ...]
+    mesh: Array
+    mesh_ends: NDArray[np.int64]
+    link: Array
+    links: tuple[LinkRow, ...]
+    rigid: Array
+    rigids: tuple[LinkRow, ...]
+    pivots: NDArray[np.int64]
+
+
+def structure_of(train: Train) -> Structure:
+    """Write down every row of the train.
+
+    Raises
+    ------
+    ModelError : a link joins frames of different speed laterally, is not isotropic in a turning frame, or has a law
+        (play, friction, exponent) that is not computed.
+    """
+    index = {body.name: i for i, body in enumerate(train.bodies)}
+    frames = {frame.name: i for i, frame in enumerate(train.frames)}
+    frame_turns = tuple(_turn(train.kinematics.frame_speed, frame.name) for frame in train.frames)
+    frame_turn = tuple(frame_turns[frames[b.frame]] if b.frame in frames else Fraction(0) for b in train.bodies)
+    spin_turn = tuple(_turn(train.kinematics.speed, body.member) for body in train.bodies)
+    rows: list[LinkRow] = []
+    owners: list[Link] = []
+    for link in train.links:
+        _check_link(link, index, frame_turn, train)
+        for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
+            if k != 0.0 or c != 0.0:
+                second = -1 if link.second is None else index[link.second]
+                rows.append(
+                    LinkRow(link.name, link.path, direction, index[link.first], second, k, c, link.second is None)
+                )
+                owners.append(link)
+    matrix = _link_matrix(rows, owners, train)
+    rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
+    mesh, ends = _mesh_matrix(train.meshes, index, train)
+    rigids = tuple(row for row, hard in zip(rows, rigid, strict=True) if hard)
+    return Structure(
+        index=index,
+        frame_speed=np.array([2 * math.pi * float(turn) for turn in frame_turn]),
+        spin=np.array([2 * math.pi * float(turn) for turn in spin_turn]),
+        frame_turn=frame_turn,
+        spin_turn=spin_turn,
+        mesh=mesh,
+        mesh_ends=ends,
+        link=matrix[~rigid],
+        links=tuple(row for row, hard in zip(rows, rigid, strict=True) if not hard),
+        rigid=matrix[rigid],
+        rigids=rigids,
+        pivots=np.array([6 * (r.first if r.second < 0 else r.second) + r.direction for r in rigids], np.int64),
+    )
+
+
+def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
+    """Speed in rev/s, 0 where no speeds are known."""
+    return Fraction(0) if speeds is None else Fraction(speeds.get(name, 0)) / 60
+
+
+def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, ...], train: Train) -> None:
+    if link.clearance or link.exponent != 1.0 or link.friction:
+        raise ModelError(
+            "play, friction and load-dependent stiffness of a link are not computed by this version",
+            path=link.path,
+            allowed="a linear link: no clearance, no friction, exponent 1",
+        )
+    first = frame_turn[index[link.first]]
+    lateral = [link.stiffness[i] for i in LATERAL]
+    if link.second is not None and any(lateral) and frame_turn[index[link.second]] != first:
+        raise ModelError(
+            "joins bodies whose frames turn at different speeds: x, y, rx, ry would vary in time there",
+            path=link.path,
+            allowed="z and rz between such bodies",
+        )
+    isotropic = lateral[0] == lateral[1] and lateral[2] == lateral[3]
+    if link.second is None and first and not isotropic:
+        raise ModelError(
+            "differs between x and y (or rx and ry) although the frame turns: its stiffness would vary in time",
+            path=link.path,
+            given=lateral,
+            allowed="equal x and y, equal rx and ry, or a frame that stands still",
+        )
+
+
+def _link_matrix(rows: list[LinkRow], owners: list[Link], train: Train) -> Array:
+    if not rows:
+        return np.zeros((0, 6 * len(train.bodies)))
+    angle = np.array([link.angle for link in owners])
+    direction = np.array([row.direction for row in rows])
+    axis = direction % 3
+    c, s = np.cos(angle), np.sin(angle)
+    normal = np.stack(
+        [np.where(axis == 0, c, np.where(axis == 1, -s, 0.0)), np.where(axis == 0, s, np.where(axis == 1, c, 0.0)),
+         np.where(axis == 2, 1.0, 0.0)], axis=1)  # fmt: skip
+    point = np.array([(*link.centre, link.station) for link in owners])
+    matrix = np.zeros((len(rows), 6 * len(train.bodies)))
+    first = np.array([row.first for row in rows])
+    second = np.array([row.second for row in rows])
+    _scatter(matrix, np.arange(len(rows)), first, normal, point, direction >= 3, train, 1.0)
+    has = np.flatnonzero(second >= 0)
+    _scatter(matrix, has, second[has], normal[has], point[has], direction[has] >= 3, train, -1.0)
+    return matrix
+
+
+def _scatter(
+    matrix: Array,
+    rows: NDArray[np.int64],
+    bodies: NDArray[np.int64],
+    normal: Array,
+    point: Array,
+    rotation: NDArray[np.bool_],
+    train: Train,
+    sign: float,
+) -> None:
+    """Add sign * [n, r x n] of each row into the columns of its body; `point` is in frame axes."""
+    origin, axes = _places(train)
+    block = sign * gap_rows(normal, point - origin[bodies], axes[bodies], rotation=rotation)
+    columns = 6 * bodies[:, None] + np.arange(6)
+    matrix[rows[:, None], columns] += block
+
+
+def _places(train: Train) -> tuple[Array, Array]:
+    origin = np.array([(*body.centre, body.station) for body in train.bodies])
+    return origin, np.array([body.angle for body in train.bodies])
+
+
+def _mesh_matrix(meshes: tuple[Mesh, ...], index: dict[str, int], train: Train) -> tuple[Array, NDArray[np.int64]]:
+    matrix = np.zeros((len(meshes), 6 * len(train.bodies)))
+    ends = np.array([(index[mesh.a], index[mesh.b]) for mesh in meshes], np.int64).reshape(-1, 2)
+    if not meshes:
+        return matrix, ends
+    value = np.array(
+        [
+            (
+                m.direction,
+                m.pressure_angle,
+                m.base_helix,
+                m.hand,
+                m.flank,
+                m.station,
+                m.radius_a,
+                m.radius_b,
+                m.internal,
+            )
+            for m in meshes
+        ]
+    )
+    direction, alpha, helix, hand, flank, station, radius_a, radius_b, internal = value.T
+    e = np.stack([np.cos(direction), np.sin(direction)], axis=1)
+    t = np.stack([-e[:, 1], e[:, 0]], axis=1)
+    normal = np.empty((len(meshes), 3))
+    normal[:, :2] = np.cos(helix)[:, None] * (np.sin(alpha)[:, None] * e + (flank * np.cos(alpha))[:, None] * t)
+    normal[:, 2] = -hand * flank * np.sin(helix)
+    origin, axes = _places(train)
+    # Each body keeps its own lever r_b / cos(alpha) along e: the pitch point of a consistent geometry, and what is
+    # meant where radii are given that fit no single centre distance.
+    outward = np.where(internal > 0, radius_b, -radius_b)
+    for end, lever, sign in ((0, radius_a, 1.0), (1, outward, -1.0)):
+        body = ends[:, end]
+        point = np.concatenate([lever[:, None] * e, (station - origin[body, 2])[:, None]], axis=1)
+        block = sign * gap_rows(normal, point, axes[body], rotation=np.zeros(len(meshes), bool))
+        matrix[np.arange(len(meshes))[:, None], 6 * body[:, None] + np.arange(6)] += block
+    return matrix, ends

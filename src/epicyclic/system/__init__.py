@@ -1,0 +1,4 @@
+"""The waist: matrices, gaps, laws, exact lines.  Analyses see this and never a gear.
+
+Depends on: numpy and scipy only.
+"""

@@ -1,0 +1,76 @@
+"""Inertia of bodies in a frame that turns: gyroscopic, centrifugal and Coriolis terms, body by body.
+
+All matrices are of the unreduced coordinates, six a body in its own axes, order x y z rx ry rz.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["carried_stiffness", "centrifugal_stiffness", "gyroscopic_matrix", "mass_diagonal"]
+
+Array = NDArray[np.float64]
+X, Y, Z, RX, RY, RZ = range(6)
+
+
+def mass_diagonal(mass: Array, inertia: Array, tilt: Array) -> Array:
+    """(nb, 6) mass [kg] and moments of inertia [kg m^2] of every coordinate."""
+    return np.stack([mass, mass, mass, tilt, tilt, inertia], axis=1)
+
+
+def gyroscopic_matrix(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, spin: Array) -> Array:
+    """Coriolis and gyroscopic terms G of every body.
+
+    G[x,y] = -2 m Omega, G[y,x] = +2 m Omega; G[rx,ry] = I_p w - 2 I_d Omega, G[ry,rx] = -(same).
+
+    Parameters
+    ----------
+    mass [kg], inertia (about z), tilt (about a diameter) [kg m^2] : (nb,).
+    frame_speed, spin : (nb,) Omega of the frame and absolute speed w of the body [rad/s].
+
+    Returns
+    -------
+    (6 nb, 6 nb) [kg/s, kg m^2/s].
+    """
+    G = np.zeros((6 * mass.size, 6 * mass.size))
+    base = 6 * np.arange(mass.size)
+    coriolis = 2.0 * mass * frame_speed
+    G[base + X, base + Y], G[base + Y, base + X] = -coriolis, coriolis
+    tilting = inertia * spin - 2.0 * tilt * frame_speed
+    G[base + RX, base + RY], G[base + RY, base + RX] = tilting, -tilting
+    return G
+
+
+def centrifugal_stiffness(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, spin: Array) -> Array:
+    """Centrifugal and gyroscopic stiffness of every body on its own, (6 nb, 6 nb) [N/m, N m/rad].
+
+    K[x,x] = K[y,y] = -m Omega^2;  K[rx,rx] = K[ry,ry] = I_p w Omega - I_d Omega^2.
+    """
+    diagonal = np.zeros((mass.size, 6))
+    diagonal[:, X] = diagonal[:, Y] = -mass * frame_speed**2
+    diagonal[:, RX] = diagonal[:, RY] = (inertia * spin - tilt * frame_speed) * frame_speed
+    return np.diag(diagonal.ravel())
+
+
+def carried_stiffness(K: Array, *, body: int, carrier: int, angle: float, preload: float, radius: float) -> None:
+    """Add to K the geometric stiffness of the centrifugal preload of a carried body, in place.
+
+    V = m Omega^2 / 2 [2 u_c (y - y_c) - u_c^2 + 2 w_c (z - z_c) - w_c^2] with u_c = r_c rz_c, w_c = -r_c ry_c, the
+    carrier's motion in the axes of the branch; with it a rigid rotation of the set is neutral.
+
+    Parameters
+    ----------
+    K : (6 nb, 6 nb).  body, carrier : indices of the bodies.
+    angle : of the branch axes in the carrier's axes [rad].  preload : m Omega^2 [kg/s^2].  radius : pin radius r_c [m].
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    b, g = 6 * body, 6 * carrier
+    index = np.array([b + Y, b + Z, g + X, g + Y, g + Z, g + RX, g + RY, g + RZ])
+    y_rel = np.array([1.0, 0.0, s, -c, 0.0, 0.0, 0.0, 0.0])
+    z_rel = np.array([0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+    u_c = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, radius])
+    w_c = -radius * np.array([0.0, 0.0, 0.0, 0.0, 0.0, -s, c, 0.0])
+    hessian = np.outer(u_c, y_rel) + np.outer(y_rel, u_c) - np.outer(u_c, u_c)
+    hessian += np.outer(w_c, z_rel) + np.outer(z_rel, w_c) - np.outer(w_c, w_c)
+    K[np.ix_(index, index)] += preload * hessian

@@ -1,0 +1,61 @@
+"""Cyclic symmetry of a stage: the operator that turns it by one branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["commutes", "reduced_operator", "turn_operator"]
+
+Array = NDArray[np.float64]
+
+# A drawing's angles and stiffnesses carry about 1e-12 of rounding; a real asymmetry is far above.
+_TOLERANCE = 1e-9
+
+
+def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Sequence[int], angle: float) -> Array:
+    """Turn the displacements of a set by one branch.
+
+    Parameters
+    ----------
+    count : number of bodies.
+    moves : (from, to) body indices of what sits on branches; their own axes turn with them.
+    turned : bodies on the axis, whose x y and rx ry turn by `angle` [rad].
+
+    Returns
+    -------
+    (6 count, 6 count); bodies named in neither stay as they are.
+    """
+    R = np.eye(6 * count)
+    for source, _ in moves:
+        R[6 * source : 6 * source + 6] = 0.0
+    for source, target in moves:
+        R[6 * target : 6 * target + 6] = 0.0
+        R[6 * target : 6 * target + 6, 6 * source : 6 * source + 6] = np.eye(6)
+    c, s = np.cos(angle), np.sin(angle)
+    rotation = np.array([[c, -s], [s, c]])
+    for body in turned:
+        for i in (6 * body, 6 * body + 3):
+            R[i : i + 2, i : i + 2] = rotation
+    return R
+
+
+def reduced_operator(R: Array, expand: Array) -> Array | None:
+    """R on the reduced coordinates, (n, n); None where the rigid connections do not share the symmetry.
+
+    expand : (6 nb, n), q_full = expand @ q.
+    """
+    moved = R @ expand
+    reduced, *_ = np.linalg.lstsq(expand, moved, rcond=None)
+    off = np.abs(expand @ reduced - moved).max(initial=0.0)
+    return np.asarray(reduced, np.float64) if off <= _TOLERANCE * max(1.0, np.abs(expand).max(initial=1.0)) else None
+
+
+def commutes(R: Array, matrix: Array) -> bool:
+    """Whether R' matrix R = matrix within rounding, compared entry by entry with the diagonal as the scale."""
+    diagonal = np.sqrt(np.abs(np.diag(matrix)))
+    scale = np.maximum(np.outer(diagonal, diagonal), 1e-12 * float(np.max(diagonal, initial=0.0)) ** 2)
+    difference = np.abs(R.T @ matrix @ R - matrix)
+    return bool(np.all(difference <= _TOLERANCE * np.where(scale > 0, scale, 1.0)))

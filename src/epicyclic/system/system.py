@@ -1,0 +1,170 @@
+"""The waist: matrices, gaps with laws, exact lines.  Analyses see this and never a gear.
+
+    M q'' + (C + s G) q' + (K + s^2 Kg) q + B f(B^T q - e(t)) = F(t)        s = speed / operating speed
+
+with one column of B a mesh row, f_m = k_m(t) <B^T q - e>_m + c_m d/dt(...), all gaps along the tooth normal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+
+__all__ = ["Dofs", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Dofs:
+    """The reduced coordinates and how they expand to all six coordinates of every body.
+
+    names : (n,) ``main/sun/x``; body, direction : the two parts.
+    radius : (n,) reference radius R of an rz coordinate (u = R rz) [m], 1 for the others.
+    bodies : (nb,) every body of the train, in order.
+    expand : (6 nb, n) full displacement = expand @ q, in each body's own axes, order x y z rx ry rz.
+    """
+
+    names: tuple[str, ...]
+    body: tuple[str, ...]
+    direction: tuple[str, ...]
+    radius: Array
+    bodies: tuple[str, ...]
+    expand: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshRows:
+    """The rows whose law varies in time or is unilateral: the meshes.
+
+    name, pair, stage, branch (0 = none), side ("" = none) : (m,) labels.
+    B : (n, m).  stiffness : (m,) mean, normal [N/m].
+    variation : (m, L) complex, with the phase in it, f the tone of the mesh:
+        k_m(t) = stiffness (1 + Re sum_l variation[m, l-1] exp(2 pi i l f t)).
+    tone : (m,) index into System.tones.  damping : (m,) [N s/m].  backlash : (m,) [m].
+    cos_base_helix : (m,) transverse = normal * cos_base_helix for forces.
+    """
+
+    name: tuple[str, ...]
+    pair: tuple[str, ...]
+    stage: tuple[str, ...]
+    branch: tuple[int, ...]
+    side: tuple[str, ...]
+    B: Array
+    stiffness: Array
+    variation: ComplexArray
+    tone: NDArray[np.int64]
+    damping: Array
+    backlash: Array
+    cos_base_helix: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinkRows:
+    """The linear rows already inside K and C, kept for energies and forces.
+
+    name : (p,) ``main/sun/support/x`` ; link : (p,) ``main/sun/support``.  B : (n, p).
+    stiffness [N/m or N m/rad], damping : (p,).
+    """
+
+    name: tuple[str, ...]
+    link: tuple[str, ...]
+    B: Array
+    stiffness: Array
+    damping: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Line:
+    """One spectral line of the excitation, at one exact frequency; all its causes are added as complex numbers.
+
+    frequency : exact, >= 0 [Hz at the operating speed, s = 1].
+    gap : (m,) complex; e_m(t) = Re(gap exp(2 pi i s f t)) of each mesh [m].
+    link_gap : (p,) complex, the same of each linear link row.
+    force : (3, n) complex; generalised force on the right side
+        Re((force[0] + s force[1] + s^2 force[2]) exp(2 pi i s f t)): link errors times their stiffness, displaced
+        inertia, gravity, unbalance, loads; mesh errors are in `gap` alone.
+    causes : the paths in the file that put something into it.
+    """
+
+    frequency: Fraction
+    gap: ComplexArray
+    link_gap: ComplexArray
+    force: ComplexArray
+    causes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Symmetry:
+    """Turning one stage by one branch: R on q, R^N = 1, commutes with M and K where the stage is cyclic.
+
+    stage; branches : N; operator : (n, n); holds : whether it commutes with M, K and the mean meshes.
+    """
+
+    stage: str
+    branches: int
+    operator: Array
+    holds: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class System:
+    """A train at an operating point, as numbers.
+
+    M, C, G, K, Kg : (n, n); G and Kg at the operating speed (s = 1).  K holds the links, not the meshes.
+    C holds what is given per connection or proportional; modal damping stands in `zeta` (ratio of every elastic mode of
+    the mean system, in the frame of the coordinates), None where it is not given.
+    Cskew : (n, n) stiffness-like skew terms of dampers to the housing in a turning frame; they scale with s.
+    force : (n,) steady external force, torques included, without gap contributions.
+    tones : mesh frequencies, exact [Hz at s = 1]; empty where no speed is given.
+    lines : excitation lines, distinct frequencies, rising; a line of frequency 0 holds constant errors.
+    body_mass : (nb, 6) mass and inertia of every body's six coordinates, for kinetic-energy shares.
+    warnings : physical warnings of the train and its assembly.  provenance : attributes for every result.
+    missing_inertia : paths of masses and inertias that are not given although a free coordinate needs them (zero in M);
+        whatever needs M asks `require_inertia` first.
+    """
+
+    dofs: Dofs
+    M: Array
+    C: Array
+    G: Array
+    K: Array
+    Kg: Array
+    Cskew: Array
+    meshes: MeshRows
+    links: LinkRows
+    force: Array
+    tones: tuple[Fraction, ...] = ()
+    lines: tuple[Line, ...] = ()
+    zeta: float | None = None
+    body_mass: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    symmetries: tuple[Symmetry, ...] = ()
+    warnings: tuple[str, ...] = ()
+    provenance: dict[str, str] = field(default_factory=dict)
+    missing_inertia: tuple[str, ...] = ()
+
+    @property
+    def damped(self) -> bool:
+        """Whether any damping is given."""
+        return self.zeta is not None or bool(np.any(self.C)) or bool(np.any(self.meshes.damping))
+
+    @property
+    def mean_stiffness(self) -> Array:
+        """K plus the mean meshes, (n, n) [N/m]."""
+        B = self.meshes.B
+        return self.K + (B * self.meshes.stiffness) @ B.T
+
+    def require_inertia(self) -> None:
+        """Raise ModelError naming the first mass or inertia that is missing for a free coordinate."""
+        if self.missing_inertia:
+            raise ModelError(
+                f"not given, and not derivable, but needed for modes and response ({len(self.missing_inertia)} such)",
+                path=self.missing_inertia[0],
+                allowed="a value, or `bore`, `rim` or `outer_diameter` to derive it from",
+            )

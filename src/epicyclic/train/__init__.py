@@ -1,0 +1,4 @@
+"""What exists, frozen: bodies, connections, kinematics, the resolved train.
+
+Depends on: gears.
+"""

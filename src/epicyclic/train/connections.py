@@ -1,0 +1,93 @@
+"""Connections: meshes, and links (bearings, pins, supports, couplings, necks, shafts)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Link", "Mesh"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mesh:
+    """One tooth mesh of one helix.
+
+    name : ``main/sun-planet/2/left``; pair : its table in the file, ``stages.main.meshes.sun-planet``.
+    stage : whose mesh frequency it follows.  branch, side : as of a body.
+    a, b : body names; `a` is the gear nearer the sun along the power path, in a ring mesh the planet.
+    internal : b is a ring.
+    direction : polar angle, in frame axes, of e: from a's centre to the pitch point [rad].
+    pressure_angle : working transverse [rad].  base_helix : beta_b, magnitude [rad].
+    hand : hand of gear a on this side, +1 right, -1 left, 0 spur.
+    flank : d of CONVENTIONS section 3, +1 where a's teeth push b along z cross e, else -1.
+    station : axial place of mid-face in the train [m].
+    radius_a, radius_b : working pitch radii r_b / cos(pressure_angle) [m].
+    stiffness : mean, along the tooth normal [N/m].
+    variation : (L,) complex; k(sigma)/stiffness = 1 + Re sum_l variation[l-1] exp(2 pi i l sigma).
+    lead : gamma, phase lead of the contact in mesh cycles, in [0, 1) (exact Fraction where it is rational).
+    sense : D; sigma(t) = sense * (f_mesh t + lead).
+    damping : along the normal [N s/m].  backlash : normal [m], inf = the far flank never touches.
+    contact_ratio, overlap_ratio : transverse and overlap contact ratio [1], nan where the data are not given.
+    """
+
+    name: str
+    pair: str
+    stage: str
+    branch: int | None
+    side: str | None
+    a: str
+    b: str
+    internal: bool
+    direction: float
+    pressure_angle: float
+    base_helix: float
+    hand: int
+    flank: int
+    station: float
+    radius_a: float
+    radius_b: float
+    stiffness: float
+    variation: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))
+    lead: Fraction | float = Fraction(0)
+    sense: int = 1
+    damping: float = 0.0
+    backlash: float = float("inf")
+    contact_ratio: float = float("nan")
+    overlap_ratio: float = float("nan")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Link:
+    """One bearing, pin, support, coupling, neck or shaft between two bodies at one point.
+
+    name : ``main/sun/support``, ``main/planet/2/bearing``, ``main/sun/support/front``, ``main/sun/neck``, a coupling's name.
+    path : its table in the file, e.g. ``stages.main.sun.support``.
+    kind : support, bearing, neck, shaft or coupling.
+    first, second : body names; second None = the frame of the first (which is the housing where it does not turn).
+        Of a bearing the first is what carries (the carrier), the second what is carried (the planet);
+        of a support the first is the supported body; where nothing carries a planet, its bearing is (planet, None).
+    centre : (x, y) place of the point in frame axes [m]; station : axial place [m].
+    angle : polar angle of the link's x axis in frame axes [rad] (of a pin the branch's).
+    stiffness : x y z [N/m], rx ry rz [N m/rad]; 0 = free, inf = rigid (the direction is eliminated).
+    damping : the same six [N s/m, N m s/rad].
+    clearance [m], exponent [1], friction (coefficient-or-force table of the file) : laws, see the file format.
+    to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).
+    """
+
+    name: str
+    path: str
+    kind: str
+    first: str
+    second: str | None
+    centre: tuple[float, float] = (0.0, 0.0)
+    station: float = 0.0
+    angle: float = 0.0
+    stiffness: tuple[float, float, float, float, float, float]
+    damping: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    clearance: float = 0.0
+    exponent: float = 1.0
+    friction: tuple[tuple[str, float | str], ...] = ()
+    to_housing: bool = False

@@ -1,0 +1,128 @@
+"""The resolved train: frozen data that says what exists, with nothing left implicit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bodies import Body, Frame
+from .connections import Link, Mesh
+from .kinematics import Kinematics
+
+__all__ = ["Damping", "Derived", "Displacement", "Load", "MeshError", "Train"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Displacement:
+    """A displaced feature of one body: run-out, pin position, bearing eccentricity, tilt.
+
+    path : where it stands in the file.  cause : run_out, bearing_run_out, position or tilt.
+    body : the body the file names.
+    rows : which gaps the feature enters, and through which body (CONVENTIONS section 5):
+        ``mesh``  every mesh row of `body`, through `body`'s columns (run-out of a gear);
+        ``own``   the rows of the links in `links`, through `body`'s columns (bearing run-out; run-out of a carrier: its pins);
+        ``seat``  the rows of the links in `links`, through the columns of the other body, or of the frame
+                  (position and tilt: what carries `body` holds it in the wrong place).
+    links : names of the links meant.
+    vector : (6,) complex, E(t) = Re(vector exp(2 pi i frequency t)) in the axes of `body`; x y z [m], rx ry rz [rad].
+    frequency : exact, signed, in the frame of `body` [Hz at the operating speed]; 0 = stands still.
+    """
+
+    path: str
+    cause: str
+    body: str
+    rows: str
+    links: tuple[str, ...] = ()
+    vector: NDArray[np.complex128]
+    frequency: Fraction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshError:
+    """A scalar error of one mesh, along the tooth normal: profile, gap, one harmonic of a pitch deviation.
+
+    e(t) = Re(amplitude exp(2 pi i frequency t)) [m], positive = material missing.  cause : profile, gap, pitch.
+    """
+
+    path: str
+    cause: str
+    mesh: str
+    amplitude: complex
+    frequency: Fraction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Load:
+    """An external force and moment on one body at one axial place.
+
+    force [N], moment [N m] : (3,) real, in housing axes (``turns`` False: fixed in space) or in the axes of the
+    body turning with it (``turns`` True).  station : axial place of the point in the train [m].
+    Unbalance is a Load with ``speed_squared`` True: force holds amount * w^2 at the operating speed.
+    """
+
+    path: str
+    body: str
+    force: tuple[float, float, float]
+    moment: tuple[float, float, float]
+    station: float
+    turns: bool
+    phase: float = 0.0
+    speed_squared: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Damping:
+    """Damping said for the whole train.  modal : ratio of every elastic mode [1]; mass [1/s] and stiffness [s] :
+    proportional; mesh : ratio of every mesh [1].  None = not given."""
+
+    modal: float | None = None
+    mass: float | None = None
+    stiffness: float | None = None
+    mesh: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Derived:
+    """One resolved value and where it came from: given, stage, as <gear>, geometry, default, assumed, set."""
+
+    path: str
+    value: object
+    unit: str
+    origin: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Train:
+    """A whole train, resolved.
+
+    torques : external torque on each body that carries one, held members and balancing ends left out
+        (their reaction follows) unless they are free ends [N m], by body name.
+    gravity : (3,) acceleration in housing axes [m/s^2].
+    values : every resolved value with its origin, in file order.
+    document : the file with overrides laid over it, shorthands expanded (provenance).
+    planets : number of branches of each stage.
+    """
+
+    title: str
+    frames: tuple[Frame, ...]
+    bodies: tuple[Body, ...]
+    meshes: tuple[Mesh, ...]
+    links: tuple[Link, ...]
+    kinematics: Kinematics
+    planets: Mapping[str, int]
+    torques: Mapping[str, float] = field(default_factory=dict)
+    displacements: tuple[Displacement, ...] = ()
+    mesh_errors: tuple[MeshError, ...] = ()
+    loads: tuple[Load, ...] = ()
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    damping: Damping = Damping()
+    warnings: tuple[str, ...] = ()
+    values: tuple[Derived, ...] = ()
+    assumed: Mapping[str, str] = field(default_factory=dict)
+    document: Mapping[str, object] = field(default_factory=dict)
+    doi: str = ""
+    notes: str = ""

@@ -1,0 +1,122 @@
+"""Inertia terms in a turning frame against the exact nonlinear motion, and what must stay neutral."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from epicyclic.assemble import assemble
+from epicyclic.system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix
+from epicyclic.train.train import Train
+
+Array = NDArray[np.float64]
+
+
+def rotation(axis: Array) -> Array:
+    """Finite rotation matrix of a rotation vector."""
+    angle = float(np.linalg.norm(axis))
+    if angle == 0.0:
+        return np.eye(3)
+    k = axis / angle
+    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    R: Array = np.eye(3) + math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
+    return R
+
+
+def test_centrifugal_potential_of_a_carried_body_by_differences() -> None:
+    """V = -m Omega^2 |r|^2 / 2 plus the work of the pin's preload, which stays along the *turned* carrier's radius."""
+    mass, omega, radius, psi = 2.0, 30.0, 0.4, 0.9
+    K = np.zeros((12, 12))
+    K += centrifugal_stiffness(np.array([0.0, mass]), np.zeros(2), np.zeros(2), np.full(2, omega), np.full(2, omega))
+    carried_stiffness(K, body=1, carrier=0, angle=psi, preload=mass * omega**2, radius=radius)
+    c, s = math.cos(psi), math.sin(psi)
+    axes = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+
+    def potential(q: Array) -> float:
+        carrier, planet = q[:6], q[6:]
+        turn = rotation(carrier[3:])
+        seat = carrier[:3] + turn @ (axes @ np.array([radius, 0, 0]))
+        place = axes @ (np.array([radius, 0, 0]) + planet[:3])
+        centrifugal = -0.5 * mass * omega**2 * (place[0] ** 2 + place[1] ** 2)
+        radial = turn @ (axes @ np.array([1.0, 0, 0]))
+        # constant pull m Omega^2 r_c along the carrier's own radius on the relative displacement of planet and pin
+        return float(centrifugal + mass * omega**2 * radius * radial @ (place - seat))
+
+    step = 1e-4
+    size = 12
+    hessian = np.zeros((size, size))
+    for i in range(size):
+        for j in range(size):
+            total = 0.0
+            for si in (1, -1):
+                for sj in (1, -1):
+                    q = np.zeros(size)
+                    q[i] += si * step
+                    q[j] += sj * step
+                    total += si * sj * potential(q)
+            hessian[i, j] = total / (4 * step**2)
+    scale = mass * omega**2
+    assert np.abs(K).max() > 0.3 * scale
+    # truncation of the differences about step^2 = 1e-8, rounding eps/step^2 = 2e-8
+    assert K == pytest.approx(hessian, abs=1e-6 * scale)
+
+
+def test_gyroscopic_terms_of_a_spinning_disc_by_lagrange() -> None:
+    """Kinetic energy of a tilting disc in a turning frame, differentiated numerically, gives G and K of the tilts."""
+    inertia, tilt, omega, spin = 0.03, 0.02, 25.0, -140.0
+    one = np.array([1.0])
+    G = gyroscopic_matrix(0 * one, inertia * one, tilt * one, omega * one, spin * one)[3:5, 3:5]
+    K = centrifugal_stiffness(0 * one, inertia * one, tilt * one, omega * one, spin * one)[3:5, 3:5]
+
+    def lagrangian(q: Array, v: Array) -> float:
+        # Symmetric disc: spin axis n from the tilts; T = I_d |n'|^2/2 + I_p w_n^2 / 2 with w_n conserved, so use the
+        # Routhian -(energy of the cyclic spin): T_d + p * (frame's part of the spin rate along n).
+        n = np.array([q[1], -q[0], 1 - 0.5 * (q[0] ** 2 + q[1] ** 2)])
+        rate = np.array([v[1], -v[0], -(q[0] * v[0] + q[1] * v[1])]) + np.cross([0, 0, omega], n)
+        momentum = inertia * spin
+        # Spin rate along n of axes tilted by the vector q: (q' + q x q'/2) . n to second order, plus the frame's turn.
+        drift = -0.5 * (q[0] * v[1] - q[1] * v[0]) - 0.5 * omega * (q[0] ** 2 + q[1] ** 2)
+        return float(0.5 * tilt * rate @ rate + momentum * drift)
+
+    def second(i: int, j: int, kinds: str) -> float:
+        step, total = 1e-3, 0.0
+        for si in (1, -1):
+            for sj in (1, -1):
+                z = np.zeros(4)
+                z[i + (2 if kinds[0] == "v" else 0)] += si * step
+                z[j + (2 if kinds[1] == "v" else 0)] += sj * step
+                total += si * sj * lagrangian(z[:2], z[2:])
+        return total / (4 * step**2)
+
+    # d/dt dL/dv - dL/dq: coefficient of v_j in equation i is L_vq[i,j] - L_qv[i,j]; of q_j it is -L_qq[i,j]
+    gyro = np.array([[second(i, j, "vq") - second(i, j, "qv") for j in range(2)] for i in range(2)])
+    stiff = -np.array([[second(i, j, "qq") for j in range(2)] for i in range(2)])
+    scale = abs(inertia * spin * omega)
+    assert pytest.approx(gyro, abs=1e-8 * scale) == G
+    assert pytest.approx(stiff, abs=1e-6 * scale) == K
+
+
+def test_rigid_rotation_stays_neutral_under_the_centrifugal_terms(hand_built: Callable[..., Train]) -> None:
+    # equal spacing: the pulls of unequally spaced planets leave a resultant that turns with the set
+    train = hand_built(
+        angles=(0.0, math.pi / 2, math.pi, 3 * math.pi / 2), frame_speed=Fraction(600), sun_speed=Fraction(2500),
+        planet_speed=Fraction(-900), ring_support=(1e9, 1e9, 1e9, 1e7, 1e7, 0.0),
+    )  # fmt: skip
+    system = assemble(train)
+    turn = np.zeros(system.M.shape[0])
+    for i, (body, direction) in enumerate(zip(system.dofs.body, system.dofs.direction, strict=True)):
+        if direction == "rz":
+            turn[i] = 1.0
+        elif direction == "y" and "planet" in body:
+            turn[i] = 0.12  # the pin radius
+    scale = np.abs(system.Kg).max()
+    assert scale > 0
+    assert np.abs(system.mean_stiffness @ turn).max() < 1e-6
+    # a set turned as a whole keeps its centrifugal equilibrium: rounding only
+    assert np.abs(system.Kg @ turn).max() < 1e-12 * scale
+    assert np.abs(system.G + system.G.T).max() == 0.0
