@@ -1,0 +1,299 @@
+"""Involute geometry of one cylindrical gear and of one tooth pair.
+
+Teeth count positive, of a ring too (``internal=True`` says that a gear, or gear b of a pair, is a ring).  A positive
+profile shift lengthens the addendum, of a ring too [iso21771].  A pair is (a, b): a is external; place of the
+contact sigma as in the conventions, counted from the pitch point along the push of a on b, in base pitches.
+Nothing here raises: what cannot exist comes back as nan or as a negative clearance, and the caller names the file.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .involute import inverse_involute, involute
+
+__all__ = [
+    "base_clearance",
+    "base_helix_angle",
+    "base_pitch",
+    "base_radius",
+    "centre_distance",
+    "contact_limits",
+    "interference_margin",
+    "inverse_involute",
+    "involute",
+    "overlap_ratio",
+    "radial_clearance",
+    "reference_centre_distance",
+    "reference_radius",
+    "root_radius",
+    "shift_sum",
+    "solid_inertia",
+    "tip_radius",
+    "tip_thickness",
+    "transverse_contact_ratio",
+    "transverse_module",
+    "transverse_pressure_angle",
+    "working_pressure_angle",
+    "working_pressure_angle_at",
+]
+
+
+# one gear ------------------------------------------------------------------------------------------------------------
+
+
+def transverse_module(module: float, helix_angle: float) -> float:
+    """Transverse module m_t = m_n / cos beta [m] from normal module [m] and helix angle [rad] [iso21771]."""
+    return module / math.cos(helix_angle)
+
+
+def transverse_pressure_angle(pressure_angle: float, helix_angle: float) -> float:
+    """Transverse pressure angle, tan alpha_t = tan alpha_n / cos beta [rad] [iso21771]."""
+    return math.atan(math.tan(pressure_angle) / math.cos(helix_angle))
+
+
+def base_helix_angle(pressure_angle: float, helix_angle: float) -> float:
+    """Base helix angle, sin beta_b = sin beta cos alpha_n [rad], alpha_n the normal pressure angle [iso21771]."""
+    return math.asin(math.sin(helix_angle) * math.cos(pressure_angle))
+
+
+def reference_radius(teeth: int, module: float, helix_angle: float) -> float:
+    """Reference radius r = z m_t / 2 [m] [iso21771]."""
+    return 0.5 * teeth * transverse_module(module, helix_angle)
+
+
+def base_radius(teeth: int, module: float, pressure_angle: float, helix_angle: float) -> float:
+    """Base circle radius r_b = r cos alpha_t [m]; normal module [m] and normal pressure angle [rad] [iso21771]."""
+    return reference_radius(teeth, module, helix_angle) * math.cos(
+        transverse_pressure_angle(pressure_angle, helix_angle)
+    )
+
+
+def base_pitch(module: float, pressure_angle: float, helix_angle: float) -> float:
+    """Transverse base pitch p_bt = pi m_t cos alpha_t [m] [iso21771]."""
+    return (
+        math.pi
+        * transverse_module(module, helix_angle)
+        * math.cos(transverse_pressure_angle(pressure_angle, helix_angle))
+    )
+
+
+def tip_radius(
+    teeth: int,
+    module: float,
+    helix_angle: float,
+    *,
+    internal: bool = False,
+    profile_shift: float = 0.0,
+    addendum: float = 1.0,
+) -> float:
+    """Tip radius r +- m (h_a + x) [m], + outside, - of a ring; no tip shortening is taken off [iso21771].
+
+    profile_shift x, addendum h_a : coefficients per normal module [1].
+    """
+    height = module * (addendum + profile_shift)
+    return reference_radius(teeth, module, helix_angle) + (-height if internal else height)
+
+
+def root_radius(
+    teeth: int,
+    module: float,
+    helix_angle: float,
+    *,
+    internal: bool = False,
+    profile_shift: float = 0.0,
+    dedendum: float = 1.25,
+) -> float:
+    """Root radius r -+ m (h_f - x) [m], - outside, + of a ring [iso21771]; coefficients as of `tip_radius`."""
+    depth = module * (dedendum - profile_shift)
+    return reference_radius(teeth, module, helix_angle) + (depth if internal else -depth)
+
+
+def tip_thickness(
+    teeth: int,
+    module: float,
+    pressure_angle: float,
+    helix_angle: float,
+    *,
+    tip_radius: float,
+    profile_shift: float = 0.0,
+    internal: bool = False,
+) -> float:
+    """Transverse tooth thickness on the tip circle, as an arc [m]; negative where the flanks cross below the tip.
+
+    Half the tooth spans (pi/2 + 2 x tan alpha_n)/z +- (inv alpha_t - inv alpha_a) [iso21771]; + outside.
+    A ring tip inside the base circle counts as lying on it: there is no involute further in.
+    """
+    base = base_radius(teeth, module, pressure_angle, helix_angle)
+    at_reference = involute(transverse_pressure_angle(pressure_angle, helix_angle))
+    at_tip = involute(math.acos(min(1.0, base / tip_radius)))
+    half = (0.5 * math.pi + 2.0 * profile_shift * math.tan(pressure_angle)) / teeth
+    return 2.0 * tip_radius * (half + (at_tip - at_reference if internal else at_reference - at_tip))
+
+
+def solid_inertia(outer_radius: float, inner_radius: float, width: float, density: float) -> tuple[float, float, float]:
+    """Mass [kg], inertia about the axis and about a diameter through the middle [kg m^2] of a hollow cylinder.
+
+    outer_radius, inner_radius, width [m]; density [kg/m^3].
+    """
+    squares = outer_radius**2 + inner_radius**2
+    mass = density * math.pi * (outer_radius**2 - inner_radius**2) * width
+    return mass, 0.5 * mass * squares, mass * (3.0 * squares + width**2) / 12.0
+
+
+# a pair --------------------------------------------------------------------------------------------------------------
+
+
+def reference_centre_distance(
+    teeth_a: int, teeth_b: int, module: float, helix_angle: float, *, internal: bool = False
+) -> float:
+    """Centre distance without shift, (z_b +- z_a) m_t / 2 [m], - for a ring b [iso21771]."""
+    return 0.5 * _teeth_sum(teeth_a, teeth_b, internal) * transverse_module(module, helix_angle)
+
+
+def working_pressure_angle(
+    teeth_a: int,
+    teeth_b: int,
+    pressure_angle: float,
+    helix_angle: float,
+    *,
+    shift_a: float = 0.0,
+    shift_b: float = 0.0,
+    internal: bool = False,
+) -> float:
+    """Working transverse pressure angle of a pair without backlash from its shifts [rad]; nan where none exists.
+
+    inv alpha_w = inv alpha_t +- 2 tan alpha_n (x_a + x_b)/(z_b +- z_a), lower signs for a ring b, whose positive
+    shift narrows its spaces and pulls the planet in [iso21771].  pressure_angle : normal [rad].
+    """
+    reference = transverse_pressure_angle(pressure_angle, helix_angle)
+    change = 2.0 * math.tan(pressure_angle) * (shift_a + shift_b) / _teeth_sum(teeth_a, teeth_b, internal)
+    if change == 0.0:
+        return reference  # exactly, so that an unshifted pair works at its reference distance to the last digit
+    value = involute(reference) + (-change if internal else change)
+    return inverse_involute(value) if value >= 0.0 else math.nan
+
+
+def centre_distance(
+    teeth_a: int,
+    teeth_b: int,
+    module: float,
+    helix_angle: float,
+    *,
+    pressure_angle: float,
+    working_pressure_angle: float,
+    internal: bool = False,
+) -> float:
+    """Centre distance at which a pair works at a given angle, a = a_0 cos alpha_t / cos alpha_w [m] [iso21771].
+
+    pressure_angle : normal; working_pressure_angle : transverse [rad].
+    """
+    reference = reference_centre_distance(teeth_a, teeth_b, module, helix_angle, internal=internal)
+    ratio = math.cos(transverse_pressure_angle(pressure_angle, helix_angle)) / math.cos(working_pressure_angle)
+    return reference * ratio
+
+
+def working_pressure_angle_at(
+    centre_distance: float, base_radius_a: float, base_radius_b: float, *, internal: bool = False
+) -> float:
+    """Working transverse pressure angle at a centre distance, cos alpha_w = (r_bB +- r_bA)/a [rad] [iso21771].
+
+    nan where the base circles leave no common tangent (`base_clearance` is then negative).
+    """
+    between = base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a
+    return math.acos(between / centre_distance) if 0.0 < between <= centre_distance else math.nan
+
+
+def shift_sum(
+    teeth_a: int,
+    teeth_b: int,
+    pressure_angle: float,
+    helix_angle: float,
+    *,
+    working_pressure_angle: float,
+    internal: bool = False,
+) -> float:
+    """Sum of the shifts x_a + x_b with which a pair works at a given angle without backlash [1] [iso21771].
+
+    +-(z_b +- z_a)(inv alpha_w - inv alpha_t)/(2 tan alpha_n), lower signs for a ring b.  pressure_angle : normal;
+    working_pressure_angle : transverse [rad].
+    """
+    change = involute(working_pressure_angle) - involute(transverse_pressure_angle(pressure_angle, helix_angle))
+    total = _teeth_sum(teeth_a, teeth_b, internal) * change / (2.0 * math.tan(pressure_angle))
+    return -total if internal else total
+
+
+def contact_limits(
+    base_radius_a: float,
+    tip_radius_a: float,
+    base_radius_b: float,
+    tip_radius_b: float,
+    *,
+    working_pressure_angle: float,
+    base_pitch: float,
+    internal: bool = False,
+) -> tuple[float, float]:
+    """Places (sigma_min, sigma_max) between which a tooth pair touches, from the pitch point in base pitches [1].
+
+    The tip of a ends the contact at sigma_max, the tip of b at sigma_min.  Radii and base pitch p_bt [m], working
+    transverse angle [rad].  A tip inside its base circle counts as lying on it.
+    """
+    far = _beyond_pitch_point(base_radius_a, tip_radius_a, working_pressure_angle) / base_pitch
+    near = _beyond_pitch_point(base_radius_b, tip_radius_b, working_pressure_angle) / base_pitch
+    return (near if internal else -near), far
+
+
+def transverse_contact_ratio(limits: tuple[float, float]) -> float:
+    """Transverse contact ratio eps_alpha = sigma_max - sigma_min [1] from `contact_limits` [iso21771]."""
+    return limits[1] - limits[0]
+
+
+def overlap_ratio(face_width: float, helix_angle: float, module: float) -> float:
+    """Overlap ratio eps_beta = b sin|beta| / (pi m_n) [1] of one helix of width b [m] [iso21771]."""
+    return face_width * math.sin(abs(helix_angle)) / (math.pi * module)
+
+
+# what cannot be built ------------------------------------------------------------------------------------------------
+
+
+def radial_clearance(centre_distance: float, radius_a: float, radius_b: float, *, internal: bool = False) -> float:
+    """Room between two circles at a centre distance [m]; negative where they overlap.
+
+    Outside each other: a - r_a - r_b (tip against root of the mate, tips of neighbouring planets).
+    ``internal``: circle a turns inside circle b, r_b - a - r_a (planet tip in ring root, planet root in ring tip).
+    """
+    return radius_b - centre_distance - radius_a if internal else centre_distance - radius_a - radius_b
+
+
+def base_clearance(
+    centre_distance: float, base_radius_a: float, base_radius_b: float, *, internal: bool = False
+) -> float:
+    """Centre distance beyond the one at which the base circles touch [m]; negative: no line of action exists."""
+    return centre_distance - (base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a)
+
+
+def interference_margin(
+    limits: tuple[float, float],
+    base_radius_a: float,
+    base_radius_b: float,
+    *,
+    working_pressure_angle: float,
+    base_pitch: float,
+    internal: bool = False,
+) -> float:
+    """Smallest distance from the ends of contact to the base tangent points [base pitches].
+
+    Negative where a tip reaches past the mate's involute.  limits : of `contact_limits`.
+    """
+    length = math.tan(working_pressure_angle) / base_pitch
+    margin_a = limits[0] + base_radius_a * length
+    return margin_a if internal else min(margin_a, base_radius_b * length - limits[1])
+
+
+def _teeth_sum(teeth_a: int, teeth_b: int, internal: bool) -> int:
+    return teeth_b - teeth_a if internal else teeth_b + teeth_a
+
+
+def _beyond_pitch_point(base: float, tip: float, working: float) -> float:
+    # Distance along the line of action from the pitch point to the tip circle; negative for a ring.
+    return math.sqrt(max(0.0, tip**2 - base**2)) - base * math.tan(working)

@@ -1,0 +1,75 @@
+"""Relative series over a mesh cycle: complex coefficients v_l (L,) over the place sigma of the contact.
+
+sigma counts base pitches from the pitch point at mid-face, period 1:
+
+    value(sigma) = mean (1 + Re sum_l v_l exp(2 pi i l sigma)),    l = 1 .. L.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ModelError
+
+__all__ = ["ComplexArray", "evaluate_series", "fourier_series", "mesh_phasor", "series_in_time", "table_series"]
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+def fourier_series(cosine: Sequence[float], sine: Sequence[float] = ()) -> ComplexArray:
+    """Coefficients v_l = a_l - i b_l (L,) of sum_l a_l cos(2 pi l sigma) + b_l sin(2 pi l sigma) [1].
+
+    cosine, sine : relative to the mean, from l = 1; the shorter is filled up with zeros.
+    """
+    series = np.zeros(max(len(cosine), len(sine)), dtype=np.complex128)
+    series[: len(cosine)] += np.asarray(cosine, dtype=float)
+    series[: len(sine)] -= 1j * np.asarray(sine, dtype=float)
+    return series
+
+
+def table_series(values: Sequence[float] | Array) -> tuple[float, ComplexArray]:
+    """Mean of equally spaced samples over one mesh cycle, and the relative coefficients that pass through them.
+
+    values : (n,) at sigma = 0, 1/n, ... (the end of the cycle is not repeated).  Returns the mean [unit of values]
+    and v (n//2,).
+
+    Raises
+    ------
+    ModelError : no samples, or a mean that is not positive.
+    """
+    samples = np.asarray(values, dtype=float)
+    if samples.size == 0 or not samples.mean() > 0.0:
+        raise ModelError("a table over one mesh cycle needs a positive mean", given=list(samples))
+    spectrum = np.fft.rfft(samples) / samples.size
+    mean, series = float(spectrum[0].real), 2.0 * spectrum[1:]
+    if samples.size % 2 == 0:
+        series[-1] *= 0.5  # the highest order of an even table has no partner at the negative side
+    return mean, np.asarray(series / mean, dtype=np.complex128)
+
+
+def evaluate_series(coefficients: ArrayLike, sigma: ArrayLike) -> Array:
+    """1 + Re sum_l v_l exp(2 pi i l sigma) [1]; coefficients (L,), sigma [base pitches] any shape."""
+    series = np.asarray(coefficients, dtype=np.complex128)
+    angle = 2j * np.pi * np.asarray(sigma, dtype=float)[..., np.newaxis] * np.arange(1, series.size + 1)
+    return np.asarray(1.0 + (np.exp(angle) @ series).real)
+
+
+def series_in_time(coefficients: ArrayLike, *, lead: Fraction | float, sense: int) -> ComplexArray:
+    """Coefficients (L,) over mesh time, value = mean (1 + Re sum_l w_l exp(2 pi i l f t)).
+
+    sigma = sense (f t + lead), so w_l = v_l exp(2 pi i l lead), with v_l conjugated where sense is -1.
+    coefficients (L,) over sigma; lead [mesh cycles], exact where rational; sense D = +1 or -1.
+    """
+    series = np.asarray(coefficients, dtype=np.complex128)
+    turns = np.array([mesh_phasor(order, lead) for order in range(1, series.size + 1)], dtype=np.complex128)
+    return np.asarray((series if sense > 0 else series.conj()) * turns)
+
+
+def mesh_phasor(order: int, lead: Fraction | float) -> complex:
+    """exp(2 pi i order lead), the whole cycles taken off before rounding; lead [mesh cycles]."""
+    return complex(np.exp(2j * np.pi * float(order * lead % 1)))
