@@ -1,0 +1,366 @@
+"""Speeds, ratios, orders, torques and power of a train, exact, from one linear solve.
+
+Speeds and torques of members are dual: the admissible speeds are the null space of the mesh and coupling
+equations, and external torques are in equilibrium when they do no work on any of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from ..errors import ModelError
+from .rational import least_norm, null_space
+
+__all__ = ["Gearing", "Kinematics", "Tie", "solve", "tones"]
+
+Motion = Mapping[str, Fraction]  # speed of every member in one admissible motion
+HUGE = 1e60  # [N m, W, rev/min] beyond it products would not fit a float
+UNBALANCED = Fraction(1, 10**6)  # torques written with six digits still balance; what is left is spread over them
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gearing:
+    """One kind of mesh between two members: teeth_a (w_a - w_c) = -+ teeth_b (w_b - w_c), - external, + internal.
+
+    pair : ``stages.main.meshes.sun-planet``; stage; a, b : members (``main.sun``); carrier : member or None.
+    """
+
+    pair: str
+    stage: str
+    a: str
+    b: str
+    teeth_a: int
+    teeth_b: int
+    internal: bool
+    carrier: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tie:
+    """Two members that turn at one speed: a coupling, a shaft, a neck."""
+
+    name: str
+    a: str
+    b: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kinematics:
+    """What the kinematic solve says.
+
+    freedoms : members whose speeds, given, fix all others (held members left out).
+    ratio : speed of each member per speed of each freedom, ratio[member][freedom], exact.
+    speed : absolute speed of each member, exact [rev/min], or None where the file gives no (or too few) speeds.
+    frame_speed : the same for each frame (stage name, ``housing``).
+    mesh_frequency : of each stage (of each tone, see `tones`), exact [Hz], or None without speeds; positive, 0 where
+        the stage turns as a block or stands.
+    mesh_order : mesh_frequency per |speed| of the first freedom in rev/s (teeth per turn), exact, of each stage, where
+        there is one freedom only.
+    torque : external torque on each member incl. held and balancing ones [N m], None without torques.
+    power : torque x absolute speed of each member [W], None without both.
+    mesh_torque : of each pair (file path): torque its meshes put on member b, all branches and sides together [N m],
+        or None.
+    held : members that do not turn.
+    """
+
+    freedoms: tuple[str, ...]
+    ratio: Mapping[str, Mapping[str, Fraction]]
+    speed: Mapping[str, Fraction] | None = None
+    frame_speed: Mapping[str, Fraction] | None = None
+    mesh_frequency: Mapping[str, Fraction] | None = None
+    mesh_order: Mapping[str, Fraction] = field(default_factory=dict)
+    torque: Mapping[str, float] | None = None
+    power: Mapping[str, float] | None = None
+    mesh_torque: Mapping[str, float] | None = None
+    held: tuple[str, ...] = ()
+
+
+def solve(
+    *,
+    members: Sequence[str],
+    gearings: Sequence[Gearing],
+    ties: Sequence[Tie] = (),
+    held: Sequence[str] = (),
+    speeds: Mapping[str, Fraction] | None = None,
+    torques: Mapping[str, float] | None = None,
+    powers: Mapping[str, float] | None = None,
+    balance: Sequence[str] = (),
+    carriers: Mapping[str, str | None] | None = None,
+    ends: Sequence[str] = (),
+    paths: Mapping[str, str] | None = None,
+) -> Kinematics:
+    """Speeds, ratios, mesh frequencies, torques and power of a train.
+
+    Speeds are exact: the null space of the mesh and tie equations. External torques tau (given ones, reactions of held
+    members, balancing ends) satisfy tau . v = 0 for every motion v that is admissible with nothing held. Torques of the
+    meshes follow from tau + A^T lambda = 0 with A the mesh and tie equations; where a loop makes them statically
+    indeterminate, as also where more is held than needed, the solution of least norm (sum of lambda^2, a mesh's lambda
+    being its torque per tooth) stands for the unknown stiffnesses.
+
+    members : every member and body once.  gearings, ties : what makes them turn together.  held : do not turn.
+    speeds : given absolute speeds [rev/min].  torques : given external torques [N m].
+    powers : given external power, into the train positive [W].  balance : members that take what is missing.
+    carriers : carrier of each stage, None where its axes stand in the housing; the stages of `gearings` need no entry.
+    ends : members at which torque may enter or leave (no planets); one that is neither held, tied nor loaded balances
+        where `balance` is empty.
+    paths : how a member is written in the file, for messages (``operation.torque.<it>``); else its own name.
+
+    Raises ModelError: unknown member, locked train, too few, too many or contradicting speeds, power at a member that
+    stands, torques that do not balance, or several ends that might.
+    """
+    speeds, torques, powers = dict(speeds or {}), dict(torques or {}), dict(powers or {})
+    named = {name: (paths or {}).get(name, name) for name in members}
+    _check_names(named, gearings, ties, held=held, speed=speeds, torque=torques, power=powers, balance=balance)
+    rows = [_gearing_row(g) for g in gearings] + [{t.a: Fraction(1), t.b: Fraction(-1)} for t in ties]
+    preferred = [*speeds, *(m for m in ends if m not in speeds)]
+    motions = _motions(members, [*rows, *({name: Fraction(1)} for name in held)], preferred)
+    if not motions:
+        raise ModelError(
+            "the train is locked, no member can turn",
+            path="operation.held",
+            given=[named[name] for name in held],
+            allowed="fewer held members, and teeth whose ratios agree around every loop",
+        )
+    speed = _speeds(motions, speeds, held, named)
+    loads = _loads(torques, powers, speed, held, named)
+    coupled = {name for tie in ties for name in (tie.a, tie.b)}
+    ratio = {name: {end: motion[name] for end, motion in motions.items()} for name in members}
+    names = tones(gearings, ratio)
+    torque = _external(members, rows, motions, loads, held, balance, ends, coupled, named) if loads else None
+    return Kinematics(
+        freedoms=tuple(motions),
+        ratio=ratio,
+        speed=speed,
+        frame_speed=_frame_speeds(speed, gearings, carriers or {}),
+        mesh_frequency=None if speed is None else _tooth_rates(gearings, names, speed, 60),
+        mesh_order=_tooth_rates(gearings, names, next(iter(motions.values()))) if len(motions) == 1 else {},
+        torque=None if torque is None else {name: float(torque[name]) for name in members},
+        power=None if torque is None or speed is None else {m: _watts(torque[m], speed[m]) for m in members},
+        mesh_torque=None if torque is None else _mesh_torques(members, gearings, rows, torque),
+        held=tuple(held),
+    )
+
+
+def tones(gearings: Sequence[Gearing], ratio: Mapping[str, Mapping[str, Fraction]]) -> dict[str, str]:
+    """Name of the mesh frequency of every pair: its stage, or ``stage/pair`` for a further one behind a stepped shaft.
+
+    ratio : speed of each member per speed of each freedom (`Kinematics.ratio`); pairs of a stage share a tone where
+        teeth x relative speed agree for every freedom.
+    """
+    named: dict[str, str] = {}
+    rates: dict[tuple[str, tuple[Fraction, ...]], str] = {}
+    for g in gearings:
+        frame = ratio[g.carrier] if g.carrier is not None else {}
+        rate = tuple(g.teeth_a * (value - frame.get(end, 0)) for end, value in ratio[g.a].items())
+        leading = next((value for value in rate if value), Fraction(0))
+        key = (g.stage, tuple(-value for value in rate) if leading < 0 else rate)
+        fresh = g.stage if g.stage not in rates.values() else f"{g.stage}/{g.pair.rsplit('.', 1)[-1]}"
+        named[g.pair] = rates.setdefault(key, fresh)
+    return named
+
+
+def _check_names(
+    named: Mapping[str, str], gearings: Sequence[Gearing], ties: Sequence[Tie], **given: Iterable[str]
+) -> None:
+    for g in gearings:
+        _known(g.pair, (n for n in (g.a, g.b, g.carrier) if n is not None), named)
+    for tie in ties:
+        _known(f"couplings.{tie.name}", (tie.a, tie.b), named)
+    for key, names in given.items():
+        _known(f"operation.{key}", names, named)
+
+
+def _known(path: str, names: Iterable[str], named: Mapping[str, str]) -> None:
+    for name in names:
+        if name not in named:
+            raise ModelError("no such member", path=path, given=name, allowed=", ".join(named.values()))
+
+
+def _gearing_row(g: Gearing) -> dict[str, Fraction]:
+    """teeth_a (w_a - w_c) +- teeth_b (w_b - w_c) = 0, + external, - internal, as coefficients."""
+    b = -g.teeth_b if g.internal else g.teeth_b
+    row = {g.a: Fraction(g.teeth_a), g.b: Fraction(b)}
+    if g.carrier is not None:
+        row[g.carrier] = row.get(g.carrier, Fraction(0)) - g.teeth_a - b
+    return row
+
+
+def _motions(
+    members: Sequence[str], rows: Sequence[Mapping[str, Fraction]], preferred: Sequence[str] = ()
+) -> dict[str, dict[str, Fraction]]:
+    """Admissible motions by the member that turns once in it while the other freedoms stand, preferred ones first."""
+    matrix = [[row.get(name, Fraction(0)) for name in members] for row in rows]
+    rest = [name for name in members if name not in preferred]
+    order = [members.index(name) for name in [*rest, *reversed(preferred)]]
+    vectors = null_space(matrix, order)
+    return {members[j]: dict(zip(members, vectors[j], strict=True)) for j in reversed(order) if j in vectors}
+
+
+def _speeds(
+    motions: Mapping[str, Motion], given: Mapping[str, Fraction], held: Sequence[str], named: Mapping[str, str]
+) -> dict[str, Fraction] | None:
+    """Speed of every member [rev/min], None where none is given."""
+    for name in given:
+        path = f"operation.speed.{named[name]}"
+        if not abs(given[name]) < HUGE:
+            raise ModelError("not a number to calculate with", path=path, allowed=f"below {HUGE:g} rpm")
+        if name in held and given[name]:
+            raise ModelError(
+                "a held member does not turn", path=path, given=_rpm(given[name]), allowed="0, or no speed"
+            )
+        if name not in motions and name not in held:
+            follows = sum((m[name] * given.get(end, 0) for end, m in motions.items()), Fraction(0))
+            raise ModelError("follows from the other speeds", path=path, given=_rpm(given[name]), allowed=_rpm(follows))
+    told = [name for name in given if name in motions]
+    if not told:
+        return None
+    if len(told) < len(motions):
+        other = ", ".join(named[end] for end in motions if end not in given)
+        raise ModelError(
+            f"the train has {len(motions)} freedoms, that many speeds are needed",
+            path="operation.speed",
+            given=[named[name] for name in told],
+            allowed=f"also the speed of {other}",
+        )
+    return {
+        name: sum((m[name] * given[end] for end, m in motions.items()), Fraction(0))
+        for name in next(iter(motions.values()))
+    }
+
+
+def _frame_speeds(
+    speed: Motion | None, gearings: Sequence[Gearing], carriers: Mapping[str, str | None]
+) -> dict[str, Fraction] | None:
+    if speed is None:
+        return None
+    frames = {g.stage: g.carrier for g in gearings} | dict(carriers)
+    return {stage: speed[c] if c is not None else Fraction(0) for stage, c in frames.items()} | {"housing": Fraction(0)}
+
+
+def _tooth_rates(
+    gearings: Sequence[Gearing], names: Mapping[str, str], speed: Motion, unit: int = 1
+) -> dict[str, Fraction]:
+    """Teeth that pass in every tone per `unit` of the time in which `speed` counts turns."""
+    frames = {g.pair: speed[g.carrier] if g.carrier is not None else Fraction(0) for g in gearings}
+    return {names[g.pair]: abs(g.teeth_a * (speed[g.a] - frames[g.pair])) / unit for g in gearings}
+
+
+def _loads(
+    torques: Mapping[str, float],
+    powers: Mapping[str, float],
+    speed: Motion | None,
+    held: Sequence[str],
+    named: Mapping[str, str],
+) -> dict[str, Fraction]:
+    """Given external torques, exact [N m]; a power counts through the speed of its member."""
+    loads: dict[str, Fraction] = {}
+    for key, given in (("torque", torques), ("power", powers)):
+        for name, value in given.items():
+            path = f"operation.{key}.{named[name]}"
+            if not abs(value) < HUGE:
+                raise ModelError("not a number to calculate with", path=path, given=value, allowed=f"below {HUGE:g}")
+            if name in held:
+                raise ModelError("a held member takes what it must", path=path, given=value, allowed="members not held")
+            if name in loads:
+                raise ModelError("torque and power of one member", path=path, given=value, allowed="one of the two")
+            if key == "power" and (speed is None or not speed[name]):
+                state = "its speed is not known" if speed is None else "it does not turn"
+                raise ModelError(
+                    f"no torque follows from this power, {state}", path=path, given=value, allowed="a torque"
+                )
+            loads[name] = Fraction(value) if key == "torque" else Fraction(value / _watts(1, (speed or {})[name]))
+    return loads
+
+
+def _external(
+    members: Sequence[str],
+    rows: Sequence[Mapping[str, Fraction]],
+    motions: Mapping[str, Motion],
+    loads: Mapping[str, Fraction],
+    held: Sequence[str],
+    balance: Sequence[str],
+    ends: Sequence[str],
+    coupled: Iterable[str],
+    named: Mapping[str, str],
+) -> dict[str, Fraction]:
+    """External torque on every member, reactions and balancing ends included, in equilibrium exactly [N m]."""
+    free = list(_motions(members, rows).values())
+    missing = {end: -_work(loads, motion) for end, motion in motions.items()}
+    scale = max(abs(value * motion[name]) for motion in motions.values() for name, value in loads.items())
+    balanced = all(abs(value) <= UNBALANCED * scale for value in missing.values())
+    sums = ", ".join(f"{float(value):.6g} N m at {named[end]}" for end, value in missing.items())
+    takers = list(balance) or ([] if balanced else _takers(loads, held, ends, coupled, len(motions), named, sums))
+    unknown = [*held, *(name for name in takers if name not in held)]
+    found = _reactions(free, loads, unknown)
+    if found is None and balanced:
+        spread = _reactions(list(motions.values()), loads, list(loads)) or {}
+        loads = {name: value + spread[name] for name, value in loads.items()}
+        found = _reactions(free, loads, unknown)
+    if found is None:
+        raise ModelError(
+            f"the torques do not balance, missing {sums}",
+            path="operation.torque",
+            given={named[name]: float(value) for name, value in loads.items()},
+            allowed=f'torques in equilibrium, or "balance" at {len(motions)} of the members',
+        )
+    return {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
+
+
+def _takers(
+    loads: Mapping[str, Fraction],
+    held: Sequence[str],
+    ends: Sequence[str],
+    coupled: Iterable[str],
+    needed: int,
+    named: Mapping[str, str],
+    sums: str,
+) -> list[str]:
+    """The ends that take the balance: as many as there are freedoms, if no more offer themselves."""
+    idle = [name for name in ends if name not in held and name not in loads]
+    offered = [name for name in idle if name not in set(coupled)]
+    if idle and not 0 < len(offered) <= needed:
+        raise ModelError(
+            f"which end takes the balance is not clear, missing {sums}",
+            path="operation.torque",
+            given={named[name]: float(value) for name, value in loads.items()},
+            allowed=f'"balance" at one of {", ".join(named[name] for name in offered or idle)}',
+        )
+    return offered
+
+
+def _reactions(
+    motions: Sequence[Motion], loads: Mapping[str, Fraction], unknown: Sequence[str]
+) -> dict[str, Fraction] | None:
+    """Torques at the unknown members that make the work in every motion zero, None where none do."""
+    if not unknown:
+        return {} if not any(_work(loads, motion) for motion in motions) else None
+    matrix = [[motion[name] for name in unknown] for motion in motions]
+    found = least_norm(matrix, [-_work(loads, motion) for motion in motions])
+    return None if found is None else dict(zip(unknown, found, strict=True))
+
+
+def _work(loads: Mapping[str, Fraction], motion: Motion) -> Fraction:
+    return sum((value * motion[name] for name, value in loads.items()), Fraction(0))
+
+
+def _mesh_torques(
+    members: Sequence[str],
+    gearings: Sequence[Gearing],
+    rows: Sequence[Mapping[str, Fraction]],
+    torque: Mapping[str, Fraction],
+) -> dict[str, float]:
+    """Torque of each pair's meshes on its member b [N m], from tau + A^T lambda = 0."""
+    matrix = [[row.get(name, Fraction(0)) for row in rows] for name in members]
+    found = (least_norm(matrix, [-torque[name] for name in members]) if rows else None) or []
+    return {g.pair: float(row[g.b] * value) for g, row, value in zip(gearings, rows, found, strict=False)}
+
+
+def _watts(torque: Fraction | int, speed: Fraction) -> float:
+    return float(torque * speed) * math.tau / 60
+
+
+def _rpm(speed: Fraction) -> str:
+    return f"{float(speed):.12g} rpm"
