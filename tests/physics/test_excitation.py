@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from epicyclic.assemble import assemble
 from epicyclic.system.system import Line, System
-from epicyclic.train.train import Displacement, Load, Train
+from epicyclic.train.train import Damping, Displacement, Load, Train
 
 INF = float("inf")
 Maker = Callable[..., Train]
@@ -155,8 +155,18 @@ def test_loads_fixed_in_space_and_turning_with_a_member(hand_built: Maker) -> No
     assert lines[Fraction(5)].force[0][x].real == pytest.approx(10.0)
     # a force along x at station 0.5 m turns the body about +y
     assert lines[Fraction(5)].force[0][ry].real == pytest.approx(5.0)
+    # a tenth of a carrier turn later the frame sees the load 36 deg behind
+    later = (lines[Fraction(5)].force[0] * np.exp(2j * math.pi * 0.1)).real
+    assert later[names.index("main/sun/y")] == pytest.approx(-10 * math.sin(0.2 * math.pi))
+    # along y it turns the body about -x
+    sideways = assemble(dataclasses.replace(train, loads=(dataclasses.replace(fixed, force=(0.0, 10.0, 0.0)),)))
+    assert sideways.lines[0].force[0][names.index("main/sun/rx")].real == pytest.approx(-5.0)
     system = assemble(dataclasses.replace(train, loads=(turning,)))
-    assert {line.frequency for line in system.lines} == {Fraction(0), Fraction(900, 60)}
+    spinning = {line.frequency: line for line in system.lines}
+    assert set(spinning) == {Fraction(0), Fraction(900, 60)}
+    # it runs ahead of the frame
+    later = (spinning[Fraction(15)].force[0] * np.exp(2j * math.pi * 0.1)).real
+    assert later[names.index("main/sun/y")] == pytest.approx(10 * math.sin(0.2 * math.pi))
 
 
 def test_lines_of_one_frequency_add_as_complex_numbers(hand_built: Maker) -> None:
@@ -166,3 +176,37 @@ def test_lines_of_one_frequency_add_as_complex_numbers(hand_built: Maker) -> Non
     system = assemble(dataclasses.replace(train, displacements=twice))
     assert len(system.lines) == 1
     assert np.abs(system.lines[0].gap).max() < 1e-20
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_stiffness_follows_the_place_of_the_contact(hand_built: Maker, sense: int) -> None:
+    """k(t) = k(sigma) with sigma = D (f t + gamma): an unsymmetric series tells the sense and the lead."""
+    series = np.array([0.1 - 0.07j, 0.03 + 0.02j])
+    train = hand_built(stations=(0.0,))
+    first = dataclasses.replace(train.meshes[0], variation=series, lead=Fraction(1, 5), sense=sense)
+    system = assemble(dataclasses.replace(train, meshes=(first, *train.meshes[1:])))
+    order = np.array([1, 2])
+    for phase in (0.0, 0.3, 0.9):
+        sigma = sense * (phase + 0.2)
+        expected = (series * np.exp(2j * np.pi * order * sigma)).real.sum()
+        actual = (system.meshes.variation[0] * np.exp(2j * np.pi * order * phase)).real.sum()
+        assert actual == pytest.approx(expected, abs=1e-15)
+    assert not system.meshes.variation[1:].any()
+
+
+def test_mesh_damping_ratio_is_that_of_the_two_gears_alone(hand_built: Maker) -> None:
+    """c = 2 zeta sqrt(k m): with the mesh as the only spring of the pair, its mode has the ratio zeta."""
+    train = hand_built(angles=(0.0,), helix=0.0, stations=(0.0,), pin=(INF, INF, INF, INF, INF, 0.0),
+                       support=(INF, INF, INF, INF, INF, 0.0), ring_support=(INF,) * 6)  # fmt: skip
+    links = tuple(
+        dataclasses.replace(link, stiffness=(INF,) * 6) if "carrier" in link.name else link for link in train.links
+    )
+    pair = dataclasses.replace(train, links=links, meshes=train.meshes[:1], damping=Damping(mesh=0.04))
+    system = assemble(pair)
+    assert system.M.shape == (2, 2)
+    value, shape = np.linalg.eig(np.linalg.solve(system.M, system.mean_stiffness))
+    phi = shape[:, np.argmax(value)]
+    omega = math.sqrt(value.max())
+    C = (system.meshes.B * system.meshes.damping) @ system.meshes.B.T
+    ratio = phi @ C @ phi / (2 * omega * (phi @ system.M @ phi))
+    assert ratio == pytest.approx(0.04, rel=1e-12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from fractions import Fraction
@@ -120,3 +121,39 @@ def test_rigid_rotation_stays_neutral_under_the_centrifugal_terms(hand_built: Ca
     # a set turned as a whole keeps its centrifugal equilibrium: rounding only
     assert np.abs(system.Kg @ turn).max() < 1e-12 * scale
     assert np.abs(system.G + system.G.T).max() == 0.0
+
+
+def test_a_free_body_moves_straight_as_seen_from_the_ground() -> None:
+    """x = R(-Omega t)(x0 + v t) solves M q'' + G q' + K q = 0 in the turning frame."""
+    one, omega = np.array([1.0]), 7.0
+    G = gyroscopic_matrix(3.0 * one, 0 * one, 0 * one, omega * one, omega * one)[:2, :2]
+    K = centrifugal_stiffness(3.0 * one, 0 * one, 0 * one, omega * one, omega * one)[:2, :2]
+
+    def path(t: float) -> Array:
+        ground = np.array([0.3 + 1.1 * t, -0.2 + 0.4 * t])
+        c, s = math.cos(omega * t), math.sin(omega * t)
+        return np.asarray(np.array([[c, s], [-s, c]]) @ ground)
+
+    t, h = 0.4, 1e-4
+    velocity = (path(t + h) - path(t - h)) / (2 * h)
+    acceleration = (path(t + h) - 2 * path(t) + path(t - h)) / h**2
+    # second differences with h = 1e-4: truncation 1e-8 of 100 m/s^2, rounding 1e-8
+    assert 3.0 * acceleration + G @ velocity + K @ path(t) == pytest.approx(np.zeros(2), abs=1e-4)
+
+
+def test_a_damper_to_the_housing_feels_the_absolute_velocity(hand_built: Callable[..., Train]) -> None:
+    train = hand_built(frame_speed=Fraction(600), sun_speed=Fraction(2500), planet_speed=Fraction(-900))
+    links = tuple(
+        dataclasses.replace(link, damping=(50.0, 50.0, 0.0, 3.0, 3.0, 0.0)) if link.name == "main/sun/support" else link
+        for link in train.links
+    )
+    system = assemble(dataclasses.replace(train, links=links))
+    names = list(system.dofs.names)
+    omega = 2 * math.pi * 10
+    for pair, c in ((("x", "y"), 50.0), (("rx", "ry"), 3.0)):
+        i, j = (names.index(f"main/sun/{d}") for d in pair)
+        # a point resting at (x, y) in the frame moves with Omega (-y, x) over the ground; the damper opposes that
+        assert system.Cskew[i, j] == pytest.approx(-c * omega)
+        assert system.Cskew[j, i] == pytest.approx(c * omega)
+        assert system.C[i, i] == system.C[j, j] == c
+    assert np.count_nonzero(system.Cskew) == 4

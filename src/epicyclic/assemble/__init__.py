@@ -3,7 +3,7 @@
 Every mesh, bearing, pin and support becomes rows of gaps; what is rigid is eliminated; what is displaced becomes lines
 of exact frequency.  Frames, rows, signs and phases are those of docs/conventions.md.
 
-Depends on: train, system.
+Depends on: train, gears, system.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..gears.series import series_in_time
 from ..system.elimination import eliminate
 from ..system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix, mass_diagonal
 from ..system.symmetry import commutes, reduced_operator, turn_operator
@@ -170,13 +171,11 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
 
 
 def _variations(meshes: tuple[Mesh, ...]) -> NDArray[np.complex128]:
-    """Harmonics over time: sigma = D (f t + gamma), so D = -1 runs the series backwards."""
-    length = max((mesh.variation.size for mesh in meshes), default=0)
-    result = np.zeros((len(meshes), length), complex)
+    """Harmonics of every mesh over time, (m, L)."""
+    result = np.zeros((len(meshes), max((mesh.variation.size for mesh in meshes), default=0)), complex)
     for row, mesh in zip(result, meshes, strict=True):
-        series = mesh.variation if mesh.sense > 0 else mesh.variation.conj()
-        order = np.arange(1, series.size + 1)
-        row[: series.size] = series * np.exp(2j * math.pi * order * float(mesh.lead))
+        if mesh.variation.size:
+            row[: mesh.variation.size] = series_in_time(mesh.variation, lead=mesh.lead, sense=mesh.sense)
     return result
 
 

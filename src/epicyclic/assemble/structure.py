@@ -70,7 +70,8 @@ def structure_of(train: Train) -> Structure:
     frames = {frame.name: i for i, frame in enumerate(train.frames)}
     frame_turns = tuple(_turn(train.kinematics.frame_speed, frame.name) for frame in train.frames)
     frame_turn = tuple(frame_turns[frames[b.frame]] if b.frame in frames else Fraction(0) for b in train.bodies)
-    spin_turn = tuple(_turn(train.kinematics.speed, body.member) for body in train.bodies)
+    spins = {member: _turn(train.kinematics.speed, member) for member in {body.member for body in train.bodies}}
+    spin_turn = tuple(spins[body.member] for body in train.bodies)
     rows: list[LinkRow] = []
     owners: list[Link] = []
     for link in train.links:
@@ -82,9 +83,12 @@ def structure_of(train: Train) -> Structure:
                     LinkRow(link.name, link.path, direction, index[link.first], second, k, c, link.second is None)
                 )
                 owners.append(link)
-    matrix = _link_matrix(rows, owners, train)
+    places = np.array([(*body.centre, body.station) for body in train.bodies])
+    ends = np.array([(index[mesh.a], index[mesh.b]) for mesh in train.meshes], np.int64).reshape(-1, 2)
+    parts = _link_ends(rows, owners, places) + _mesh_ends(train.meshes, ends, places, len(rows))
+    matrix = _matrix(len(rows) + len(train.meshes), parts, np.array([body.angle for body in train.bodies]))
+    mesh, matrix = matrix[len(rows) :], matrix[: len(rows)]
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
-    mesh, ends = _mesh_matrix(train.meshes, index, train)
     rigids = tuple(row for row, hard in zip(rows, rigid, strict=True) if hard)
     return Structure(
         index=index,
@@ -132,53 +136,42 @@ def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, .
         )
 
 
-def _link_matrix(rows: list[LinkRow], owners: list[Link], train: Train) -> Array:
+class _Ends(NamedTuple):
+    """Ends of rows: which row, which body, sign, unit vector and point in frame axes, whether it is an angle."""
+
+    row: NDArray[np.int64]
+    body: NDArray[np.int64]
+    sign: float
+    normal: Array
+    point: Array
+    rotation: NDArray[np.bool_]
+
+
+def _link_ends(rows: list[LinkRow], owners: list[Link], places: Array) -> list[_Ends]:
     if not rows:
-        return np.zeros((0, 6 * len(train.bodies)))
+        return []
     angle = np.array([link.angle for link in owners])
     direction = np.array([row.direction for row in rows])
     axis = direction % 3
+    normal = np.zeros((len(rows), 3))
     c, s = np.cos(angle), np.sin(angle)
-    normal = np.stack(
-        [np.where(axis == 0, c, np.where(axis == 1, -s, 0.0)), np.where(axis == 0, s, np.where(axis == 1, c, 0.0)),
-         np.where(axis == 2, 1.0, 0.0)], axis=1)  # fmt: skip
+    normal[:, 0] = np.where(axis == 0, c, np.where(axis == 1, -s, 0.0))
+    normal[:, 1] = np.where(axis == 0, s, np.where(axis == 1, c, 0.0))
+    normal[:, 2] = axis == 2
     point = np.array([(*link.centre, link.station) for link in owners])
-    matrix = np.zeros((len(rows), 6 * len(train.bodies)))
     first = np.array([row.first for row in rows])
     second = np.array([row.second for row in rows])
-    _scatter(matrix, np.arange(len(rows)), first, normal, point, direction >= 3, train, 1.0)
     has = np.flatnonzero(second >= 0)
-    _scatter(matrix, has, second[has], normal[has], point[has], direction[has] >= 3, train, -1.0)
-    return matrix
+    other, rotation = second[has], direction >= 3
+    return [
+        _Ends(np.arange(len(rows)), first, 1.0, normal, point - places[first], rotation),
+        _Ends(has, other, -1.0, normal[has], point[has] - places[other], rotation[has]),
+    ]
 
 
-def _scatter(
-    matrix: Array,
-    rows: NDArray[np.int64],
-    bodies: NDArray[np.int64],
-    normal: Array,
-    point: Array,
-    rotation: NDArray[np.bool_],
-    train: Train,
-    sign: float,
-) -> None:
-    """Add sign * [n, r x n] of each row into the columns of its body; `point` is in frame axes."""
-    origin, axes = _places(train)
-    block = sign * gap_rows(normal, point - origin[bodies], axes[bodies], rotation=rotation)
-    columns = 6 * bodies[:, None] + np.arange(6)
-    matrix[rows[:, None], columns] += block
-
-
-def _places(train: Train) -> tuple[Array, Array]:
-    origin = np.array([(*body.centre, body.station) for body in train.bodies])
-    return origin, np.array([body.angle for body in train.bodies])
-
-
-def _mesh_matrix(meshes: tuple[Mesh, ...], index: dict[str, int], train: Train) -> tuple[Array, NDArray[np.int64]]:
-    matrix = np.zeros((len(meshes), 6 * len(train.bodies)))
-    ends = np.array([(index[mesh.a], index[mesh.b]) for mesh in meshes], np.int64).reshape(-1, 2)
+def _mesh_ends(meshes: tuple[Mesh, ...], ends: NDArray[np.int64], places: Array, start: int) -> list[_Ends]:
     if not meshes:
-        return matrix, ends
+        return []
     value = np.array(
         [
             (
@@ -201,13 +194,27 @@ def _mesh_matrix(meshes: tuple[Mesh, ...], index: dict[str, int], train: Train) 
     normal = np.empty((len(meshes), 3))
     normal[:, :2] = np.cos(helix)[:, None] * (np.sin(alpha)[:, None] * e + (flank * np.cos(alpha))[:, None] * t)
     normal[:, 2] = -hand * flank * np.sin(helix)
-    origin, axes = _places(train)
     # Each body keeps its own lever r_b / cos(alpha) along e: the pitch point of a consistent geometry, and what is
     # meant where radii are given that fit no single centre distance.
     outward = np.where(internal > 0, radius_b, -radius_b)
-    for end, lever, sign in ((0, radius_a, 1.0), (1, outward, -1.0)):
-        body = ends[:, end]
-        point = np.concatenate([lever[:, None] * e, (station - origin[body, 2])[:, None]], axis=1)
-        block = sign * gap_rows(normal, point, axes[body], rotation=np.zeros(len(meshes), bool))
-        matrix[np.arange(len(meshes))[:, None], 6 * body[:, None] + np.arange(6)] += block
-    return matrix, ends
+    row, flat = start + np.arange(len(meshes)), np.zeros(len(meshes), bool)
+
+    def end(which: int, lever: Array, sign: float) -> _Ends:
+        body = ends[:, which]
+        point = np.concatenate([lever[:, None] * e, (station - places[body, 2])[:, None]], axis=1)
+        return _Ends(row, body, sign, normal, point, flat)
+
+    return [end(0, radius_a, 1.0), end(1, outward, -1.0)]
+
+
+def _matrix(count: int, ends: list[_Ends], axes: Array) -> Array:
+    """(count, 6 nb) rows: sign * [n, r x n] of each end in the columns of its body."""
+    matrix = np.zeros((count, 6 * axes.size))
+    if ends:
+        row, body = np.concatenate([end.row for end in ends]), np.concatenate([end.body for end in ends])
+        sign = np.repeat([end.sign for end in ends], [end.row.size for end in ends])
+        rotation = np.concatenate([end.rotation for end in ends])
+        normal, point = np.concatenate([end.normal for end in ends]), np.concatenate([end.point for end in ends])
+        block = sign[:, None] * gap_rows(normal, point, axes[body], rotation=rotation)
+        matrix[row[:, None], 6 * body[:, None] + np.arange(6)] = block
+    return matrix
