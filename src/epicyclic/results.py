@@ -101,6 +101,14 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "contact_lost": ("", "whether the mesh force falls to zero or below"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
     "link_force": ("N", "force or moment in a bearing, support or coupling"),
+    # steady
+    "mesh_phase": ("1", "time in mesh cycles"),
+    "harmonic": ("1", "mesh order"),
+    "mesh_force_harmonic": ("N", "complex harmonics of the mesh force, one-sided"),
+    "displacement_harmonic": ("m", "complex harmonics of the displacement, one-sided"),
+    "line_frequency": ("Hz", "frequency of the line"),
+    "line_force": ("N", "complex envelope of the mesh force of the line over the mesh phase"),
+    "line_amplitude": ("N", "largest mesh force of the line"),
     # sweep
     "mesh_force_rms": ("N", "RMS of the dynamic mesh force"),
     "mesh_force_peak": ("N", "largest mesh force"),
@@ -112,6 +120,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "sample_time": ("s", "time"),
     # one-parameter studies
     "quantity": ("", "quantity studied"),
+    "support_stiffness": ("N/m", "lateral support stiffness"),
+    "run_out": ("m", "run-out"),
 }
 
 
@@ -160,8 +170,11 @@ def dataset(
 
 
 def to_json(result: xr.Dataset) -> str:
-    """`Dataset.to_dict()` as JSON; read back with ``xarray.Dataset.from_dict(json.loads(text))``."""
-    return json.dumps(result.to_dict(), default=_plain)
+    """`Dataset.to_dict()` as JSON; read back with ``xarray.Dataset.from_dict(json.loads(text))``.
+
+    Complex variables have a trailing ``part`` dimension (real, imaginary), as in a saved file.
+    """
+    return json.dumps(_real(result).to_dict(), default=_plain)
 
 
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
@@ -170,13 +183,10 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
     The file appears whole or not at all.
     """
     target = Path(path)
-    flat = result.copy()
+    flat = _real(result)
     for name in list(flat.variables):
         values = flat[name]
-        if np.iscomplexobj(values.values):
-            split = np.stack([values.values.real, values.values.imag], axis=-1)
-            flat[name] = ((*values.dims, "part"), split, {**values.attrs, "complex": "1"})
-        elif values.dtype == bool:
+        if values.dtype == bool:
             flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
     partial = target.with_name(target.name + ".part")
     try:
@@ -187,6 +197,17 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
     finally:
         partial.unlink(missing_ok=True)
     return target
+
+
+def _real(result: xr.Dataset) -> xr.Dataset:
+    """A copy without complex numbers: real and imaginary part along a trailing dimension ``part``."""
+    flat = result.copy()
+    for name in list(flat.variables):
+        values = flat[name]
+        if np.iscomplexobj(values.values):
+            split = np.stack([values.values.real, values.values.imag], axis=-1)
+            flat[name] = ((*values.dims, "part"), split, {**values.attrs, "complex": "1"})
+    return flat
 
 
 def load_result(path: str | Path) -> xr.Dataset:
@@ -219,6 +240,4 @@ def _version() -> str:
 def _plain(value: object) -> object:
     if isinstance(value, np.generic):
         return value.item()
-    if isinstance(value, complex):
-        return [value.real, value.imag]
     return str(value)
