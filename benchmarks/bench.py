@@ -1,0 +1,163 @@
+"""One table: what the solver takes beside time integration at equal error, all measured in this process.
+
+    python benchmarks/bench.py [--quick]
+
+CPU seconds of one thread, medians.  Baseline: `solve_ivp` DOP853 from the mean equilibrium, RMS over one mesh cycle
+after a transient of 10 / (zeta omega_1); rtol 1e-4 (less where no atol helps) and the loosest atol of a power of ten
+that meets the error limit at every speed measured.  Error: largest over meshes of |RMS - reference| / largest RMS of
+the dynamic mesh force; the reference is the shooting solution of the same equation, rtol 1e-9.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+
+import argparse
+import resource
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import baseline
+import numpy as np
+from known import bench56
+
+from epicyclic.analyses.sweep import sweep
+from epicyclic.system.system import System
+
+LIMIT = 1e-4
+REPEATS = 7
+HEADER = ("what", "here", "target", "")
+
+
+def main() -> int:
+    """Print the table; exit status 1 where a target is missed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="fewer speeds for the baseline")
+    quick = parser.parse_args().quick
+    rows = [*_ren2021(quick), *_bench56(quick), *_modes(), *_process()]
+    widths = [max(len(row[i]) for row in [HEADER, *rows]) for i in range(len(HEADER))]
+    for row in [HEADER, *rows]:
+        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+    return int(any(row[3] == "MISSED" for row in rows))
+
+
+Row = tuple[str, str, str, str]
+
+
+def _ren2021(quick: bool) -> list[Row]:
+    from epicyclic.assemble import assemble
+    from epicyclic.files import load
+
+    system = assemble(load("ren2021"))
+    speeds = [20.0, 86.0, 212.0, 600.0] if quick else [20.0, 43.0, 86.0, 130.0, 212.0, 300.0, 450.0, 600.0]
+    return _compare("ren2021", system, np.linspace(20, 600, 200), speeds=speeds, seconds=0.15, times=800)
+
+
+def _bench56(quick: bool) -> list[Row]:
+    try:
+        system = bench56()
+    except FileNotFoundError as error:
+        return [("56 DOF, 200 speeds", "skipped", "", f"{error}")]
+    speeds = [300.0, 1646.0, 3500.0] if quick else [300.0, 600.0, 1000.0, 1646.0, 2400.0, 3500.0, 5000.0]
+    return _compare("56 DOF", system, np.linspace(300, 5000, 200), speeds=speeds, seconds=0.2, times=3000)
+
+
+def _compare(
+    name: str, system: System, frequencies: np.ndarray, *, speeds: list[float], seconds: float, times: float
+) -> list[Row]:
+    """Sweep against the baseline: time, error, ratio."""
+    tone = system.tones[0]
+    mesh_orders = replace(system, lines=tuple(li for li in system.lines if (li.frequency / tone).denominator == 1))
+    took, _ = _median(lambda: sweep(mesh_orders, mesh_frequency=frequencies))
+    rms = sweep(mesh_orders, mesh_frequency=speeds).mesh_force_rms.values
+    motions = [baseline.equation(mesh_orders, frequency) for frequency in speeds]
+    references = [baseline.shooting(motion) for motion in motions]
+    error = max(baseline.relative(rms[:, i], reference) for i, reference in enumerate(references))
+    spent, reached, setting = baseline.fair(motions, references, limit=LIMIT)
+    whole = float(np.interp(frequencies, speeds, spent).sum())
+    listed = ", ".join(f"{frequency:g}" for frequency in speeds)
+    label = f"{name}, {frequencies.size} speeds {frequencies[0]:g}..{frequencies[-1]:g} Hz"
+    found = [
+        _row(f"{label}: sweep", f"{took:.3f} s", f"<= {seconds:g} s", took <= seconds),
+        _row("  error, shooting as reference", f"{error:.1e}", f"<= {LIMIT:g}", error <= LIMIT),
+        (
+            f"  DOP853 {setting}, transient {motions[0].settle:.3g} s",
+            f"{whole:.0f} s",
+            "extrapolated",
+            f"from {len(speeds)} speeds ({listed} Hz; {', '.join(f'{s:.2g}' for s in spent)} s), error {reached:.1e}",
+        ),
+        _row("  ratio", f"{whole / took:.0f}x", f">= {times:g}x", whole / took >= times),
+    ]
+    if len(mesh_orders.lines) < len(system.lines):
+        full, _ = _median(lambda: sweep(system, mesh_frequency=frequencies), repeats=3)
+        count = len(system.lines) - len(mesh_orders.lines)
+        found.append((f"  the same with its {count} shaft orders", f"{full:.3f} s", "", "no baseline"))
+    return found
+
+
+def _modes() -> list[Row]:
+    from epicyclic.analyses.eigen import eigen
+    from epicyclic.analyses.modal import modal
+    from epicyclic.assemble import assemble
+    from epicyclic.files import load
+
+    train = load("lin1999-n4")
+    system = assemble(train)
+    whole, _ = _median(lambda: eigen(assemble(train)), repeats=201)
+    only, _ = _median(lambda: eigen(system), repeats=201)
+    labelled, _ = _median(lambda: modal(assemble(train)), repeats=51)
+    size = system.force.size
+    return [
+        _row(f"modes of a {size}-DOF stage: assemble + solve", f"{1e3 * whole:.2f} ms", "<= 1 ms", whole <= 1e-3),
+        ("  of that the solution", f"{1e3 * only:.2f} ms", "", ""),
+        ("  with kinds, energy shares and labels (Dataset)", f"{1e3 * labelled:.2f} ms", "", ""),
+    ]
+
+
+def _process() -> list[Row]:
+    command = [
+        sys.executable,
+        "-m",
+        "epicyclic",
+        "sweep",
+        "ren2021",
+        "--from",
+        "20 Hz",
+        "--to",
+        "600 Hz",
+        "--points",
+        "200",
+    ]
+    spent = []
+    for _ in range(3):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([*command, "--json"], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    took = statistics.median(spent)
+    return [_row("`epicyclic sweep ren2021`, 200 speeds, fresh process", f"{took:.2f} s", "<= 2 s", took <= 2)]
+
+
+def _median(run: Callable[[], object], *, repeats: int = REPEATS) -> tuple[float, float]:
+    """Median and smallest CPU time of several runs after one to warm up [s]."""
+    run()
+    spent = []
+    for _ in range(repeats):
+        clock = time.process_time()
+        run()
+        spent.append(time.process_time() - clock)
+    return statistics.median(spent), min(spent)
+
+
+def _row(what: str, here: str, target: str, met: bool) -> Row:
+    return what, here, target, "met" if met else "MISSED"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

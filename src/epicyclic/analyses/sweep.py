@@ -1,0 +1,171 @@
+"""The periodic response over a range of speeds, linear contact, shaft orders included."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ModelError
+from ..system.system import Array, System
+from .response import Block, FrameSpeed, Response, respond, response
+from .steady import tension
+from .waveform import (
+    displacements,
+    mesh_forces,
+    peak,
+    samples_needed,
+    shaft_displacements,
+    shaft_forces,
+    shaft_power,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["sweep"]
+
+_POINTS = 200
+_ACCEPTED = 100.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Curves:
+    """What a sweep fills in: (m, P) [N], (n, P) [m], (P,)."""
+
+    rms: Array
+    peak: Array
+    minimum: Array
+    amplitude: Array
+    residual: Array
+    harmonics: NDArray[np.int64]
+    status: NDArray[np.object_]
+
+
+def sweep(
+    system: System,
+    *,
+    mesh_frequency: ArrayLike | None = None,
+    relative_speed: ArrayLike | None = None,
+    frame_speed: FrameSpeed = "kinematic",
+    shaft_orders: bool = True,
+    tolerance: float = 1e-6,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """RMS, peak and minimum of every mesh force and amplitude of every coordinate over speed, for linear contact.
+
+    With shaft orders the RMS is that of all time (Parseval), and the peak and the minimum are bounds over all
+    relative phases, max over theta of f0 + sum |A_s|: teeth meet at discrete phases, so a bound may lie up to
+    1 - cos(pi/z) of a line above what is reached, and with common tooth factors further.  Amplitudes likewise.
+
+    Parameters
+    ----------
+    mesh_frequency : (P,) [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200 mesh frequencies
+        from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
+        or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
+    shaft_orders : whether run-outs and other lines between the mesh orders count.
+    tolerance : relative residual of the harmonics kept [1]; those dropped are below 100 times that.
+    progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
+
+    Raises
+    ------
+    ModelError : no damping, no or several mesh frequencies, torques out of balance, or an option out of range.
+    A single speed that fails holds nan, and ``status`` says why.
+    """
+    ready = response(system, frame_speed=frame_speed)
+    speed = _speeds(ready, mesh_frequency, relative_speed)
+    curves = _blank(system, speed.size)
+    usable = np.isfinite(speed) & (speed > 0)
+    curves.status[~usable] = "speed is not a number above zero"
+    places, done = np.flatnonzero(usable), int((~usable).sum())
+    for block in respond(ready, speed[usable], tolerance=tolerance, shaft_orders=shaft_orders):
+        _fill(ready, block, places[block.index], curves, accepted=_ACCEPTED * tolerance)
+        done += block.index.size
+        if progress is not None:
+            progress(done, speed.size)
+    options = {"frame_speed": frame_speed, "shaft_orders": shaft_orders, "tolerance": tolerance}
+    return _labelled(ready, speed, curves, options)
+
+
+def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
+    if mesh_frequency is not None and relative_speed is not None:
+        raise ModelError("give mesh_frequency or relative_speed, not both")
+    tone = float(ready.lines.tone)
+    if relative_speed is not None:
+        return np.atleast_1d(np.asarray(relative_speed, dtype=float))
+    if mesh_frequency is not None:
+        return np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / tone
+    natural = np.sqrt(ready.modal.squared[ready.modal.squared > 0]) / (2 * np.pi)
+    if not natural.size:
+        return np.array([1.0])
+    return np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
+
+
+def _blank(system: System, count: int) -> _Curves:
+    m, n = len(system.meshes.name), system.force.size
+    return _Curves(
+        rms=np.full((m, count), np.nan),
+        peak=np.full((m, count), np.nan),
+        minimum=np.full((m, count), np.nan),
+        amplitude=np.full((n, count), np.nan),
+        residual=np.full(count, np.nan),
+        harmonics=np.zeros(count, dtype=np.int64),
+        status=np.full(count, "", dtype=object),
+    )
+
+
+def _fill(ready: Response, block: Block, place: NDArray[np.int64], curves: _Curves, *, accepted: float) -> None:
+    """Write the curves of one block, nan where it found no answer."""
+    count = max(128, 4 * samples_needed(ready, block.harmonics))
+    theta = np.arange(count) / count
+    force, lines = mesh_forces(ready, block, theta), shaft_forces(ready, block, theta)
+    shape, moving = displacements(ready, block, theta), shaft_displacements(ready, block, theta)
+    reach, stroke = np.abs(lines).sum(axis=2), np.abs(moving).sum(axis=2)
+    mean_square = force.var(axis=2) + (shaft_power(ready, lines, theta) if block.shaft is not None else 0.0)
+    good = block.residual <= accepted
+    curves.residual[place], curves.harmonics[place] = block.residual, block.harmonics
+    curves.status[place] = [_status(value, accepted) for value in block.residual]
+    for target, values in (
+        (curves.rms, np.sqrt(np.maximum(mean_square, 0.0))),
+        (curves.peak, peak(force + reach)),
+        (curves.minimum, -peak(reach - force)),
+        (curves.amplitude, ready.system.dofs.radius[:, None] * (peak(shape + stroke) + peak(stroke - shape)) / 2),
+    ):
+        target[:, place] = np.where(good, values, np.nan)
+
+
+def _status(residual: float, accepted: float) -> str:
+    if not np.isfinite(residual):
+        return "not finite"
+    return "ok" if residual <= accepted else "not converged"
+
+
+def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str, Any]) -> xr.Dataset:
+    from ..results import dataset
+
+    system = ready.system
+    return dataset(
+        {
+            "mesh_force_rms": (("mesh", "speed"), curves.rms),
+            "mesh_force_peak": (("mesh", "speed"), curves.peak),
+            "mesh_force_minimum": (("mesh", "speed"), curves.minimum),
+            "amplitude": (("dof", "speed"), curves.amplitude),
+            "status": ("speed", curves.status),
+            "harmonics": ("speed", curves.harmonics),
+            "residual": ("speed", curves.residual),
+        },
+        {
+            "mesh": list(system.meshes.name),
+            "dof": list(system.dofs.names),
+            "speed": speed,
+            "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
+        },
+        verb="sweep",
+        options=options,
+        provenance=system.provenance,
+        warnings=[*system.warnings, *tension(system, curves.minimum)],
+    )
