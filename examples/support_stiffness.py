@@ -1,0 +1,44 @@
+"""Load sharing over the lateral support stiffness of sun, ring and carrier (ren2021, figure 12, in kind)."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import plotly.graph_objects as go
+
+import epicyclic
+
+STIFFNESS = np.array([1e8, 3e8, 1e9, 3e9, 1e10, 1.5e10])  # N/m
+# the torque read as the carrier's: 28.75 kN m on the sun; see the notes in the model file
+BASE = {"operation.torque.sun": "28.75 kN m"}
+
+
+def static_sharing(system: epicyclic.System) -> float:
+    """Return the load-sharing coefficient of the train by cycle peaks over 23 mesh cycles."""
+    result = epicyclic.sharing(system, method="static", cycles=23)
+    return float(result.system_load_sharing.sel(definition="cycle-peak"))
+
+
+CURVES = {
+    member: epicyclic.vary(
+        "ren2021",
+        {f"stages.main.{member}.support.radial": list(map(float, STIFFNESS))},
+        quantity=static_sharing,
+        overrides=BASE,
+    ).quantity.values
+    for member in ("sun", "ring", "carrier")
+}
+PINNED = float(CURVES["carrier"][-1])
+
+
+def figure() -> go.Figure:
+    """Draw the three curves."""
+    drawn = go.Figure([go.Scatter(name=member, x=STIFFNESS, y=curve) for member, curve in CURVES.items()])
+    return drawn.update_layout(xaxis_title="support stiffness [N/m]", yaxis_title="load-sharing coefficient")
+
+
+if __name__ == "__main__":
+    for member, curve in CURVES.items():
+        print(f"{member:8s}", "  ".join(f"{value:.3f}" for value in curve))
+    if len(sys.argv) > 1:
+        figure().write_html(Path(sys.argv[1]) / "support_stiffness.html")

@@ -1,0 +1,293 @@
+"""The command line: builds a job, runs it, shows it.  Computes nothing.
+
+    epicyclic VERB MODEL [--set PATH=VALUE ...] [--json] [-o FILE]
+
+Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence; 130 stopped with Ctrl-C.
+
+Depends on: every room, imported when used.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .console import complain, frequency, parsed_overrides, progress_bar, put_out, reported, target_of
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="epicyclic",
+    help="Epicyclic gear trains: modes, load sharing and response, from what stands on the drawing.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["--help", "-h"]},
+)
+
+Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the result: .nc, .json or .html.")
+]
+RelativeSpeed = Annotated[
+    float, typer.Option("--relative-speed", help="Speed per operating speed; 0 is standstill, 1 the operating point.")
+]
+
+
+class Method(StrEnum):
+    """How `sharing` finds the mesh forces."""
+
+    steady = "steady"
+    static = "static"
+
+
+class FrameSpeed(StrEnum):
+    """Which frame speed the gyroscopic terms of a sweep see."""
+
+    kinematic = "kinematic"
+    operating = "operating"
+
+
+def main() -> None:
+    """Run the command line.  Its matrices are small: more than one BLAS thread only burns time."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    app()
+
+
+@app.callback(invoke_without_command=True)
+def _root(version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False) -> None:
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"epicyclic {version_of('epicyclic')}")
+        raise typer.Exit
+
+
+@app.command()
+def check(
+    model: Model,
+    sets: Sets = None,
+    as_json: Json = False,
+    output: Output = None,
+    resolved: Annotated[
+        bool, typer.Option("--resolved", help="Write the model with everything filled in: a model file again.")
+    ] = False,
+) -> None:
+    """Speeds, torques, geometry, phases; every derived value and where it came from."""
+    if resolved:
+        with reported():
+            _write_resolved(model, sets, output)
+    else:
+        _run("check", model, sets, as_json, output)
+
+
+def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
+    from .files import load
+    from .files.dump import to_toml
+    from .files.resolved_document import resolved_document
+
+    text = to_toml(resolved_document(load(model, overrides=parsed_overrides(sets))))
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        target_of(output, (".toml",))
+        put_out(output, text)
+
+
+@app.command()
+def modes(
+    model: Model,
+    sets: Sets = None,
+    as_json: Json = False,
+    output: Output = None,
+    relative_speed: RelativeSpeed = 0.0,
+    damped: Annotated[bool, typer.Option("--damped", help="Solve the damped problem.")] = False,
+) -> None:
+    """Natural frequencies, kinds, shapes and energy shares."""
+    _run("modes", model, sets, as_json, output, relative_speed=relative_speed, damped=damped)
+
+
+@app.command()
+def campbell(model: Model, sets: Sets = None, as_json: Json = False, output: Output = None) -> None:
+    """Natural frequencies over speed, standstill to twice the operating speed."""
+    _run("campbell", model, sets, as_json, output)
+
+
+@app.command()
+def stiffness(model: Model, sets: Sets = None, as_json: Json = False, output: Output = None) -> None:
+    """Mesh stiffness over a mesh cycle."""
+    _run("stiffness", model, sets, as_json, output)
+
+
+@app.command()
+def static(model: Model, sets: Sets = None, as_json: Json = False, output: Output = None) -> None:
+    """Static equilibrium over the record; the teeth can only push."""
+    _run("static", model, sets, as_json, output)
+
+
+@app.command()
+def steady(
+    model: Model,
+    sets: Sets = None,
+    as_json: Json = False,
+    output: Output = None,
+    relative_speed: RelativeSpeed = 1.0,
+) -> None:
+    """Steady vibration at one speed."""
+    _run("steady", model, sets, as_json, output, relative_speed=relative_speed)
+
+
+@app.command()
+def sharing(
+    model: Model,
+    sets: Sets = None,
+    as_json: Json = False,
+    output: Output = None,
+    method: Annotated[Method, typer.Option("--method", help="Vibrating, or in static equilibrium.")] = Method.steady,
+    cycles: Annotated[
+        int | None, typer.Option("--cycles", min=1, help="Length of the record in mesh cycles.", show_default="chosen")
+    ] = None,
+) -> None:
+    """Load-sharing coefficients, each by its named definition."""
+    _run("sharing", model, sets, as_json, output, method=method.value, cycles=cycles)
+
+
+@app.command()
+def sweep(
+    model: Model,
+    sets: Sets = None,
+    as_json: Json = False,
+    output: Output = None,
+    start: Annotated[str | None, typer.Option("--from", help='Lowest mesh frequency, e.g. "20 Hz".')] = None,
+    stop: Annotated[str | None, typer.Option("--to", help='Highest mesh frequency, e.g. "0.6 kHz".')] = None,
+    points: Annotated[
+        int | None, typer.Option("--points", min=1, max=100_000, help="Number of speeds.", show_default="200")
+    ] = None,
+    frame_speed: Annotated[
+        FrameSpeed, typer.Option("--frame-speed", help="Let the frame turn with the speed, or as at operation.")
+    ] = FrameSpeed.kinematic,
+) -> None:
+    """Steady vibration over speed."""
+    with reported():
+        low, high = (
+            None if text is None else frequency(text, option) for text, option in ((start, "--from"), (stop, "--to"))
+        )
+    _run("sweep", model, sets, as_json, output, start=low, stop=high, points=points, frame_speed=frame_speed.value)
+
+
+@app.command()
+def report(
+    model: Model,
+    sets: Sets = None,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The HTML file to write.")] = Path(
+        "epicyclic-report.html"
+    ),
+) -> None:
+    """Everything the model allows, in one HTML file that opens offline; prints the key figures."""
+    _report(model, sets, output)
+
+
+def _report(model: str, sets: list[str] | None, output: Path) -> None:
+    with reported():
+        target_of(output, (".html",))
+        from .report import write_report
+        from .studies.report import REPORT_VERBS, STUDIES, run_report
+
+        with progress_bar(f"report {model}", len(REPORT_VERBS) + len(STUDIES) + 1) as step:
+            results = run_report(model, overrides=parsed_overrides(sets), progress=step)
+            step("figures")
+            write_report(output, results)
+        _print_report(results, output)
+
+
+def _print_report(results: dict[str, Any], output: Path) -> None:
+    from .terminal import key_figures, show_pairs, stdout_console, warnings_of
+
+    console = stdout_console()
+    console.print(results["check"].attrs["title"], style="bold", markup=False)
+    for text in dict.fromkeys(text for result in results.values() for text in warnings_of(result)):
+        console.print(f"warning: {text}", markup=False, style="yellow", soft_wrap=True)
+    show_pairs(key_figures(results), console)
+    console.print(f"written: {output}", markup=False, soft_wrap=True)
+
+
+@app.command()
+def schema(
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write it to a file.")] = None,
+) -> None:
+    """The JSON Schema of the model file, for editors."""
+    with reported():
+        from .files.json_schema import json_schema_text
+
+        text = json_schema_text()
+        if output is None:
+            typer.echo(text, nl=False)
+        else:
+            target_of(output, (".json",))
+            put_out(output, text)
+
+
+@app.command()
+def systems(as_json: Annotated[bool, typer.Option("--json", help="Print names and titles as JSON.")] = False) -> None:
+    """The ready drives: names that every verb takes in place of a model file."""
+    with reported():
+        from .studies.drives import drive_titles
+
+        titles = drive_titles()
+        if as_json:
+            typer.echo(json.dumps(titles))
+        else:
+            from .terminal import show_pairs, stdout_console
+
+            show_pairs(titles, stdout_console())
+
+
+def _run(verb: str, model: str, sets: list[str] | None, as_json: bool, output: Path | None, **options: Any) -> None:
+    """Run one verb; print it for people or as JSON, or write it to a file."""
+    with reported():
+        if output is not None:
+            target_of(output, (".nc", ".json", ".html"))
+        overrides = parsed_overrides(sets)
+        from .studies.job import Job, run
+
+        with progress_bar(f"{verb} {model}") as step:
+            result = run(Job(verb=verb, source=model, overrides=overrides, options=options), progress=step)
+        if output is not None:
+            _write(result, output)
+        if as_json:
+            from .results import to_json
+
+            for text in json.loads(result.attrs["warnings"]):
+                complain(f"warning: {text}")
+            typer.echo(to_json(result))
+        elif output is None:
+            from .terminal import show, stdout_console
+
+            show(result, stdout_console())
+
+
+def _write(result: Any, output: Path) -> None:
+    kind = output.suffix.lower()
+    if kind == ".nc":
+        from .results import save_result
+
+        save_result(result, output)
+    elif kind == ".json":
+        from .results import to_json
+
+        put_out(output, to_json(result) + "\n")
+    else:
+        from .report import write_report
+
+        write_report(output, {str(result.attrs["verb"]): result})
+    complain(f"written: {output}")

@@ -1,0 +1,206 @@
+"""Shorthands of one layer of a file (rule 2): each layer is expanded before one is laid over the other.
+
+What a table is, is known from its place. Values of a wrong form pass through: validation names them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..errors import ModelError
+from .names import SIDES, Names, full_path, mesh_name, reference
+from .schema import STAGE_KEYS
+from .schema_links import LINK_KEYS
+from .tables import REMOVE, Table, leaves, nested, split_path, union
+
+__all__ = ["expand", "expand_path"]
+
+_PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
+_BARE = {
+    "run_out": "amplitude",
+    "bearing_run_out": "amplitude",
+    "position": "amplitude",
+    "tilt": "amplitude",
+    "unbalance": "amount",
+    "profile": "amplitude",
+}
+
+
+def expand(layer: Table, names: Names) -> Table:
+    """Return a layer with its shorthands expanded and its references as full paths.
+
+    Raises ModelError for a shorthand beside what it stands for, and for a reference to nothing.
+    """
+    parts: dict[str, Callable[[Table, Names], Table]] = {
+        "stages": _stages,
+        "bodies": _bodies,
+        "couplings": _couplings,
+        "operation": _operation,
+        "loads": _loads,
+        "deviations": _deviations,
+        "assumed": lambda table, names: _by_path(table, names, "assumed"),
+        "tolerance": lambda table, names: _by_path(table, names, "tolerance"),
+    }
+    return {k: parts[k](v, names) if k in parts and isinstance(v, dict) else v for k, v in layer.items()}
+
+
+def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
+    """Return the paths a path with shorthands stands for: the stage put in, `radial` and `tilt` as their two."""
+    table = expand(nested(split_path(text, path=path), REMOVE), names)
+    return tuple(found for found, _ in leaves(table))
+
+
+def _each(table: Table, path: str, change: Callable[[Table, str], Any]) -> Table:
+    """Return a table of named tables, each changed."""
+    return {k: change(v, f"{path}.{k}") if isinstance(v, dict) else v for k, v in table.items()}
+
+
+def _stages(table: Table, names: Names) -> Table:
+    """Expand `[stages]`."""
+    return {k: _stage(v, k, names) if isinstance(v, dict) else v for k, v in table.items()}
+
+
+def _stage(table: Table, stage: str, names: Names) -> Table:
+    """Expand one stage: its members and the names of its meshes."""
+    result: Table = {}
+    for name, value in table.items():
+        path = f"stages.{stage}.{name}"
+        if name == "meshes" and isinstance(value, dict):
+            value = _renamed(value, stage, names, path)
+        elif name not in STAGE_KEYS and isinstance(value, dict):
+            value = _member(value, path, stage, names)
+        result[name] = value
+    return result
+
+
+def _renamed(table: Table, stage: str, names: Names, path: str) -> Table:
+    """Return a table of meshes with their gears in the order sun, planet, ring."""
+    result: Table = {}
+    for name, value in table.items():
+        right = mesh_name(name, stage, names, path=f"{path}.{name}")
+        result = union(result, {right: value}, path)
+    return result
+
+
+def _member(table: Table, path: str, stage: str, names: Names) -> Table:
+    """Expand one gear or carrier, or one side of it."""
+    result: Table = {}
+    for name, value in table.items():
+        where = f"{path}.{name}"
+        if isinstance(value, dict) and name in ("support", "bearing", "neck", "shaft"):
+            value = _link(value, where, names)
+        elif isinstance(value, dict) and name in SIDES:
+            value = _member(value, where, stage, names)
+        elif name == "on" and isinstance(value, str):
+            value = reference(value if "." in value else f"{stage}.{value}", names, path=where, sides=False)
+        result[name] = value
+    return result
+
+
+def _link(table: Table, path: str, names: Names) -> Table:
+    """Expand a link: `radial`, `tilt`, a bare damper, and its named sub-tables."""
+    result = _pairs(table, path)
+    for name, value in result.items():
+        where = f"{path}.{name}"
+        if name == "damping" and value is not REMOVE:
+            result[name] = _pairs(value, where) if isinstance(value, dict) else {d: value for d in ("x", "y", "z")}
+        elif name not in LINK_KEYS and isinstance(value, dict):
+            result[name] = _link(value, where, names)
+        elif name == "to" and isinstance(value, str) and value != "housing":
+            result[name] = reference(value, names, path=where)
+    return result
+
+
+def _pairs(table: Table, path: str) -> Table:
+    """Replace `radial` by x and y, `tilt` by rx and ry."""
+    result: Table = {}
+    for name, value in table.items():
+        both = _PAIRS.get(name, (name,))
+        if any(d in result for d in both):
+            raise ModelError(f"stands beside {' or '.join(both)}", path=f"{path}.{name}", given=value, allowed="one")
+        result |= dict.fromkeys(both, value)
+    return result
+
+
+def _bodies(table: Table, names: Names) -> Table:
+    """Expand `[bodies]`."""
+
+    def body(entry: Table, path: str) -> Table:
+        support = entry.get("support")
+        return entry | {"support": _link(support, f"{path}.support", names)} if isinstance(support, dict) else entry
+
+    return _each(table, "bodies", body)
+
+
+def _couplings(table: Table, names: Names) -> Table:
+    """Expand `[couplings]`."""
+
+    def coupling(entry: Table, path: str) -> Table:
+        result, where = _link(entry, path, names), f"{path}.between"
+        if isinstance(between := entry.get("between"), list):
+            result["between"] = [reference(end, names, path=where) for end in between]
+        return result
+
+    return _each(table, "couplings", coupling)
+
+
+def _loads(table: Table, names: Names) -> Table:
+    """Expand `[loads]`."""
+
+    def load(entry: Table, path: str) -> Table:
+        on = entry.get("on")
+        return entry | {"on": reference(on, names, path=f"{path}.on")} if isinstance(on, str) else entry
+
+    return _each(table, "loads", load)
+
+
+def _operation(table: Table, names: Names) -> Table:
+    """Expand `[operation]`: the stage put in front of every member."""
+    result = dict(table)
+    for name in ("speed", "torque", "power"):
+        if isinstance(by_member := table.get(name), dict):
+            result[name] = _full(by_member, names, f"operation.{name}")
+    if isinstance(held := table.get("held"), list):
+        result["held"] = [reference(m, names, path="operation.held", sides=False) for m in held]
+    return result
+
+
+def _full(table: Table, names: Names, path: str) -> Table:
+    """Return a table by members with the stage put in front of each where it was left out."""
+    result: Table = {}
+    for name, value in table.items():
+        segments = full_path(split_path(name, path=path), names)
+        result = union(result, nested(segments, value), path)
+    return result
+
+
+def _deviations(table: Table, names: Names) -> Table:
+    """Expand `[deviations]`: the stage put in front, mesh names in order, bare amplitudes."""
+    result = _full(table, names, "deviations")
+    for stage in names.stages:
+        if isinstance(entry := result.get(stage), dict):
+            if isinstance(meshes := entry.get("meshes"), dict):
+                entry = entry | {"meshes": _renamed(meshes, stage, names, f"deviations.{stage}.meshes")}
+            result[stage] = entry
+    return {k: _amplitudes(v) if isinstance(v, dict) else v for k, v in result.items()}
+
+
+def _amplitudes(table: Table) -> Table:
+    """Replace bare `run_out = "20 um"` and the like by their table, at any depth."""
+    result: Table = {}
+    for name, value in table.items():
+        if isinstance(value, dict):
+            result[name] = value if name in _BARE else _amplitudes(value)
+        else:
+            result[name] = {_BARE[name]: value} if name in _BARE and value is not REMOVE else value
+    return result
+
+
+def _by_path(table: Table, names: Names, path: str) -> Table:
+    """Return a table by paths with every path written out, `radial` as x and y."""
+    result: Table = {}
+    for text, value in leaves(table):
+        for found in expand_path(text, names, path=f"{path}.{text}"):
+            result[found] = value
+    return result

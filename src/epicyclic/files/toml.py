@@ -1,0 +1,182 @@
+"""Model file -> validated, normalised document in SI."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Literal
+
+from pydantic import ValidationError
+
+from ..errors import ModelError
+from .alternatives import check_alternatives, replace_alternatives
+from .arrange import arrange
+from .checks import check
+from .names import Names, check_names, collect, nearest
+from .overrides import layer_of
+from .paths import check_assumed, check_tolerance, still_assumed
+from .problems import as_model_error
+from .schema import ModelFile
+from .shorthand import expand
+from .tables import Table, clean, leaves, merge
+
+__all__ = ["Document", "Source", "read", "ready_drives"]
+
+FORMAT = 1
+MAX_BYTES = 4_000_000
+Source = str | Path | Mapping[str, object]
+Origin = Literal["given", "set"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Document:
+    """A model file with its overrides, read.
+
+    model : validated, in SI, references as full member paths.
+    data : the same as nested tables as written, shorthands expanded, overrides laid over (plain JSON).
+    origin : by path of every value in `data`, whether the file gives it or an override sets it.
+    source : name of the ready drive, path of the file, or "dict".
+    """
+
+    model: ModelFile
+    data: Table
+    origin: Mapping[str, Origin]
+    source: str
+
+
+def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
+    """Return the document of a model file (path), ready drive (name) or nested dict, with overrides laid over it.
+
+    overrides : values by path, ``{"stages.main.sun.mass": "750 kg"}``; None removes the key.
+    Raises ModelError for whatever is wrong, with path, value and what is allowed.
+    """
+    base, name, folder = _open(source)
+    _check_format(base)
+    layer = layer_of(overrides or {}, base)
+    names = collect(base, layer)
+    check_names(names, base, layer)
+    file, above = expand(base, names), expand(layer, names)
+    for one in (file, above):
+        check_alternatives(one)
+    check_assumed(file, file)
+    merged = merge(replace_alternatives(file, above), above)
+    check_assumed(above, merged)
+    overridden = {path for path, _ in leaves(above)}
+    names = collect(merged)  # an override may have removed what is referred to
+    data = expand(still_assumed(merged, overridden), names)
+    check_tolerance(data, names, lambda trial: _validate(trial, names, folder))
+    model = _validate(data, names, folder)
+    origin: dict[str, Origin] = {path: "set" if path in overridden else "given" for path, _ in leaves(data)}
+    return Document(model=model, data=data, origin=origin, source=name)
+
+
+def ready_drives() -> tuple[str, ...]:
+    """Return the names of the drives that come with the package."""
+    files = resources.files("epicyclic.systems").iterdir()
+    return tuple(sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml")))
+
+
+def _validate(data: Table, names: Names, folder: Path | None) -> ModelFile:
+    """Return the validated model. Raises one ModelError."""
+    try:
+        model = ModelFile.model_validate(arrange(data, names, folder))
+    except ValidationError as error:
+        raise as_model_error(error) from None
+    try:
+        check(model)
+    except ModelError as error:  # say what the file says, not its value in SI
+        raise _as_written(error, data) from None
+    return model
+
+
+def _as_written(error: ModelError, data: Table) -> ModelError:
+    """Return an error about a value in SI with the value as it stands in the document."""
+    here: object = data
+    for part in error.path.split("."):
+        here = here.get(part) if isinstance(here, dict) else None
+    if here is None or isinstance(here, dict):
+        return error
+    return ModelError(error.problem, path=error.path, given=here, allowed=error.allowed)
+
+
+def _check_format(base: Table) -> None:
+    """Refuse a file of no or of a newer version before anything else is said about it."""
+    version = base.get("format")
+    if version is None:
+        raise ModelError("missing", path="format", allowed=f"format = {FORMAT}, the version of the file format")
+    if isinstance(version, int) and not isinstance(version, bool) and version > FORMAT:
+        problem = f"format {version} is newer than this program reads"
+        raise ModelError(problem, path="format", given=version, allowed=f"format = {FORMAT}, or a newer epicyclic")
+
+
+def _open(source: object) -> tuple[Table, str, Path | None]:
+    """Return the raw tables, the name of the source, and the folder it is in."""
+    if isinstance(source, Mapping):
+        return clean(source), "dict", None
+    if isinstance(source, str) and source in ready_drives():
+        text = resources.files("epicyclic.systems").joinpath(f"{source}.toml").read_text(encoding="utf-8")
+        return _parse(text, source), source, None
+    if not isinstance(source, (str, Path)):
+        raise ModelError(
+            "not a model", path=type(source).__name__, allowed="a path, the name of a ready drive, or a dict"
+        )
+    path = Path(source)
+    return _parse(_text(path), str(source)), str(source), path.parent
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file. Raises ModelError where there is none."""
+    name = str(path)
+    drives = ready_drives()
+    allowed = f"a .toml file, or one of the ready drives {', '.join(drives)}"
+    try:
+        if path.is_dir():
+            raise ModelError("a folder", path=name, allowed=allowed)
+        if not path.exists():
+            raise ModelError(f"no such file or ready drive{nearest(path.stem, drives)}", path=name, allowed=allowed)
+        if not path.is_file() or path.stat().st_size > MAX_BYTES:
+            raise ModelError("not a text file of reasonable size", path=name, allowed=f"at most {MAX_BYTES} bytes")
+        raw = path.read_bytes()
+    except (OSError, ValueError) as error:
+        if isinstance(error, ModelError):
+            raise
+        raise ModelError(f"cannot be read ({error})", path=name[:80], allowed=allowed) from None
+    return _decoded(raw, name)
+
+
+def _decoded(raw: bytes, name: str) -> str:
+    """Return bytes as text. Raises ModelError for an empty or binary file, and for another encoding than UTF-8."""
+    allowed = "a TOML text in UTF-8 that begins with `format = 1`"
+    if not raw.strip():
+        raise ModelError("empty", path=name, allowed=allowed)
+    if b"\0" in raw:
+        raise ModelError("a binary file", path=name, allowed=allowed)
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        raise ModelError(f"not UTF-8 (line {line})", path=name, allowed=allowed) from None
+
+
+def _parse(text: str, name: str) -> Table:
+    """Return the tables of a TOML text. Raises ModelError with the line."""
+    try:
+        table = tomllib.loads(text, parse_float=_float)
+    except RecursionError:
+        raise ModelError("nested too deeply", path=name, allowed="tables and lists a few levels deep") from None
+    except ValueError as error:  # TOML errors, and integers of thousands of digits
+        raise ModelError(f"not TOML: {error}", path=name, allowed="a TOML file") from None
+    cleaned: Table = clean(table)
+    return cleaned
+
+
+def _float(text: str) -> float:
+    """Return a float. Raises ValueError where it is too large to be one."""
+    number = float(text)
+    if math.isinf(number) and "inf" not in text:
+        raise ValueError(f"{text} is too large")
+    return number

@@ -1,0 +1,297 @@
+"""Numbers with units at the border: text or bare number -> SI.
+
+The spellings that stand in nearly every file are converted from a table (tested against pint); everything else
+goes through pint, which is imported only then.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cache
+from typing import Any
+
+from ..errors import ModelError
+
+__all__ = ["KINDS", "Bounds", "Kind", "Quantity", "factor", "read_quantity"]
+
+PerPlanet = float | tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A value whose key takes two kinds of quantity: one number or one per planet, and the SI unit that says which."""
+
+    value: PerPlanet
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of quantity: name, SI unit, largest magnitude accepted [SI], and spellings to propose."""
+
+    name: str
+    unit: str
+    limit: float
+    spellings: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bounds:
+    """What a number may be [SI]: `low` and `high` included, `low` excluded if `above`; infinity if `inf`."""
+
+    low: float | None = None
+    high: float | None = None
+    above: bool = False
+    inf: bool = False
+
+
+KINDS: dict[str, Kind] = {
+    "ratio": Kind("number", "", 1e12, ""),
+    "cycles": Kind("phase in mesh cycles", "", 1e6, ""),
+    "length": Kind("length", "m", 1e4, "m, mm, um"),
+    "angle": Kind("angle", "rad", 1e4, "rad, deg"),
+    "mass": Kind("mass", "kg", 1e9, "kg, g, t"),
+    "inertia": Kind("moment of inertia", "kg m^2", 1e12, "kg m^2, kg mm^2"),
+    "density": Kind("density", "kg/m^3", 1e6, "kg/m^3, g/cm^3"),
+    "pressure": Kind("stress", "Pa", 1e15, "Pa, MPa, GPa"),
+    "stiffness": Kind("stiffness", "N/m", 1e16, "N/m, N/um, kN/mm"),
+    "stiffness_per_width": Kind("stiffness per face width", "N/m^2", 1e16, "N/(mm um), N/m^2"),
+    "torsional_stiffness": Kind("torsional stiffness", "N m/rad", 1e18, "N m/rad, kN m/rad"),
+    "rigidity": Kind("torsional rigidity", "N m^2", 1e18, "N m^2, kN m^2"),
+    "damping": Kind("damping", "N s/m", 1e14, "N s/m"),
+    "torsional_damping": Kind("torsional damping", "N m s/rad", 1e16, "N m s/rad"),
+    "force": Kind("force", "N", 1e12, "N, kN, MN"),
+    "torque": Kind("torque", "N m", 1e13, "N m, kN m, MN m"),
+    "power": Kind("power", "W", 1e15, "W, kW, MW"),
+    "speed": Kind("speed", "rad/s", 1e7, "rad/s, rpm, deg/s"),
+    "acceleration": Kind("acceleration", "m/s^2", 1e6, "m/s^2"),
+    "rate": Kind("rate", "1/s", 1e12, "1/s"),
+    "time": Kind("time", "s", 1e9, "s, ms, us"),
+    "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm"),
+}
+
+_DEGREE = math.pi / 180
+# factor to SI, SI unit; every entry equals pint's (tested)
+COMMON: dict[str, tuple[float, str]] = {
+    "m": (1.0, "m"),
+    "mm": (1e-3, "m"),
+    "um": (1e-6, "m"),
+    "rad": (1.0, "rad"),
+    "deg": (_DEGREE, "rad"),
+    "kg": (1.0, "kg"),
+    "kg m^2": (1.0, "kg m^2"),
+    "N/m": (1.0, "N/m"),
+    "MN/m": (1e6, "N/m"),
+    "N/um": (1e6, "N/m"),
+    "N/(mm um)": (1e9, "N/m^2"),
+    "N m/rad": (1.0, "N m/rad"),
+    "N m^2": (1.0, "N m^2"),
+    "N s/m": (1.0, "N s/m"),
+    "N": (1.0, "N"),
+    "kN": (1e3, "N"),
+    "N m": (1.0, "N m"),
+    "kN m": (1e3, "N m"),
+    "W": (1.0, "W"),
+    "kW": (1e3, "W"),
+    "MW": (1e6, "W"),
+    "rpm": (math.pi / 30, "rad/s"),
+    "rad/s": (1.0, "rad/s"),
+    "MPa": (1e6, "Pa"),
+    "GPa": (1e9, "Pa"),
+    "kg/m^3": (1.0, "kg/m^3"),
+    "m/s^2": (1.0, "m/s^2"),
+}
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?|[+-]?inf"
+_QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
+_LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\]\s*(?P<unit>[^\[\]]*?)\s*")
+# a unit text: words, powers of one digit, products and quotients; nothing pint could be made to compute for long
+_UNIT = re.compile(r"(?:[A-Za-zµμ°%²³·]+|(?:\^|\*\*)-?\d(?![\d.]|\s*(?:\^|\*\*))|1(?=\s*/)|[*/()\s])+")
+_HERTZ = re.compile(r"(?<![A-Za-z])[kMG]?(?:Hz|[hH]ertz)(?![A-Za-z])")
+_ANGULAR = re.compile(r"rad|rev|turn|deg|rpm|°|cycle|arc|gon")
+
+
+def read_quantity(
+    value: object,
+    kinds: tuple[str, ...],
+    bounds: Bounds,
+    *,
+    many: bool = False,
+    one: bool = True,
+    words: tuple[str, ...] = (),
+) -> float | str | tuple[float, ...] | Quantity:
+    """Return the SI value of a number, a text with a unit, or a list of them.
+
+    kinds : names in `KINDS`; a bare number is the first. Two kinds: the result is a `Quantity`.
+    many : a list (one value per planet) is allowed; one : a single value is allowed; words : texts kept as they are.
+    Raises ModelError without a path.
+    """
+    if isinstance(value, str) and value.strip() in words:
+        return value.strip()
+    items, shared = _split(value)
+    if items is None and not one:
+        raise _error("a list is needed", value, kinds, bounds, many=True, words=words)
+    if items is not None and (not many or not items):
+        raise _error("an empty list" if many else "a list where one number stands", value, kinds, bounds, words=words)
+    read = [_read_one(v, shared, kinds, bounds, many, words) for v in ([value] if items is None else items)]
+    if len({unit for _, unit in read}) > 1:
+        raise _error("mixes kinds of quantity", value, kinds, bounds, many=many, words=words)
+    numbers = tuple(number for number, _ in read)
+    result = numbers if items is not None else numbers[0]
+    return Quantity(value=result, unit=read[0][1]) if len(kinds) > 1 else result
+
+
+def _split(value: object) -> tuple[list[object] | None, str]:
+    """Return the entries of a list (None for a single value) and the unit they share."""
+    if isinstance(value, (list, tuple)):
+        return list(value), ""
+    if isinstance(value, str) and (found := _LIST.fullmatch(value)):
+        items = found["items"].strip()
+        return [item.strip() for item in items.split(",")] if items else [], found["unit"] or "SI"
+    return None, ""
+
+
+def _read_one(
+    value: object, shared: str, kinds: tuple[str, ...], bounds: Bounds, many: bool, words: tuple[str, ...]
+) -> tuple[float, str]:
+    """Return one SI number and its SI unit; `shared` is the unit behind a bracketed list."""
+
+    def wrong(problem: str) -> ModelError:
+        return _error(problem, value, kinds, bounds, many=many, words=words)
+
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise wrong(f"{_name(value)} where a number stands")
+    if isinstance(value, str):
+        number, unit = _parse(f"{value} {shared}" if shared != "SI" else value, kinds, wrong, bare=shared == "SI")
+    else:
+        number, unit = _finite(value, wrong), KINDS[kinds[0]].unit
+    _check(number, unit, kinds, bounds, wrong)
+    return number, unit
+
+
+def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool) -> tuple[float, str]:
+    """Return the SI number and SI unit of a text like ``20 N/(mm um)``; without a unit only where `bare`."""
+    found = _QUANTITY.fullmatch(text) if len(text) <= 200 else None
+    if found is None:
+        raise wrong("not a number with a unit")
+    number, unit = float(found["number"]), found["unit"]
+    if math.isinf(number) and "inf" not in found["number"]:
+        raise wrong("too large")
+    if not unit:
+        if bare or math.isinf(number) or not KINDS[kinds[0]].unit:
+            return number, KINDS[kinds[0]].unit
+        raise wrong("a text without a unit")
+    if "speed" in kinds and (_HERTZ.search(unit) or not _ANGULAR.search(unit)):
+        raise wrong("revolutions or radians?")
+    for convert in (_common, factor):  # the table for all kinds before pint is imported for any
+        for kind in kinds:
+            if (scale := convert(unit, KINDS[kind].unit)) is not None:
+                return _scaled(found["number"], scale), KINDS[kind].unit
+    raise wrong("unit not known or of another kind of quantity")
+
+
+def _scaled(text: str, scale: float) -> float:
+    """Return number times scale; powers of ten shift the decimal point: 20 um is 2e-05, not 1.9999999999999998e-05."""
+    power = round(math.log10(scale))
+    if abs(scale / 10.0**power - 1) < 1e-14:
+        return float(Decimal(text).scaleb(power))
+    return float(text) * scale
+
+
+def _finite(value: int | float, wrong: Any) -> float:
+    """Return a float of an int or float of any size."""
+    try:
+        return float(value)
+    except OverflowError:
+        raise wrong("too large") from None
+
+
+def _check(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds, wrong: Any) -> None:
+    """Raise where a number is nan, infinite without leave, absurdly large or outside its bounds."""
+    limit = next(KINDS[k].limit for k in kinds if KINDS[k].unit == unit)
+    if math.isnan(number):
+        raise wrong("not a number")
+    if math.isinf(number):
+        if not bounds.inf or number < 0:
+            raise wrong("must be finite")
+        return
+    if abs(number) > limit:
+        raise wrong("out of range")
+    low, high = bounds.low, bounds.high
+    if (low is not None and (number < low or (bounds.above and number == low))) or (high is not None and number > high):
+        raise wrong("out of range")
+
+
+def _common(unit: str, target: str) -> float | None:
+    """Return the factor of a unit in the table, None where it is not there or of another kind."""
+    scale, base = COMMON.get(unit, (1.0, None))
+    return scale if base == target else None
+
+
+@cache
+def factor(unit: str, target: str) -> float | None:
+    """Return the factor from `unit` to the SI unit `target`, None where `unit` is unknown or of another dimension."""
+    if len(unit) > 60 or not _UNIT.fullmatch(unit) or not _angles_agree(unit, target):
+        return None
+    registry = _registry()
+    text = unit.replace("·", " ").replace("²", "^2").replace("³", "^3")
+    try:
+        return float(registry.Quantity(1.0, registry.parse_units(text)).to(registry.parse_units(target)).magnitude)
+    except Exception:  # pint raises many kinds on bad text: undefined, tokens, dimensions, offsets
+        return None
+
+
+def _angles_agree(unit: str, target: str) -> bool:
+    """Return whether radians stand where they should; to pint they are a pure number."""
+    angular = _ANGULAR.search(unit) is not None
+    return angular if target in ("rad", "rad/s") else not angular or "rad" in target
+
+
+@cache
+def _registry() -> Any:
+    """Return pint's registry, made once, when a unit is not in the table."""
+    import pint
+
+    registry = pint.UnitRegistry()
+    registry.define("@alias revolution = rev")
+    return registry
+
+
+def _name(value: object) -> str:
+    """Return what a value is, in the words of TOML."""
+    if isinstance(value, bool):
+        return "true or false"
+    if isinstance(value, dict):
+        return "a table"
+    return "a list" if isinstance(value, (list, tuple)) else f"a {type(value).__name__}"
+
+
+def _error(
+    problem: str,
+    value: object,
+    kinds: tuple[str, ...],
+    bounds: Bounds,
+    *,
+    many: bool = False,
+    words: tuple[str, ...] = (),
+) -> ModelError:
+    """Return the error that says what is allowed."""
+    forms = [_kind_words(KINDS[k]) for k in kinds] + [f'"{w}"' for w in words]
+    ranged = problem in ("out of range", "must be finite") or bounds.low is not None
+    text = " or ".join(forms) + (_range_words(bounds, tuple(KINDS[k] for k in kinds)) if ranged else "")
+    return ModelError(problem, given=value, allowed=text + ("; a list gives one value per planet" if many else ""))
+
+
+def _kind_words(kind: Kind) -> str:
+    """Return `length [m] (m, mm, um)`."""
+    return f"{kind.name} ({kind.spellings}; a bare number is {kind.unit})" if kind.unit else kind.name
+
+
+def _range_words(bounds: Bounds, kinds: tuple[Kind, ...]) -> str:
+    """Return the range in SI units."""
+    unit, limit = kinds[0].unit, kinds[0].limit
+    low = f"{'>' if bounds.above else '>='} {bounds.low:g}" if bounds.low is not None else f">= {-limit:g}"
+    high = f"<= {bounds.high if bounds.high is not None else limit:g}"
+    return f", {low} and {high}{' ' + unit if unit else ''}{' or inf' if bounds.inf else ''}"

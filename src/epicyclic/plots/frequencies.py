@@ -1,0 +1,110 @@
+"""Natural frequencies as stems: height the frequency, colour and marker the kind, a number the multiplicity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+
+from .series import engineering, numbers, texts
+from .style import PALE, figure, mode_colour, mode_symbol, note
+
+__all__ = ["Group", "frequencies", "groups", "mesh_tones"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """Modes of one frequency: first mode (from 1), frequency [Hz], kind, multiplicity."""
+
+    first: int
+    frequency: float
+    kind: str
+    multiplicity: int
+
+
+def groups(modes: xr.Dataset) -> list[Group]:
+    """Modes of equal frequency put together, as their multiplicity says."""
+    hertz, kinds = numbers(modes, "frequency"), texts(modes, "mode_kind", "mode")
+    counts = np.nan_to_num(numbers(modes, "multiplicity", "mode"), nan=1.0)
+    found: list[Group] = []
+    place = 0
+    while place < len(hertz):
+        several = max(1, int(counts[place]))
+        one = Group(first=place + 1, frequency=float(hertz[place]), kind=kinds[place], multiplicity=several)
+        found.append(one)
+        place += several
+    return found
+
+
+def mesh_tones(check: xr.Dataset | None) -> dict[str, float]:
+    """Mesh frequency of each stage that turns [Hz]."""
+    if check is None or "mesh_frequency" not in check.variables:
+        return {}
+    tones = zip(texts(check, "stage"), numbers(check, "mesh_frequency"), strict=True)
+    return {stage: float(tone) for stage, tone in tones if np.isfinite(tone) and tone > 0}
+
+
+def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure:
+    """Natural frequencies [Hz] with kind and multiplicity, mesh frequencies as lines.
+
+    Parameters
+    ----------
+    modes : Dataset of `modes`.  check : Dataset of `check`, for the mesh frequencies.
+    """
+    found = groups(modes)
+    drawn = figure("Natural frequencies", x="mode", y="natural frequency [Hz]", height=440)
+    for kind in dict.fromkeys(one.kind for one in found):
+        own = [one for one in found if one.kind == kind]
+        drawn.add_traces(_stems(own, kind, len(found) <= 36))
+    top = max((one.frequency for one in found), default=1.0)
+    _tones(drawn, mesh_tones(check), top)
+    last = found[-1].first if found else 1
+    drawn.update_xaxes(range=[0.2, last + 0.8], showgrid=False, dtick=1 if last <= 40 else 5)
+    drawn.update_yaxes(range=[0, 1.12 * top])
+    legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.18, "yanchor": "top"}
+    return drawn.update_layout(margin={"r": 150}, legend=legend, showlegend=True)
+
+
+def _stems(own: list[Group], kind: str, words: bool) -> list[go.Scatter]:
+    colour = mode_colour(kind)
+    stems = go.Scatter(
+        x=[value for one in own for value in (one.first, one.first, None)],
+        y=[value for one in own for value in (0.0, one.frequency, None)],
+        mode="lines",
+        line={"color": colour, "width": 2},
+        legendgroup=kind,
+        showlegend=False,
+        hoverinfo="skip",
+    )
+    text = [engineering(one.frequency) + (f"<br>×{one.multiplicity}" if one.multiplicity > 1 else "") for one in own]
+    heads = go.Scatter(
+        x=[one.first for one in own],
+        y=[one.frequency for one in own],
+        mode="markers+text" if words else "markers",
+        marker={"color": colour, "symbol": mode_symbol(kind), "size": 10},
+        text=text,
+        textposition="top center",
+        textfont={"size": 10},
+        cliponaxis=False,
+        name=kind or "mode",
+        legendgroup=kind,
+        hovertemplate="mode %{x}: %{y:.5g} Hz<extra>" + kind + "</extra>",
+    )
+    return [stems, heads]
+
+
+def _tones(drawn: go.Figure, tones: dict[str, float], top: float) -> None:
+    """Mesh frequencies and their harmonics; those left out whose names would lie on another."""
+    taken: list[float] = []
+    order = [(harmonic, stage) for harmonic in range(1, 6) for stage in tones]
+    for harmonic, stage in order:
+        hertz = harmonic * tones[stage]
+        if hertz > top or any(abs(hertz - other) < 0.06 * top for other in taken):
+            continue
+        name = f"{stage} mesh" if len(tones) > 1 else "mesh"
+        text = f"{harmonic}× {name}" if harmonic > 1 else f"{name} {engineering(hertz)} Hz"
+        drawn.add_hline(y=hertz, line={"color": PALE, "width": 1, "dash": "dot"}, layer="below")
+        note(drawn, text, xref="paper", x=1.005, xanchor="left", y=hertz, yanchor="middle")
+        taken.append(hertz)

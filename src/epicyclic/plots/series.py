@@ -1,0 +1,162 @@
+"""Between a Dataset and a figure: plain arrays, short names, curves that coincide drawn once, long records thinned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+__all__ = [
+    "Series",
+    "compact",
+    "engineering",
+    "label",
+    "merged",
+    "numbers",
+    "pair_title",
+    "pairs",
+    "short_names",
+    "texts",
+    "thinned",
+]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """One curve, or several that coincide: its label, what it belongs to, and its values.
+
+    stage, pair, branch (0 = none), side ("" = none or both).  values : (k,).
+    """
+
+    label: str
+    stage: str
+    pair: str
+    branch: int
+    side: str
+    values: Array
+
+
+def numbers(data: xr.Dataset, name: str, dim: str = "") -> Array:
+    """Values of a variable as floats; nan along `dim` where the Dataset has no such variable."""
+    if name in data.variables:
+        return np.asarray(data[name].values, dtype=np.float64)
+    return np.full(data.sizes[dim], np.nan)
+
+
+def texts(data: xr.Dataset, name: str, dim: str = "") -> list[str]:
+    """Values of a variable as strings; empty along `dim` where the Dataset has no such variable."""
+    if name in data.variables:
+        return [str(value) for value in data[name].values]
+    return [""] * data.sizes[dim]
+
+
+def split_name(name: str) -> tuple[str, str, int, str]:
+    """Stage, pair or member, branch (0 = none) and side of ``stage/pair[/branch][/side]``."""
+    parts = name.split("/")
+    side = parts.pop() if parts[-1] in ("left", "right") else ""
+    branch = int(parts.pop()) if parts[-1].isdigit() else 0
+    stage = parts[0] if len(parts) > 1 else ""
+    return stage, "/".join(parts[1:]) if len(parts) > 1 else parts[0], branch, side
+
+
+def label(name: str, *, stage: bool) -> str:
+    """Short name for a legend: ``main/sun-planet/2/left`` -> ``sun-planet 2 L``, behind its stage where asked for."""
+    where, pair, branch, side = split_name(name)
+    parts = [where if stage else "", pair, str(branch) if branch else "", side[:1].upper()]
+    return " ".join(part for part in parts if part)
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Short names; the stage is left out where there is only one."""
+    several = len({split_name(name)[0] for name in names if "/" in name}) > 1
+    return [label(name, stage=several) for name in names]
+
+
+def pairs(series: Iterable[Series]) -> list[tuple[str, str]]:
+    """The different (stage, pair) in order of appearance."""
+    return list(dict.fromkeys((one.stage, one.pair) for one in series))
+
+
+def pair_title(pair: tuple[str, str], several: bool) -> str:
+    """Name of a panel that shows one pair of gears."""
+    return f"{pair[0]}: {pair[1]}" if several and pair[0] else pair[1]
+
+
+def merged(names: Sequence[str], values: Array) -> list[Series]:
+    """Curves of meshes, where the left and right helix coincide one for both.
+
+    Parameters
+    ----------
+    names : (m,) mesh names.  values : (m, k).
+    """
+    kept: dict[tuple[str, str, int], list[Series]] = {}
+    for name, row in zip(names, np.atleast_2d(values), strict=True):
+        stage, pair, branch, side = split_name(name)
+        same = kept.setdefault((stage, pair, branch), [])
+        twin = next((place for place, other in enumerate(same) if _coincide(other.values, row)), None)
+        if twin is None:
+            same.append(_series(stage, pair, branch, side, row))
+        else:
+            same[twin] = _series(stage, pair, branch, "", row, note=" L, R")
+    return [one for group in kept.values() for one in group]
+
+
+def _series(stage: str, pair: str, branch: int, side: str, row: Array, note: str = "") -> Series:
+    who = f"branch {branch}" if branch else pair
+    suffix = note or (f" {side[0].upper()}" if side else "")
+    return Series(label=who + suffix, stage=stage, pair=pair, branch=branch, side=side, values=row)
+
+
+def _coincide(one: Array, other: Array) -> bool:
+    # closer than a line is wide on any screen
+    scale = float(np.nanmax(np.abs(one), initial=0.0))
+    return bool(np.allclose(one, other, rtol=0, atol=1e-4 * scale, equal_nan=True))
+
+
+def thinned(x: Array, y: Array, *, most: int = 1600) -> tuple[Array, Array]:
+    """A long record with fewer samples, highest and lowest of each stretch kept, so that peaks survive.
+
+    Parameters
+    ----------
+    x, y : (k,).  most : samples left at most.
+    """
+    stretch = -(-len(x) // (most // 2))
+    if len(x) <= most or stretch < 2 or bool(np.isnan(y).any()):
+        return x, y
+    count = len(x) // stretch
+    block = y[: count * stretch].reshape(count, stretch)
+    first = np.arange(count) * stretch
+    picks = np.sort(np.stack([first + block.argmin(axis=1), first + block.argmax(axis=1)], axis=1), axis=1)
+    keep = np.concatenate([picks.ravel(), np.arange(count * stretch, len(x))])
+    return x[keep], y[keep]
+
+
+def compact(values: Array, *, digits: int = 5) -> list[float | None]:
+    """Rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap)."""
+    array = np.asarray(values, dtype=np.float64).ravel()
+    finite = np.abs(array[np.isfinite(array)])
+    largest = float(finite.max()) if finite.size else 0.0
+    places = digits - 1 - math.floor(math.log10(largest)) if largest > 0 else 0
+    rounded = np.round(array, places)
+    return [float(value) + 0.0 if np.isfinite(value) else None for value in rounded]
+
+
+def engineering(value: float, digits: int = 4) -> str:
+    """A number to read: so many significant digits, no exponent between 0.001 and a million, nothing for nan."""
+    if not np.isfinite(value):
+        return "" if np.isnan(value) else ("∞" if value > 0 else "-∞")
+    if value == 0:
+        return "0"
+    if not 1e-3 <= abs(value) < 1e6:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        shown = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+        return f"{shown}e{int(exponent)}"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:.{places}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text

@@ -1,0 +1,252 @@
+"""What a train is made of, as derived: speeds, torques, geometry, phases, and where every value came from."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Hashable, Iterable
+from fractions import Fraction
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..results import dataset
+from ..train.bodies import DIRECTIONS, Body, GearData
+from ..train.connections import Mesh
+from ..train.train import Train
+
+__all__ = ["check", "train_provenance"]
+
+Columns = dict[str, tuple[str, NDArray[np.generic]]]
+_NAN = float("nan")
+
+
+def check(train: Train) -> xr.Dataset:
+    """Everything derived from a model file, as one Dataset over bodies, gears, meshes, stages, links and orders.
+
+    Parameters
+    ----------
+    train : the resolved train.
+
+    Returns
+    -------
+    Dataset : speed [rpm], torque [N m] and power [W] of every body (torque external, held members included), geometry
+        [m, rad] of every gear, phase and contact ratio of every mesh, stiffness of every link; nan where the model says
+        nothing.  Attributes ``values`` (path, value, unit, origin of each resolved value) and ``assumed``.
+    """
+    columns = {
+        **_body_columns(train),
+        **_gear_columns(train),
+        **_mesh_columns(train),
+        **_stage_columns(train),
+        **_order_columns(train),
+    }
+    variables = {name: column for name, column in columns.items() if name != column[0]}
+    coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
+    links = train.links
+    result = dataset(
+        {
+            **variables,
+            "link_first": ("link", _texts(link.first for link in links)),
+            "link_second": ("link", _texts(link.second or "" for link in links)),
+            "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
+        },
+        coords={**coords, "link": ("link", _texts(link.name for link in links)), "direction": list(DIRECTIONS)},
+        verb="check",
+        warnings=train.warnings,
+        provenance=train_provenance(train),
+    )
+    values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
+    return result.assign_attrs(values=json.dumps(values, default=str))
+
+
+def train_provenance(train: Train) -> dict[str, str]:
+    """Attributes that say which train a result belongs to: title, doi, the whole model and its assumptions as JSON."""
+    return {
+        "title": train.title,
+        "doi": train.doi,
+        "model": json.dumps(dict(train.document), default=str),
+        "assumed": json.dumps(dict(train.assumed)),
+    }
+
+
+def _texts(values: Iterable[str]) -> NDArray[np.generic]:
+    return np.array(list(values), dtype=str)
+
+
+def _numbers(values: Iterable[float | Fraction | None]) -> NDArray[np.generic]:
+    return np.array([_NAN if value is None else float(value) for value in values])
+
+
+def _whole(values: Iterable[int | None]) -> NDArray[np.generic]:
+    return np.array([value or 0 for value in values], dtype=np.int64)
+
+
+def _body_columns(train: Train) -> Columns:
+    bodies = train.bodies
+    speed = {body.name: _member_speed(train, body) for body in bodies}
+    torque = {body.name: _torque(train, body) for body in bodies}
+
+    def column(pick: Callable[[Body], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
+        return "body", _numbers(pick(body) for body in bodies)
+
+    return {
+        "body": ("body", _texts(body.name for body in bodies)),
+        "kind": ("body", _texts(body.kind for body in bodies)),
+        "member": ("body", _texts(body.member for body in bodies)),
+        "body_stage": ("body", _texts(body.frame for body in bodies)),
+        "branch": ("body", _whole(body.branch for body in bodies)),
+        "side": ("body", _texts(body.side or "" for body in bodies)),
+        "carried_by": ("body", _texts(body.carried_by or "" for body in bodies)),
+        "speed": column(lambda body: speed[body.name]),
+        "torque": column(lambda body: torque[body.name]),
+        "power": column(lambda body: torque[body.name] * speed[body.name] * math.pi / 30),
+        "centre_x": column(lambda body: body.centre[0]),
+        "centre_y": column(lambda body: body.centre[1]),
+        "station": column(lambda body: body.station),
+        "axes_angle": column(lambda body: body.angle),
+        "mass": column(lambda body: body.mass),
+        "inertia": column(lambda body: body.inertia),
+        "tilt_inertia": column(lambda body: body.tilt_inertia),
+        "outer_radius": column(lambda body: _outer_radius(train, body)),
+    }
+
+
+def _member_speed(train: Train, body: Body) -> float:
+    speeds = train.kinematics.speed
+    return _NAN if speeds is None or body.member not in speeds else float(speeds[body.member])
+
+
+def _torque(train: Train, body: Body) -> float:
+    """External torque [N m]: what the train puts on this body, else its share of what its member carries."""
+    torques = train.kinematics.torque
+    if torques is None:
+        return _NAN
+    if body.name in train.torques:
+        return train.torques[body.name]
+    same = [other.name for other in train.bodies if other.member == body.member]
+    rest = torques.get(body.member, 0.0) - sum(train.torques.get(name, 0.0) for name in same)
+    return rest / sum(name not in train.torques for name in same)
+
+
+def _outer_radius(train: Train, body: Body) -> float:
+    """Outer radius for a drawing [m]: tip circle, rim of a ring, reach of the pins of a carrier, else an equal disc."""
+    if body.gear is not None:
+        gear = body.gear
+        return max(gear.root_radius, gear.tip_radius) + 2 * gear.module if gear.internal else gear.tip_radius
+    carried = [other for other in train.bodies if other.carried_by == body.name and other.gear is not None]
+    reach = [math.hypot(*other.centre) + 0.4 * other.gear.reference_radius for other in carried if other.gear]
+    if reach:
+        return max(reach)
+    return math.sqrt(2 * body.inertia / body.mass) if body.mass > 0 and body.inertia > 0 else _NAN
+
+
+def _gear_columns(train: Train) -> Columns:
+    gears = [(body.name, body.gear) for body in train.bodies if body.gear is not None]
+
+    def column(pick: Callable[[GearData], float | None]) -> tuple[str, NDArray[np.generic]]:
+        return "gear", _numbers(pick(gear) for _, gear in gears)
+
+    return {
+        "gear": ("gear", _texts(name for name, _ in gears)),
+        "teeth": ("gear", _whole(gear.teeth for _, gear in gears)),
+        "hand": ("gear", _whole(gear.hand for _, gear in gears)),
+        "internal": ("gear", np.array([gear.internal for _, gear in gears], dtype=bool)),
+        "herringbone": ("gear", np.array([gear.herringbone for _, gear in gears], dtype=bool)),
+        "base_radius": column(lambda gear: gear.base_radius),
+        "tip_radius": column(lambda gear: gear.tip_radius),
+        "root_radius": column(lambda gear: gear.root_radius),
+        "reference_radius": column(lambda gear: gear.reference_radius),
+        "face_width": column(lambda gear: gear.face_width),
+        "gap": column(lambda gear: gear.gap),
+        "helix_angle": column(lambda gear: gear.helix_angle),
+        "profile_shift": column(lambda gear: gear.profile_shift),
+        "module": column(lambda gear: gear.module),
+        "pressure_angle": column(lambda gear: gear.pressure_angle),
+    }
+
+
+def _mesh_columns(train: Train) -> Columns:
+    meshes = train.meshes
+
+    def column(pick: Callable[[Mesh], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
+        return "mesh", _numbers(pick(mesh) for mesh in meshes)
+
+    return {
+        "mesh": ("mesh", _texts(mesh.name for mesh in meshes)),
+        "gear_a": ("mesh", _texts(mesh.a for mesh in meshes)),
+        "gear_b": ("mesh", _texts(mesh.b for mesh in meshes)),
+        "mesh_stage": ("mesh", _texts(mesh.stage for mesh in meshes)),
+        "mesh_branch": ("mesh", _whole(mesh.branch for mesh in meshes)),
+        "mesh_side": ("mesh", _texts(mesh.side or "" for mesh in meshes)),
+        "mesh_pair": ("mesh", _texts(mesh.pair for mesh in meshes)),
+        "flank": ("mesh", _whole(mesh.flank for mesh in meshes)),
+        "phase_lead": column(lambda mesh: mesh.lead),
+        "contact_ratio": column(lambda mesh: mesh.contact_ratio),
+        "overlap_ratio": column(lambda mesh: mesh.overlap_ratio),
+        "working_pressure_angle": column(lambda mesh: mesh.pressure_angle),
+        "working_radius": column(lambda mesh: mesh.radius_a),
+        "mean_mesh_stiffness": column(lambda mesh: mesh.stiffness),
+        "mesh_station": column(lambda mesh: mesh.station),
+        "mesh_direction": column(lambda mesh: mesh.direction),
+    }
+
+
+def _stage_columns(train: Train) -> Columns:
+    stages = list(train.planets)
+    tones = train.kinematics.mesh_frequency or {}
+    return {
+        "stage": ("stage", _texts(stages)),
+        "planets": ("stage", _whole(train.planets[stage] for stage in stages)),
+        "mesh_frequency": ("stage", _numbers(tones.get(stage) for stage in stages)),
+        "hunting_period": ("stage", _numbers(_hunting_period(train, stage) for stage in stages)),
+        "centre_distance": ("stage", _numbers(_centre_distance(train, stage) for stage in stages)),
+    }
+
+
+def _stage_meshes(train: Train, stage: str) -> list[Mesh]:
+    return [mesh for mesh in train.meshes if mesh.stage == stage]
+
+
+def _hunting_period(train: Train, stage: str) -> int:
+    """Mesh cycles after which every gear of the stage has made whole turns: the least common multiple of the teeth."""
+    names = {name for mesh in _stage_meshes(train, stage) for name in (mesh.a, mesh.b)}
+    return math.lcm(*(body.gear.teeth for body in train.bodies if body.name in names and body.gear is not None))
+
+
+def _centre_distance(train: Train, stage: str) -> float | None:
+    centres = {body.name: body.centre for body in train.bodies}
+    meshes = _stage_meshes(train, stage)
+    return math.dist(centres[meshes[0].a], centres[meshes[0].b]) if meshes else None
+
+
+def _order_columns(train: Train) -> Columns:
+    """Mesh frequency of each stage and rotation of each member, in its frame and absolute [Hz; mesh orders]."""
+    lines = _shaft_lines(train)
+    return {
+        "order_name": ("order_name", _texts(name for name, _, _ in lines)),
+        "order_frequency": ("order_name", _numbers(frequency for _, frequency, _ in lines)),
+        "order": ("order_name", _numbers(frequency / tone for _, frequency, tone in lines)),
+    }
+
+
+def _shaft_lines(train: Train) -> list[tuple[str, Fraction, Fraction]]:
+    kinematics = train.kinematics
+    if kinematics.speed is None or kinematics.mesh_frequency is None:
+        return []
+    frames = kinematics.frame_speed or {}
+    lines: list[tuple[str, Fraction, Fraction]] = []
+    for stage, tone in kinematics.mesh_frequency.items():
+        if tone == 0:
+            continue
+        lines.append((f"{stage} mesh", tone, tone))
+        frame = frames.get(stage, Fraction(0))
+        members = dict.fromkeys(body.member for body in train.bodies if body.frame == stage)
+        for member in members:
+            speed = kinematics.speed.get(member, Fraction(0))
+            if speed != 0:
+                lines.append((f"{member} turning", abs(speed) / 60, tone))
+            if frame != 0 and speed != frame:
+                lines.append((f"{member} in the carrier's frame", abs(speed - frame) / 60, tone))
+    return lines

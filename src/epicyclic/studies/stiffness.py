@@ -1,0 +1,52 @@
+"""Mesh stiffness over one mesh cycle, as it varies in time."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..results import dataset
+from ..train.connections import Mesh
+from ..train.train import Train
+from .check import train_provenance
+
+__all__ = ["stiffness", "stiffness_history"]
+
+
+def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:
+    """Mesh stiffness of every mesh over one mesh cycle of its stage.
+
+    Parameters
+    ----------
+    train : the resolved train.  samples : points per mesh cycle.
+
+    Returns
+    -------
+    Dataset : mesh_stiffness(mesh, mesh_phase) and mean_mesh_stiffness(mesh) [N/m], along the tooth normal; mesh_phase
+        is time in mesh cycles, so that the phase of every mesh is in it: k_i(t) = k_1(t + lead_i T).
+    """
+    phase = np.arange(samples) / samples
+    return dataset(
+        {
+            "mesh_stiffness": (
+                ("mesh", "mesh_phase"),
+                np.array([stiffness_history(mesh, phase) for mesh in train.meshes]).reshape(-1, samples),
+            ),
+            "mean_mesh_stiffness": ("mesh", np.array([mesh.stiffness for mesh in train.meshes])),
+            "phase_lead": ("mesh", np.array([float(mesh.lead) for mesh in train.meshes])),
+        },
+        coords={"mesh": [mesh.name for mesh in train.meshes], "mesh_phase": phase},
+        verb="stiffness",
+        options={"samples": samples},
+        warnings=train.warnings,
+        provenance=train_provenance(train),
+    )
+
+
+def stiffness_history(mesh: Mesh, phase: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mesh stiffness [N/m] at times `phase` [mesh cycles]: the series in sigma = sense (phase + lead)."""
+    sigma = mesh.sense * (phase + float(mesh.lead))
+    order = np.arange(1, len(mesh.variation) + 1)
+    turn = np.exp(2j * np.pi * np.multiply.outer(sigma, order))
+    return mesh.stiffness * (1 + (turn @ mesh.variation).real)

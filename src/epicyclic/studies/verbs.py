@@ -1,0 +1,200 @@
+"""The verbs: a source in, a Dataset out.  What the command line, notebooks and studies call.
+
+A source is the name of a ready drive, a path of a model file, a dict, or what has been loaded or assembled already.
+Every verb takes ``overrides``, path -> value, as `load` does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ModelError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..system.system import System
+    from ..train.train import Train
+
+    Source = str | Path | Mapping[str, Any] | Train | System
+
+__all__ = [
+    "VERBS",
+    "campbell",
+    "check",
+    "modes",
+    "sharing",
+    "static",
+    "steady",
+    "stiffness",
+    "sweep",
+    "system_of",
+    "train_of",
+]
+
+Overrides = Mapping[str, Any]
+_SPEED_HINT = 'a speed of a member, e.g. speed.sun = "100 rpm"'
+
+
+def check(source: Source, *, overrides: Overrides | None = None) -> xr.Dataset:
+    """Everything derived from the model: speeds, torques, geometry, phases, and where each value came from."""
+    from .check import check as run
+
+    return run(train_of(source, overrides=overrides))
+
+
+def stiffness(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Mesh stiffness over a mesh cycle; options of `epicyclic.studies.stiffness.stiffness`."""
+    from .stiffness import stiffness as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
+def modes(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Natural frequencies, mode shapes, kinds and energy shares; options of `epicyclic.analyses.modal.modal`."""
+    from ..analyses.modal import modal as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
+def campbell(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    relative_speeds: Sequence[float] | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Natural frequencies over speed, by default from standstill to twice the operating speed.
+
+    Further options are those of `epicyclic.analyses.campbell.campbell`.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or says no speed.
+    """
+    from ..analyses.campbell import campbell as run
+
+    system = system_of(source, overrides=overrides)
+    if not system.tones:
+        raise ModelError("a Campbell diagram needs a speed", path="operation.speed", allowed=_SPEED_HINT)
+    speeds = [2 * point / 40 for point in range(41)] if relative_speeds is None else relative_speeds
+    return run(system, relative_speeds=speeds, **options)
+
+
+def static(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Static equilibrium over the record, meshes unilateral; options of `epicyclic.analyses.static.static`."""
+    from ..analyses.static import static as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
+def steady(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Steady response at one speed; options of `epicyclic.analyses.steady.steady`."""
+    from ..analyses.steady import steady as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
+def sharing(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Load-sharing coefficients, each by its named definition; options of `epicyclic.analyses.sharing.sharing`."""
+    from ..analyses.sharing import sharing as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
+def sweep(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    points: int | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Steady response over speed; further options are those of `epicyclic.analyses.sweep.sweep`.
+
+    Parameters
+    ----------
+    start, stop : lowest and highest mesh frequency [Hz]; None: a fifth of the lowest, 1.2 times the highest of the
+        natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or says no speed, torque or damping.
+    """
+    from ..analyses.sweep import sweep as run
+
+    system = system_of(source, overrides=overrides)
+    if start is not None or stop is not None or points is not None:
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
+    return run(system, **options)
+
+
+def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
+    """Evenly spaced mesh frequencies [Hz]."""
+    import numpy as np
+
+    from ..analyses.eigen import eigen
+
+    if not system.tones:
+        raise ModelError("a sweep needs a speed", path="operation.speed", allowed=_SPEED_HINT)
+    omega = eigen(system).omega
+    known = [float(system.tones[0]), *(omega[omega > 0] / (2 * np.pi))]
+    low = 0.2 * min(known) if start is None else start
+    high = max(1.2 * max(known), low) if stop is None else stop
+    if not 0 < low <= high:
+        raise ModelError(
+            "the range is empty", path="--from, --to", given=f"{low:g} Hz to {high:g} Hz", allowed="0 < from <= to"
+        )
+    return [float(frequency) for frequency in np.linspace(low, high, points)]
+
+
+VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
+    "check": check,
+    "stiffness": stiffness,
+    "modes": modes,
+    "campbell": campbell,
+    "static": static,
+    "steady": steady,
+    "sharing": sharing,
+    "sweep": sweep,
+}
+
+
+def train_of(source: Source, *, overrides: Overrides | None = None) -> Train:
+    """Load a source unless it is a Train already.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or overrides are given with what is loaded already.
+    """
+    from ..files import load
+    from ..system.system import System
+    from ..train.train import Train
+
+    if isinstance(source, System):
+        raise ModelError("a System has no drawing left: give the model file or the Train", path="source")
+    if not isinstance(source, Train):
+        return load(source, overrides=overrides)
+    if overrides:
+        raise ModelError("overrides apply to a model file, not to a Train that is loaded already", path="overrides")
+    return source
+
+
+def system_of(source: Source, *, overrides: Overrides | None = None) -> System:
+    """Load and assemble a source, as far as that has not been done.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or overrides are given with what is loaded already.
+    """
+    from ..assemble import assemble
+    from ..system.system import System
+
+    if not isinstance(source, System):
+        return assemble(train_of(source, overrides=overrides))
+    if overrides:
+        raise ModelError("overrides apply to a model file, not to a System that is assembled already", path="overrides")
+    return source

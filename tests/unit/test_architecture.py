@@ -1,0 +1,216 @@
+"""The import arrows of docs/design.md, read from the source: who may import whom, no cycles, honest `__all__`."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "src" / "epicyclic"
+MODULES = {
+    ".".join(path.relative_to(PACKAGE).with_suffix("").parts): path
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if path.name != "__main__.py"
+}
+PYTHON = sorted([*PACKAGE.rglob("*.py"), *(ROOT / "tests").rglob("*.py"), *(ROOT / "examples").glob("*.py")])
+# room -> the rooms it may import; `errors` may be imported by all
+ALLOWED: dict[str, set[str]] = {
+    "errors": set(),
+    "gears": set(),
+    "train": {"gears"},
+    "system": set(),
+    "results": set(),
+    "systems": set(),
+    "files": {"train", "gears"},
+    "assemble": {"train", "gears", "system"},
+    "analyses": {"system", "results"},
+    "studies": {"files", "assemble", "analyses", "results", "train", "system"},
+    "plots": {"results"},
+    "report": {"plots", "results"},
+    "terminal": {"results"},
+    "console": {"files"},
+    "cli": {"console", "terminal", "report", "studies", "files", "results"},
+}
+
+
+def room_of(module: str) -> str:
+    return module.split(".")[0]
+
+
+def imports(path: Path, module: str, *, top_level: bool = False) -> set[str]:
+    """Modules of the package that a file imports, written from the package root; also those inside functions."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    here = module.split(".") if path.name != "__init__.py" else [*module.split(".")[:-1], "__init__"]
+    found: set[str] = set()
+    for node in _nodes(tree, top_level=top_level):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = here[: len(here) - node.level]
+            target = [*base, *(node.module.split(".") if node.module else [])]
+            names = [".".join([*target, alias.name]) for alias in node.names]
+            found |= {name if name in MODULES or f"{name}.__init__" in MODULES else ".".join(target) for name in names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {node.module or ""} if (node.module or "").split(".")[0] == "epicyclic" else set()
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names if alias.name.split(".")[0] == "epicyclic"}
+    return {name for name in found if name}
+
+
+def _nodes(tree: ast.AST, *, top_level: bool) -> list[ast.AST]:
+    """All nodes; with `top_level` only what runs at import: no function bodies, nothing under TYPE_CHECKING."""
+    if not top_level:
+        return list(ast.walk(tree))
+    nodes: list[ast.AST] = []
+    for child in ast.iter_child_nodes(tree):
+        typing_only = isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
+        if not typing_only and not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+            nodes += [child, *_nodes(child, top_level=True)]
+    return nodes
+
+
+def violations(module: str, imported: set[str]) -> set[str]:
+    room = room_of(module)
+    return {name for name in imported if room_of(name) not in ALLOWED[room] | {room, "errors"}}
+
+
+@pytest.mark.parametrize("module", [name for name in MODULES if name != "__init__"])
+def test_imports_follow_the_arrows(module: str) -> None:
+    assert room_of(module) in ALLOWED, "a new room: say in docs/design.md and here what it may import"
+    assert violations(module, imports(MODULES[module], module)) == set()
+
+
+def test_arrows_are_seen_to_fail() -> None:
+    assert violations("analyses.modal", {"gears.involute"}) == {"gears.involute"}
+    assert violations("system.rows", {"epicyclic.train"}) == {"epicyclic.train"}  # the package root from inside
+
+
+def test_the_rooms_have_no_cycle() -> None:
+    order: list[str] = []
+    while len(order) < len(ALLOWED):
+        ready = [room for room in ALLOWED if room not in order and ALLOWED[room] <= set(order)]
+        assert ready, f"a cycle among {set(ALLOWED) - set(order)}"
+        order += ready
+
+
+def test_no_cycle_at_import() -> None:
+    graph = {
+        name.removesuffix(".__init__"): {
+            target.removesuffix(".__init__") for target in imports(path, name, top_level=True)
+        }
+        for name, path in MODULES.items()
+    }
+    done: set[str] = set()
+    while graph.keys() - done:
+        ready = {name for name in graph.keys() - done if not (graph[name] & graph.keys()) - done - {name}}
+        assert ready, f"modules that import each other: {sorted(graph.keys() - done)}"
+        done |= ready
+
+
+@pytest.mark.parametrize("module", list(MODULES))
+def test_public_names_are_listed(module: str) -> None:
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    listed = [
+        ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign | ast.AnnAssign)
+        and node.value is not None
+        and "__all__" in {ast.unparse(t) for t in (node.targets if isinstance(node, ast.Assign) else [node.target])}
+    ]
+    defined = {
+        node.name
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_")
+    }
+    if module.endswith("__init__") and not listed:
+        assert not defined  # a room without names of its own
+        return
+    assert len(listed) == 1, "one __all__, written by hand"
+    names = listed[0]
+    assert len(names) == len(set(names))
+    commands = {node.name for node in tree.body if isinstance(node, ast.FunctionDef) and node.decorator_list}
+    hidden = defined - set(names) - (commands if module == "cli" else set())
+    assert not {name for name in hidden if _used_elsewhere(module, name)}, "used by another module, so list it"
+    assert set(names) <= defined | _bound(tree)
+
+
+def _bound(tree: ast.Module) -> set[str]:
+    """Names a module binds by import or assignment, also under TYPE_CHECKING."""
+    bound: set[str] = set()
+    for node in _nodes(tree, top_level=False):
+        if isinstance(node, ast.ImportFrom | ast.Import):
+            bound |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            bound.add(node.id)
+    return bound
+
+
+def _used_elsewhere(module: str, name: str) -> bool:
+    short = module.removesuffix(".__init__").split(".")[-1]
+    pattern = re.compile(rf"from \.+[\w.]*\b{short} import [^\n]*\b{name}\b")
+    return any(pattern.search(path.read_text(encoding="utf-8")) for other, path in MODULES.items() if other != module)
+
+
+def test_the_package_exports_what_it_lists() -> None:
+    import epicyclic
+
+    for name in epicyclic.__all__:
+        assert getattr(epicyclic, name) is not None
+    assert set(epicyclic.__all__) <= set(dir(epicyclic))
+
+
+def test_assemble_stays_the_function() -> None:
+    import epicyclic
+    import epicyclic.assemble as room  # the module of the same name is imported, which would hide the function
+
+    assert callable(epicyclic.assemble)
+    assert callable(room)
+
+
+@pytest.mark.parametrize("path", PYTHON, ids=lambda path: path.name)
+def test_files_are_short(path: Path) -> None:
+    # a file of synthetic data beside the tests may be longer
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= (400 if PACKAGE in path.parents else 600)
+
+
+@pytest.mark.parametrize("module", list(MODULES))
+def test_functions_are_short(module: str) -> None:
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    long = {
+        node.name: _body_lines(node)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and _body_lines(node) > 80
+    }
+    assert long == {}
+
+
+def _body_lines(node: ast.FunctionDef) -> int:
+    body = node.body[1:] if ast.get_docstring(node) is not None else node.body
+    return (body[-1].end_lineno or 0) - body[0].lineno + 1 if body else 0
+
+
+@pytest.mark.parametrize("path", PYTHON, ids=lambda path: path.name)
+def test_sources_cited_are_in_the_bibliography(path: Path) -> None:
+    keys = set(re.findall(r"^@\w+\{(\w+),", (PACKAGE / "references.bib").read_text(encoding="utf-8"), re.MULTILINE))
+    text = path.read_text(encoding="utf-8")
+    cited = set(re.findall(r"\[((?:[a-z]+(?:19|20)\d\d[a-z]?)|iso\d+)(?:[,;][^\]\n]*)?\]", text))
+    assert cited - keys == set()
+    assert {"lin1999", "kahraman1994", "ren2021", "iso6336", "iso21771"} <= keys
+
+
+@pytest.mark.parametrize("module", list(MODULES))
+def test_nothing_prints(module: str) -> None:
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "print"]
+    assert calls == []
+
+
+def test_package_data_is_declared() -> None:
+    import tomllib
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    globs = project["tool"]["setuptools"]["package-data"]["epicyclic"]
+    declared = {path for pattern in globs for path in PACKAGE.glob(pattern)}
+    data = {path for path in PACKAGE.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")}
+    assert data == declared

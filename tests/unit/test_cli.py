@@ -1,0 +1,279 @@
+"""The command line: exit statuses, streams, files, speed of starting."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.cli import app
+from epicyclic.console import frequency
+from epicyclic.errors import ConvergenceError, ModelError
+
+
+class Outcome(NamedTuple):
+    status: int
+    out: str
+    err: str
+
+
+Command = Callable[..., Outcome]
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Command:
+    """Run the command line in this process."""
+
+    def run(*arguments: str) -> Outcome:
+        with pytest.raises(SystemExit) as stop:
+            app(list(arguments), prog_name="epicyclic")
+        streams = capsys.readouterr()
+        return Outcome(int(stop.value.code or 0), streams.out, streams.err)
+
+    return run
+
+
+def process(*arguments: str, **options: object) -> subprocess.Popen[str]:
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    environment.pop("EPICYCLIC_DEBUG", None)
+    return subprocess.Popen(
+        [sys.executable, "-m", "epicyclic", *arguments],
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
+    )
+
+
+def cpu_of(*arguments: str) -> float:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def test_help_is_quick() -> None:
+    # the best of three: the first one may compile, and other processes share the machine's caches
+    assert min(cpu_of("-m", "epicyclic", "--help") for _ in range(3)) <= 0.5
+
+
+def test_import_is_quick() -> None:
+    assert min(cpu_of("-c", "import epicyclic") for _ in range(3)) <= 1.0
+    subprocess.run([sys.executable, "-c", "import epicyclic, sys; assert 'numpy' not in sys.modules"], check=True)
+
+
+def test_version(command: Command) -> None:
+    assert command("--version").out == f"epicyclic {epicyclic.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (),
+        ("nosuch",),
+        ("modes",),
+        ("modes", "lin1999-n4", "--nosuch"),
+        ("sharing", "ren2021", "--method", "guess"),
+        ("sweep", "ren2021", "--points", "0"),
+        ("sweep", "ren2021", "--points", "many"),
+    ],
+)
+def test_wrong_usage_is_status_2(command: Command, arguments: tuple[str, ...]) -> None:
+    assert command(*arguments).status == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("check", "nosuch"), "nosuch"),
+        (("check", "nosuch.toml"), "nosuch.toml"),
+        (("check", "lin1999-n4", "--set", "stages.main.sun.teeth=-3"), "stages.main.sun.teeth"),
+        (("check", "lin1999-n4", "--set", "stages.main.sun.tooth=3"), "teeth"),
+        (("check", "lin1999-n4", "--set", "nothing"), "PATH=VALUE"),
+        (("modes", "lin1999-n4", "-o", "result.txt"), ".nc"),
+        (("modes", "lin1999-n4", "-o", "nowhere/result.nc"), "nowhere"),
+        (("sharing", "lin1999-n4"), ""),
+        (("campbell", "lin1999-n4"), "operation.speed"),
+        (("sweep", "lin1999-n4", "--from", "20 Hz"), "operation.speed"),
+        (("sweep", "ren2021", "--from", "20 rpm"), "--from"),
+        (("sweep", "ren2021", "--from", "600", "--to", "20"), "600"),
+        (("report", "ren2021", "-o", "report.pdf"), ".html"),
+        (("schema", "-o", "schema.txt"), ".json"),
+    ],
+)
+def test_wrong_input_is_status_2_and_named(command: Command, arguments: tuple[str, ...], named: str) -> None:
+    status, out, err = command(*arguments)
+    assert status == 2
+    assert out == ""
+    assert err.splitlines()[-1].startswith("error: ")
+    assert named in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("verb", ["check", "modes", "stiffness"])
+def test_json_is_the_dataset(command: Command, verb: str) -> None:
+    status, out, _ = command(verb, "lin1999-n4", "--json")
+    again = xr.Dataset.from_dict(json.loads(out))
+    direct = getattr(epicyclic, verb)("lin1999-n4")
+    assert status == 0
+    assert out == epicyclic.to_json(direct) + "\n"
+    xr.testing.assert_allclose(again, direct, rtol=1e-15)  # JSON writes floats so that they read back the same
+
+
+def test_set_reaches_the_model(command: Command) -> None:
+    status, out, _ = command("modes", "lin1999-n4", "--set", "stages.main.sun.mass=0.8 kg", "--json")
+    direct = epicyclic.modes("lin1999-n4", overrides={"stages.main.sun.mass": "0.8 kg"})
+    nominal = epicyclic.modes("lin1999-n4")
+    heavier = xr.Dataset.from_dict(json.loads(out))
+    assert status == 0
+    assert heavier.frequency.values.tolist() == direct.frequency.values.tolist()
+    assert abs(heavier.frequency.values[1] - nominal.frequency.values[1]) > 1.0  # Hz; a doubled sun is felt
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".json"])
+def test_output_file(command: Command, tmp_path: Path, suffix: str) -> None:
+    target = tmp_path / f"modes{suffix}"
+    status, out, err = command("modes", "lin1999-n3", "-o", str(target))
+    assert (status, out) == (0, "")
+    assert f"written: {target}" in err
+    again = (
+        epicyclic.load_result(target)
+        if suffix == ".nc"
+        else xr.Dataset.from_dict(json.loads(target.read_text("utf-8")))
+    )
+    assert again.frequency.values.tolist() == epicyclic.modes("lin1999-n3").frequency.values.tolist()
+    assert [path.name for path in tmp_path.iterdir()] == [target.name]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "shown"),
+    [
+        (("check", "ren2021"), ("27.3125", "[rpm]", "phase", "stages.main.sun.mass")),
+        (("modes", "lin1999-n4"), ("727.2", "translational", "[Hz]")),
+        (("stiffness", "ren2021"), ("[N/um]",)),
+        (("campbell", "ren2021"), ("[Hz]",)),
+        (("steady", "ren2021"), ("[N]",)),
+        (("static", "ren2021"), ("[N]",)),
+        (("sharing", "ren2021", "--method", "static", "--cycles", "23"), ("cycle-peak", "train", "worst-case")),
+        (("sweep", "ren2021", "--from", "20 Hz", "--to", "0.03 kHz", "--points", "3"), ("3 speeds, 20 to 30 Hz", "ok")),
+    ],
+)
+def test_tables(command: Command, arguments: tuple[str, ...], shown: tuple[str, ...]) -> None:
+    status, out, _ = command(*arguments)
+    assert status == 0
+    for text in shown:
+        assert text in out
+
+
+def test_warnings_come_first(command: Command) -> None:
+    lines = command("check", "ren2021").out.splitlines()
+    assert lines[1].startswith("warning:")
+    assert "121.5" in lines[1]
+
+
+def test_resolved_model_is_a_model(command: Command, tmp_path: Path) -> None:
+    target = tmp_path / "resolved.toml"
+    assert command("check", "ren2021", "--resolved", "-o", str(target)).status == 0
+    again, first = epicyclic.check(str(target)), epicyclic.check("ren2021")
+    for name in ("speed", "phase_lead", "mass", "mean_mesh_stiffness"):
+        xr.testing.assert_allclose(again[name], first[name], rtol=1e-12)  # written with all digits
+
+
+def test_report_says_what_it_leaves_out(command: Command, tmp_path: Path) -> None:
+    target = tmp_path / "report.html"
+    status, out, _ = command("report", "lin1999-n4", "-o", str(target))
+    assert status == 0
+    assert "natural frequencies" in out
+    assert "no sharing:" in out
+    assert target.read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html>")
+
+
+def test_report_prints_key_figures(command: Command, tmp_path: Path) -> None:
+    status, out, _ = command("report", "ren2021", "-o", str(tmp_path / "report.html"))
+    assert status == 0
+    for text in ("27.3125 Hz", "10.472 rad/s", "cycle-peak", "warning:", "written:"):
+        assert text in out
+
+
+def test_schema_and_systems(command: Command) -> None:
+    assert "stages" in json.loads(command("schema").out)["properties"]
+    titles = json.loads(command("systems", "--json").out)
+    assert {"lin1999-n3", "lin1999-n4", "lin1999-n5", "ren2021"} <= set(titles)
+    assert all(titles.values())
+
+
+def test_no_convergence_is_status_3(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("epicyclic.studies.job.run", raising(ConvergenceError("lower the load")))
+    assert command("modes", "lin1999-n4") == (3, "", "no convergence: lower the load\n")
+
+
+def test_a_fault_is_one_message(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("EPICYCLIC_DEBUG", raising=False)
+    monkeypatch.setattr("epicyclic.studies.job.run", raising(IndexError("off by one")))
+    status, out, err = command("modes", "lin1999-n4")
+    assert (status, out) == (1, "")
+    assert "IndexError: off by one" in err
+    assert "Traceback" not in err
+
+
+def test_a_fault_has_a_traceback_on_demand(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EPICYCLIC_DEBUG", "1")
+    monkeypatch.setattr("epicyclic.studies.job.run", raising(IndexError("off by one")))
+    with pytest.raises(IndexError):
+        app(["modes", "lin1999-n4"])
+
+
+def test_stopped_leaves_nothing(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("epicyclic.results.save_result", raising(KeyboardInterrupt()))
+    status, _, err = command("modes", "lin1999-n4", "-o", str(tmp_path / "modes.nc"))
+    assert status == 130
+    assert err.splitlines()[-1] == "stopped"
+    assert list(tmp_path.iterdir()) == []
+
+
+def raising(error: BaseException) -> Callable[..., object]:
+    def fail(*_: object, **__: object) -> object:
+        raise error
+
+    return fail
+
+
+def test_ctrl_c(tmp_path: Path) -> None:
+    target = tmp_path / "sweep.nc"
+    with process("sweep", "ren2021", "--points", "100000", "-o", str(target)) as running:
+        time.sleep(3.0)  # long enough to have begun, far too short to be done
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert err.splitlines()[-1] == "stopped"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_closed_pipe_is_quiet() -> None:
+    with process("check", "ren2021") as running:
+        assert running.stdout is not None
+        assert running.stderr is not None
+        running.stdout.close()
+        assert "Traceback" not in running.stderr.read()
+
+
+@pytest.mark.parametrize(("text", "value"), [("20", 20.0), ("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])
+def test_frequency(text: str, value: float) -> None:
+    assert frequency(text, "--from") == pytest.approx(value, rel=1e-15)  # one rounding
+
+
+@pytest.mark.parametrize("text", ["", "Hz", "-3", "0", "nan", "inf", "20 rpm", "1.2.3", "1e400", "twenty"])
+def test_not_a_frequency(text: str) -> None:
+    with pytest.raises(ModelError, match="--from"):
+        frequency(text, "--from")

@@ -1,0 +1,78 @@
+"""The documentation: links lead somewhere, its code runs, its model files load, its commands exist."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import epicyclic
+from epicyclic.cli import app
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def identifier(page: Path) -> str:
+    return page.name
+
+
+@pytest.mark.parametrize("page", PAGES, ids=identifier)
+def test_links_lead_somewhere(page: Path) -> None:
+    targets = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    missing = [t for t in targets if not t.startswith("https://") and not (page.parent / t.split("#")[0]).exists()]
+    assert missing == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=identifier)
+def test_model_files_load(page: Path) -> None:
+    whole = [text for text in map(tomllib.loads, blocks(page, "toml")) if "format" in text]
+    assert len(whole) == (1 if page.name in ("README.md", "model-file.md") else 0)
+    for document in whole:
+        speed = epicyclic.check(document).speed
+        assert float(speed.sel(body="main/sun")) == pytest.approx(1500.0, rel=1e-12)  # given, through rad/s and back
+
+
+def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (code,) = blocks(ROOT / "README.md", "python")
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(compile(code, "README.md", "exec"), {})
+    assert "cycle-peak" in printed.getvalue()
+    assert epicyclic.load_result(tmp_path / "sharing.nc").attrs["verb"] == "sharing"
+
+
+def commands() -> list[list[str]]:
+    lines = [line for page in PAGES for block in blocks(page, "sh") for line in block.splitlines()]
+    split = [shlex.split(line, comments=True) for line in lines]
+    return [words[1 : words.index(">") if ">" in words else None] for words in split if words[:1] == ["epicyclic"]]
+
+
+def test_there_are_commands() -> None:
+    assert len(commands()) >= 7
+
+
+@pytest.mark.parametrize("words", commands(), ids=" ".join)
+def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[str] = []
+    monkeypatch.setattr("epicyclic.cli._run", lambda verb, *_, **__: seen.append(verb))
+    monkeypatch.setattr("epicyclic.cli._report", lambda *_: seen.append("report"))
+    with pytest.raises(SystemExit) as stop:
+        app(words)
+    assert stop.value.code == 0
+    assert seen == ([words[0]] if words[0] != "systems" else [])
+
+
+def test_make_targets_exist() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    rules = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(re.findall(r"\bmake (demo|test|bench|figures|clean)\b", text)) <= set(rules)
