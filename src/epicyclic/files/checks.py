@@ -8,7 +8,7 @@ from ..errors import ModelError
 from .names import SIDES, nearest
 from .quantities import Quantity
 from .schema import KIND_BY_NAME, Body, Member, ModelFile, Side, Stage
-from .schema_links import Link, Support
+from .schema_links import Coupling, Link, Support
 
 __all__ = ["check"]
 
@@ -33,6 +33,8 @@ def check(model: ModelFile) -> None:
         _check_stage(name, stage)
     for name, body in model.bodies.items():
         _check_body(f"bodies.{name}", body)
+    for name, coupling in model.couplings.items():
+        _check_coupling(f"couplings.{name}", coupling)
     _check_operation(model)
     _check_deviations(model)
 
@@ -106,6 +108,16 @@ def _check_body(path: str, body: Body) -> None:
             raise ModelError(
                 "missing", path=f"{path}.tilt_inertia", allowed="inertia about x and y of a body that tilts"
             )
+
+
+def _check_coupling(path: str, coupling: Coupling) -> None:
+    """Check that an rz in N/m has a radius, and that two different things are joined."""
+    if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
+        raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
+    if coupling.between[0] == coupling.between[1]:
+        raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
+    for where, value in _values(coupling, path, skip=("between",)):
+        _check_count(where, value, 0)
 
 
 def _links(support: Support | None) -> tuple[Link, ...]:

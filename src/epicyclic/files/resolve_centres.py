@@ -18,6 +18,7 @@ from .resolve_shifts import distance_from_shifts, given_distances, given_radius,
 __all__ = ["MeshShape", "StageShape", "shape_stage"]
 
 Place = tuple[float, float]
+STEEPEST = math.radians(60)  # working pressure angle, as in the file format
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,6 +130,13 @@ def _working(
             raise ModelError("no working angle: these shifts close the teeth", path=f"{p.path}.pressure_angle")
         return angle, distance
     angle = geometry.working_pressure_angle_at(given, a.base_radius, b.base_radius, internal=p.internal)
+    if angle > STEEPEST:
+        raise ModelError(
+            f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
+            path=f"{p.path}.centre_distance",
+            given=f"{given * 1e3:.6g} mm",
+            allowed=f"about {distance * 1e3:.6g} mm, the distance of teeth and module",
+        )
     if math.isnan(angle):
         least = abs(b.base_radius - a.base_radius) if p.internal else b.base_radius + a.base_radius
         raise ModelError(

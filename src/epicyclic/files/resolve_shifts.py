@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from ..errors import ModelError
 from ..gears import geometry
 from .resolve_gears import Teeth
 from .resolve_ledger import Ledger, same
 from .resolve_plan import Pair, Plan
 
 __all__ = ["distance_from_shifts", "given_distances", "given_radius", "profile_shifts"]
+
+LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 
 
 def given_distances(plan: Plan, ledger: Ledger) -> dict[str, float]:
@@ -58,7 +61,12 @@ def _first(said: list[tuple[str, float | None]], ledger: Ledger) -> float | None
 
 
 def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, float]) -> dict[str, tuple[float, str]]:
-    """Profile shift of every gear and where it comes from; what a centre distance fixes follows, the rest is 0."""
+    """Profile shift of every gear and where it comes from; what a centre distance fixes follows, the rest is 0.
+
+    Raises
+    ------
+    ModelError : a centre distance that no shift of a tooth can serve.
+    """
     known = {n: (float(x), "given") for n, m in plan.gears.items() if (x := m.profile_shift) is not None}
     distance = given | _distances_from_shifts(plan, teeth, known, given)
     for p in plan.pairs:
@@ -72,6 +80,14 @@ def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, floa
             known[p.a] = (total - known[p.b][0], "geometry")
         elif p.b not in known:
             known[p.b] = (total - known[p.a][0], "geometry")
+    for name, (shift, _) in known.items():
+        if abs(shift) > LARGEST_SHIFT:
+            raise ModelError(
+                f"the centre distance asks for a profile shift of {shift:.3g}, no tooth is left",
+                path=f"{plan.member_path(name)}.profile_shift",
+                given="(from the centre distance)",
+                allowed=f"a centre distance nearer to that of teeth and module, shifts within +-{LARGEST_SHIFT:g}",
+            )
     return {name: known.get(name, (0.0, "default")) for name in plan.gears}
 
 

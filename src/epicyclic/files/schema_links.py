@@ -128,14 +128,5 @@ class Coupling(Solid):
     radius: Length | None = key(None, "radius at which an rz in N/m acts")
     ends: Literal["splined", "fixed"] = key("splined", "fixed: a shaft also passes forces and bending")
 
-    @model_validator(mode="after")
-    def _at_radius(self) -> Self:
-        """Refuse an rz in N/m that acts at no radius, and a coupling of a thing with itself."""
-        if self.rz is not None and self.rz.unit == "N/m" and self.radius is None:
-            raise ModelError("rz in N/m without radius", allowed="rz in N m/rad, or radius")
-        if self.between[0] == self.between[1]:
-            raise ModelError("joins a thing with itself", allowed="two members or bodies")
-        return self
-
 
 LINK_KEYS = frozenset(Coupling.model_fields) | {"to", "bearings", "radial", "tilt"}

@@ -108,7 +108,9 @@ def _check_format(base: Table) -> None:
     version = base.get("format")
     if version is None:
         raise ModelError("missing", path="format", allowed=f"format = {FORMAT}, the version of the file format")
-    if isinstance(version, int) and not isinstance(version, bool) and version > FORMAT:
+    if isinstance(version, bool):
+        raise ModelError("not a whole number", path="format", given=version, allowed=f"format = {FORMAT}")
+    if isinstance(version, int) and version > FORMAT:
         problem = f"format {version} is newer than this program reads"
         raise ModelError(problem, path="format", given=version, allowed=f"format = {FORMAT}, or a newer epicyclic")
 

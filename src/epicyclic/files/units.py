@@ -82,6 +82,19 @@ COMMON: dict[str, tuple[float, str]] = {
     "rad": (1.0, "rad"),
     "deg": (_DEGREE, "rad"),
     "kg": (1.0, "kg"),
+    "g": (1e-3, "kg"),
+    "t": (1e3, "kg"),
+    "s": (1.0, "s"),
+    "1/s": (1.0, "1/s"),
+    "Pa": (1.0, "Pa"),
+    "MN": (1e6, "N"),
+    "MN m": (1e6, "N m"),
+    "GN/m": (1e9, "N/m"),
+    "kN/mm": (1e6, "N/m"),
+    "N/m^2": (1.0, "N/m^2"),
+    "kN m/rad": (1e3, "N m/rad"),
+    "kg mm^2": (1e-6, "kg m^2"),
+    "kg m": (1.0, "kg m"),
     "kg m^2": (1.0, "kg m^2"),
     "N/m": (1.0, "N/m"),
     "MN/m": (1e6, "N/m"),
@@ -254,7 +267,7 @@ def _registry() -> Any:
     """Return pint's registry, made once, when a unit is not in the table."""
     import pint
 
-    registry = pint.UnitRegistry()
+    registry: Any = pint.UnitRegistry()
     registry.define("@alias revolution = rev")
     return registry
 

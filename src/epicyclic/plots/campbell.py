@@ -66,7 +66,7 @@ def crossings(data: xr.Dataset, *, orders: int = 3) -> list[Crossing]:
         for order in range(1, orders + 1):
             for mode in range(whirl.shape[1]):
                 distance = whirl[:, mode] - order * ray
-                for at in np.flatnonzero(distance[:-1] * distance[1:] < 0):
+                for at in np.flatnonzero((distance[:-1] * distance[1:] < 0) | (distance[1:] == 0)):
                     share = distance[at] / (distance[at] - distance[at + 1])
                     met = float(speed[at] + share * (speed[at + 1] - speed[at]))
                     hertz = float(whirl[at, mode] + share * (whirl[at + 1, mode] - whirl[at, mode]))

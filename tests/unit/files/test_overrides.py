@@ -104,6 +104,12 @@ def test_stage_may_be_left_out_and_tables_added() -> None:
         ({"a..b": 3}, "not a path"),
         ({"stages.main.sun.mass": object()}, "cannot stand here"),
         ({"format": None}, "format"),
+        ({"stages.main.ring": None}, "operation.held = main.ring: no such member"),
+        (
+            {"couplings.c": {"betwen": ["sun", "ring"]}},
+            "couplings.c.betwen = ['sun', 'ring']: unknown key; did you mean",
+        ),
+        ({"stages.main": None}, "no such member"),
         ({"stages.main.sun": {"support": {"x": {}}}}, "stages.main.sun.support.x"),
     ],
 )

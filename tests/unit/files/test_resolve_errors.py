@@ -41,6 +41,12 @@ REFUSED = [
         "stages.main.meshes.sun-planet.centre_distance",
         "below the base circles",
     ),
+    (
+        {"stages.main.centre_distance": "120 mm", **{f"stages.main.{g}.profile_shift": 0 for g in ("sun", "planet")}},
+        "stages.main.meshes.sun-planet.centre_distance",
+        "too large",
+    ),
+    ({"stages.main.centre_distance": "50 mm"}, "stages.main.planet.profile_shift", "no tooth is left"),
     ({"stages.main.sun.module": "2 mm", "stages.main.ring.module": "3 mm"}, "stages.main.ring.module", "contradicts"),
     (
         {"stages.main.sun.helix_angle": "9 deg", "stages.main.planet.helix_angle": 0.2},

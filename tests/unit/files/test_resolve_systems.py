@@ -85,6 +85,7 @@ def test_ren2021_iso_stiffness_is_transverse_by_definition() -> None:
     assert transverse == pytest.approx([2.402e9, 3.238e9], rel=2e-4)  # printed to four digits
     assert (sun.hand, ring.hand) == (-1, 1)  # the sun's left helix is left-handed, the planet's right-handed
     assert (sun.flank, ring.flank) == (1, -1)
+    assert mesh(train, "main/sun-planet/1/right").hand == 1
 
 
 def test_encased_speeds_masses_and_output() -> None:
@@ -133,6 +134,9 @@ def test_dong_stepped_shafts() -> None:
     assert any("identical shafts of star2" in text for text in train.warnings)  # (24 31 + 99 22)/5 is no integer
     assert mesh(train, "main/star2-ring/2").stage == "main/star2-ring"  # a mesh frequency of its own
     assert math.isinf(min(link(train, "main/star2/1/shaft").stiffness))
+    outer = mesh(train, "main/star2-ring/2")
+    assert outer.stiffness * math.cos(outer.base_helix) ** 2 == pytest.approx(4e9, rel=1e-15)  # given as transverse
+    assert mesh(train, "main/sun-star1/2").stiffness == 4e9
 
 
 def test_dong_equal_shafts_fit_where_the_teeth_allow_it() -> None:

@@ -83,7 +83,7 @@ def lin_gears(planets: int, *, turning: bool = False) -> Gears:
     return Gears(
         title=f"Planar planetary train, {planets} planets (Lin & Parker 1999)",
         planets=planets,
-        teeth={"sun": 27, "planet": 35, "ring": 99},
+        teeth={"sun": 27, "planet": 35, "ring": 97},
         module=0.003,
         helix=0.0,
         width=0.025,
@@ -287,7 +287,7 @@ def _links(gears: Gears, own: list[dict[str, Any]]) -> list[tuple[str, str, str,
         twist = gears.twist.get(kind, 0.0) * (gears.radius.get(kind, 1.0)) ** 2
         values = [k, k, k if axial else math.inf, math.inf, math.inf, twist]
         if body["branch"]:
-            found.append((f"{name}/bearing", "main/carrier", name, values[:5] + [0.0]))
+            found.append((f"{name}/bearing", "main/carrier", name, [*values[:5], 0.0]))
         else:
             found.append((f"{name}/support", name, "", values))
     return found
@@ -320,14 +320,17 @@ def rows(gears: Gears) -> tuple[Array, Array, Array, list[str]]:
                 * (-1 if kind == kind_b and mesh["pair"] == "sun-planet" else 1)
             )
             column[place[name] : place[name] + 6] = sign * np.array([*local, 0.0, 0.0, spin])
-        columns.append(column), stiffness.append(mesh["k"]), names.append(mesh["name"])
+        columns.append(column)
+        stiffness.append(mesh["k"])
+        names.append(mesh["name"])
     for link, first, second, values in _links(gears, own):
         for direction in (0, 1, 2, 5):
             k = values[direction]
             if k in (0.0, math.inf):
                 continue
             columns.append(_link_row(len(mass), place, own, (first, second), direction, gears.pin_radius))
-            stiffness.append(k), names.append(link)
+            stiffness.append(k)
+            names.append(link)
     return mass, np.array(columns).T, np.array(stiffness), names
 
 

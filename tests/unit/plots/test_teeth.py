@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -90,18 +91,16 @@ def test_teeth_do_cut_where_the_train_cannot_be_assembled(ren: dict[str, xr.Data
     assert depths["main/planet/2", "main/ring/left"] > 0.3
 
 
-@given(start=st.floats(-0.5, 0.5), flank=st.sampled_from([1, -1]), place=st.floats(0, 6.28))
-def test_a_gear_reached_by_either_way_stands_the_same(start: float, flank: int, place: float) -> None:
-    forms = {"a": gear(23), "b": gear(31)}
+@given(start=st.floats(-0.5, 0.5), flank=st.sampled_from([1, -1]), ring=st.booleans(), place=st.floats(0, 6.28))
+def test_a_gear_is_placed_alike_from_either_end_of_a_chain(start: float, flank: int, ring: bool, place: float) -> None:
+    forms = {"a": gear(23), "b": gear(31), "c": gear(97, internal=ring)}
     alpha = math.radians(20)
-    there = Mating(a="a", b="b", direction=place, pressure_angle=alpha, flank=flank, sigma=start)
-    turned = rotations(forms, [there])
-    # the flanks that are named meet at the pitch point moved by sigma: the mate, placed first, brings `a` back
-    swapped = Mating(a="b", b="a", direction=place + math.pi, pressure_angle=alpha, flank=flank, sigma=-start)
-    back = rotations(forms, [swapped])
-    pitch = {"a": 2 * math.pi / 23, "b": 2 * math.pi / 31}
-    wrapped = {"a": rotations(forms, [swapped])["a"], "b": back["b"]}
-    shift = (wrapped["b"] - turned["b"]) * 31
-    # rolling the pair by one angle moves both gears by the same arc, b against a
-    assert math.sin(((wrapped["a"] - turned["a"]) * 23 + shift) / 2) == pytest.approx(0, abs=1e-9)
-    assert set(pitch) == set(turned)
+    first = Mating(a="a", b="b", direction=place, pressure_angle=alpha, flank=flank)
+    second = Mating(a="b", b="c", direction=1.0, pressure_angle=alpha, flank=-flank, sigma=start)
+    backward = rotations(forms, [second, first])
+    # sigma of gear a from its tooth: half the tooth at the pitch circle is pi/2z without shift
+    sigma = flank * 23 / (2 * math.pi) * (backward["a"] + flank * math.pi / 46 - place)
+    forward = rotations(forms, [replace(first, sigma=sigma), second])
+    for name, form in forms.items():
+        # whole pitches apart, to rounding
+        assert math.sin((forward[name] - backward[name]) * form.teeth / 2) == pytest.approx(0, abs=1e-9)
