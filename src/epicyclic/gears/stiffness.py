@@ -120,7 +120,8 @@ def iso6336_single_stiffness(
     stiffness = _PER_WIDTH * _CORRECTION * rack * modulus * math.cos(beta) / flexibility
     values = {
         "sum of profile shifts": shift_a + shift_b,
-        "profile shift x1 - x2": shift_a - shift_b,
+        # the standard numbers the pinion 1; a ring has no such order
+        "profile shift x1 - x2": math.nan if internal else shift_a - shift_b,
         "helix angle": math.degrees(beta),
     }
     return stiffness, outside_limits(values)

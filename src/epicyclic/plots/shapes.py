@@ -64,12 +64,12 @@ def mode_shapes(check: xr.Dataset, modes: xr.Dataset, *, most: int = 30) -> go.F
     drawn.add_traces(_traces(sketches, _phase(swings[first], 0.0)))
     moving = list(range(ghosts, len(drawn.data)))
     drawn.frames = [
-        go.Frame(
-            name=f"{mode}.{step}",
-            data=_traces(sketches, _phase(swing, phase), data_only=True),
-            traces=moving,
-            layout={"sliders": [{"active": mode}]},
-        )
+        {
+            "name": f"{mode}.{step}",
+            "data": _traces(sketches, _phase(swing, phase), data_only=True),
+            "traces": moving,
+            "layout": {"sliders": [{"active": mode}]},
+        }
         for mode, swing in enumerate(swings)
         for step, phase in enumerate(_phases(swing))
     ]
@@ -198,7 +198,7 @@ def _box(half: float, tall: float) -> NDArray[np.complex128]:
 
 def _traces(
     sketches: Sequence[Sketch], moved: Array, *, ghost: bool = False, data_only: bool = False
-) -> list[go.Scatter]:
+) -> list[dict[str, Any]]:
     """One trace a kind of body and view; of a frame the coordinates alone."""
     groups = dict.fromkeys((sketch.view, sketch.kind, sketch.closed) for sketch in sketches)
     traces = []
@@ -207,7 +207,7 @@ def _traces(
         points = np.concatenate([_moved(sketch, moved[sketch.body]) for sketch in own])
         look = {} if data_only else _look(view, kind, closed, ghost)
         x, y = compact(1e3 * points.real, digits=4), compact(1e3 * points.imag, digits=4)
-        traces.append(go.Scatter(x=x, y=y, **look))
+        traces.append({"type": "scatter", "x": x, "y": y, **look})
     return traces
 
 

@@ -42,7 +42,10 @@ REFUSED = [
         "below the base circles",
     ),
     (
-        {"stages.main.centre_distance": "120 mm", **{f"stages.main.{g}.profile_shift": 0 for g in ("sun", "planet")}},
+        {
+            "stages.main.centre_distance": "120 mm",
+            **{f"stages.main.{g}.profile_shift": 0 for g in ("sun", "planet", "ring")},
+        },
         "stages.main.meshes.sun-planet.centre_distance",
         "too large",
     ),

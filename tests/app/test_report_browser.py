@@ -1,0 +1,240 @@
+"""The report in a real browser: drawn, quiet, self-contained, nothing over anything else, and the animation plays."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import plotly.graph_objects as go
+import pytest
+
+from epicyclic.report import write_report
+from epicyclic.studies.report import run_report
+
+pytestmark = pytest.mark.browser
+
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
+# Boxes of what stands in a figure, and which of them lie over each other.
+LAYOUT = """
+() => {
+  const slack = 1;  // [px] glyph boxes are rounded outwards
+  const box = (element, kind) => {
+    const r = element.getBoundingClientRect();
+    const words = (element.textContent || '').trim().slice(0, 40);
+    return {kind, words, x0: r.left, x1: r.right, y0: r.top, y1: r.bottom};
+  };
+  const meet = (a, b) => Math.min(a.x1, b.x1) - Math.max(a.x0, b.x0) > slack
+                      && Math.min(a.y1, b.y1) - Math.max(a.y0, b.y0) > slack;
+  const within = (a, b) => a.x0 >= b.x0 - slack && a.x1 <= b.x1 + slack && a.y0 >= b.y0 - slack && a.y1 <= b.y1 + slack;
+  const say = b => `${b.kind} "${b.words}" [${[b.x0, b.y0, b.x1, b.y1].map(Math.round)}]`;
+  const problems = [];
+  const clash = (where, one, other) => problems.push(`${where}: ${say(one)} over ${say(other)}`);
+  const cross = (where, a, boxes) => boxes.forEach(b => meet(a, b) && clash(where, a, b));
+  const pairs = (where, boxes) => boxes.forEach((a, i) => cross(where, a, boxes.slice(i + 1)));
+  const visible = b => b.x1 - b.x0 > 0.5 && b.y1 - b.y0 > 0.5;
+
+  for (const figure of document.querySelectorAll('.js-plotly-plot')) {
+    const all = (selector, kind) => [...figure.querySelectorAll(selector)].map(e => box(e, kind)).filter(visible);
+    const frame = box(figure, 'figure'), full = figure._fullLayout, areas = [];
+    for (const {xaxis, yaxis} of Object.values(full._plots || {})) {
+      const x0 = frame.x0 + xaxis._offset, y0 = frame.y0 + yaxis._offset;
+      areas.push({kind: 'plot', words: '', x0, x1: x0 + xaxis._length, y0, y1: y0 + yaxis._length});
+    }
+    areas.push(...all('.polarlayer .plotbg path', 'dial'));
+    const outside = [
+      ...all('.legend', 'legend'), ...all('.gtitle', 'title'), ...all('.colorbar', 'colour bar'),
+      ...all('.xtitle, .ytitle', 'axis title'), ...all('.xtick text, .ytick text, .angularaxistick text', 'tick'),
+      ...all('.slider-group', 'slider'), ...all('.updatemenu-button', 'button'),
+    ];
+    const notes = all('.annotation-text-g', 'note');
+    const words = [...all('.textpoint text', 'text'), ...all('.bartext', 'text')];
+    pairs(figure.id, [...outside, ...notes]);
+    pairs(figure.id, [...notes, ...words]);
+    pairs(figure.id, areas);
+    outside.forEach(a => cross(figure.id, a, [...areas, ...words]));
+    [...outside, ...notes, ...words].filter(a => !within(a, frame))
+      .forEach(a => problems.push(`${figure.id}: ${say(a)} sticks out`));
+  }
+  const shown = e => !e.parentElement.closest('details:not([open])');
+  const apart = ['nav, main', 'header, .warnings, .keys, section', '.key', 'figure, h2, section > .table, details'];
+  for (const selector of apart) {
+    const boxes = [...document.querySelectorAll(selector)].filter(shown);
+    pairs('page', boxes.map(e => box(e, `${e.tagName}.${e.className}`)).filter(visible));
+  }
+  const whole = document.documentElement;
+  if (whole.scrollWidth > whole.clientWidth) problems.push('the page is too wide');
+  return problems;
+}
+"""
+DRAWN = """
+() => [...document.querySelectorAll('.js-plotly-plot')].map(figure => {
+  const svg = figure.querySelector('svg.main-svg'), r = svg ? svg.getBoundingClientRect() : {width: 0, height: 0};
+  const marks = figure.querySelectorAll('.trace, .barlayer .point, .hm image, .polarlayer .trace').length;
+  return {id: figure.id, width: r.width, height: r.height, marks, traces: figure._fullData.length};
+})
+"""
+
+
+def absent(reason: str) -> None:
+    """Skip, but not where continuous integration has to provide the browser."""
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+def executable() -> str:
+    found = next(
+        (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
+    )
+    if not found:
+        absent("no Chromium here")
+    return found
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    path = executable()
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        absent("playwright is not installed")
+    with sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield started
+        started.close()
+
+
+def made_up() -> ModuleType:
+    name = "epicyclic_synthetic_datasets"
+    if name not in sys.modules:
+        path = Path(__file__).parents[1] / "unit" / "plots" / "synthetic.py"
+        spec = spec_from_file_location(name, path)
+        assert spec is not None
+        assert spec.loader is not None
+        sys.modules[name] = module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    return sys.modules[name]
+
+
+class Opened:
+    """A page with all that it said and asked for."""
+
+    def __init__(self, browser: Any, path: Path) -> None:
+        self.page = browser.new_page(viewport={"width": 1280, "height": 800})
+        self.said: list[str] = []
+        self.asked: list[str] = []
+        self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
+        self.page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(path.as_uri())
+        self.page.wait_for_function(
+            "() => [...document.querySelectorAll('.plotly-graph-div')]"
+            ".every(figure => figure._fullLayout && figure.querySelector('svg'))"
+        )
+
+    def problems(self) -> list[str]:
+        found: list[str] = self.page.evaluate(LAYOUT)
+        return found
+
+
+@pytest.fixture(scope="module", params=["ren2021", "lin1999-n4", "eight planets"])
+def opened(request: pytest.FixtureRequest, browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    """Two ready drives as analysed, and a crowded train that has everything."""
+    if request.param == "eight planets":
+        synthetic = made_up()
+        datasets = synthetic.everything(synthetic.lin_gears(8, turning=True))
+    else:
+        datasets = run_report(request.param)
+    path = write_report(tmp_path_factory.mktemp("report") / "page.html", datasets)
+    page = Opened(browser, path)
+    yield page
+    page.page.close()
+
+
+def test_the_browser_has_nothing_to_complain_about(opened: Opened) -> None:
+    assert [text for text in opened.said if text.startswith(("error", "warning"))] == []
+
+
+def test_nothing_is_asked_for_outside(opened: Opened) -> None:
+    assert [url for url in opened.asked if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert opened.asked
+
+
+def test_every_figure_is_drawn(opened: Opened) -> None:
+    figures = opened.page.evaluate(DRAWN)
+    assert len(figures) >= 7
+    for figure in figures:
+        assert min(figure["width"], figure["height"]) > 100, figure
+        assert figure["marks"] > 0, figure
+        assert figure["traces"] > 0, figure
+
+
+def test_nothing_overlaps(opened: Opened) -> None:
+    assert opened.problems() == []
+    opened.page.evaluate("() => document.querySelectorAll('details').forEach(each => { each.open = true; })")
+    assert opened.problems() == []
+
+
+PATHS = (
+    "[...document.querySelectorAll('#figure-shapes .scatterlayer path.js-line')].map(e => e.getAttribute('d')).join()"
+)
+
+
+def shapes_path(page: Any) -> str:
+    found: str = page.evaluate(f"() => {PATHS}")
+    return found
+
+
+def test_the_animation_plays_and_stops(opened: Opened) -> None:
+    page = opened.page
+    page.locator("#figure-shapes").scroll_into_view_if_needed()
+    still = shapes_path(page)
+    page.locator("#figure-shapes .updatemenu-button", has_text="Play").click()
+    page.wait_for_function(f"before => {PATHS} !== before", arg=still, timeout=10_000)
+    page.locator("#figure-shapes .updatemenu-button", has_text="Stop").click()
+    page.wait_for_timeout(300)
+    stopped = shapes_path(page)
+    page.wait_for_timeout(300)
+    assert shapes_path(page) == stopped
+
+
+def test_the_slider_chooses_a_mode(opened: Opened) -> None:
+    page = opened.page
+    rail = page.locator("#figure-shapes .slider-rail-touch-rect")
+    rail.scroll_into_view_if_needed()
+    size = rail.bounding_box()
+    page.mouse.click(size["x"] + 0.5 * size["width"], size["y"] + 0.5 * size["height"])
+    page.wait_for_timeout(400)
+    active = page.evaluate("() => document.getElementById('figure-shapes')._fullLayout.sliders[0].active")
+    steps = page.evaluate("() => document.getElementById('figure-shapes')._fullLayout.sliders[0].steps.length")
+    assert abs(active - (steps - 1) / 2) <= 1
+    shown = page.locator("#figure-shapes .slider-group").text_content()
+    assert f"mode {active + 1}:" in shown
+    frame = page.evaluate("() => document.getElementById('figure-shapes')._fullLayout._currentFrame")
+    assert frame.split(".")[0] == str(active)
+    page.locator("#figure-shapes .updatemenu-button", has_text="Stop").click()
+
+
+def test_an_overlap_is_seen(browser: Any, tmp_path: Path) -> None:
+    """The check of the layout itself: a legend in the plot, a note on the title, a page that is too wide."""
+    bad = go.Figure([go.Scatter(y=[1, 2], name="one"), go.Scatter(y=[2, 1], name="two")])
+    bad.update_layout(title="A title", legend={"x": 0.5, "y": 0.5}, width=1600)
+    bad.add_annotation(text="on the title", xref="paper", yref="paper", x=0, y=1.3, showarrow=False)
+    page = Opened(browser, write_report(tmp_path / "page.html", {}, figures={"bad": bad}))
+    problems = page.problems()
+    page.page.close()
+    for kinds in (("legend", "plot"), ("title", "note")):
+        assert any(all(f"{kind} " in text for kind in kinds) for text in problems), problems
