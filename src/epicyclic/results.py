@@ -121,7 +121,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     # one-parameter studies
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),
-    "run_out": ("m", "run-out"),
+    "run_out": ("um", "run-out"),
 }
 
 

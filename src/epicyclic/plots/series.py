@@ -119,7 +119,7 @@ def _coincide(one: Array, other: Array) -> bool:
     return bool(np.allclose(one, other, rtol=0, atol=1e-4 * scale, equal_nan=True))
 
 
-def thinned(x: Array, y: Array, *, most: int = 1600) -> tuple[Array, Array]:
+def thinned(x: Array, y: Array, *, most: int = 1200) -> tuple[Array, Array]:
     """A long record with fewer samples, highest and lowest of each stretch kept, so that peaks survive.
 
     Parameters

@@ -26,7 +26,7 @@ _STEPS = 8  # from one turning point to the other
 _SWINGS = 6  # played when a mode is chosen
 _REACH = 0.26  # largest displacement drawn, of the smallest gear's radius
 _FRAME_TIME = 50  # [ms]
-_BYTES = 2_200_000  # of all frames; one point takes about 13
+_BYTES = 1_800_000  # of all frames; one point takes about 13
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -11,7 +11,7 @@ import xarray as xr
 from .series import Array, Series, compact, merged, numbers, pair_title, pairs, texts, thinned
 from .style import DASHES, INK, WARNING, branch_colour, note, panels
 
-__all__ = ["load_history", "load_sharing", "mesh_forces", "readable"]
+__all__ = ["load_history", "load_sharing", "mesh_forces", "readable", "worst"]
 
 
 def readable(name: str) -> str:
@@ -33,15 +33,14 @@ def load_sharing(sharing: xr.Dataset) -> go.Figure:
     several = len({stage for stage, _ in groups}) > 1
     names = [pair_title(pair, several) for pair in groups]
     drawn = panels("Load-sharing coefficients", names, height=120 + 230 * len(groups), vertical_spacing=_gap(groups))
-    crowded = (
-        values.shape[1] * max(len([one for one in series if (one.stage, one.pair) == pair]) for pair in groups) > 20
-    )
-    low, high = _limits(values, 0.6 if crowded else 0.3)
+    # more numbers than this do not fit on the bars; the table has them
+    numbered = len(definitions) * len({one.label for one in series}) <= 20
+    low, high = _limits(values)
     shown: set[str] = set()
     for row, pair in enumerate(groups, start=1):
         for one in series:
             if (one.stage, one.pair) == pair:
-                drawn.add_trace(_bars(one, definitions, one.label not in shown, crowded), row=row, col=1)
+                drawn.add_trace(_bars(one, definitions, one.label not in shown, numbered), row=row, col=1)
                 shown.add(one.label)
         drawn.add_hline(y=1, line={"color": INK, "width": 1.5}, row=row, col=1)
         drawn.update_yaxes(title_text="coefficient [-]", range=[low, high], row=row, col=1)
@@ -54,15 +53,15 @@ def _gap(groups: Sequence[object]) -> float:
     return 0.3 / max(2, len(groups))
 
 
-def _limits(values: Array, room: float) -> tuple[float, float]:
+def _limits(values: Array) -> tuple[float, float]:
     """Range of the axis: 1 in it, deviations from 1 to be seen, room for numbers on the bars."""
     finite = values[np.isfinite(values)]
     low, high = min(1.0, float(finite.min(initial=1.0))), max(1.0, float(finite.max(initial=1.0)))
     span = max(high - low, 0.02)
-    return low - 0.8 * room * span, high + room * span
+    return low - 0.25 * span, high + 0.3 * span
 
 
-def _bars(one: Series, definitions: list[str], legend: bool, crowded: bool) -> go.Bar:
+def _bars(one: Series, definitions: list[str], legend: bool, numbered: bool) -> go.Bar:
     return go.Bar(
         x=definitions,
         y=[value - 1 if value is not None else None for value in compact(one.values, digits=6)],
@@ -75,9 +74,9 @@ def _bars(one: Series, definitions: list[str], legend: bool, crowded: bool) -> g
             "pattern": {"shape": "/" if one.side == "right" else "", "fgcolor": "white", "size": 5},
         },
         text=[f"{value:.3f}" if np.isfinite(value) else "" for value in one.values],
-        textposition="outside",
-        textangle=-90 if crowded else 0,
-        textfont={"size": 10 if crowded else 11},
+        textposition="outside" if numbered else "none",
+        textangle=0,
+        textfont={"size": 11},
         cliponaxis=False,
         hovertemplate=f"{one.label}<br>%{{x}}: %{{text}}<extra></extra>",
     )

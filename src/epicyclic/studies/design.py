@@ -72,7 +72,8 @@ def run_out_study(train: Train, *, points: int = 5, progress: Progress = None) -
         raise ModelError("no member has a run-out", path="deviations", allowed='run_out = "20 um"')
     values = np.linspace(0.0, 4 * max(given.values()), points)
     changes = {path: (path,) for path in given}
-    return _study(train, changes, values, ("run_out", "Load sharing over run-out"), progress)
+    result = _study(train, changes, values, ("run_out", "Load sharing over run-out"), progress)
+    return result.assign_coords(run_out=result.run_out.copy(data=values * 1e6))  # as drawings say it
 
 
 def _study(

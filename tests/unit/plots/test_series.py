@@ -59,7 +59,7 @@ def test_coinciding_sides_become_one_curve() -> None:
 def test_thinning_keeps_the_extremes(y: NDArray[np.float64]) -> None:
     x = np.arange(len(y), dtype=np.float64)
     kept_x, kept_y = thinned(x, y)
-    assert len(kept_x) <= 1600 + 2 * len(y) // 1600 + 2
+    assert len(kept_x) <= 1200 + 2 * len(y) // 1200 + 2
     assert (kept_y.min(), kept_y.max()) == (y.min(), y.max())
     assert np.all(np.diff(kept_x) >= 0)
 

@@ -104,3 +104,13 @@ def test_a_gear_is_placed_alike_from_either_end_of_a_chain(start: float, flank: 
     for name, form in forms.items():
         # whole pitches apart, to rounding
         assert math.sin((forward[name] - backward[name]) * form.teeth / 2) == pytest.approx(0, abs=1e-9)
+
+
+def test_the_first_contact_moves_with_the_sense_of_driving(ren: dict[str, xr.Dataset]) -> None:
+    check = ren["check"].copy(deep=True)
+    check["phase_lead"][:] = 0.1
+    ahead = turns(check, parts(check))["main/sun"]
+    check["speed"] *= -1
+    behind = turns(check, parts(check))["main/sun"]
+    # a lead of a tenth of a pitch, forward where the sun drives and back where it is driven; rounding
+    assert ahead - behind == pytest.approx(2 * 0.1 * 2 * math.pi / 23, rel=1e-9)
