@@ -25,7 +25,7 @@ from .waveform import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Periodic", "ShaftLine", "periodic", "steady"]
+__all__ = ["Periodic", "ShaftLine", "periodic", "steady", "tension"]
 
 _TOLERANCE = 1e-8
 # Beyond this a residual is no answer, whatever tolerance was asked for.

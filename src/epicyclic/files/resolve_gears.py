@@ -13,7 +13,7 @@ from .resolve_ledger import Ledger, same
 from .resolve_plan import Pair, Plan
 from .schema import Member
 
-__all__ = ["Teeth", "finish_gear", "teeth_of_stage", "width_of"]
+__all__ = ["Teeth", "finish_gear", "gap_of", "teeth_of_stage", "width_of"]
 
 DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
 HANDS = {"right": 1, "left": -1}

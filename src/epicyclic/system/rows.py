@@ -1,4 +1,4 @@
-"""Rows of gaps: a unit vector at a point becomes six columns of a body (CONVENTIONS of the project, rows)."""
+"""Rows of gaps: a unit vector at a point becomes six columns of a body (docs/conventions.md)."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class Mesh:
     direction : polar angle, in frame axes, of e: from a's centre to the pitch point [rad].
     pressure_angle : working transverse [rad].  base_helix : beta_b, magnitude [rad].
     hand : hand of gear a on this side, +1 right, -1 left, 0 spur.
-    flank : d of CONVENTIONS section 3, +1 where a's teeth push b along z cross e, else -1.
+    flank : d of docs/conventions.md, +1 where a's teeth push b along z cross e, else -1.
     station : axial place of mid-face in the train [m].
     radius_a, radius_b : working pitch radii r_b / cos(pressure_angle) [m].
     stiffness : mean, along the tooth normal [N/m].
@@ -63,7 +63,8 @@ class Mesh:
 class Link:
     """One bearing, pin, support, coupling, neck or shaft between two bodies at one point.
 
-    name : ``main/sun/support``, ``main/planet/2/bearing``, ``main/sun/support/front``, ``main/sun/neck``, a coupling's name.
+    name : ``main/sun/support``, ``main/planet/2/bearing``, ``main/sun/support/front``, ``main/sun/neck``, or a
+        coupling's name.
     path : its table in the file, e.g. ``stages.main.sun.support``.
     kind : support, bearing, neck, shaft or coupling.
     first, second : body names; second None = the frame of the first (which is the housing where it does not turn).

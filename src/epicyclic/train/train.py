@@ -22,9 +22,9 @@ class Displacement:
 
     path : where it stands in the file.  cause : run_out, bearing_run_out, position or tilt.
     body : the body the file names.
-    rows : which gaps the feature enters, and through which body (CONVENTIONS section 5):
+    rows : which gaps the feature enters, and through which body (docs/conventions.md, errors):
         ``mesh``  every mesh row of `body`, through `body`'s columns (run-out of a gear);
-        ``own``   the rows of the links in `links`, through `body`'s columns (bearing run-out; run-out of a carrier: its pins);
+        ``own``   the rows of the links in `links`, through `body`'s columns (bearing run-out; of a carrier: its pins);
         ``seat``  the rows of the links in `links`, through the columns of the other body, or of the frame
                   (position and tilt: what carries `body` holds it in the wrong place).
     links : names of the links meant.
