@@ -6,7 +6,7 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -118,15 +118,13 @@ def browser() -> Iterator[Any]:
 
 
 def made_up() -> ModuleType:
-    name = "epicyclic_synthetic_datasets"
+    """The made-up Datasets of the unit tests; a folder as a package, because relative imports need one."""
+    name = "epicyclic_synthetic"
     if name not in sys.modules:
-        path = Path(__file__).parents[1] / "unit" / "plots" / "synthetic.py"
-        spec = spec_from_file_location(name, path)
-        assert spec is not None
-        assert spec.loader is not None
-        sys.modules[name] = module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[name])
-    return sys.modules[name]
+        package = ModuleType(name)
+        package.__path__ = [str(Path(__file__).parents[1] / "unit" / "plots" / "synthetic")]
+        sys.modules[name] = package
+    return import_module(f"{name}.results")
 
 
 class Opened:

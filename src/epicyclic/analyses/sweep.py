@@ -168,4 +168,5 @@ def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str,
         options=options,
         provenance=system.provenance,
         warnings=[*system.warnings, *tension(system, curves.minimum)],
+        units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )

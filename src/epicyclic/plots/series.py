@@ -142,7 +142,7 @@ def compact(values: Array, *, digits: int = 5) -> list[float | None]:
     array = np.asarray(values, dtype=np.float64).ravel()
     finite = np.abs(array[np.isfinite(array)])
     largest = float(finite.max()) if finite.size else 0.0
-    places = digits - 1 - math.floor(math.log10(largest)) if largest > 0 else 0
+    places = digits - 1 - math.floor(math.log10(largest)) if largest > 1e-200 else 0
     rounded = np.round(array, places)
     return [float(value) + 0.0 if np.isfinite(value) else None for value in rounded]
 
