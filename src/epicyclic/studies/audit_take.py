@@ -157,7 +157,7 @@ def _reduced(result: xr.Dataset, name: str, value: Value) -> Measured:
             dims = list(data.dims) if len(words) == 1 else [words[1]]
             data, unit = _REDUCE[words[0]](data, dims), "1" if words[0] == "ratio" else unit
     many = any(step.startswith("each") for step in value.steps)
-    if data.size != 1 and not (many and data.ndim == 1):
+    if data.size != 1 and not (many and data.squeeze().ndim == 1):
         left = dict(zip(data.dims, data.shape, strict=True))
         raise ModelError("not one number is left", path="reduce", given=left, allowed="where, pick, or a reduction")
     return Measured(values=np.asarray(data.values, dtype=np.float64).reshape(-1), unit=unit)
