@@ -122,7 +122,6 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),
     "run_out": ("um", "run-out"),
-    "run_out": ("m", "run-out"),
     # audit; numbers are in the unit of their row
     "drive": ("", "drive audited"),
     "place": ("", "place in the source"),

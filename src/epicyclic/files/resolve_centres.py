@@ -25,10 +25,12 @@ STEEPEST = math.radians(60)  # working pressure angle, as in the file format
 class MeshShape:
     """One pair at its working place: angle [rad], distance [m] of the teeth themselves, contact and overlap ratio.
 
+    tooth_angle : angle at which the teeth themselves touch [rad]; the working one unless base radii are said.
     limits : where a tooth pair touches, (sigma_min, sigma_max).  width : the narrower face [m], by side.
     """
 
     working_angle: float
+    tooth_angle: float
     centre_distance: float
     limits: tuple[float, float]
     contact_ratio: float
@@ -110,7 +112,11 @@ def _working(
     given: float | None,
     shifts: Mapping[str, tuple[float, str]],
 ) -> tuple[float, float]:
-    """Working transverse pressure angle [rad] of a pair and the distance of its axes [m]."""
+    """Working transverse pressure angle [rad] of a pair and the distance of its axes [m].
+
+    Base radii that are said, rounded as print is, work at the angle that fits the distance, so that a stage that
+    turns as a whole stresses no tooth.
+    """
     a, b = teeth[p.a], teeth[p.b]
     if p.internal and b.base_radius <= a.base_radius:
         raise ModelError(
@@ -128,8 +134,9 @@ def _working(
     if given is None or same(given, distance, 1e-12):
         if math.isnan(angle):
             raise ModelError("no working angle: these shifts close the teeth", path=f"{p.path}.pressure_angle")
-        return angle, distance
-    angle = geometry.working_pressure_angle_at(given, a.base_radius, b.base_radius, internal=p.internal)
+        own = angle if _nominal(a, b) else _angle_at(p, distance, teeth)
+        return angle if math.isnan(own) else own, distance
+    angle = _angle_at(p, given, teeth)
     if angle > STEEPEST:
         raise ModelError(
             f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
@@ -148,6 +155,17 @@ def _working(
     return angle, given
 
 
+def _angle_at(p: Pair, distance: float, teeth: Mapping[str, Teeth]) -> float:
+    """Working angle of a pair at a distance [rad]; nan below the base circles."""
+    radii = teeth[p.a].base_radius, teeth[p.b].base_radius
+    return geometry.working_pressure_angle_at(distance, *radii, internal=p.internal)
+
+
+def _nominal(a: Teeth, b: Teeth) -> bool:
+    """Whether the base radii of a pair are those of teeth and module."""
+    return same(a.base_radius, a.nominal_base) and same(b.base_radius, b.nominal_base)
+
+
 def _mesh_shape(
     plan: Plan,
     p: Pair,
@@ -159,12 +177,15 @@ def _mesh_shape(
     a, b = teeth[p.a], teeth[p.b]
     first, second = next(iter(gears[p.a].values())), next(iter(gears[p.b].values()))
     angle, distance = worked
+    # Said base radii are for levers; where the teeth touch follows from the teeth.
+    by_teeth = distance_from_shifts(p, teeth, first.profile_shift, second.profile_shift)[0]
+    tooth_angle = angle if _nominal(a, b) or math.isnan(by_teeth) else by_teeth
     limits = geometry.contact_limits(
         a.nominal_base,
         first.tip_radius,
         b.nominal_base,
         second.tip_radius,
-        working_pressure_angle=angle,
+        working_pressure_angle=tooth_angle,
         base_pitch=geometry.base_pitch(a.module, a.pressure_angle, a.helix_angle),
         internal=p.internal,
     )
@@ -181,6 +202,7 @@ def _mesh_shape(
         ledger.warn(f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
     return MeshShape(
         working_angle=angle,
+        tooth_angle=tooth_angle,
         centre_distance=distance,
         limits=limits,
         contact_ratio=ratio,

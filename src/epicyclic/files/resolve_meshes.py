@@ -160,7 +160,7 @@ def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMes
             flank=flanks[p.name],
             normal_angle=shape.teeth[p.a].pressure_angle,
             transverse_angle=shape.teeth[p.a].transverse_angle,
-            working_angle=shape.meshes[p.name].working_angle,
+            working_angle=shape.meshes[p.name].tooth_angle,
         )
         for p in shape.plan.pairs
     ]

@@ -94,7 +94,10 @@ def test_refused_with_its_path(changes: dict[str, Any], path: str, problem: str)
 WARNED = [
     ({"stages.main.planets": 5}, "cannot be assembled"),
     ({"stages.main.sun.base_radius": "24 mm"}, "far from teeth and module"),
-    ({"stages.main.sun.base_radius": "22.6 mm"}, "fit no single one"),
+    (
+        {"stages.main.sun.base_radius": "22.6 mm", "stages.main.meshes.sun-planet.pressure_angle": "20 deg"},
+        "fit no single one",
+    ),
     ({"stages.main.addendum": 0.5}, "contact ratio"),
     ({"stages.main.meshes.sun-planet.stiffness": "1e7 N/m"}, "steel teeth have 10 .. 30"),
     ({"stages.main.centre_distance": "42 mm", "stages.main.carrier.pin_radius": "42.1 mm"}, "centre distances differ"),

@@ -121,6 +121,22 @@ def test_yue_second_planet_stands_ahead() -> None:
     assert math.degrees(body(behind, "main/d/1").angle) == pytest.approx(-41.8768, abs=5e-5)
 
 
+def test_yue_said_base_radii_work_at_the_angle_that_fits_the_axes() -> None:
+    train = model("yue")
+    base = {"sun-p": 58.0 + 34.5, "p-d": 34.5 + 36.3, "d-ring": 139.6 - 36.3}
+    axes = {"sun-p": 102.0, "p-d": 78.0, "d-ring": 114.0}
+    for pair in base:
+        angle = math.acos(base[pair] / axes[pair])
+        assert mesh(train, f"main/{pair}/1").pressure_angle == pytest.approx(angle, rel=1e-14)  # rounding
+    assert not any("differ" in text for text in train.warnings)
+    # where the teeth touch, and when, is theirs: as without said radii, exact as long as the angles are
+    assert [mesh(train, f"main/sun-p/{i}").lead for i in (1, 2, 3)] == [0, Fraction(1, 3), Fraction(2, 3)]
+    unsaid = model("yue", {f"stages.main.{name}.base_radius": None for name in ("sun", "p", "d", "ring")})
+    for said, own in zip(train.meshes, unsaid.meshes, strict=True):
+        assert (said.lead, said.contact_ratio) == (own.lead, own.contact_ratio)
+        assert own.pressure_angle == math.radians(25)
+
+
 def test_dong_stepped_shafts() -> None:
     train = model("dong")
     speed, torque = train.kinematics.speed, train.kinematics.torque

@@ -1,0 +1,201 @@
+"""Figures of the page on yue2014-i, -ii, -iii: the source's tables 2 and 5 beside ours, and the modes drawn."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from common import stills
+from numpy.typing import NDArray
+
+import epicyclic
+from epicyclic.plots.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
+
+Array = NDArray[np.float64]
+
+CASES = {"i": "I, carrier held", "ii": "II, ring held", "iii": "III, sun held"}
+SYMBOLS = {"theoretical": "diamond-open", "simulated": "triangle-up-open", "experimental": "x-thin"}
+KINDS = {"translational": ("common", "ours, double"), "rotational": ("simple", "ours, simple")}
+MESHES = ("sun-p", "p-d", "d-ring")
+BODIES = ("sun", "p", "d", "ring", "carrier")
+SCALE = [[0.0, "#FFFFFF"], [0.15, "#DCE9F5"], [0.4, "#8FBCE0"], [0.7, "#3B86C2"], [1.0, "#0B4F86"]]
+FREQUENCY = "natural frequency [rad/s]"
+
+
+@cache
+def modes(case: str) -> xr.Dataset:
+    """Modes of one case."""
+    return epicyclic.modes(f"yue2014-{case}")
+
+
+@cache
+def published(case: str) -> xr.Dataset:
+    """What is printed of one case, and ours, from its audit."""
+    return epicyclic.audit(f"yue2014-{case}")
+
+
+def distinct(case: str) -> list[int]:
+    """Elastic modes, the first of each double one, 0 the first mode."""
+    found = modes(case)
+    kinds = found.mode_kind.values.tolist()
+    return [k for k in range(1, len(kinds)) if kinds[k] == "rotational" or kinds[: k + 1].count("translational") % 2]
+
+
+def table2() -> go.Figure:
+    """Natural frequencies of the three cases, printed and ours."""
+    title = (
+        "Three double values common to all cases, three simple ones: the structure is the source's, the values are not"
+    )
+    drawn = panels(title, list(CASES.values()), height=520, columns=3, shared_yaxes=True, horizontal_spacing=0.02)
+    for column, case in enumerate(CASES, start=1):
+        table = published(case)
+        for kind, (word, name) in KINDS.items():
+            rows = _frequencies(table, f"theoretical natural frequency, {word}")
+            filled = {
+                "symbol": "square" if kind == "translational" else "circle",
+                "size": 11,
+                "color": mode_colour(kind),
+            }
+            _points(drawn, rows.ours.values, _orders(rows), column, name, filled)
+        for source, symbol in SYMBOLS.items():
+            rows = _frequencies(table, f"{source} natural frequency")
+            hollow = {"symbol": symbol, "size": 9, "color": INK, "line": {"width": 1.8, "color": INK}}
+            _points(drawn, rows.published.values, _orders(rows), column, f"printed, {source}", hollow)
+    drawn.update_xaxes(title_text="order in Table 2", dtick=1, range=[0.4, 6.6], showgrid=False)
+    drawn.update_yaxes(range=[0, 10_400])
+    drawn.update_yaxes(title_text=FREQUENCY, col=1)
+    return drawn.update_layout(legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.16, "yanchor": "top"})
+
+
+def _frequencies(table: xr.Dataset, start: str) -> xr.Dataset:
+    return table.isel(row=np.flatnonzero([str(text).startswith(start) for text in table.quantity.values]))
+
+
+def _orders(rows: xr.Dataset) -> list[int]:
+    return [int(str(text).rpartition(" ")[2]) for text in rows.quantity.values]
+
+
+def _points(
+    drawn: go.Figure, values: Sequence[float], orders: Sequence[int], column: int, name: str, look: Mapping[str, object]
+) -> None:
+    drawn.add_scatter(
+        **{"x": orders, "y": values, "mode": "markers", "marker": look, "name": name, "legendgroup": name},
+        **{"showlegend": column == 1, "row": 1, "col": column},
+    )
+
+
+def bounds() -> go.Figure:
+    """The common natural frequencies over the support of the sun, and why the printed ones are not among them."""
+    stiffness = np.geomspace(1e4, 1e10, 49)
+    found = [
+        epicyclic.modes("yue2014-i", overrides={"stages.main.sun.support.radial": float(value)}) for value in stiffness
+    ]
+    double = np.array([one.angular_frequency.values[one.mode_kind.values == "translational"][::2] for one in found])
+    title = (
+        "However the sun is held, the second common value stays below 8022 rad/s and the third above: 6559 is no third"
+    )
+    drawn = figure(title, x="lateral support stiffness of the sun [N/m]", y=FREQUENCY, height=500)
+    for place in range(3):
+        line = {"color": mode_colour("translational"), "width": 2.5}
+        drawn.add_scatter(x=stiffness, y=double[:, place], line=line, name="ours, double", showlegend=place == 0)
+    rows = _frequencies(published("i"), "theoretical natural frequency, common")
+    look = {"symbol": SYMBOLS["theoretical"], "size": 11, "color": INK, "line": {"width": 2}}
+    drawn.add_scatter(x=[3.2e6] * 3, y=rows.published.values, mode="markers", marker=look, name="printed, theoretical")
+    for level in (4629, 8022):
+        drawn.add_hline(y=level, line={"color": PALE, "width": 1.2, "dash": "dash"})
+        words = f"{level}: p and d between a sun and a ring at rest"
+        note(drawn, words, x=0.01, xref="x domain", xanchor="left", y=np.log10(level), yanchor="top")
+    for text, level in (("1295", 1295), ("6456, 6559", 6508)):
+        where = {"x": np.log10(3.9e6), "xanchor": "left", "y": np.log10(level), "yanchor": "middle"}
+        note(drawn, text, font={"size": 12, "color": INK}, **where)
+    drawn.update_xaxes(type="log", dtick=1, exponentformat="power", separatethousands=False)
+    drawn.update_yaxes(
+        type="log",
+        range=[np.log10(900), np.log10(25_000)],
+        tickvals=[1000, 2000, 5000, 10_000, 20_000],
+    )
+    return drawn.update_layout(legend={"x": 0.02, "y": 0.98})
+
+
+def shares(case: str) -> tuple[Array, Array]:
+    """Strain energy by mesh (3, 6) and kinetic energy by member (5, 6), branches added up."""
+    found = modes(case).isel(mode=distinct(case))
+    strain, kinetic = found.strain_energy_share, found.kinetic_energy_share
+    mesh = [[f"main/{name}/{i}" for i in (1, 2, 3)] for name in MESHES]
+    body = [[f"main/{name}/{i}" for i in (1, 2, 3)] if name in ("p", "d") else [f"main/{name}"] for name in BODIES]
+    return (
+        np.array([strain.sel(connection=own).sum("connection").values for own in mesh]),
+        np.array([kinetic.sel(body=own).sum("body").values for own in body]),
+    )
+
+
+def keys(case: str) -> list[tuple[str, set[str]]]:
+    """Table 5: key element and key components of each order."""
+    elements, components = [], []
+    for quantity, text in zip(published(case).quantity.values, published(case).published_text.values, strict=True):
+        if found := re.match(r"order \d: strain-energy share of the (\S+) meshes", str(quantity)):
+            elements.append(found[1])
+        elif re.match(r"order \d: share of kinetic energy", str(quantity)):
+            components.append(set(str(text).split(", ")))
+    return list(zip(elements, components, strict=True))
+
+
+def table5() -> go.Figure:
+    """Where the energy of each mode sits, and what the source calls key elements and key components."""
+    title = "Share of the energy of each mode [%], ours; framed: key elements and key components of Table 5"
+    names = [*(f"strain, {name}" for name in MESHES), *(f"kinetic, {name}" for name in BODIES)]
+    drawn = panels(title, list(CASES.values()), height=460, columns=3, shared_yaxes=True, horizontal_spacing=0.02)
+    for column, case in enumerate(CASES, start=1):
+        percent = 100 * np.vstack(shares(case))
+        omega = modes(case).angular_frequency.values[distinct(case)]
+        drawn.add_heatmap(
+            **{"z": percent.round(1), "x": list(range(6)), "y": names, "coloraxis": "coloraxis", "xgap": 1, "ygap": 1},
+            text=[[f"{value:.0f}" if value >= 0.5 else "" for value in row] for row in percent],
+            **{"texttemplate": "%{text}", "textfont": {"size": 12}, "row": 1, "col": column},
+        )
+        for order, (element, components) in enumerate(keys(case)):
+            rows = [MESHES.index(element), *(3 + BODIES.index(name) for name in components)]
+            for row in rows:
+                box = {"x0": order - 0.46, "x1": order + 0.46, "y0": row - 0.44, "y1": row + 0.44}
+                drawn.add_shape(type="rect", line={"color": PALETTE[1], "width": 2.5}, **box, row=1, col=column)
+        ticks = [f"{order + 1}<br>{value:.0f}" for order, value in enumerate(omega)]
+        drawn.update_xaxes(tickvals=list(range(6)), ticktext=ticks, showgrid=False, row=1, col=column)
+        drawn.add_hline(y=2.5, line={"color": INK, "width": 1}, row=1, col=column)
+    drawn.update_xaxes(title_text="order, natural frequency [rad/s]")
+    drawn.update_yaxes(autorange="reversed", showgrid=False)
+    bar = {"thickness": 12, "outlinewidth": 0, "title": {"text": "%"}}
+    return drawn.update_layout(coloraxis={"colorscale": SCALE, "cmin": 0, "cmax": 100, "colorbar": bar})
+
+
+def _panel(case: str, mode: int) -> str:
+    found = modes(case)
+    kind = "double" if found.mode_kind.values[mode] == "translational" else "simple"
+    return f"{float(found.angular_frequency[mode]):.0f} rad/s, {kind}"
+
+
+def shapes(case: str, kind: str, title: str) -> Callable[[], go.Figure]:
+    """The modes of one kind, of each double one the first."""
+
+    def draw() -> go.Figure:
+        kinds = modes(case).mode_kind.values
+        chosen = {_panel(case, mode): mode for mode in distinct(case) if kinds[mode] == kind}
+        return stills(epicyclic.check(f"yue2014-{case}"), modes(case), chosen, title=title)
+
+    return draw
+
+
+FIGURES: dict[str, Callable[[], go.Figure]] = {
+    "table2": table2,
+    "bounds": bounds,
+    "table5": table5,
+    "shapes-double": shapes(
+        "i", "translational", "Double modes, the same in all cases: the sun floats, no central member turns"
+    ),
+    "shapes-i": shapes("i", "rotational", "Simple modes of case I: all branches move alike, sun and ring turn"),
+    "shapes-ii": shapes("ii", "rotational", "Simple modes of case II: sun and carrier turn"),
+    "shapes-iii": shapes("iii", "rotational", "Simple modes of case III: carrier and ring turn"),
+}
