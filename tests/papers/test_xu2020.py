@@ -198,6 +198,18 @@ def test_contact_lines() -> None:
         series = 1 + (np.exp(2j * np.pi * np.outer(sigma, np.arange(1, mesh.variation.size + 1))) @ mesh.variation).real
         # a series cut after so many harmonics rounds the corners
         assert np.abs(series - length / length.mean()).max() < 5e-3
+        # in the carrier's frame the ring drives the planet and the planet the sun: contact begins at the tip of the
+        # driven first gear and runs down, sigma = -t
+        assert stiffness_history(mesh, -sigma) == pytest.approx(mesh.stiffness * series, rel=1e-12)
+
+
+def test_stiffness_over_time_is_the_assembled_one(system: System) -> None:
+    phase, order = np.arange(32) / 32, np.arange(1, system.meshes.variation.shape[1] + 1)
+    wave = np.exp(2j * np.pi * np.outer(order, phase))
+    now = system.meshes.stiffness[:, None] * (1 + (system.meshes.variation @ wave).real)
+    meshes = {mesh.name: mesh for mesh in load("xu2020").meshes}
+    for name, values in zip(system.meshes.name, now, strict=True):
+        assert values == pytest.approx(stiffness_history(meshes[name], phase), rel=1e-12)
 
 
 def beginning(teeth_a: int, teeth_b: int, *, internal: bool) -> float:
@@ -327,6 +339,7 @@ def test_mirror_symmetric_response_does_not_know_the_neck() -> None:
     thick, thin = (periodic(drive(SPLIT_PORT, {NECK: K}), relative_speed=20.0) for K in (NECKS[0], NECKS[-1]))
     dynamic = np.abs(thick.force - thick.force.mean(axis=1, keepdims=True)).max()
     assert dynamic > 1e3
+    # rounding: the neck is in no equation of what moves
     assert np.abs(thick.force - thin.force).max() < 1e-13 * np.abs(thick.force).max()
     staggered = [
         periodic(drive(SPLIT_PORT, {NECK: K, "stages.main.stagger": 0.25}), relative_speed=20.0) for K in NECKS[::4]
