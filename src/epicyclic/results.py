@@ -101,6 +101,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "contact_lost": ("", "whether the mesh force falls to zero or below"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
     "link_force": ("N", "force or moment in a bearing, support or coupling"),
+    "link_deflection": ("m, rad for rx ry rz", "deflection of a bearing, support or coupling, first body less second"),
     # steady
     "mesh_phase": ("1", "time in mesh cycles"),
     "harmonic": ("1", "mesh order"),

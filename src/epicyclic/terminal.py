@@ -324,6 +324,24 @@ def _steady(result: xr.Dataset) -> list[Table]:
     return [_forces(result), _table("Shaft frequencies", columns)]
 
 
+def _static(result: xr.Dataset) -> list[Table]:
+    """Mesh forces, and what twists under a torque: necks, shafts, couplings."""
+    force = result.link_force.transpose("link_row", "time").values
+    twist = result.link_deflection.transpose("link_row", "time").values
+    largest = float(np.abs(force).max(initial=0.0))
+    rows = [i for i, name in enumerate(result.link_row.values) if str(name).endswith("/rz")]
+    # a torque below 1e-9 of the largest force is rounding
+    loaded = [i for i in rows if np.abs(force[i]).max() > 1e-9 * largest]
+    columns: dict[str, Any] = {
+        "link": [str(result.link_row.values[i]).removesuffix("/rz") for i in loaded],
+        "mean torque [N m]": [float(force[i].mean()) for i in loaded],
+        "mean twist [urad]": [float(twist[i].mean()) * 1e6 for i in loaded],
+        "most [urad]": [float(np.abs(twist[i]).max()) * 1e6 for i in loaded],
+    }
+    torsion = [_table("Torsion of supports, necks, shafts and couplings", columns)] if loaded else []
+    return [_forces(result), *torsion]
+
+
 def _any(result: xr.Dataset) -> Sequence[Table]:
     """Tables of a result whose verb has none of its own: its forces, or each variable and its range."""
     if "mesh_force" in result:
@@ -343,6 +361,7 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "modes": _modes,
     "campbell": _campbell,
     "stiffness": _stiffness,
+    "static": _static,
     "steady": _steady,
     "sharing": _sharing,
     "sweep": _sweep,

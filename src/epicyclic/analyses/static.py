@@ -37,7 +37,8 @@ def static(
 
     Loads at rest count (torques, gravity, forces, link errors times stiffness); inertia does not.  The far flanks are
     taken as never touching: backlash is not used here.  Displacements leave out motions without stiffness (the turning
-    of the whole train).  Time runs at the operating speed; without speeds it is counted in mesh cycles.
+    of the whole train).  The twist of a neck or shaft is the ``link_deflection`` of its rz row [rad], first body less
+    second: of a neck, left less right.  Time runs at the operating speed; without speeds it is counted in mesh cycles.
 
     Parameters
     ----------
@@ -53,7 +54,7 @@ def static(
     samples = positive("samples", samples, 32)
     cycles = positive("cycles", cycles, min(period, _CYCLES))
     flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
-    force, displacement, link_force = _solve(system, flexible, tone, cycles * samples, samples, progress)
+    force, displacement, deflection = _solve(system, flexible, tone, cycles * samples, samples, progress)
     warnings = [*system.warnings, *free_position_warnings(system, flexible.free)]
     if cycles < period:
         warnings.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
@@ -61,7 +62,7 @@ def static(
     if np.any(lost):
         names = [name for name, open_ in zip(system.meshes.name, lost, strict=True) if open_]
         warnings.append(f"meshes open: {', '.join(names)}; bodies held by them alone have no unique position")
-    return _dataset(system, tone, cycles, samples, (force, displacement, link_force, lost), warnings)
+    return _dataset(system, tone, cycles, samples, (force, displacement, deflection, lost), warnings)
 
 
 def period_cycles(system: System) -> int:
@@ -98,20 +99,18 @@ def _solve(
     samples: int,
     progress: Callable[[float], None] | None,
 ) -> tuple[Array, Array, Array]:
-    """Mesh forces (count, m), displacements (count, n) and link forces (count, p)."""
-    links = system.links
+    """Mesh forces (count, m), displacements (count, n) and deflections of the links (count, p)."""
     parts = []
     for first in range(0, count, _CHUNK):
         index = np.arange(first, min(first + _CHUNK, count), dtype=np.int64)
         here = excitation(system, tone, index, samples)
         require_balance(flexible.free, here.force, system.dofs.names)
         state = equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force)
-        link = links.stiffness * (state.displacement @ links.B - here.link_gap)
-        parts.append((state.mesh_force, state.displacement, link))
+        parts.append((state.mesh_force, state.displacement, state.displacement @ system.links.B - here.link_gap))
         if progress is not None:
             progress((index[-1] + 1) / count)
-    force, displacement, link_force = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return force, displacement, link_force
+    force, displacement, deflection = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return force, displacement, deflection
 
 
 def _dataset(
@@ -124,12 +123,13 @@ def _dataset(
 ) -> xr.Dataset:
     from ..results import dataset
 
-    force, displacement, link_force, lost = state
+    force, displacement, deflection, lost = state
     result = dataset(
         {
             "mesh_force": (("mesh", "time"), force.T),
             "displacement": (("dof", "time"), (displacement * system.dofs.radius).T),
-            "link_force": (("link_row", "time"), link_force.T),
+            "link_force": (("link_row", "time"), (system.links.stiffness * deflection).T),
+            "link_deflection": (("link_row", "time"), deflection.T),
             "contact_lost": ("mesh", lost),
         },
         {

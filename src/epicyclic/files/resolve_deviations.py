@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gears.deviations import pitch_lines, profile_amplitude, random_phases, tooth_phase
-from ..train.bodies import Body
+from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link, Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import Displacement, Load, MeshError
@@ -168,6 +168,8 @@ def _displaced(
     else:
         rows, links, frequency = "seat", seats, parts.standing(body, seats)
     across, along = _vector(parts, body, path, table)
+    if links is seats:
+        _check_held(parts, body, key, path, (across, along), ledger)
     if across and frequency is None:
         left_out.append(path)
     for size, turns in ((across, frequency), (along, Fraction(0))):
@@ -184,6 +186,18 @@ def _displaced(
                     frequency=turns,
                 )
             )
+
+
+def _check_held(parts: _Parts, body: Body, key: str, path: str, size: tuple[complex, complex], ledger: Ledger) -> None:
+    """Warn where nothing holds a member (or the half that `path` names) in the direction its seat is displaced in."""
+    sided = f".{body.side}." in path
+    own = [b for b in parts.bodies if b is body or (not sided and (b.member, b.branch) == (body.member, body.branch))]
+    held = [link.stiffness for b in own for link in parts.seats(b)]
+    first = 3 if key == "tilt" else 0
+    for value, directions in zip(size, ((first, first + 1), (first + 2,)), strict=True):
+        if value and not any(stiffness[i] for stiffness in held for i in directions):
+            names = " and ".join(DIRECTIONS[i] for i in directions)
+            ledger.warn(f"{path} has no effect: no support or bearing holds {body.member} in {names}")
 
 
 def _vector(

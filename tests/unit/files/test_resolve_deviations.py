@@ -155,3 +155,21 @@ def test_loads_are_halved_on_a_split_member() -> None:
     ]
     one = load("ren2021", {"loads": {"push": {**force, "on": "main.ring.left", "at": "0.1 m"}}})
     assert [(item.force[0], round(item.station, 15)) for item in one.loads] == [(1e4, 0.1)]  # a sum of stations
+
+
+@pytest.mark.parametrize(
+    ("overrides", "warned"),
+    [
+        ({"deviations.sun.position.z": "1 mm"}, "position has no effect: no support or bearing holds main.sun in z"),
+        ({"deviations.sun.position.z": "1 mm", "stages.main.sun.left.support.z": 1e6}, ""),
+        ({"deviations.sun.right.position.z": "1 mm", "stages.main.sun.left.support.z": 1e6}, "right.position has no"),
+        ({"deviations.sun.position.z": "1 mm", "stages.main.sun.support.z": "inf"}, ""),
+        ({"deviations.sun.position": "1 mm", "stages.main.sun.support.radial": 0}, "holds main.sun in x and y"),
+        ({"deviations.sun.run_out": "1 mm", "stages.main.sun.support.radial": 0}, ""),
+    ],
+)
+def test_a_displaced_seat_that_nothing_sits_in_is_warned_of(overrides: dict[str, object], warned: str) -> None:
+    """A half counts as held where the other half is, unless its own seat is meant."""
+    warnings = load("xu2020", overrides).warnings
+    assert len(warnings) == (1 if warned else 0)
+    assert warned in " ".join(warnings)
