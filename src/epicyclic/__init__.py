@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .files import load
     from .report import write_report
     from .results import load_result, save_result, to_json
+    from .studies.audit import audit
     from .studies.curves import vary
     from .studies.verbs import campbell, check, modes, sharing, static, steady, stiffness, sweep
     from .system.system import System
@@ -35,6 +36,7 @@ __all__ = [
     "System",
     "Train",
     "assemble",
+    "audit",
     "campbell",
     "check",
     "load",
@@ -55,6 +57,7 @@ _HOME = {
     "System": "system.system",
     "Train": "train.train",
     "assemble": "assemble",
+    "audit": "studies.audit",
     "load": "files",
     "load_result": "results",
     "save_result": "results",

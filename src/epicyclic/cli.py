@@ -2,7 +2,8 @@
 
     epicyclic VERB MODEL [--set PATH=VALUE ...] [--json] [-o FILE]
 
-Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence; 130 stopped with Ctrl-C.
+Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence; 4 an audit contradicted;
+130 stopped with Ctrl-C.
 
 Depends on: every room, imported when used.
 """
@@ -17,7 +18,17 @@ from typing import Annotated, Any
 
 import typer
 
-from .console import complain, frequency, parsed_overrides, progress_bar, put_out, reported, target_of
+from .cli_audit import audit
+from .console import (
+    complain,
+    frequency,
+    parsed_overrides,
+    progress_bar,
+    put_out,
+    reported,
+    target_of,
+    write_result,
+)
 
 __all__ = ["app", "main"]
 
@@ -42,6 +53,9 @@ Output = Annotated[
 RelativeSpeed = Annotated[
     float, typer.Option("--relative-speed", help="Speed per operating speed; 0 is standstill, 1 the operating point.")
 ]
+
+
+app.command()(audit)
 
 
 class Method(StrEnum):
@@ -263,7 +277,7 @@ def _run(verb: str, model: str, sets: list[str] | None, as_json: bool, output: P
         with progress_bar(f"{verb} {model}") as step:
             result = run(Job(verb=verb, source=model, overrides=overrides, options=options), progress=step)
         if output is not None:
-            _write(result, output)
+            write_result(result, output)
         if as_json:
             from .results import to_json
 
@@ -274,20 +288,3 @@ def _run(verb: str, model: str, sets: list[str] | None, as_json: bool, output: P
             from .terminal import show, stdout_console
 
             show(result, stdout_console())
-
-
-def _write(result: Any, output: Path) -> None:
-    kind = output.suffix.lower()
-    if kind == ".nc":
-        from .results import save_result
-
-        save_result(result, output)
-    elif kind == ".json":
-        from .results import to_json
-
-        put_out(output, to_json(result) + "\n")
-    else:
-        from .report import write_report
-
-        write_report(output, {str(result.attrs["verb"]): result})
-    complain(f"written: {output}")

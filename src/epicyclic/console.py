@@ -1,6 +1,6 @@
 """What every command needs: overrides, progress, files that appear whole or not at all, errors as one block of text.
 
-Depends on: files (overrides).
+Depends on: files (overrides); results, report (writing).
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import typer
 
 from .errors import ConvergenceError, ModelError
 
-__all__ = ["complain", "frequency", "parsed_overrides", "progress_bar", "put_out", "reported", "target_of"]
+__all__ = ["complain", "frequency", "parsed_overrides", "progress_bar", "put_out", "reported", "target_of", "write_result"]
 
 Step = Callable[[str | float], None]
 
@@ -121,6 +122,29 @@ def put_out(path: Path, text: str) -> None:
         raise ModelError(f"cannot be written: {error.strerror or error}", path=str(path)) from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def write_result(result: Any, path: Path) -> None:
+    """Write a result as .nc, .json or .html, whole or not at all, and say so.
+
+    Raises
+    ------
+    ModelError : it cannot be written.
+    """
+    kind = path.suffix.lower()
+    if kind == ".nc":
+        from .results import save_result
+
+        save_result(result, path)
+    elif kind == ".json":
+        from .results import to_json
+
+        put_out(path, to_json(result) + "\n")
+    else:
+        from .report import write_report
+
+        write_report(path, {str(result.attrs["verb"]): result})
+    complain(f"written: {path}")
 
 
 @contextmanager

@@ -122,6 +122,21 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),
     "run_out": ("um", "run-out"),
+    # audit; numbers are in the unit of their row
+    "drive": ("", "drive audited"),
+    "place": ("", "place in the source"),
+    "published": ("", "published value"),
+    "published_text": ("", "published value as it stands"),
+    "published_unit": ("", "unit of the numbers of the row"),
+    "ours": ("", "our value"),
+    "difference": ("", "our value less the published"),
+    "tolerance": ("", "difference allowed"),
+    "verdict": ("", "what is claimed of the published value"),
+    "outcome": ("", "whether our value bears out the verdict"),
+    "because": ("", "reason of the tolerance"),
+    "reading": ("", "reading of the source"),
+    "reason": ("", "erratum or missing datum"),
+    "fitted": ("", "whether a parameter was fitted"),
 }
 
 

@@ -31,8 +31,10 @@ ALLOWED: dict[str, set[str]] = {
     "plots": {"results"},
     "report": {"plots", "results"},
     "terminal": {"results"},
-    "console": {"files"},
-    "cli": {"console", "terminal", "report", "studies", "files", "results"},
+    "terminal_audit": {"terminal"},
+    "console": {"files", "results", "report"},
+    "cli_audit": {"console", "terminal", "terminal_audit", "studies", "results"},
+    "cli": {"cli_audit", "console", "terminal", "report", "studies", "files", "results"},
 }
 
 

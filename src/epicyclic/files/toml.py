@@ -77,7 +77,8 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
 def ready_drives() -> tuple[str, ...]:
     """Return the names of the drives that come with the package."""
     files = resources.files("epicyclic.systems").iterdir()
-    return tuple(sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml")))
+    stems = (file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
+    return tuple(sorted(stem for stem in stems if "." not in stem))  # NAME.audit.toml lies beside NAME.toml
 
 
 def _validate(data: Table, names: Names, folder: Path | None) -> ModelFile:

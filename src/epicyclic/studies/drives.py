@@ -5,13 +5,13 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 
+from ..files.toml import ready_drives
+
 __all__ = ["drive_titles"]
 
 
 def drive_titles() -> dict[str, str]:
     """Name -> title of every model file that comes with the package."""
-    files = (file for file in resources.files("epicyclic.systems").iterdir() if file.name.endswith(".toml"))
-    titles = {
-        file.name.removesuffix(".toml"): str(tomllib.loads(file.read_text(encoding="utf-8"))["title"]) for file in files
-    }
-    return dict(sorted(titles.items()))
+    folder = resources.files("epicyclic.systems")
+    texts = {name: folder.joinpath(f"{name}.toml").read_text(encoding="utf-8") for name in ready_drives()}
+    return {name: str(tomllib.loads(text)["title"]) for name, text in texts.items()}

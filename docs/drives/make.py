@@ -1,0 +1,104 @@
+"""Draw the figures of the pages on the ready drives: python docs/drives/make.py [NAME ...]
+
+Each NAME.py beside this file defines FIGURES, name -> function that returns a plotly figure.  They are written to
+figures/NAME-FIGURE.svg through a headless Chromium (package playwright, a Chromium on PATH or playwright's own).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shutil
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+
+HERE = Path(__file__).parent
+FIGURES = HERE / "figures"
+WIDTH, HEIGHT = 900, 500
+MOST_BYTES = 200_000
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+_DRAW = """async ([spec, width, height]) => {
+  const options = { format: "svg", width: width, height: height };
+  return await Plotly.toImage({ data: spec.data, layout: spec.layout }, options);
+}"""
+
+Renderer = Callable[[go.Figure, str], str]
+
+
+def names() -> list[str]:
+    """Pages that have figures."""
+    return sorted(path.stem for path in HERE.glob("*.py") if path.stem != "make")
+
+
+def figures_of(name: str) -> dict[str, Callable[[], go.Figure]]:
+    """FIGURES of one page."""
+    spec = importlib.util.spec_from_file_location(f"drives_{name}", HERE / f"{name}.py")
+    if spec is None or spec.loader is None:
+        raise SystemExit(f"no {name}.py in {HERE}; there are {', '.join(names())}")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    figures: dict[str, Callable[[], go.Figure]] = module.FIGURES
+    return figures
+
+
+@contextmanager
+def renderer() -> Iterator[Renderer]:
+    """A function from a figure and its name to SVG; stops with a message where there is no browser."""
+    try:
+        from playwright.sync_api import Error, sync_playwright
+    except ImportError:
+        raise SystemExit("figures need the package playwright: pip install playwright") from None
+    executable = next(filter(None, map(shutil.which, _BROWSERS)), None)
+    with sync_playwright() as playwright:
+        try:
+            browser = playwright.chromium.launch(executable_path=executable)
+        except Error as error:
+            found = f"{executable} does not start" if executable else f"none of {', '.join(_BROWSERS)} is on PATH"
+            raise SystemExit(f"figures need a headless Chromium: {found} ({error.message.splitlines()[0]})") from None
+        page = browser.new_page()
+        page.add_script_tag(content=get_plotlyjs())
+        yield lambda figure, name: _svg(page, figure, name)
+        browser.close()
+
+
+def _svg(page: Any, figure: go.Figure, name: str) -> str:
+    """SVG of a figure, 900 x 500 or as much higher as its layout says; the same text for the same figure."""
+    import json
+
+    height = max(HEIGHT, int(figure.layout.height or 0))
+    address = page.evaluate(_DRAW, [json.loads(figure.to_json()), WIDTH, height])
+    text = unquote(address.partition(",")[2])
+    found = re.search(r'id="(?:top)?defs-([0-9a-f]{6})"', text)
+    # plotly draws the ids of clips and gradients at random
+    return text.replace(found[1], name) if found else text
+
+
+def draw(wanted: Sequence[str]) -> int:
+    """Draw the figures of some pages; returns how many are too large."""
+    FIGURES.mkdir(exist_ok=True)
+    large = 0
+    with renderer() as to_svg:
+        for page in wanted:
+            for name, build in figures_of(page).items():
+                target = FIGURES / f"{page}-{name}.svg"
+                text = to_svg(build(), f"{page}-{name}")
+                target.write_text(text, encoding="utf-8")
+                size = len(text.encode())
+                large += size > MOST_BYTES
+                remark = f"  more than {MOST_BYTES // 1000} kB: draw fewer points" if size > MOST_BYTES else ""
+                print(f"{target.relative_to(HERE.parent.parent)}  {size / 1000:.0f} kB{remark}", flush=True)
+    return large
+
+
+if __name__ == "__main__":
+    unknown = [name for name in sys.argv[1:] if name not in names()]
+    if unknown:
+        raise SystemExit(f"no page {', '.join(unknown)}; there are {', '.join(names())}")
+    raise SystemExit(1 if draw(sys.argv[1:] or names()) else 0)
