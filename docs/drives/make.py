@@ -24,6 +24,7 @@ FIGURES = HERE / "figures"
 WIDTH, HEIGHT = 900, 500
 MOST_BYTES = 200_000
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+_NOT_PAGES = ("make", "common")
 _DRAW = """async ([spec, width, height]) => {
   const options = { format: "svg", width: width, height: height };
   return await Plotly.toImage({ data: spec.data, layout: spec.layout }, options);
@@ -34,11 +35,13 @@ Renderer = Callable[[go.Figure, str], str]
 
 def names() -> list[str]:
     """Pages that have figures."""
-    return sorted(path.stem for path in HERE.glob("*.py") if path.stem != "make")
+    return sorted(path.stem for path in HERE.glob("*.py") if path.stem not in _NOT_PAGES)
 
 
 def figures_of(name: str) -> dict[str, Callable[[], go.Figure]]:
     """FIGURES of one page."""
+    if str(HERE) not in sys.path:  # pages import what is beside them
+        sys.path.insert(0, str(HERE))
     spec = importlib.util.spec_from_file_location(f"drives_{name}", HERE / f"{name}.py")
     if spec is None or spec.loader is None:
         raise SystemExit(f"no {name}.py in {HERE}; there are {', '.join(names())}")

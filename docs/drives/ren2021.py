@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
+from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.plots.style import DASHES, INK, PALE, PALETTE, WARNING, figure, note, panels
+from epicyclic.plots.style import DASHES, INK, PALETTE, figure, note, panels
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,6 @@ ECCENTRIC_SUN = {**IDEAL, "deviations.sun.run_out": "20 um"}
 ECCENTRIC_PLANET = {**IDEAL, "deviations.planet.run_out": "[20, 0, 0] um"}
 PROFILE = {f"deviations.meshes.{pair}.profile": "20 um" for pair in ("sun-planet", "planet-ring")}
 LSC = "load-sharing coefficient LSC [-]"
-PUBLISHED = {"color": INK, "size": 11, "symbol": "x-thin", "line": {"width": 2.5, "color": INK}}
 
 
 def lsc(overrides: dict[str, Any], **options: Any) -> float:
@@ -94,8 +94,8 @@ def _history(drawn: go.Figure, ratios: Array, *, row: int, dashed: bool = False,
 def _published(drawn: go.Figure, value: float, text: str, *, row: int) -> None:
     for level in (value, 2 - value):
         drawn.add_hline(y=level, line={"color": INK, "width": 1.2, "dash": "dash"}, row=row, col=1)
-    where = {"x": 1.0, "xref": "x domain", "xanchor": "right", "y": value, "yanchor": "bottom"}
-    drawn.add_annotation(text=text, showarrow=False, font={"size": 12, "color": INK}, row=row, col=1, **where)
+    drawn.add_annotation(text=text, showarrow=False, font={"size": 12, "color": INK}, align="left", row=row, col=1)
+    drawn.layout.annotations[-1].update(xref="paper", x=1.01, xanchor="left", y=value)
 
 
 def fig10() -> go.Figure:
@@ -104,21 +104,23 @@ def fig10() -> go.Figure:
     drawn = panels(title, ["sun meshes, left helix", "sun meshes, right helix"], height=500, vertical_spacing=0.14)
     for row, side in enumerate(("left", "right"), start=1):
         _history(drawn, cycle_ratios("all", side, 57), row=row, legend=row == 1)
-        _published(drawn, 1.15, "published LSC 1.15", row=row)
+        _published(drawn, 1.15, "published<br>LSC 1.15", row=row)
     drawn.update_yaxes(title_text="b of eq. (21) [-]", range=[0.7, 1.35])
-    return drawn.update_xaxes(title_text="time [s]", row=2, col=1)
+    drawn.update_xaxes(title_text="time [s]", row=2, col=1)
+    return drawn.update_layout(legend={"y": 0.5, "yanchor": "middle"})
 
 
 def fig11() -> go.Figure:
     """Ratio of each planet in each mesh cycle, one error at a time."""
-    title = "One error of 20 um at a time: the eccentric planet unloads itself more than the eccentric sun does"
+    title = "One error of 20 um at a time: an eccentric planet does more than an eccentric sun, not less"
     names = ["eccentric sun, right helix", "eccentric planet 1, right helix"]
     drawn = panels(title, names, height=500, vertical_spacing=0.14)
-    for row, (case, value) in enumerate((("sun", 1.10), ("planet", 1.043)), start=1):
+    for row, (case, value) in enumerate((("sun", "1.10"), ("planet", "1.043")), start=1):
         _history(drawn, cycle_ratios(case, "right", 57), row=row, legend=row == 1)
-        _published(drawn, value, f"published LSC {value:g}", row=row)
+        _published(drawn, float(value), f"published<br>LSC {value}", row=row)
     drawn.update_yaxes(title_text="b of eq. (21) [-]", range=[0.87, 1.14])
-    return drawn.update_xaxes(title_text="time [s]", row=2, col=1)
+    drawn.update_xaxes(title_text="time [s]", row=2, col=1)
+    return drawn.update_layout(legend={"y": 0.5, "yanchor": "middle"})
 
 
 def fig12() -> go.Figure:
@@ -166,7 +168,7 @@ def errors() -> go.Figure:
         text = {"text": [f"{value:.3f}" for value in values], "textposition": "outside", "textfont": {"size": 11}}
         drawn.add_bar(x=list(cases), y=[value - 1 for value in values], **bar, **text)
     points = {"x": list(published), "y": list(published.values()), "name": "published"}
-    drawn.add_scatter(**points, mode="markers", marker={**PUBLISHED, "symbol": "diamond-open"})
+    drawn.add_scatter(**points, mode="markers", marker=PUBLISHED)
     drawn.add_hline(y=1, line={"color": INK, "width": 1.5})
     drawn.update_xaxes(showgrid=False)
     drawn.update_yaxes(range=[0.98, 1.32])
