@@ -210,7 +210,7 @@ def _stage_meshes(train: Train, stage: str) -> list[Mesh]:
 
 
 def _hunting_period(train: Train, stage: str) -> int:
-    """Mesh cycles after which every gear of the stage, also behind stepped shafts, has made whole turns in its frame."""
+    """Mesh cycles after which every gear of the stage, also of stepped shafts, has made whole turns in its frame."""
     carrier = next((frame.carrier for frame in train.frames if frame.name == stage), None)
     teeth = {body.member: body.gear.teeth for body in train.bodies if body.frame == stage and body.gear is not None}
     mesh = next((mesh.a for mesh in train.meshes if mesh.stage == stage), None)
