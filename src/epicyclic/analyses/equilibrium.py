@@ -1,11 +1,12 @@
-"""Static equilibrium with unilateral meshes: the least energy, by Newton steps with an exact line search, in batches.
+"""Static equilibrium with unilateral meshes and laws: the least energy, by Newton steps with a line search, in batches.
 
-    E(q) = q'Kq/2 - F'q + sum_m k_m <B'q - e>_m^2 / 2
+    E(q) = q'Kq/2 - F'q + sum_m k_m <B'q - e>_m^2 / 2 + sum_g phi_g(B'q - e)
 
-Everything is condensed to the meshes.  With H = K + B diag(k0) B' (all meshes closed), A = H^+ B, S = B'A and the pull
-p = k0 w - f of each mesh, q = H^+ F + A p, w = B'q, and the residual in mesh forces is r = p - k0 w + k <w - e>.
-Motions that neither strain a link nor close a mesh (rigid rotation, an unsupported float) drop out with the
-pseudo-inverse.
+with phi_g the potential of a bearing with play or a spline (`system.laws`).  Everything is condensed to the rows B of
+meshes and groups.  With H = K + B diag(k0) B' (all meshes closed, all groups at their nominal stiffness), A = H^+ B,
+S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p, w = B'q, and the residual in row forces is
+r = p - k0 w + f(w - e).  Motions that strain no link and close no row (rigid rotation, an unsupported float) drop out
+with the pseudo-inverse.
 """
 
 from __future__ import annotations
@@ -18,22 +19,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.system import Array
+from ..system import laws as law
+from ..system.laws import Laws
+from ..system.system import Array, System
+from .linesearch import least
 
 Values = NDArray[Any]  # real or complex
 
-__all__ = ["Compliance", "Equilibrium", "closed_force", "compliance", "equilibrium", "require_balance"]
+__all__ = [
+    "Compliance",
+    "Equilibrium",
+    "closed_force",
+    "compliance",
+    "compliance_of",
+    "equilibrium",
+    "require_balance",
+]
 
 # Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support met is 1e-7 of a mesh.
 _FREE = 1e-12
 # Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
 _BALANCE = 1e-9
-# Stiffness an open mesh keeps in the Newton matrix (not in the forces), so that a body whose meshes are all open does
-# not make it singular; 1e-9 of a mesh is below any support, so the steps stay Newton steps.
+# Stiffness an open mesh, or a group in its clearance, keeps in the Newton matrix (not in the forces), so that a body
+# held by nothing else does not make it singular; 1e-9 of a mesh is below any support, so the steps stay Newton steps.
 _OPEN = 1e-9
-# Rounding of the residual, per mesh and per its largest term.
+# Rounding of the residual, per row and per its largest term.
 _ROUNDING = 1e-15
-# Drop of the residual that lets a full Newton step stand.
+# Drop of the residual that lets a full Newton step stand without a line search.
 _DROP = 0.1
 # Energy slope that counts as none; rounding of the difference it comes from is 1e-15.
 _FLAT = 1e-12
@@ -41,10 +53,10 @@ _FLAT = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Compliance:
-    """The train seen from its meshes.
+    """The train seen from its rows: m meshes, then the R rows of groups (M = m + R together).
 
-    stiffness : (m,) k0 [N/m].  inverse : (n, n) H^+.  to_body : (n, m) A.  to_mesh : (m, m) S [m/N].
-    gap_of_force : (m, n) B'H^+.  free : (n, r) unit motions without any stiffness.
+    stiffness : (M,) k0 [N/m].  inverse : (n, n) H^+.  to_body : (n, M) A.  to_mesh : (M, M) S [m/N].
+    gap_of_force : (M, n) B'H^+.  free : (n, r) unit motions without any stiffness.
     """
 
     stiffness: Array
@@ -61,11 +73,56 @@ class Equilibrium:
 
     displacement : (T, n), without any part along free motions.  mesh_force : (T, m) [N], >= 0.
     iterations : (T,) Newton steps taken.
+    group_stretch, group_force : (T, R) of the rows of groups [m], [N].  approach : (T, M) B'q of all rows [m].
     """
 
     displacement: Array
     mesh_force: Array
     iterations: np.ndarray
+    group_stretch: Array
+    group_force: Array
+    approach: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Rows:
+    """What the rows do at T instants: mesh stiffness k (T, m), errors (T, M), laws and their sliders (T, R)."""
+
+    k: Array
+    gap: Array
+    laws: Laws
+    anchor: Array | None
+
+    def at(self, chosen: np.ndarray) -> _Rows:
+        """The same at some of the instants."""
+        anchor = None if self.anchor is None else self.anchor[chosen]
+        return _Rows(k=self.k[chosen], gap=self.gap[chosen], laws=self.laws, anchor=anchor)
+
+    def force(self, approach: Array) -> Array:
+        """Force of every row at B'q, (T, M) [N]."""
+        opening, m = approach - self.gap, self.k.shape[1]
+        contact = self.k * np.maximum(opening[:, :m], 0.0)
+        if opening.shape[1] == m:
+            return contact
+        return np.hstack([contact, law.force(self.laws, opening[:, m:], self.anchor)])
+
+    def newton(self, approach: Array, k0: Array, S: Array) -> Array:
+        """Derivative of the residual by the pull, 1 - (k0 - tangent) S, (T, M, M)."""
+        opening, m = approach - self.gap, self.k.shape[1]
+        soft = np.tile(k0, (len(opening), 1))
+        soft[:, :m] -= np.where(opening[:, :m] > 0, self.k, _OPEN * k0[:m])
+        soft[:, m:] *= 1.0 - _OPEN
+        matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
+        if opening.shape[1] > m:
+            matrix[:, m:] += law.tangent(self.laws, opening[:, m:], self.anchor) @ S[m:]
+        return matrix
+
+    def kinks(self, opening: Array, closing: Array) -> Array:
+        """Lengths (T, J) along `closing` at which a row's law changes."""
+        m = self.k.shape[1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            meshes = np.where(closing[:, :m] != 0, -opening[:, :m] / closing[:, :m], -1.0)
+        return np.hstack([meshes, law.kinks(self.laws, opening[:, m:], closing[:, m:], self.anchor)])
 
 
 def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
@@ -86,6 +143,12 @@ def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
         gap_of_force=B.T @ inverse,
         free=free / np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny),
     )
+
+
+def compliance_of(system: System) -> Compliance:
+    """Compliance of a train seen from its meshes and the rows of its groups."""
+    B = np.hstack([system.meshes.B, system.group_rows])
+    return compliance(system.K, B, np.concatenate([system.meshes.stiffness, system.laws.row_stiffness]))
 
 
 def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
@@ -136,17 +199,21 @@ def equilibrium(
     stiffness: Array,
     gap: Array,
     force: Array,
+    laws: Laws | None = None,
+    anchor: Array | None = None,
     start: Array | None = None,
     tolerance: float = 1e-10,
     max_iterations: int = 60,
 ) -> Equilibrium:
-    """Equilibrium at T instants, meshes pulling nothing.
+    """Equilibrium at T instants, meshes pulling nothing, groups following their laws.
 
     Parameters
     ----------
-    stiffness, gap : (T, m) k_m [N/m] and e_m [m].  force : (T, n) load.
-    start : (T, m) approach B'q to start from [m]; all meshes closed where None.
-    tolerance : of the mesh-force residual, relative to the largest mesh force.
+    stiffness : (T, m) k of the meshes [N/m].  gap : (T, M) e of meshes and rows of groups [m].  force : (T, n) load.
+    laws : of the groups, where there are any.  anchor : (T, R) sliders before this step, for laws with a memory [m];
+        without it they follow the radial law.
+    start : (T, M) approach B'q to start from [m]; all rows closed where None.
+    tolerance : of the residual of row forces, relative to the largest.
 
     Raises
     ------
@@ -154,101 +221,112 @@ def equilibrium(
     ConvergenceError : not converged in `max_iterations`.
     """
     k0, S = flexible.stiffness, flexible.to_mesh
+    rows = _Rows(k=stiffness, gap=gap, laws=law.stacked(()) if laws is None else laws, anchor=anchor)
     free_gap = force @ flexible.gap_of_force.T
     if start is None:
-        pull = _closed_pull(flexible, stiffness, gap, free_gap)
+        nominal = np.tile(k0, (len(gap), 1))
+        nominal[:, : stiffness.shape[1]] = stiffness
+        pull = _closed_pull(flexible, nominal, gap, free_gap)
     else:
-        pull = k0 * start - stiffness * np.maximum(start - gap, 0.0)
+        pull = k0 * start - rows.force(start)
     iterations = np.zeros(len(gap), dtype=np.int64)
-    open_points = np.arange(len(gap))
+    todo = np.arange(len(gap))
     for _ in range(max_iterations + 1):
-        state = (pull[open_points], free_gap[open_points], stiffness[open_points], gap[open_points])
-        residual, limit = _residual(S, k0, *state, tolerance)
+        here = rows.at(todo)
+        residual, limit = _residual(S, k0, pull[todo], free_gap[todo], here, tolerance)
         unfinished = np.max(np.abs(residual), axis=1, initial=0.0) > limit
-        open_points = open_points[unfinished]
-        if not open_points.size:
-            return _finished(flexible, pull, free_gap, stiffness, gap, force, iterations)
-        if iterations[open_points[0]] >= max_iterations:
+        todo = todo[unfinished]
+        if not todo.size:
+            return _finished(flexible, pull, free_gap, rows, force, iterations)
+        if iterations[todo[0]] >= max_iterations:
             break
-        pull[open_points] += _step(S, k0, residual[unfinished], *(part[unfinished] for part in state))
-        iterations[open_points] += 1
+        pull[todo] += _step(S, k0, residual[unfinished], pull[todo], free_gap[todo], here.at(unfinished))
+        iterations[todo] += 1
     raise ConvergenceError(
-        f"no static equilibrium after {max_iterations} steps at {open_points.size} of {len(gap)} instants; "
+        f"no static equilibrium after {max_iterations} steps at {todo.size} of {len(gap)} instants; "
         "check that supports and meshes can carry the load"
     )
 
 
 def _residual(
-    S: Array, k0: Array, pull: Array, free_gap: Array, k: Array, gap: Array, tolerance: float = 0.0
+    S: Array, k0: Array, pull: Array, free_gap: Array, rows: _Rows, tolerance: float = 0.0
 ) -> tuple[Array, Array]:
-    """r = p - k0 w + k <w - e> (T, m) and what of it may stay (T,) [N]: a part of the largest force, and rounding."""
+    """r = p - k0 w + f(w - e) (T, M) and what of it may stay (T,) [N]: a part of the largest force, and rounding."""
     w = free_gap + pull @ S
-    contact = k * np.maximum(w - gap, 0.0)
-    terms = np.max(np.maximum(np.abs(pull), k0 * (np.abs(w) + np.abs(gap))), axis=1, initial=np.finfo(float).tiny)
-    limit = tolerance * np.max(contact, axis=1, initial=0.0) + _ROUNDING * len(k0) * terms
+    contact = rows.force(w)
+    terms = np.max(np.maximum(np.abs(pull), k0 * (np.abs(w) + np.abs(rows.gap))), axis=1, initial=np.finfo(float).tiny)
+    limit = tolerance * np.max(np.abs(contact), axis=1, initial=0.0) + _ROUNDING * len(k0) * terms
     return pull - k0 * w + contact, limit
 
 
-def _step(S: Array, k0: Array, residual: Array, pull: Array, free_gap: Array, k: Array, gap: Array) -> Array:
-    """Newton step of the pull times the length that makes the energy least along it, (T, m)."""
-    opening = free_gap + pull @ S - gap
-    tangent = np.where(opening > 0, k, _OPEN * k0)
-    matrix = np.eye(len(k0)) - (k0 - tangent)[:, :, None] * S
-    direction = -np.linalg.solve(matrix, residual[:, :, None])[:, :, 0]
-    closing = direction @ S
-    length = _least_energy(
-        closing,
-        opening,
-        k,
-        np.sum(closing * (residual - k * np.maximum(opening, 0.0)), axis=1),
-        np.sum(closing * (direction - k0 * closing), axis=1),
-        np.sum(k0 * closing**2, axis=1),
-    )
-    after, _ = _residual(S, k0, pull + direction, free_gap, k, gap)
-    better = np.max(np.abs(after), axis=1) <= _DROP * np.max(np.abs(residual), axis=1)
-    # Along a motion that nothing holds the energy is flat to rounding and its least place is noise: where the full step
-    # already solves the forces and is no longer than twice the best, it stands.
-    length = np.where(better & (length > 0.5), 1.0, length)
+def _step(S: Array, k0: Array, residual: Array, pull: Array, free_gap: Array, rows: _Rows) -> Array:
+    """Newton step of the pull times its length, (T, M): one where that solves most, else where the energy is least."""
+    approach = free_gap + pull @ S
+    direction = -np.linalg.solve(rows.newton(approach, k0, S), residual[:, :, None])[:, :, 0]
+    after, _ = _residual(S, k0, pull + direction, free_gap, rows)
+    far = np.max(np.abs(after), axis=1) > _DROP * np.max(np.abs(residual), axis=1)
+    length = np.ones(len(pull))
+    if far.any():
+        length[far] = _best_length(S, k0, residual[far], direction[far], approach[far], rows.at(far))
     return length[:, None] * direction
 
 
-def _least_energy(closing: Array, opening: Array, k: Array, slope: Array, curvature: Array, scale: Array) -> Array:
-    """Length (T,) of least energy along a direction, exact: the slope is piecewise linear and rising, a kink per mesh.
+def _best_length(S: Array, k0: Array, residual: Array, direction: Array, approach: Array, rows: _Rows) -> Array:
+    """Length (T,) of least energy along a direction of the pull.
 
-    slope(a) = slope + curvature a + sum k closing <opening + a closing>.  It satisfies any Armijo condition and is also
-    safe in flat directions, where a full step would be far too long.
+    The energy is convex along it with slope(a) = rest + curvature a + d . f(w + a d), d = S direction, so that the
+    best length is safe in flat directions, where a full step would be far too long.
+
+    Raises
+    ------
+    ModelError : the energy falls for ever.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        kinks = np.where(closing != 0, -opening / closing, -1.0)
-    kinks = np.where(np.isfinite(kinks) & (kinks > 0), kinks, 0.0)
-    contact = np.maximum(opening[:, None, :] + kinks[:, :, None] * closing[:, None, :], 0.0)
-    slopes = slope[:, None] + curvature[:, None] * kinks + np.einsum("tm,tjm->tj", k * closing, contact)
-    at_zero = slope + np.sum(k * closing * np.maximum(opening, 0.0), axis=1)
-    falling = slopes <= 0
-    low = np.max(np.where(falling, kinks, 0.0), axis=1, initial=0.0)
-    slope_low = np.max(np.where(falling & (kinks == low[:, None]), slopes, -np.inf), axis=1, initial=-np.inf)
-    slope_low = np.where(low > 0, slope_low, at_zero)
-    high = np.min(np.where(~falling & (kinks > low[:, None]), kinks, np.inf), axis=1, initial=np.inf)
-    slope_high = np.min(np.where(kinks == high[:, None], slopes, np.inf), axis=1, initial=np.inf)
-    final = curvature + np.sum(k * np.maximum(closing, 0.0) * closing, axis=1)
-    bounded = np.isfinite(high)
-    if np.any(~bounded & (final <= _FLAT * scale) & (slope_low < 0)):
+    closing = direction @ S
+    rest = np.sum(closing * (residual - rows.force(approach)), axis=1)
+    curvature = np.sum(closing * (direction - k0 * closing), axis=1)
+    start = np.sum(closing * residual, axis=1)
+    m = rows.k.shape[1]
+    final = curvature + np.sum(rows.k * np.maximum(closing[:, :m], 0.0) ** 2, axis=1)
+    final += np.sum(k0[m:] * closing[:, m:] ** 2, axis=1)
+    if np.any((final <= _FLAT * np.sum(k0 * closing**2, axis=1)) & (_far_slope(rest, closing, approach, rows) < 0)):
         raise ModelError(
             "the load drives meshing bodies apart and nothing holds them",
             path="operation.torque",
             allowed="torques that press the meshes, or supports that hold every body",
         )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inside = -slope_low * (high - low) / (slope_high - slope_low)
-        beyond = -slope_low / final
-    step: Array = low + np.where(bounded, inside, beyond)
     # a slope that is not falling at the start is rounding at the solution: a plain Newton step
-    return np.where(np.isfinite(step) & (at_zero < 0), np.maximum(step, 0.0), 1.0)
+    falling = np.flatnonzero(start < 0)
+    length = np.ones(len(start))
+    if falling.size:
+        here, d = rows.at(falling), closing[falling]
+
+        def slope(a: Array, instants: np.ndarray) -> Array:
+            w = approach[falling[instants]] + a[:, None] * d[instants]
+            rising = curvature[falling[instants]] * a
+            return rest[falling[instants]] + rising + np.sum(d[instants] * here.at(instants).force(w), axis=1)
+
+        kinks = here.kinks(approach[falling] - here.gap, d)
+        length[falling] = least(slope, kinks, start[falling])
+    return length
+
+
+def _far_slope(rest: Array, closing: Array, approach: Array, rows: _Rows) -> Array:
+    """Slope (T,) behind the last kink of the meshes, in a direction of no final stiffness."""
+    kinks = rows.kinks(approach - rows.gap, closing)[:, : rows.k.shape[1]]
+    last = np.max(np.where(np.isfinite(kinks), kinks, 0.0), axis=1, initial=0.0)
+    return rest + np.sum(closing * rows.force(approach + last[:, None] * closing), axis=1)
 
 
 def _finished(
-    flexible: Compliance, pull: Array, free_gap: Array, k: Array, gap: Array, force: Array, iterations: np.ndarray
+    flexible: Compliance, pull: Array, free_gap: Array, rows: _Rows, force: Array, iterations: np.ndarray
 ) -> Equilibrium:
-    contact = k * np.maximum(free_gap + pull @ flexible.to_mesh - gap, 0.0)
-    displacement = force @ flexible.inverse + pull @ flexible.to_body.T
-    return Equilibrium(displacement=displacement, mesh_force=contact, iterations=iterations)
+    approach, m = free_gap + pull @ flexible.to_mesh, rows.k.shape[1]
+    contact = rows.force(approach)
+    return Equilibrium(
+        displacement=force @ flexible.inverse + pull @ flexible.to_body.T,
+        mesh_force=contact[:, :m],
+        iterations=iterations,
+        group_stretch=(approach - rows.gap)[:, m:],
+        group_force=contact[:, m:],
+        approach=approach,
+    )

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import ModelError
 from ..system.system import Array, System
 from .definitions import DEFINITIONS, Group, Tally, coefficients, groups, merge, simultaneous, tally
-from .equilibrium import Compliance, compliance, equilibrium
+from .equilibrium import Compliance, compliance_of, equilibrium
 from .record import hunting_cycles, mesh_stiffness, positive, reference_tone
 from .static import OPEN, free_position_warnings
 from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
@@ -108,7 +108,7 @@ def _source(
             allowed="`static` or `transient`, which give the mesh forces themselves",
         )
     tone = reference_tone(system)
-    flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
+    flexible = compliance_of(system)
     waves = static_waves(system, flexible, tone, positive("samples", samples, 64))
     return waves, _unilateral(system, flexible, tone, waves), tone, free_position_warnings(system, flexible.free)
 

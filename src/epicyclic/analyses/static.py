@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..system.system import Array, System
-from .equilibrium import Compliance, compliance, equilibrium, require_balance
+from .equilibrium import Compliance, compliance_of, equilibrium, require_balance
 from .record import excitation, hunting_cycles, positive, reference_tone
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def static(
     tone, period = reference_tone(system), period_cycles(system)
     samples = positive("samples", samples, 32)
     cycles = positive("cycles", cycles, min(period, _CYCLES))
-    flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
+    flexible = compliance_of(system)
     force, displacement, deflection = _solve(system, flexible, tone, cycles * samples, samples, progress)
     warnings = [*system.warnings, *free_position_warnings(system, flexible.free)]
     if cycles < period:

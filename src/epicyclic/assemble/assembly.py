@@ -19,7 +19,8 @@ from ..train.bodies import DIRECTIONS
 from ..train.connections import Mesh
 from ..train.train import Train
 from .excitation import FullModel, excitation_lines
-from .structure import LinkRow, Structure, structure_of
+from .laws import idle_friction, law_groups
+from .structure import Structure, structure_of
 
 __all__ = ["assemble"]
 
@@ -41,8 +42,8 @@ def assemble(train: Train) -> System:
 
     Raises
     ------
-    ModelError : frames of different speed joined laterally, an anisotropic support in a turning frame, a law of a link
-        that is not computed, no coordinate left, displacements that rigid connections do not admit.
+    ModelError : frames of different speed joined laterally, an anisotropic support in a turning frame, a law on rows
+        that cannot follow it, no coordinate left, displacements that rigid connections do not admit.
     """
     structure = structure_of(train)
     T, S, kept = eliminate(structure.rigid, structure.pivots)
@@ -53,7 +54,8 @@ def assemble(train: Train) -> System:
     G = gyroscopic_matrix(*bodies, structure.frame_speed, structure.spin)
     Kg = centrifugal_stiffness(*bodies, structure.frame_speed, structure.spin)
     _add_carried(Kg, train, structure, mass)
-    stiffness = np.array([row.stiffness for row in structure.links])
+    law = np.array([row.law for row in structure.links], dtype=bool)
+    stiffness = np.array([0.0 if row.law else row.stiffness for row in structure.links])
     given = np.array([row.damping for row in structure.links])
     damping = given + (train.damping.stiffness or 0.0) * stiffness
     alpha = train.damping.mass or 0.0
@@ -75,16 +77,18 @@ def assemble(train: Train) -> System:
         Kg=T.T @ Kg @ T,
         Cskew=T.T @ skew @ T,
         meshes=meshes,
-        links=_link_rows(structure, L, damping),
+        links=_link_rows(structure, L[~law], damping[~law]),
         force=_torques(train, structure) @ T,
         tones=tones,
         lines=excitation_lines(train, structure, model),
         zeta=train.damping.modal,
         body_mass=mass,
         symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
-        warnings=train.warnings,
+        warnings=(*train.warnings, *idle_friction(train)),
         provenance=_provenance(train),
         missing_inertia=missing,
+        groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
+        body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
     )
 
 
@@ -193,14 +197,12 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
 
 
 def _link_rows(structure: Structure, L: Array, damping: Array) -> LinkRows:
-    def name(row: LinkRow) -> str:
-        return f"{row.link}/{DIRECTIONS[row.direction]}"
-
+    rows = [row for row in structure.links if not row.law]
     return LinkRows(
-        name=tuple(name(row) for row in structure.links),
-        link=tuple(row.link for row in structure.links),
+        name=tuple(f"{row.link}/{DIRECTIONS[row.direction]}" for row in rows),
+        link=tuple(row.link for row in rows),
         B=L.T,
-        stiffness=np.array([row.stiffness for row in structure.links]),
+        stiffness=np.array([row.stiffness for row in rows]),
         damping=damping,
     )
 

@@ -23,7 +23,10 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FullModel:
-    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg of the full coordinates."""
+    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg of the full coordinates.
+
+    link_stiffness : (p,) 0 in rows that follow a law, whose force is no part of the right side.
+    """
 
     T: Array
     S: Array
@@ -187,4 +190,12 @@ def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullM
     inertia = model.mass.ravel()
     force[1] -= 1j * omega * model.mass_damping * inertia * shift
     force[2] += omega**2 * inertia * shift - 1j * omega * (model.G @ shift) - model.Kg @ shift
-    return Line(frequency=frequency, gap=mesh, link_gap=link, force=force @ model.T, causes=tuple(sorted(parts.causes)))
+    law = np.array([row.law for row in structure.links], dtype=bool)
+    return Line(
+        frequency=frequency,
+        gap=mesh,
+        link_gap=link[~law],
+        force=force @ model.T,
+        causes=tuple(sorted(parts.causes)),
+        group_gap=link[law],
+    )

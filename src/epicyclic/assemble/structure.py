@@ -23,7 +23,7 @@ LATERAL = (0, 1, 3, 4)
 
 
 class LinkRow(NamedTuple):
-    """One direction of one link.  first, second : body indices, -1 = the frame."""
+    """One direction of one link.  first, second : body indices, -1 = the frame.  law : it follows a law, see `laws`."""
 
     link: str
     path: str
@@ -33,6 +33,7 @@ class LinkRow(NamedTuple):
     stiffness: float
     damping: float
     to_housing: bool
+    law: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,7 +42,8 @@ class Structure:
 
     index : body name -> number.  frame_speed, spin : (nb,) [rad/s].  frame_turn : (nb,) exact frame speed [rev/s].
     mesh : (m, 6 nb); mesh_ends : (m, 2) body indices.
-    link, links : (p, 6 nb) elastic rows and what they are.  rigid, rigids, pivots : the same of what is eliminated.
+    link, links : (p, 6 nb) elastic rows and what they are, those with a law among them.  rigid, rigids, pivots : the
+        same of what is eliminated.
     """
 
     index: dict[str, int]
@@ -64,7 +66,7 @@ def structure_of(train: Train) -> Structure:
     Raises
     ------
     ModelError : a link joins frames of different speed laterally, is not isotropic in a turning frame, or has a law
-        (play, friction, exponent) that is not computed.
+        (play, friction, exponent) on rows that cannot follow it.
     """
     index = {body.name: i for i, body in enumerate(train.bodies)}
     frames = {frame.name: i for i, frame in enumerate(train.frames)}
@@ -76,12 +78,13 @@ def structure_of(train: Train) -> Structure:
     owners: list[Link] = []
     for link in train.links:
         _check_link(link, index, frame_turn, train)
+        lawful = _law_directions(link)
         for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
             if k != 0.0 or c != 0.0:
                 second = -1 if link.second is None else index[link.second]
-                rows.append(
-                    LinkRow(link.name, link.path, direction, index[link.first], second, k, c, link.second is None)
-                )
+                ends = index[link.first], second
+                law = direction in lawful
+                rows.append(LinkRow(link.name, link.path, direction, *ends, k, c, link.second is None, law))
                 owners.append(link)
     places = np.array([(*body.centre, body.station) for body in train.bodies])
     ends = np.array([(index[mesh.a], index[mesh.b]) for mesh in train.meshes], np.int64).reshape(-1, 2)
@@ -111,13 +114,31 @@ def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
     return Fraction(0) if speeds is None else Fraction(speeds.get(name, 0)) / 60
 
 
-def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, ...], train: Train) -> None:
-    if link.clearance or link.exponent != 1.0 or link.friction:
+def _law_directions(link: Link) -> tuple[int, ...]:
+    """Directions that follow a law: x and y, or z where it alone is stiff; none of a linear link.
+
+    Friction without a clearance has nowhere to slide, so the link stays linear.
+
+    Raises
+    ------
+    ModelError : no direction, a rigid one, or x and y of different stiffness.
+    """
+    if not link.clearance and link.exponent == 1.0:
+        return ()
+    x, y, z = link.stiffness[:3]
+    found = tuple(i for i, k in ((0, x), (1, y)) if k) or ((2,) if z else ())
+    values = {link.stiffness[i] for i in found}
+    if len(values) != 1 or math.isinf(*values):
         raise ModelError(
-            "play, friction and load-dependent stiffness of a link are not computed by this version",
+            "clearance, exponent and friction need one finite stiffness",
             path=link.path,
-            allowed="a linear link: no clearance, no friction, exponent 1",
+            given=f"x, y, z = {x:g}, {y:g}, {z:g} N/m",
+            allowed="radial (x and y alike), x or y alone, or z alone",
         )
+    return found
+
+
+def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, ...], train: Train) -> None:
     first = frame_turn[index[link.first]]
     lateral = [link.stiffness[i] for i in LATERAL]
     if link.second is not None and any(lateral) and frame_turn[index[link.second]] != first:

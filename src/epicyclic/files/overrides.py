@@ -9,7 +9,7 @@ from ..errors import ModelError
 from .names import nearest
 from .tables import REMOVE, Table, clean, nested, split_path, union
 
-__all__ = ["layer_of", "parse_setting"]
+__all__ = ["layer_of", "parse_setting", "stepwise"]
 
 _NAMED = ("stages", "bodies", "couplings", "loads")  # tables whose entries an override changes but does not invent
 
@@ -37,6 +37,22 @@ def _toml_value(text: str) -> object:
     return table["value"] if len(table) == 1 else text
 
 
+def stepwise(overrides: Mapping[str, object]) -> tuple[dict[str, object], dict[str, object]]:
+    """Return the overrides that empty a table which others fill anew, and those others: two layers, in this order."""
+    paths = {text: split_path(str(text), path=str(text)) for text in overrides}
+    emptied = {
+        text
+        for text, path in paths.items()
+        if _removes(overrides[text]) and any(p[: len(path)] == path != p for p in paths.values())
+    }
+    first = {text: value for text, value in overrides.items() if text in emptied}
+    return first, {text: value for text, value in overrides.items() if text not in emptied}
+
+
+def _removes(value: object) -> bool:
+    return value is None or (isinstance(value, str) and not value.strip())
+
+
 def layer_of(overrides: Mapping[str, object], base: Table) -> Table:
     """Return overrides as one layer; None or an empty text removes the key.
 
@@ -46,8 +62,7 @@ def layer_of(overrides: Mapping[str, object], base: Table) -> Table:
     for text, value in overrides.items():
         path = split_path(str(text), path=str(text))
         _check_known(path, value, base)
-        removed = value is None or (isinstance(value, str) and not value.strip())
-        layer = union(layer, nested(path, REMOVE if removed else clean(value, str(text))), "")
+        layer = union(layer, nested(path, REMOVE if _removes(value) else clean(value, str(text))), "")
     return layer
 
 

@@ -207,7 +207,8 @@ def _link(seat: _Seat, name: str, table: tables.Link, rest: Mapping[str, float],
         damping=_dampers(table, seat.share),
         clearance=table.clearance or 0.0,
         exponent=table.exponent if table.exponent is not None else 1.0,
-        friction=_friction(table),
+        load=(table.load or 0.0) * seat.share,
+        friction=_friction(table, seat.share),
         to_housing=seat.to_housing,
     )
 
@@ -250,11 +251,11 @@ def _dampers(table: tables.Link, share: float) -> Six:
     return x, y, z, rx, ry, rz
 
 
-def _friction(table: tables.Link) -> tuple[tuple[str, float | str], ...]:
+def _friction(table: tables.Link, share: float) -> tuple[tuple[str, float | str], ...]:
     if table.friction is None:
         return ()
     pairs = ((key, getattr(table.friction, key)) for key in ("force", "coefficient", "radius", "law"))
-    return tuple((key, value) for key, value in pairs if value is not None)
+    return tuple((key, value * share if key == "force" else value) for key, value in pairs if value is not None)
 
 
 # necks, shafts, couplings --------------------------------------------------------------------------------------------

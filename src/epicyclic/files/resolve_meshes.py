@@ -68,6 +68,10 @@ def meshes_of_stage(
     phases = stage_leads(gears, toothed, sense=sense)
     _check_assembly(plan, phases, ledger)
     _check_shafts(plan, gears, toothed, ledger)
+    for name, turns in phases.clocking.items():
+        origin = "given" if isinstance(plan.gears[name].clocking, tuple) else "geometry"
+        angles = [math.tau * float(turn) for turn in turns]
+        ledger.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
     found: list[Mesh] = []
     for p in plan.pairs:
         for side in shape.meshes[p.name].width:

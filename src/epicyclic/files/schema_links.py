@@ -72,7 +72,23 @@ class Link(Table):
     damping: LinkDamping | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
     clearance: Annotated[float, Unit("length", low=0)] | None = key(None, "radial clearance")
     exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(None, "force exponent; 10/9 rolling elements")
+    load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
+        None, "load at which the stiffness holds, with an exponent other than 1"
+    )
     friction: Friction | None = key(None, "friction in the link")
+
+    @model_validator(mode="after")
+    def _law(self) -> Self:
+        """Refuse an exponent without the load its stiffness holds at, a load without exponent, friction with one."""
+        if self.exponent is None and self.load is not None:
+            raise ModelError("load without exponent", given=self.load, allowed="exponent, e.g. 10/9 = 1.1111")
+        if self.exponent not in (None, 1.0) and self.load is None:
+            raise ModelError(
+                "exponent without load", given=self.exponent, allowed="load: the force at which the stiffness holds"
+            )
+        if self.exponent not in (None, 1.0) and self.friction is not None:
+            raise ModelError("friction with an exponent", given=self.exponent, allowed="one of the two")
+        return self
 
     def directions(self) -> dict[str, PerPlanet | Quantity]:
         """Return the stiffnesses that are named, by direction."""

@@ -17,7 +17,7 @@ from .alternatives import check_alternatives, replace_alternatives
 from .arrange import arrange
 from .checks import check
 from .names import Names, check_names, collect, nearest
-from .overrides import layer_of
+from .overrides import layer_of, stepwise
 from .paths import check_assumed, check_tolerance, still_assumed
 from .problems import as_model_error
 from .schema import ModelFile
@@ -51,18 +51,20 @@ class Document:
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
     """Return the document of a model file (path), ready drive (name) or nested dict, with overrides laid over it.
 
-    overrides : values by path, ``{"stages.main.sun.mass": "750 kg"}``; None removes the key.
+    overrides : values by path, ``{"stages.main.sun.mass": "750 kg"}``; None removes the key. A table that is removed
+        may be filled anew: ``{"deviations": None, "deviations.sun.run_out": "6 um"}``.
     Raises ModelError for whatever is wrong, with path, value and what is allowed.
     """
     base, name, folder = _open(source)
     _check_format(base)
-    layer = layer_of(overrides or {}, base)
+    emptied, layer = (layer_of(part, base) for part in stepwise(overrides or {}))
     names = collect(base, layer)
     check_names(names, base, layer)
     file, above = expand(base, names), expand(layer, names)
     for one in (file, above):
         check_alternatives(one)
     check_assumed(file, file)
+    file = merge(file, expand(emptied, names))
     merged = merge(replace_alternatives(file, above), above)
     check_assumed(above, merged)
     overridden = {path for path, _ in leaves(above)}

@@ -210,9 +210,18 @@ def _stage_meshes(train: Train, stage: str) -> list[Mesh]:
 
 
 def _hunting_period(train: Train, stage: str) -> int:
-    """Mesh cycles after which every gear of the stage has made whole turns: the least common multiple of the teeth."""
-    names = {name for mesh in _stage_meshes(train, stage) for name in (mesh.a, mesh.b)}
-    return math.lcm(*(body.gear.teeth for body in train.bodies if body.name in names and body.gear is not None))
+    """Mesh cycles after which every gear of the stage, also of stepped shafts, has made whole turns in its frame."""
+    carrier = next((frame.carrier for frame in train.frames if frame.name == stage), None)
+    teeth = {body.member: body.gear.teeth for body in train.bodies if body.frame == stage and body.gear is not None}
+    mesh = next((mesh.a for mesh in train.meshes if mesh.stage == stage), None)
+    first = next((body.member for body in train.bodies if body.name == mesh), "")
+    ratio = train.kinematics.ratio
+    for end in train.kinematics.freedoms:
+        still = ratio[carrier][end] if carrier is not None else Fraction(0)
+        cycle = teeth.get(first, 0) * (ratio[first][end] - still) if first else Fraction(0)
+        if cycle:
+            return math.lcm(*(((ratio[member][end] - still) / cycle).denominator for member in teeth))
+    return math.lcm(*teeth.values())
 
 
 def _centre_distance(train: Train, stage: str) -> float | None:

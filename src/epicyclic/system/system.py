@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from .laws import LawGroup, Laws, stacked
 
 __all__ = ["Dofs", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
 
@@ -91,6 +92,7 @@ class Line:
         Re((force[0] + s force[1] + s^2 force[2]) exp(2 pi i s f t)): link errors times their stiffness, displaced
         inertia, gravity, unbalance, loads; mesh errors are in `gap` alone.
     causes : the paths in the file that put something into it.
+    group_gap : (R,) complex, the error of each row of the groups, in order; empty where there are none.
     """
 
     frequency: Fraction
@@ -98,6 +100,7 @@ class Line:
     link_gap: ComplexArray
     force: ComplexArray
     causes: tuple[str, ...] = ()
+    group_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -117,7 +120,8 @@ class Symmetry:
 class System:
     """A train at an operating point, as numbers.
 
-    M, C, G, K, Kg : (n, n); G and Kg at the operating speed (s = 1).  K holds the links, not the meshes.
+    M, C, G, K, Kg : (n, n); G and Kg at the operating speed (s = 1).  K holds the linear links, not the meshes and not
+    the groups.
     C holds what is given per connection or proportional; modal damping stands in `zeta` (ratio of every elastic mode of
     the mean system, in the frame of the coordinates), None where it is not given.
     Cskew : (n, n) stiffness-like skew terms of dampers to the housing in a turning frame; they scale with s.
@@ -128,6 +132,8 @@ class System:
     warnings : physical warnings of the train and its assembly.  provenance : attributes for every result.
     missing_inertia : paths of masses and inertias that are not given although a free coordinate needs them (zero in M);
         whatever needs M asks `require_inertia` first.
+    groups : links with a law (play, rolling elements, spline); linear analyses take `analyses.linear.linearised`.
+    body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
     """
 
     dofs: Dofs
@@ -148,6 +154,18 @@ class System:
     warnings: tuple[str, ...] = ()
     provenance: dict[str, str] = field(default_factory=dict)
     missing_inertia: tuple[str, ...] = ()
+    groups: tuple[LawGroup, ...] = ()
+    body_turns: tuple[Fraction, ...] = ()
+
+    @property
+    def laws(self) -> Laws:
+        """The laws of the groups as arrays."""
+        return stacked(self.groups)
+
+    @property
+    def group_rows(self) -> Array:
+        """Columns of all groups side by side, (n, R)."""
+        return np.concatenate([np.zeros((len(self.force), 0)), *(group.B for group in self.groups)], axis=1)
 
     @property
     def damped(self) -> bool:

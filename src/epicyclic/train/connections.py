@@ -75,6 +75,7 @@ class Link:
     stiffness : x y z [N/m], rx ry rz [N m/rad]; 0 = free, inf = rigid (the direction is eliminated).
     damping : the same six [N s/m, N m s/rad].
     clearance [m], exponent [1], friction (coefficient-or-force table of the file) : laws, see the file format.
+    load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
     to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).
     """
 
@@ -90,5 +91,6 @@ class Link:
     damping: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     clearance: float = 0.0
     exponent: float = 1.0
+    load: float = 0.0
     friction: tuple[tuple[str, float | str], ...] = ()
     to_housing: bool = False

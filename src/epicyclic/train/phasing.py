@@ -98,6 +98,7 @@ class StagePhases:
     step : angles from branch 1 that can be built are its multiples [turns]; None = any angle can be built.
     nearest_angles : buildable angle of each branch (of its first mesh) nearest to the given one, branch 1 kept [turns].
     hunting_period : cycles of the first mesh after which every gear stands as at the start, seen from the carrier.
+    clocking : of every planet gear on another's shaft, least angle from a tooth centre there to one here [turns].
     """
 
     lead: Mapping[str, tuple[Number, ...]]
@@ -107,6 +108,7 @@ class StagePhases:
     step: Fraction | None
     nearest_angles: tuple[Number, ...]
     hunting_period: int
+    clocking: Mapping[str, tuple[Number, ...]]
 
 
 def flank_of_torque(torque_on_b: float, *, internal: bool) -> int:
@@ -149,6 +151,7 @@ def stage_leads(
         step=step,
         nearest_angles=tuple(_nearest(meshes[0], i, step) for i in range(count)),
         hunting_period=_hunting_period(table, meshes),
+        clocking={g.name: tuple(_angle(table, g, w) for w in walks) for g in gears if g.on and not g.central},
     )
 
 
@@ -182,10 +185,11 @@ def neighbour_clearance(angles: Sequence[float], pin_radius: float, tip_radius: 
 
 @dataclass(frozen=True, slots=True)
 class _Walk:
-    """Places of the contact of one branch, and how far its closed loops miss, each with the period it counts modulo."""
+    """Places of the contact of one branch, how far its closed loops miss (each with its period), and its teeth."""
 
     place: dict[str, Phase]
     misfits: list[tuple[Phase, Fraction]]
+    teeth: dict[str, _Tooth]
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +211,8 @@ def _walk(
 
     anchors : place of the contact in branch 1 of the pairs with a central gear; empty in branch 1 itself.
     """
-    walk, teeth = _Walk({}, []), dict[str, _Tooth]()
+    walk = _Walk({}, [], {})
+    teeth = walk.teeth
     for mesh in meshes:
         direction = Phase.of(mesh.directions[branch]) + turns
         reached = _reached(table, mesh, direction, teeth)
@@ -285,6 +290,14 @@ def _clock(table: Mapping[str, ToothedGear], branch: int, teeth: dict[str, _Toot
             teeth[other.name] = _Tooth(
                 scale * known.phase - other.teeth * angle, _common(scale * known.period, Fraction(1))
             )
+
+
+def _angle(table: Mapping[str, ToothedGear], gear: ToothedGear, walk: _Walk) -> Number:
+    """Least angle from a tooth centre of the gear whose shaft it sits on to one of its own [turns]."""
+    other = table[gear.on or ""]
+    per_tooth = Fraction(1, gear.teeth), Fraction(1, other.teeth)
+    angle = per_tooth[0] * walk.teeth[gear.name].phase - per_tooth[1] * walk.teeth[other.name].phase
+    return (angle % _common(*per_tooth)).value
 
 
 def _shift(mesh: ToothMesh, gear: ToothedGear) -> float:

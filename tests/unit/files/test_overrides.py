@@ -75,6 +75,18 @@ def test_empty_removes(nothing: object) -> None:
     assert not any("main.planet.run_out" in path for path in document.origin)
 
 
+def test_a_table_is_emptied_and_filled_anew() -> None:
+    document = read("ren2021", {"deviations": "", "deviations.sun.run_out": "6 um"})
+    members = document.model.deviations.members
+    assert set(members) == {"main.sun"}
+    assert members["main.sun"].run_out is not None
+    assert members["main.sun"].run_out.amplitude == 6e-6
+    assert not document.model.deviations.meshes
+    assert document.origin["deviations.main.sun.run_out.amplitude"] == "set"
+    again = read("ren2021", {"deviations.sun.run_out": "6 um", "deviations": None})  # whichever is said first
+    assert again.data == document.data
+
+
 def test_overridden_assumption_is_none() -> None:
     assert "damping.modal" in read("ren2021").model.assumed
     assert "damping.modal" not in read("ren2021", {"damping.modal": 0.05}).model.assumed

@@ -181,6 +181,19 @@ def test_stepped_shafts_fit_each_place_or_are_alike() -> None:
     assert sorted(abs(F(miss)) * 22 for miss in alike.mismatch) == [0, F(1, 5), F(1, 5), F(2, 5), F(2, 5)]
 
 
+def test_fitted_clocking_is_told() -> None:
+    """Given as it is told every branch assembles; the least angle between teeth of 22 and of 31 is below 1/682 turn."""
+    told = stepped(None, equal(5)).clocking["star2"]
+    assert all(0 <= angle < F(1, 22 * 31) for angle in told)
+    assert len(set(told)) == 5
+    given = stepped(tuple(F(angle) for angle in told), equal(5))
+    assert given.mismatch == (0, 0, 0, 0, 0)
+    assert given.clocking["star2"] == told
+    # 584/2922 of a turn is a place for a shaft like the first
+    alike = stepped(None, fractions("0 584/2922 1169/2922")).clocking["star2"]
+    assert len(set(alike)) == 1
+
+
 def test_hunting_period_of_a_stepped_stage() -> None:
     # n/24, n/22 and (n/22)(31/99) whole
     assert stepped(None, equal(5)).hunting_period == math.lcm(24, 22, 22 * 99)
