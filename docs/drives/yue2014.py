@@ -133,14 +133,14 @@ def shares(case: str) -> tuple[Array, Array]:
     )
 
 
-def keys(case: str) -> list[tuple[str, set[str]]]:
+def keys(case: str) -> list[tuple[str, list[str]]]:
     """Table 5: key element and key components of each order."""
     elements, components = [], []
     for quantity, text in zip(published(case).quantity.values, published(case).published_text.values, strict=True):
         if found := re.match(r"order \d: strain-energy share of the (\S+) meshes", str(quantity)):
             elements.append(found[1])
         elif re.match(r"order \d: share of kinetic energy", str(quantity)):
-            components.append(set(str(text).split(", ")))
+            components.append(str(text).split(", "))
     return list(zip(elements, components, strict=True))
 
 

@@ -19,7 +19,14 @@ from epicyclic.train.connections import Link, Mesh
 from epicyclic.train.train import Train
 
 MODELS = Path(__file__).parent / "test_resolve_models"
-DRIVES = ("ren2021", "lin1999-n3", "lin1999-n5", *(str(path) for path in sorted(MODELS.glob("*.toml"))))
+DRIVES = (
+    "ren2021",
+    "lin1999-n3",
+    "lin1999-n5",
+    "yue2014-i",
+    "yue2014-iii",
+    *(str(path) for path in sorted(MODELS.glob("*.toml"))),
+)
 
 
 def model(name: str, overrides: dict[str, object] | None = None) -> Train:
