@@ -7,6 +7,7 @@ figures/NAME-FIGURE.svg through a headless Chromium (package playwright, a Chrom
 from __future__ import annotations
 
 import importlib.util
+import json
 import re
 import shutil
 import sys
@@ -73,13 +74,12 @@ def renderer() -> Iterator[Renderer]:
 
 def _svg(page: Any, figure: go.Figure, name: str) -> str:
     """SVG of a figure, 900 x 500 or as much higher as its layout says; the same text for the same figure."""
-    import json
-
-    height = max(HEIGHT, int(figure.layout.height or 0))
-    address = page.evaluate(_DRAW, [json.loads(figure.to_json()), WIDTH, height])
+    spec = json.loads(figure.to_json())
+    for place, trace in enumerate(spec["data"]):  # plotly draws what is not named at random, here and below
+        trace["uid"] = f"-{place}"
+    address = page.evaluate(_DRAW, [spec, WIDTH, max(HEIGHT, int(figure.layout.height or 0))])
     text = unquote(address.partition(",")[2])
     found = re.search(r'id="(?:top)?defs-([0-9a-f]{6})"', text)
-    # plotly draws the ids of clips and gradients at random
     return text.replace(found[1], name) if found else text
 
 
