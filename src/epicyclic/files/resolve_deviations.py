@@ -51,9 +51,11 @@ class _Parts:
             return None
         return (speed[body.member] - frames.get(body.frame, Fraction(0))) / 60
 
-    def standing(self, body: Body, seats: Sequence[Link]) -> Fraction:
-        """Turns per second, in the frame of a body, of what carries it."""
+    def standing(self, body: Body, seats: Sequence[Link]) -> Fraction | None:
+        """Turns per second, in the frame of a body, of what carries it; None for a shaft without speeds."""
         speed, frames = self.kinematics.speed, self.kinematics.frame_speed
+        if any(link.kind == "shaft" for link in seats):
+            return self.relative(body)
         if speed is None or frames is None or body.branch is not None:
             return Fraction(0)
         frame = frames.get(body.frame, Fraction(0))
@@ -64,13 +66,14 @@ class _Parts:
         return (speed[member] - frame) / 60
 
     def seats(self, body: Body) -> list[Link]:
-        """The supports or bearings that carry a body."""
-        return [
+        """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
+        found = [
             link
             for link in self.links
             if (link.kind == "support" and link.first == body.name)
             or (link.kind == "bearing" and (link.second or link.first) == body.name)
         ]
+        return found or [link for link in self.links if link.kind == "shaft" and link.second == body.name]
 
     def pins(self, body: Body) -> list[Link]:
         """The bearings of what a body carries."""
