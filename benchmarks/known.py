@@ -36,6 +36,8 @@ def bench56() -> System:
 def bench112() -> System:
     """Two such sets, the sun of one welded to the carrier of the other: mesh frequencies f and 71/220 f.
 
+    The known forces were found with modal damping, ratio `zeta`; the array C of the file is another one.
+
     Raises
     ------
     FileNotFoundError : as of `bench56`.
@@ -47,6 +49,7 @@ def bench112() -> System:
         G=first * data["GA"] + second * data["GB"],
         Kg=-(first**2) * data["KwA"] - second**2 * data["KwB"],
         tone=data["tone"],
+        zeta=float(data["zeta"]),
     )
 
 
@@ -59,7 +62,7 @@ def _arrays(name: str) -> Mapping[str, Any]:
     return loaded
 
 
-def _system(data: Mapping[str, Any], *, G: Array, Kg: Array, tone: NDArray[np.int64]) -> System:
+def _system(data: Mapping[str, Any], *, G: Array, Kg: Array, tone: NDArray[np.int64], zeta: float | None = None) -> System:
     n, m = data["N"].shape
     k, e = data["k_harmonics"], data["e_harmonics"]
     tones = (Fraction(TONE), RATIO * TONE)[: 1 + int(tone.max())]
@@ -73,7 +76,7 @@ def _system(data: Mapping[str, Any], *, G: Array, Kg: Array, tone: NDArray[np.in
             expand=np.zeros((6, n)),
         ),
         M=data["M"],
-        C=data["C"],
+        C=data["C"] if zeta is None else np.zeros((n, n)),
         G=G,
         K=data["K"],
         Kg=Kg,
@@ -106,4 +109,5 @@ def _system(data: Mapping[str, Any], *, G: Array, Kg: Array, tone: NDArray[np.in
             for h in range(1, e.shape[1])
             if e[tone == j, h].any()
         ),
+        zeta=zeta,
     )

@@ -30,7 +30,7 @@ _BATCH = 40_000
 # Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
 _DROPPED = 100.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
-_CROSS, _STEP, _LAST = 10, 4, {2: 30, 3: 18}
+_CROSS, _STEP, _LAST = 8, 4, {2: 32, 3: 20}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -154,7 +154,7 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Respon
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
     """Solve every relative speed (P,), in blocks as they come out.
 
-    The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 10; each
+    The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
     grows until the forces on the rows dropped, an exact residual, are below 100 x tolerance of the dynamic part.
     """
     start, limit = _start(ready), _limit(ready, speed)
