@@ -69,9 +69,7 @@ class Response:
         key = (kept, shifted)
         if key not in self.kernels:
             *harmonics, cross = kept
-            self.kernels[key] = kernel(
-                self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted
-            )
+            self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
         return self.kernels[key]
 
     def steps(self, kept: Kept, *, shifted: bool) -> tuple[Integers, int]:
@@ -99,7 +97,6 @@ class Response:
             omega = 2 * np.pi * (steps / unit).astype(float)
             self.frequencies[key] = omega[:, :J], omega[:, J:]
         return self.frequencies[key]
-
 
     def fold(self, kept: Kept, *, shafts: bool) -> Fold:
         """Rows of equal frequency, kept and dropped ones, compared exactly."""
@@ -237,8 +234,8 @@ def _solve(ready: Response, speed: Array, *, kept: Kept, tolerance: float, shift
     frame = speed if ready.frame_speed == "kinematic" else np.ones_like(speed)
     at, beyond = ready.frequency(kept, shifted=shifted)
     rows = Rows(
-        frequency=np.multiply.outer(speed, at).reshape(-1, at.shape[1]),
-        beyond=np.multiply.outer(speed, beyond).reshape(-1, beyond.shape[1]),
+        frequency=np.multiply.outer(speed, at).reshape(speed.size * len(at), at.shape[1]),
+        beyond=np.multiply.outer(speed, beyond).reshape(speed.size * len(at), beyond.shape[1]),
         frame=np.repeat(frame, len(at)),
         error=error,
         force=force,

@@ -58,8 +58,8 @@ def sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200 mesh frequencies
-        from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200
+        mesh frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
