@@ -1,16 +1,23 @@
-"""A 56-degree-of-freedom double-helical planetary set, from its arrays."""
+"""Two systems from their arrays: a 56-degree-of-freedom double-helical planetary set, and two of them coupled."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
+Array = NDArray[np.float64]
 TONE = 1000
+
+
+RATIO = Fraction(71, 220)
 
 
 def bench56() -> System:
@@ -20,13 +27,45 @@ def bench56() -> System:
     ------
     FileNotFoundError : the file is not there; the message names where it was looked for.
     """
+    data, frame = _arrays("bench56.npz"), 2 * np.pi * TONE / 89
+    return _system(
+        data, G=frame * data["G"], Kg=-(frame**2) * data["Kw"], tone=np.zeros(data["N"].shape[1], np.int64)
+    )
+
+
+def bench112() -> System:
+    """Two such sets, the sun of one welded to the carrier of the other: mesh frequencies f and 71/220 f.
+
+    The known forces were found with modal damping, ratio `zeta`; the array C of the file is another one.
+
+    Raises
+    ------
+    FileNotFoundError : as of `bench56`.
+    """
+    data = _arrays("bench112.npz")
+    first, second = 2 * np.pi * TONE / 89, 2 * np.pi * float(RATIO * TONE) / 89
+    return _system(
+        data,
+        G=first * data["GA"] + second * data["GB"],
+        Kg=-(first**2) * data["KwA"] - second**2 * data["KwB"],
+        tone=data["tone"],
+        zeta=float(data["zeta"]),
+    )
+
+
+def _arrays(name: str) -> Mapping[str, Any]:
     folder = os.environ.get("EPICYCLIC_DATA") or Path(__file__).parents[2] / "shared" / "data"
-    path = Path(folder) / "bench56.npz"
+    path = Path(folder) / name
     if not path.is_file():
         raise FileNotFoundError(f"{path} is absent; set EPICYCLIC_DATA to its folder")
-    data = np.load(path)
+    loaded: Mapping[str, Any] = np.load(path)
+    return loaded
+
+
+def _system(data: Mapping[str, Any], *, G: Array, Kg: Array, tone: NDArray[np.int64], zeta: float | None = None) -> System:
     n, m = data["N"].shape
-    k, e, frame = data["k_harmonics"], data["e_harmonics"], 2 * np.pi * TONE / 89
+    k, e = data["k_harmonics"], data["e_harmonics"]
+    tones = (Fraction(TONE), RATIO * TONE)[: 1 + int(tone.max())]
     return System(
         dofs=Dofs(
             names=tuple(f"body/{i}" for i in range(n)),
@@ -37,36 +76,38 @@ def bench56() -> System:
             expand=np.zeros((6, n)),
         ),
         M=data["M"],
-        C=data["C"],
-        G=frame * data["G"],
+        C=data["C"] if zeta is None else np.zeros((n, n)),
+        G=G,
         K=data["K"],
-        Kg=-(frame**2) * data["Kw"],
+        Kg=Kg,
         Cskew=np.zeros((n, n)),
         meshes=MeshRows(
             name=tuple(f"mesh/{i}" for i in range(m)),
             pair=("mesh",) * m,
-            stage=("main",) * m,
+            stage=tuple(f"stage{t}" for t in tone),
             branch=(0,) * m,
             side=("",) * m,
             B=data["N"],
             stiffness=k[:, 0].real,
             variation=k[:, 1:] / k[:, :1].real,
-            tone=np.zeros(m, np.int64),
+            tone=tone,
             damping=np.zeros(m),
             backlash=np.full(m, np.inf),
             cos_base_helix=np.ones(m),
         ),
         links=LinkRows(name=(), link=(), B=np.zeros((n, 0)), stiffness=np.zeros(0), damping=np.zeros(0)),
         force=data["F"],
-        tones=(Fraction(TONE),),
+        tones=tones,
         lines=tuple(
             Line(
-                frequency=Fraction(TONE * h),
-                gap=e[:, h],
+                frequency=f * h,
+                gap=np.where(tone == j, e[:, h], 0.0),
                 link_gap=np.zeros(0, complex),
                 force=np.zeros((3, n), complex),
             )
+            for j, f in enumerate(tones)
             for h in range(1, e.shape[1])
-            if e[:, h].any()
+            if e[tone == j, h].any()
         ),
+        zeta=zeta,
     )

@@ -107,6 +107,9 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "harmonic": ("1", "mesh order"),
     "mesh_force_harmonic": ("N", "complex harmonics of the mesh force, one-sided"),
     "displacement_harmonic": ("m", "complex harmonics of the displacement, one-sided"),
+    "combination_frequency": ("Hz", "frequency of the combination of mesh frequencies"),
+    "combination_force": ("N", "complex amplitude of the mesh force at the combination, one-sided"),
+    "combination_displacement": ("m", "complex amplitude of the displacement at the combination, one-sided"),
     "line_frequency": ("Hz", "frequency of the line"),
     "line_force": ("N", "complex envelope of the mesh force of the line over the mesh phase"),
     "line_amplitude": ("N", "largest mesh force of the line"),
@@ -117,6 +120,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "amplitude": ("m", "half peak-to-peak displacement, torsion as base-circle displacement"),
     "status": ("", "what became of the point"),
     "harmonics": ("1", "harmonics of the mesh frequency kept"),
+    "cross_order": ("1", "largest sum of orders kept of a combination of mesh frequencies"),
     "residual": ("1", "relative residual with the harmonics dropped"),
     "sample_time": ("s", "time"),
     # one-parameter studies

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from epicyclic.analyses.basis import Modal, modal_form
-from epicyclic.analyses.harmonic import Rows, kernel, solve
+from epicyclic.analyses.harmonic import Rows, solve
+from epicyclic.analyses.kernel import kernel
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
 
 LENGTH = 600
@@ -51,13 +52,14 @@ def harmonics(system: System, modal: Modal, count: int) -> NDArray[np.complex128
     force = np.zeros((1, count + 1, 1), complex)
     force[:, 0] = system.force
     rows = Rows(
-        omega=np.array([0.55]),
-        shift=np.zeros(1),
+        frequency=0.55 * np.arange(count + 1)[None],
+        beyond=0.55 * np.arange(count + 1, count + LENGTH + 1)[None],
         frame=np.ones(1),
         error=np.zeros((1, 1, count + 1), complex),
         force=force,
     )
-    y = solve(system, modal, kernel(system, count, shifted=False), rows, tolerance=1e-12).y[0, :, :, 0]
+    made = kernel(system, np.zeros(1, np.int64), (count,), 0, mirrored=True)
+    y = solve(system, modal, made, rows, tolerance=1e-12).y[0, :, :, 0]
     return np.asarray(y[0] + 1j * y[1])
 
 

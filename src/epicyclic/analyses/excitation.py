@@ -1,15 +1,18 @@
-"""What drives the periodic response: the exact lines of a System, sorted into mesh orders and shaft orders."""
+"""What drives the steady response: the exact lines of a System, sorted into mesh orders and shaft orders."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..system.system import Array, ComplexArray, Line, System
 from .basis import Modal
+from .lattice import Lattice, Point
 
 __all__ = ["Excitation", "Shaft", "excitation", "mesh_rows", "shaft_rows"]
 
@@ -19,14 +22,14 @@ _BALANCE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shaft:
-    """Lines that the mesh orders couple: their frequencies are order * tone + frequency, or order * tone - frequency.
+    """Lines that the mesh orders couple: their frequencies are a . f + frequency, or a . f - frequency.
 
     frequency : of the lowest of them [Hz] at the operating speed.
-    members : (order, whether the second form holds, so that its conjugate counts, line).
+    members : (a, whether the second form holds, so that its conjugate counts, line); a along one axis.
     """
 
     frequency: Fraction
-    members: tuple[tuple[int, bool, Line], ...]
+    members: tuple[tuple[Point, bool, Line], ...]
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -38,27 +41,35 @@ class Shaft:
 class Excitation:
     """Lines by kind.
 
-    tone : mesh frequency [Hz] at the operating speed.
-    mesh : (order, line) of each line at an integer multiple of the tone, 0 included.  shaft : the others, grouped.
+    tones : (D,) mesh frequencies [Hz] at the operating speed, that of the first mesh first.
+    axis : (m,) which of them each mesh follows.
+    mesh : (a, line) of each line at an integer multiple of a tone, 0 included.  shaft : the others, grouped.
     """
 
-    tone: Fraction
-    mesh: tuple[tuple[int, Line], ...]
+    tones: tuple[Fraction, ...]
+    axis: NDArray[np.int64]
+    mesh: tuple[tuple[Point, Line], ...]
     shaft: tuple[Shaft, ...]
 
     @property
-    def highest(self) -> int:
-        """Highest mesh order that a line stands on."""
-        orders = [order for order, _ in self.mesh]
-        return max(orders + [abs(order) for shaft in self.shaft for order, _, _ in shaft.members], default=0)
+    def tone(self) -> Fraction:
+        """Mesh frequency of the first mesh [Hz] at the operating speed."""
+        return self.tones[0]
+
+    @property
+    def highest(self) -> tuple[int, ...]:
+        """Highest order of each tone that a line stands on."""
+        points = [point for point, _ in self.mesh]
+        points += [point for shaft in self.shaft for point, _, _ in shaft.members]
+        return tuple(max((abs(point[j]) for point in points), default=0) for j in range(len(self.tones)))
 
 
 def excitation(system: System, modal: Modal) -> Excitation:
-    """Sort the lines, and refuse a System that has no periodic response.
+    """Sort the lines, and refuse a System that has no steady response.
 
     Raises
     ------
-    ModelError : no damping; no mesh frequency; several different mesh frequencies; torques that do not balance.
+    ModelError : no damping; no mesh frequency; torques that do not balance.
     """
     if not system.damped:
         raise ModelError(
@@ -66,52 +77,48 @@ def excitation(system: System, modal: Modal) -> Excitation:
             path="damping",
             allowed='e.g. damping = { modal = "3 %" }',
         )
-    tone = _tone(system)
-    multiples = [(line.frequency / tone, line) for line in system.lines]
+    tones = _tones(system)
+    places = [(_multiple(tones, line.frequency), line) for line in system.lines]
     _balanced(system, modal)
     return Excitation(
-        tone=tone,
-        mesh=tuple((int(multiple), line) for multiple, line in multiples if multiple.denominator == 1),
-        shaft=_grouped(tone, [line for multiple, line in multiples if multiple.denominator != 1]),
+        tones=tones,
+        axis=np.array([tones.index(system.tones[i]) for i in system.meshes.tone], dtype=np.int64),
+        mesh=tuple((point, line) for point, line in places if point is not None),
+        shaft=_grouped(tones, [line for point, line in places if point is None]),
     )
 
 
-def _grouped(tone: Fraction, lines: list[Line]) -> tuple[Shaft, ...]:
-    """Shaft lines that differ by, or add to, a multiple of the tone respond together: one solve, one phase."""
-    groups: dict[Fraction, list[Line]] = {}
-    for line in sorted(lines, key=lambda line: line.frequency):
-        rest = line.frequency % tone
-        groups.setdefault(min(rest, tone - rest), []).append(line)
-    shafts = []
-    for members in groups.values():
-        base = members[0].frequency
-        placed = [((line.frequency - base) / tone, (line.frequency + base) / tone, line) for line in members]
-        shafts.append(
-            Shaft(
-                frequency=base,
-                members=tuple(
-                    (int(less), False, line) if less.denominator == 1 else (int(more), True, line)
-                    for less, more, line in placed
-                ),
-            )
-        )
-    return tuple(shafts)
-
-
-def _tone(system: System) -> Fraction:
-    tones = sorted({system.tones[i] for i in system.meshes.tone}) if system.tones else []
-    if not tones or tones[0] <= 0:
+def _tones(system: System) -> tuple[Fraction, ...]:
+    used = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
+    if not used or min(used) <= 0:
         raise ModelError(
             "the response needs a mesh frequency above zero", path="operation.speed", allowed="the speed of one member"
         )
-    if len(tones) > 1:
-        listed = ", ".join(f"{float(tone):.6g} Hz" for tone in tones)
-        raise ModelError(
-            f"coupled stages with different mesh frequencies ({listed}) have no common period, and a periodic "
-            "response exists for one mesh frequency only; static analysis works"
-        )
-    tone: Fraction = tones[0]
-    return tone
+    return used
+
+
+def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
+    """The lattice point of least order at a multiple of one tone, None where the frequency is no such multiple."""
+    orders = [(frequency / tone, j) for j, tone in enumerate(tones)]
+    whole = [(abs(order), int(order), j) for order, j in orders if order.denominator == 1]
+    if not whole:
+        return None
+    _, order, axis = min(whole)
+    return tuple(order if j == axis else 0 for j in range(len(tones)))
+
+
+def _grouped(tones: tuple[Fraction, ...], lines: list[Line]) -> tuple[Shaft, ...]:
+    """Shaft lines that differ by, or add to, a multiple of a tone respond together: one solve, one phase."""
+    groups: dict[Fraction, list[tuple[Point, bool, Line]]] = {}
+    for line in sorted(lines, key=lambda line: line.frequency):
+        for base, members in groups.items():
+            less, more = _multiple(tones, line.frequency - base), _multiple(tones, line.frequency + base)
+            if less is not None or more is not None:
+                members.append((less, False, line) if less is not None else (more or (), True, line))
+                break
+        else:
+            groups[line.frequency] = [((0,) * len(tones), False, line)]
+    return tuple(Shaft(frequency=base, members=tuple(members)) for base, members in groups.items())
 
 
 def _balanced(system: System, modal: Modal) -> None:
@@ -130,31 +137,36 @@ def _balanced(system: System, modal: Modal) -> None:
         )
 
 
-def mesh_rows(system: System, lines: Excitation, speed: Array, *, harmonics: int) -> tuple[ComplexArray, ComplexArray]:
-    """Errors (m, P, H + 1) [m] and forces (P, H + 1, n) [N] at mesh orders 0..H, for relative speeds (P,)."""
-    error = np.zeros((len(system.meshes.name), speed.size, harmonics + 1), complex)
-    force = np.zeros((speed.size, harmonics + 1, system.force.size), complex)
+def mesh_rows(system: System, lines: Excitation, speed: Array, lattice: Lattice) -> tuple[ComplexArray, ComplexArray]:
+    """Errors (m, P, J) [m] and forces (P, J, n) [N] at the points of a mirrored lattice, for relative speeds (P,)."""
+    place = _places(lattice)
+    error = np.zeros((len(system.meshes.name), speed.size, len(lattice.points)), complex)
+    force = np.zeros((speed.size, len(lattice.points), system.force.size), complex)
     force[:, 0] = system.force
-    for order, line in lines.mesh:
-        error[:, :, order] += line.gap[:, None]
-        force[:, order] += _line_force(line, speed)
+    for point, line in lines.mesh:
+        error[:, :, place(point)] += line.gap[:, None]
+        force[:, place(point)] += _line_force(line, speed)
     error[:, :, 0], force[:, 0] = error[:, :, 0].real, force[:, 0].real
     return error, force
 
 
-def shaft_rows(system: System, lines: Excitation, speed: Array, *, harmonics: int) -> tuple[ComplexArray, ComplexArray]:
-    """Errors (m, P S, 2 H + 1) and forces (P S, 2 H + 1, n) of every shaft group at every speed (speeds outermost)."""
-    count = len(lines.shaft)
-    error = np.zeros((len(system.meshes.name), speed.size * count, 2 * harmonics + 1), complex)
-    force = np.zeros((speed.size * count, 2 * harmonics + 1, system.force.size), complex)
+def shaft_rows(system: System, lines: Excitation, speed: Array, lattice: Lattice) -> tuple[ComplexArray, ComplexArray]:
+    """Errors (m, P S, J) and forces (P S, J, n) of every shaft group at every speed (speeds outermost)."""
+    count, where = len(lines.shaft), _places(lattice)
+    error = np.zeros((len(system.meshes.name), speed.size * count, len(lattice.points)), complex)
+    force = np.zeros((speed.size * count, len(lattice.points), system.force.size), complex)
     for place, shaft in enumerate(lines.shaft):
-        for order, conjugate, line in shaft.members:
-            # order * tone - frequency stands at -order around +frequency once conjugated
-            row = harmonics + (-order if conjugate else order)
+        for point, conjugate, line in shaft.members:
+            # a . f - frequency stands at -a around +frequency once conjugated
+            row = where(tuple(-order for order in point) if conjugate else point)
             gap, push = line.gap[:, None], _line_force(line, speed)
             error[:, place::count, row] += gap.conj() if conjugate else gap
             force[place::count, row] += push.conj() if conjugate else push
     return error, force
+
+
+def _places(lattice: Lattice) -> Callable[[Point], int]:
+    return {tuple(point): i for i, point in enumerate(lattice.points.tolist())}.__getitem__
 
 
 def _line_force(line: Line, speed: Array) -> ComplexArray:

@@ -1,9 +1,10 @@
-"""Linear periodic response of a System at many speeds: chunks, harmonics raised until what is dropped is small."""
+"""Linear steady response of a System at many speeds: chunks, rows raised until what is dropped is small."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from math import lcm
 from typing import Literal
 
 import numpy as np
@@ -13,17 +14,37 @@ from ..errors import ModelError
 from ..system.system import Array, System
 from .basis import Modal, modal_form
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
-from .harmonic import Kernel, Rows, Solved, kernel, solve
+from .harmonic import Rows, Solved, solve
+from .kernel import Kernel, kernel
 
-__all__ = ["Block", "FrameSpeed", "Response", "respond", "response"]
+__all__ = ["Block", "FrameSpeed", "Kept", "Response", "respond", "response"]
 
 FrameSpeed = Literal["kinematic", "operating"]
 Index = NDArray[np.int64]
+Integers = NDArray[np.object_]
+Kept = tuple[int, ...]
+"""Harmonics of each tone, and the cross order of combinations."""
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 40_000
 # Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
 _DROPPED = 100.0
+# Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
+_CROSS, _STEP, _LAST = 8, 4, {2: 32, 3: 20}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fold:
+    """Which rows, of mesh orders and then of every shaft line, have exactly equal frequency, to the sign.
+
+    merged : whether any have.  line : (K,) number of the distinct frequency; backwards : (K,) it is minus that.
+    moving : (K or lines,) 1, 0 for a row (a line, where merged) of frequency 0.
+    """
+
+    merged: bool
+    line: Index
+    backwards: NDArray[np.bool_]
+    moving: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,19 +55,62 @@ class Response:
     modal: Modal
     lines: Excitation
     frame_speed: FrameSpeed = "kinematic"
-    kernels: dict[tuple[int, bool], Kernel] = field(default_factory=dict)
+    kernels: dict[tuple[Kept, bool], Kernel] = field(default_factory=dict)
+    frequencies: dict[tuple[Kept, bool], tuple[Array, Array]] = field(default_factory=dict)
+    folds: dict[tuple[Kept, bool], Fold] = field(default_factory=dict)
 
     @property
-    def omega(self) -> float:
-        """Angular mesh frequency at the operating speed [rad/s]."""
-        return 2 * np.pi * float(self.lines.tone)
+    def omega(self) -> Array:
+        """Angular mesh frequencies at the operating speed, (D,) [rad/s]."""
+        return 2 * np.pi * np.array([float(tone) for tone in self.lines.tones])
 
-    def kernel(self, harmonics: int, *, shifted: bool) -> Kernel:
-        """The convolution matrices for so many harmonics, made once."""
-        key = (harmonics, shifted)
+    def kernel(self, kept: Kept, *, shifted: bool) -> Kernel:
+        """The convolution matrices for so many rows, made once."""
+        key = (kept, shifted)
         if key not in self.kernels:
-            self.kernels[key] = kernel(self.system, harmonics, shifted=shifted)
+            *harmonics, cross = kept
+            self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
         return self.kernels[key]
+
+    def steps(self, kept: Kept, *, shifted: bool) -> tuple[Integers, int]:
+        """Frequency of every row, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit Hz.
+
+        S = 1 of mesh orders; the unit is the same for all of them.
+        """
+        made = self.kernel(kept, shifted=shifted)
+        shafts = [shaft.frequency for shaft in self.lines.shaft]
+        unit = lcm(*(f.denominator for f in (*self.lines.tones, *shafts)))
+        points = np.concatenate([made.lattice.points, made.dropped]).astype(object)
+        at = points @ np.array([int(tone * unit) for tone in self.lines.tones], dtype=object)
+        shifts = np.array([int(f * unit) for f in shafts] if shifted else [0], dtype=object)
+        return np.add.outer(shifts, at), unit
+
+    def frequency(self, kept: Kept, *, shifted: bool) -> tuple[Array, Array]:
+        """Angular frequency of every row (S, J) and of every row dropped (S, T) at the operating speed [rad/s].
+
+        S = 1 of mesh orders.  Exact before the last rounding: a combination that stands still is exactly 0.
+        """
+        key = (kept, shifted)
+        if key not in self.frequencies:
+            steps, unit = self.steps(kept, shifted=shifted)
+            J = len(self.kernel(kept, shifted=shifted).lattice.points)
+            omega = 2 * np.pi * (steps / unit).astype(float)
+            self.frequencies[key] = omega[:, :J], omega[:, J:]
+        return self.frequencies[key]
+
+    def fold(self, kept: Kept, *, shafts: bool) -> Fold:
+        """Rows of equal frequency, kept and dropped ones, compared exactly."""
+        key = (kept, shafts)
+        if key not in self.folds:
+            kinds = (False, True) if shafts else (False,)
+            steps = np.concatenate([self.steps(kept, shifted=shifted)[0].ravel() for shifted in kinds])
+            distinct, line = np.unique(np.abs(steps), return_inverse=True)
+            merged = distinct.size < steps.size
+            moving = (distinct if merged else steps) != 0
+            self.folds[key] = Fold(
+                merged=merged, line=line, backwards=(steps < 0).astype(bool), moving=moving.astype(float)
+            )
+        return self.folds[key]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,24 +118,29 @@ class Block:
     """Solved points.
 
     index : (P,) place of each point among the speeds asked for.  speed : (P,) relative.
-    harmonics : kept in all of them.  mesh : mesh orders.
+    kept : harmonics of each tone and cross order, in all of them.  mesh : mesh orders.
     shaft : shaft orders, points outermost, None without lines.  residual : (P,) whole relative residual.
     """
 
     index: Index
     speed: Array
-    harmonics: int
+    kept: Kept
     mesh: Solved
     shaft: Solved | None
     residual: Array
 
+    @property
+    def harmonics(self) -> int:
+        """Most harmonics kept of any tone."""
+        return max(self.kept[:-1])
+
 
 def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Response:
-    """Prepare a System for its periodic response.
+    """Prepare a System for its steady response.
 
     Raises
     ------
-    ModelError : no damping; no or several mesh frequencies; torques that do not balance.
+    ModelError : no damping; no mesh frequency; torques that do not balance.
     """
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
@@ -82,90 +151,117 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Respon
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
     """Solve every relative speed (P,), in blocks as they come out.
 
-    The number of harmonics starts at the smallest that holds the excitation and grows until the forces on the
-    harmonics dropped, an exact residual, are below 100 x tolerance of the dynamic part.
+    The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
+    grows until the forces on the rows dropped, an exact residual, are below 100 x tolerance of the dynamic part.
     """
-    start = np.full(speed.size, max(8, ready.lines.highest))
-    limit = 4 * np.maximum(start, _rule(ready, speed))
-    waiting = list(_chunks(ready, np.arange(speed.size), start, shaft_orders=shaft_orders))
+    start, limit = _start(ready), _limit(ready, speed)
+    waiting = list(_chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders))
     while waiting:
-        index, harmonics = waiting.pop(0)
-        final = harmonics >= limit[index]
+        index, kept = waiting.pop(0)
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
-            block = _block(ready, index, speed[index], harmonics=harmonics, tolerance=tolerance)
-            block, poor = _sorted(block, final, tolerance)
-            if shaft_orders and ready.lines.shaft and block.index.size:
-                block = _with_shaft(ready, block, tolerance=tolerance)
-                block, _ = _sorted(block, final[~poor], tolerance)
-        again = np.setdiff1d(index, block.index)
-        if block.index.size:
-            yield block
-        if again.size:
-            more = np.minimum(limit[again], harmonics + max(4, harmonics // 2))
-            waiting[:0] = _chunks(ready, again, more, shaft_orders=shaft_orders)
+            block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance)
+            more = _wanted(block.mesh.dropped, kept, limit[index], tolerance)
+            if shaft_orders and ready.lines.shaft and not more.any(axis=1).all():
+                good = ~more.any(axis=1)
+                block = _with_shaft(ready, _select(block, good), tolerance=tolerance)
+                more[good] = _wanted(_worst(block), kept, limit[index[good]], tolerance)
+        poor = more.any(axis=1)
+        done = ~poor[np.isin(index, block.index)]
+        if done.any():
+            yield block if done.all() else _select(block, done)
+        if poor.any():
+            waiting[:0] = _chunks(ready, index[poor], (np.array(kept) + more)[poor], shaft_orders=shaft_orders)
 
 
-def _sorted(block: Block, final: NDArray[np.bool_], tolerance: float) -> tuple[Block, NDArray[np.bool_]]:
-    """The points that dropped little (or may not keep more), and which of them did not."""
-    poor = (_tails(block) > _DROPPED * tolerance) & ~final
-    return (_select(block, ~poor) if poor.any() else block), poor
+def _start(ready: Response) -> Index:
+    """Harmonics of each tone and cross order to begin with, (D + 1,)."""
+    varying = bool(ready.system.meshes.variation.any())
+    combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
+    return np.array([*(max(8, highest) for highest in ready.lines.highest), combined], dtype=np.int64)
 
 
-def _rule(ready: Response, speed: Array) -> Index:
-    """Harmonics that reach beyond the highest mode, 1.7 f_highest / f."""
+def _limit(ready: Response, speed: Array) -> Index:
+    """Most that each may grow to, (P, D + 1): four times what reaches beyond the highest mode, 1.7 f_highest / f."""
+    start = _start(ready)
     highest = float(np.sqrt(ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
-        wanted = np.ceil(1.7 * highest / (ready.omega * np.abs(speed)))
-    count: Index = np.nan_to_num(np.clip(wanted, 8, 400), nan=8.0).astype(np.int64)
-    return count
+        wanted = np.ceil(1.7 * highest / np.outer(np.abs(speed), ready.omega))
+    rule = np.nan_to_num(np.clip(wanted, 8, 400), nan=8.0).astype(np.int64)
+    last = _LAST.get(len(ready.lines.tones), _CROSS) if start[-1] else 0
+    return np.hstack([4 * np.maximum(start[:-1], rule), np.full((speed.size, 1), last)])
 
 
-def _chunks(ready: Response, index: Index, harmonics: Index, *, shaft_orders: bool) -> Iterator[tuple[Index, int]]:
+def _wanted(dropped: Array, kept: Kept, limit: Index, tolerance: float) -> Index:
+    """By how much each count has to grow, (P, D + 1): 0 where too little is dropped, or no more may be kept."""
+    enough = _DROPPED * tolerance
+    poor = _size(dropped) > enough
+    # the kinds that make it too large: those above their part of what is allowed
+    large = (dropped > enough / np.sqrt(dropped.shape[1])) & poor[:, None]
+    have = np.array(kept)
+    step = np.maximum(4, have // 2)
+    step[-1] = _STEP
+    more: Index = np.where(large, np.clip(limit - have, 0, step), 0)
+    return more
+
+
+def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -> Iterator[tuple[Index, Kept]]:
     lines = len(ready.lines.shaft) if shaft_orders else 0
-    for value in np.unique(harmonics):
-        same = index[harmonics == value]
-        rows = max(2 * (value + 1), 2 * (2 * value + 1) * lines)
+    for values in np.unique(kept, axis=0):
+        key = tuple(int(value) for value in values)
+        same = index[(kept == values).all(axis=1)]
+        points = len(ready.kernel(key, shifted=False).lattice.points)
+        rows = 2 * max(points, (2 * points - 1) * lines)
         size = max(1, _BATCH // (rows * ready.modal.squared.size))
-        yield from ((part, int(value)) for part in np.array_split(same, -(-same.size // size)))
+        yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
-def _block(ready: Response, index: Index, speed: Array, *, harmonics: int, tolerance: float) -> Block:
-    mesh = _solve(ready, speed, harmonics=harmonics, tolerance=tolerance, shifted=False)
-    residual = np.maximum(mesh.residual, mesh.dropped)
-    return Block(index=index, speed=speed, harmonics=harmonics, mesh=mesh, shaft=None, residual=residual)
+def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float) -> Block:
+    mesh = _solve(ready, speed, kept=kept, tolerance=tolerance, shifted=False)
+    residual = np.maximum(mesh.residual, _size(mesh.dropped))
+    return Block(index=index, speed=speed, kept=kept, mesh=mesh, shaft=None, residual=residual)
 
 
 def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> Block:
-    shaft = _solve(ready, block.speed, harmonics=block.harmonics, tolerance=tolerance, shifted=True)
-    worst = np.maximum(shaft.residual, shaft.dropped).reshape(block.speed.size, -1).max(axis=1)
+    shaft = _solve(ready, block.speed, kept=block.kept, tolerance=tolerance, shifted=True)
+    worst = np.maximum(shaft.residual, _size(shaft.dropped)).reshape(block.speed.size, -1).max(axis=1)
     return replace(block, shaft=shaft, residual=np.maximum(block.residual, worst))
 
 
-def _solve(ready: Response, speed: Array, *, harmonics: int, tolerance: float, shifted: bool) -> Solved:
+def _solve(ready: Response, speed: Array, *, kept: Kept, tolerance: float, shifted: bool) -> Solved:
+    made = ready.kernel(kept, shifted=shifted)
     excite = shaft_rows if shifted else mesh_rows
-    error, force = excite(ready.system, ready.lines, speed, harmonics=harmonics)
-    count = len(ready.lines.shaft) if shifted else 1
-    lines = 2 * np.pi * np.array([float(shaft.frequency) for shaft in ready.lines.shaft]) if shifted else np.zeros(1)
+    error, force = excite(ready.system, ready.lines, speed, made.lattice)
     frame = speed if ready.frame_speed == "kinematic" else np.ones_like(speed)
+    at, beyond = ready.frequency(kept, shifted=shifted)
     rows = Rows(
-        omega=np.repeat(ready.omega * speed, count),
-        shift=np.outer(speed, lines).ravel(),
-        frame=np.repeat(frame, count),
+        frequency=np.multiply.outer(speed, at).reshape(speed.size * len(at), at.shape[1]),
+        beyond=np.multiply.outer(speed, beyond).reshape(speed.size * len(at), beyond.shape[1]),
+        frame=np.repeat(frame, len(at)),
         error=error,
         force=force,
     )
-    return solve(ready.system, ready.modal, ready.kernel(harmonics, shifted=shifted), rows, tolerance=tolerance)
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance)
 
 
-def _tails(block: Block) -> Array:
-    """What the worst of a point's solutions dropped, (P,)."""
+def _size(dropped: Array) -> Array:
+    """What is dropped in all, (P, D + 1) -> (P,)."""
+    size: Array = np.sqrt((dropped**2).sum(axis=1))
+    return size
+
+
+def _worst(block: Block) -> Array:
+    """What the worst of a point's solutions dropped, by kind (P, D + 1)."""
     if block.shaft is None:
         return block.mesh.dropped
-    worst: Array = np.maximum(block.mesh.dropped, block.shaft.dropped.reshape(block.speed.size, -1).max(axis=1))
+    shaft = block.shaft.dropped.reshape(block.speed.size, -1, block.shaft.dropped.shape[1])
+    worst: Array = np.maximum(block.mesh.dropped, shaft.max(axis=1))
     return worst
 
 
 def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
+    if keep.all():
+        return block
+
     def pick(solved: Solved) -> Solved:
         mine = np.repeat(keep, solved.residual.size // keep.size)
         return Solved(
@@ -180,7 +276,7 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
     return Block(
         index=block.index[keep],
         speed=block.speed[keep],
-        harmonics=block.harmonics,
+        kept=block.kept,
         mesh=pick(block.mesh),
         shaft=None if block.shaft is None else pick(block.shaft),
         residual=block.residual[keep],

@@ -3,33 +3,29 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
-from fractions import Fraction
 from functools import reduce
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..system.system import Array, System
-from .definitions import DEFINITIONS, Group, Tally, coefficients, groups, merge, simultaneous, tally
-from .equilibrium import Compliance, compliance_of, equilibrium
-from .record import hunting_cycles, mesh_stiffness, positive, reference_tone
-from .static import OPEN, free_position_warnings
-from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
-from .worst import Source, worst_case
+from .definitions import DEFINITIONS, Tally, coefficients, groups, merge, simultaneous, tally
+from .parts import Method, Part, parts
+from .record import positive
+from .static import OPEN
+from .worst import worst_case
 
 if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["Method", "sharing"]
 
-Method = Literal["steady", "static"]
-
-# numbers worked on at once (8 bytes each), and over the whole record: about 2 MB, and some seconds
-_PIECE, _RECORD = 250_000, 300_000_000
-# instants with open meshes that a record may have by default, each some 50 us
-_SOLVED = 100_000
+# numbers worked on at once (8 bytes each): about 2 MB
+_PIECE = 250_000
 _STORED = 64
 
 
@@ -45,13 +41,14 @@ def sharing(
 ) -> xr.Dataset:
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
 
-    Meshes of one pair and side share the load.  ``steady`` takes the vibrating train with linear contact;
-    ``static`` the equilibrium at each instant with meshes that open.
+    Meshes of one pair and side share the load.  ``steady`` takes the vibrating train with linear contact,
+    ``superposition`` the same with every frequency alone on the mean system (see `superposed`), ``static`` the
+    equilibrium at each instant with meshes that open.  A mesh cycle is that of the mesh's own frequency.
 
     Parameters
     ----------
-    cycles : mesh cycles of the record; the exact hunting period where None and affordable.  The worst case is always
-        over the hunting period.
+    cycles : mesh cycles of the first mesh in the record; the exact hunting period where None and affordable.  The
+        worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.
     samples : instants per mesh cycle; None: what `periodic` takes, 64 for ``static``.
     relative_speed : speed per operating speed [1].
     stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
@@ -59,108 +56,63 @@ def sharing(
 
     Raises
     ------
-    ModelError : an option out of range, several mesh frequencies, no load, or what the method raises.
+    ModelError : an option out of range, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
-    waves, source, tone, notes = _source(system, method, samples, relative_speed)
-    members = groups(system.meshes)
-    loaded = _loaded(waves, members)
-    period = hunting_cycles(waves.ratios)
-    affordable = _affordable(waves, method)
-    cycles = positive("cycles", cycles, min(period, affordable))
+    told, notes = parts(system, method, samples=samples, relative_speed=relative_speed)
+    reference = told[0]
+    loaded = _loaded(system, told)
+    given = None if cycles is None else positive("cycles", cycles, 1)
+    share = max(1, reference.affordable // len(told)) if len(told) > 1 else reference.affordable
+    cycles = min(reference.period, share) if given is None else given
     stored = min(positive("stored_cycles", stored_cycles, _STORED), cycles)
-    record = _walk(source, waves, members, cycles, progress)
-    points = min(65_536, max(64, affordable // 8))
-    worst, how = _worst(source, waves, members, record, points, cycles >= period)
-    values = np.where(loaded, coefficients(record, worst, members), np.nan)
-    history = source(line_phases(waves.ratios, np.arange(stored)))
+    values = np.full((len(DEFINITIONS), len(system.meshes.name)), np.nan)
+    least, top, largest = (np.full(len(system.meshes.name), np.nan) for _ in range(3))
+    how = ""
+    for done, part in enumerate(told):
+        own = _part_cycles(part, reference, cycles)
+        record = _walk(part, own, _shared(progress, done, len(told)))
+        worst, how = _worst(part, record, own)
+        values[:, part.meshes] = coefficients(record, worst, part.members)
+        least[part.meshes], top[part.meshes], largest[part.meshes] = record.least, record.peak, part.bound
+    values[:, ~loaded] = np.nan
     options: dict[str, object] = {
         "method": method,
         "cycles": cycles,
-        "samples": waves.samples,
+        "samples": reference.samples,
         "relative_speed": relative_speed,
-        "hunting_period": period,
+        "hunting_period": reference.period,
         "worst_case": how,
     }
-    lost = record.least <= (OPEN * float(record.peak.max()) if method == "static" else 0.0)
-    notes += _notes(system, method, lost, loaded, cycles, period)
-    largest = np.where(lost & (method == "static"), np.nan, bound(waves))
-    return _dataset(system, values, history, lost, largest, float(tone) * relative_speed, members, options, notes)
+    lost = least <= (OPEN * float(top.max()) if method == "static" else 0.0)
+    notes += _notes(system, method, lost, loaded, cycles, reference.period)
+    largest = np.where(lost & (method == "static"), np.nan, largest)
+    history = reference.force(np.arange(stored))
+    return _dataset(system, values, history, lost, largest, float(reference.tone) * relative_speed, options, notes)
 
 
-def _source(
-    system: System, method: str, samples: int | None, relative_speed: float
-) -> tuple[Waves, Source, Fraction, list[str]]:
-    """Waves, the forces they give (with open meshes solved for), mesh frequency and warnings of a method."""
-    if method == "steady":
-        from .steady import periodic
-
-        solution = periodic(system, relative_speed=relative_speed, samples=samples)
-        waves = periodic_waves(solution)
-        return waves, lambda phases: forces(waves, phases), solution.tone, []
-    if method != "static":
-        raise ModelError("no such method", path="method", given=method, allowed="steady, static")
-    if not relative_speed > 0:
-        raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
-    if len({system.tones[tone] for tone in system.meshes.tone} if system.tones else ()) > 1:
-        raise ModelError(
-            "load sharing per mesh cycle needs one mesh frequency, and this train has several",
-            allowed="`static` or `transient`, which give the mesh forces themselves",
-        )
-    tone = reference_tone(system)
-    flexible = compliance_of(system)
-    waves = static_waves(system, flexible, tone, positive("samples", samples, 64))
-    return waves, _unilateral(system, flexible, tone, waves), tone, free_position_warnings(system, flexible.free)
+def _part_cycles(part: Part, reference: Part, cycles: int) -> int:
+    """Cycles of a part's mesh frequency that take at least as long as so many of the reference."""
+    return cycles if part is reference else math.ceil(cycles * part.tone / reference.tone)
 
 
-def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Waves) -> Source:
-    """Static mesh forces: linear while all meshes press, solved anew at the instants where one would pull."""
-    k = mesh_stiffness(system, tone, np.arange(waves.samples), waves.samples)
-    theta = np.arange(waves.samples) / waves.samples
-    ratios = [line.frequency / tone for line in system.lines]
-    slow = [i for i, ratio in enumerate(ratios) if ratio.denominator != 1]
-    turning = np.array([float(ratio) for ratio in ratios])
-    gaps = np.array([line.gap for line in system.lines]).reshape(len(ratios), len(system.meshes.name))
-    loads = np.array([line.force[0] for line in system.lines]).reshape(len(ratios), len(system.force))
-
-    def source(phases: Array) -> Array:
-        result = forces(waves, phases)
-        cycle, instant = np.nonzero(np.any(result < 0, axis=1))
-        for first in range(0, len(cycle), 2048):
-            c, j = cycle[first : first + 2048], instant[first : first + 2048]
-            angle = np.outer(theta[j], turning)
-            angle[:, slow] += phases[c]
-            wave = np.exp(2j * np.pi * angle)
-            gap, force = (wave @ gaps).real, system.force + (wave @ loads).real
-            result[c, :, j] = equilibrium(flexible, stiffness=k[j], gap=gap, force=force).mesh_force
-        return result
-
-    return source
+def _shared(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
+    return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _affordable(waves: Waves, method: str) -> int:
-    """Mesh cycles a record may have by default: some seconds of work, judged by its first cycles."""
-    cycles = _RECORD // waves.mean.size
-    if method == "static":
-        first = forces(waves, line_phases(waves.ratios, np.arange(_STORED)))
-        instants = int(np.sum(np.any(first < 0, axis=1)))
-        cycles = min(cycles, _SOLVED * _STORED // max(1, instants))
-    return max(1, cycles)
-
-
-def _loaded(waves: Waves, members: list[Group]) -> np.ndarray:
+def _loaded(system: System, told: tuple[Part, ...]) -> NDArray[np.bool_]:
     """Meshes of groups that carry load in the mean, (m,).
 
     Raises
     ------
     ModelError : none does.
     """
-    mean = waves.mean.mean(axis=1)
     # an idle group beside loaded ones carries rounding
-    least = 1e-9 * float(np.max(np.abs(mean), initial=0.0))
-    loaded = np.zeros(len(mean), dtype=bool)
-    for group in members:
-        loaded[group] = mean[group].sum() > least
+    least = 1e-9 * max(float(np.max(np.abs(part.mean), initial=0.0)) for part in told)
+    loaded = np.zeros(len(system.meshes.name), dtype=bool)
+    for part in told:
+        for group in part.members:
+            loaded[part.meshes[group]] = part.mean[group].sum() > least
     if not loaded.any():
         raise ModelError(
             "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque"
@@ -168,28 +120,27 @@ def _loaded(waves: Waves, members: list[Group]) -> np.ndarray:
     return loaded
 
 
-def _walk(
-    source: Source, waves: Waves, members: list[Group], cycles: int, progress: Callable[[float], None] | None
-) -> Tally:
+def _walk(part: Part, cycles: int, progress: Callable[[float], None] | None) -> Tally:
     """Extremes over the record."""
-    piece = max(1, _PIECE // waves.mean.size)
+    piece = max(1, _PIECE // (len(part.meshes) * part.samples))
     pieces = []
     for first in range(0, cycles, piece):
         index = np.arange(first, min(first + piece, cycles), dtype=np.int64)
-        pieces.append(tally(source(line_phases(waves.ratios, index)), members))
+        pieces.append(tally(part.own(index), part.members))
         if progress is not None:
             progress((index[-1] + 1) / cycles)
     return reduce(merge, pieces)
 
 
-def _worst(
-    source: Source, waves: Waves, members: list[Group], record: Tally, points: int, whole: bool
-) -> tuple[Array, str]:
-    """Worst cycle-peak coefficients (m,) over the hunting period, and how they were found."""
+def _worst(part: Part, record: Tally, cycles: int) -> tuple[Array, str]:
+    """Worst cycle-peak coefficients (m_j,) over the hunting period, and how they were found."""
     seen = 1.0 + np.maximum(record.ratio_high - 1.0, 1.0 - record.ratio_low)
-    if whole:
+    if cycles >= part.period:
         return seen, "every cycle of the hunting period"
-    worst, every = worst_case(source, waves.ratios, members, meshes=len(seen), points=points)
+    if part.by_phase is None:
+        return seen, "the cycles of the record only: the stiffness follows several mesh frequencies"
+    points = min(65_536, max(64, part.affordable // 8))
+    worst, every = worst_case(part.by_phase, part.ratios, part.members, meshes=len(seen), points=points)
     how = "every cycle of the hunting period" if every else "refined grid over the slow phases"
     return np.maximum(worst, seen), how
 
@@ -199,7 +150,7 @@ def _notes(system: System, method: str, open_: np.ndarray, loaded: np.ndarray, c
     if cycles < period:
         notes.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
     lost = _names(system, open_)
-    if lost and method == "steady":
+    if lost and method != "static":
         notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
     elif lost:
         notes.append(f"meshes open: {lost}")
@@ -219,14 +170,13 @@ def _dataset(
     lost: np.ndarray,
     largest: Array,
     frequency: float,
-    members: list[Group],
     options: dict[str, object],
     notes: list[str],
 ) -> xr.Dataset:
     from ..results import dataset
 
     stored, m, samples = history.shape
-    ratio = np.empty_like(history)
+    ratio, members = np.empty_like(history), groups(system.meshes)
     for group in members:
         ratio[:, group] = simultaneous(history[:, group])
     result = dataset(

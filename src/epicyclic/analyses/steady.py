@@ -1,115 +1,44 @@
-"""The periodic response at one speed: mesh orders over a mesh cycle, and one envelope for each shaft frequency."""
+"""The steady response at one speed as a labelled Dataset."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..errors import ConvergenceError, ModelError
+from ..errors import ModelError
 from ..system.system import Array, ComplexArray, System
-from .response import Block, Response, respond, response
-from .waveform import (
-    displacements,
-    mesh_forces,
-    peak,
-    samples_needed,
-    shaft_displacements,
-    shaft_forces,
-    shaft_power,
-)
+from .extremes import force_extremes
+from .periodic import TOLERANCE, Periodic, ShaftLine, counted, periodic, periodic_by_tone, solved
+from .response import Block, Response
+from .superposition import superposed
+from .waveform import Spectrum, force_spectrum, mean_square, motion_spectrum, on_torus, own_waves, samples_needed
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Periodic", "ShaftLine", "periodic", "steady", "tension"]
-
-_TOLERANCE = 1e-8
-# Beyond this a residual is no answer, whatever tolerance was asked for.
-_ACCEPTED = 1e-4
+__all__ = ["Periodic", "ShaftLine", "periodic", "periodic_by_tone", "steady", "tension"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftLine:
-    """Response to excitation at a frequency that is no mesh order.
+def steady(
+    system: System,
+    *,
+    relative_speed: float = 1.0,
+    samples: int = 64,
+    method: Literal["exact", "superposition"] = "exact",
+) -> xr.Dataset:
+    """Steady response at one speed as a Dataset: forces and displacements over the mesh phase, harmonics, lines.
 
-    frequency : exact [Hz at the operating speed].  causes : paths in the file.
-    force : (m, Nt) A_s(theta) [N]; it adds Re(A_s(theta) exp(2 pi i s f t)) to the mesh force at relative speed s.
-    displacement : (n, Nt) the same of every coordinate [m, rad].
-    Lines whose frequencies differ by, or add to, a multiple of the mesh frequency stand together in one.
-    """
-
-    frequency: Fraction
-    causes: tuple[str, ...]
-    force: ComplexArray
-    displacement: ComplexArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Periodic:
-    """A periodic response.
-
-    tone : mesh frequency [Hz at the operating speed]; relative_speed : s, speed per operating speed.
-    theta : (Nt,) mesh phase, (tone s t) mod 1.
-    force : (m, Nt) mesh force at mesh orders with its mean, k(t) (B^T q - e) + c d/dt(...) [N].
-    displacement : (n, Nt) [m, rad].  lines : shaft frequencies.
-    harmonics : kept; residual : relative, with the harmonics dropped.
-    """
-
-    tone: Fraction
-    relative_speed: float
-    theta: Array
-    force: Array
-    displacement: Array
-    lines: tuple[ShaftLine, ...]
-    harmonics: int
-    residual: float
-
-
-def periodic(
-    system: System, *, relative_speed: float = 1.0, samples: int | None = None, tolerance: float = _TOLERANCE
-) -> Periodic:
-    """Periodic response of the linear-contact system at one speed.
-
-    Parameters
-    ----------
-    relative_speed : speed per operating speed, above zero.
-    samples : of a mesh cycle; None takes as many as the harmonics need, 64 at least.
-    tolerance : relative residual of the harmonics kept; those dropped are below 100 times that.
-
-    Raises
-    ------
-    ModelError : no damping, no or several mesh frequencies, torques out of balance, or an option out of range.
-    ConvergenceError : no solution; the speed lies on the edge of a parametric instability.
-    """
-    ready, block = _solved(system, relative_speed, tolerance)
-    count = max(64, samples_needed(ready, block.harmonics)) if samples is None else _counted(samples)
-    theta = np.arange(count) / count
-    force, coordinates = shaft_forces(ready, block, theta)[:, 0], shaft_displacements(ready, block, theta)[:, 0]
-    return Periodic(
-        tone=ready.lines.tone,
-        relative_speed=float(relative_speed),
-        theta=theta,
-        force=mesh_forces(ready, block, theta)[:, 0],
-        displacement=displacements(ready, block, theta)[:, 0],
-        lines=tuple(
-            ShaftLine(frequency=shaft.frequency, causes=shaft.causes, force=force[:, i], displacement=coordinates[:, i])
-            for i, shaft in enumerate(ready.lines.shaft)
-        ),
-        harmonics=block.harmonics,
-        residual=float(block.residual[0]),
-    )
-
-
-def steady(system: System, *, relative_speed: float = 1.0, samples: int = 64) -> xr.Dataset:
-    """Periodic response at one speed as a Dataset: forces and displacements over the mesh phase, harmonics, lines.
+    With several mesh frequencies a mesh force over the mesh phase is its part at multiples of the mesh's own tone, a
+    displacement that at multiples of the first mesh's; ``combination_force`` and ``combination_displacement`` hold
+    every multiple and combination of them, and RMS, bound and minimum count them all.
 
     Parameters
     ----------
     relative_speed : speed per operating speed, above zero.  samples : of the mesh phase in the result.
+    method : ``exact``, or ``superposition``: every frequency alone on the mean system, see `superposed`.
 
     Raises
     ------
@@ -117,45 +46,44 @@ def steady(system: System, *, relative_speed: float = 1.0, samples: int = 64) ->
     """
     from ..results import dataset
 
-    theta = np.arange(_counted(samples)) / samples
-    ready, block = _solved(system, relative_speed, _TOLERANCE)
-    fine = np.arange(count := max(256, 4 * samples_needed(ready, block.harmonics))) / count
-    force, radius = mesh_forces(ready, block, fine)[:, 0], system.dofs.radius[:, None]
-    lines = shaft_forces(ready, block, fine)[:, 0]
-    reach = np.abs(lines).sum(axis=1)
-    mean_square = force.var(axis=1) + shaft_power(ready, lines, fine)
-    low = -peak(reach - force)
-    shown = samples_needed(ready, block.harmonics) // 2 + 1
-    frequencies = [float(shaft.frequency) * relative_speed for shaft in ready.lines.shaft]
+    if method not in ("exact", "superposition"):
+        raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
+    theta = np.arange(counted(samples)) / samples
+    ready, block = solved(
+        system if method == "exact" else superposed(system, relative_speed), relative_speed, TOLERANCE
+    )
+    force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
+    shafts = None if block.shaft is None else force_spectrum(ready, block, shifted=True)
+    low, high = force_extremes(ready, block, force, shafts)
+    radius = system.dofs.radius[:, None]
+    square = mean_square(ready, block, [force] if shafts is None else [force, shafts])
+    combined, labels = _combinations(ready, force, motion, relative_speed)
     return dataset(
         {
-            "mesh_force": (("mesh", "mesh_phase"), mesh_forces(ready, block, theta)[:, 0]),
-            "displacement": (("dof", "mesh_phase"), radius * displacements(ready, block, theta)[:, 0]),
-            "mesh_force_harmonic": (("mesh", "harmonic"), _harmonics(force, shown)),
-            "displacement_harmonic": (
-                ("dof", "harmonic"),
-                _harmonics(radius * displacements(ready, block, fine)[:, 0], shown),
-            ),
-            "mesh_force_rms": ("mesh", np.sqrt(np.maximum(mean_square, 0.0))),
-            "mesh_force_bound": ("mesh", peak(force + reach)),
-            "mesh_force_minimum": ("mesh", low),
-            "line_force": (("mesh", "line", "mesh_phase"), shaft_forces(ready, block, theta)[:, 0]),
-            "line_amplitude": (("mesh", "line"), np.abs(lines).max(axis=2)),
-            "line_frequency": ("line", np.array(frequencies)),
+            "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
+            "displacement": (("dof", "mesh_phase"), radius * own_waves(motion, 0, theta)[:, 0, 0].real),
+            "mesh_force_harmonic": (("mesh", "harmonic"), _harmonics(ready, force, block.harmonics)),
+            "displacement_harmonic": (("dof", "harmonic"), radius * _orders(motion, 0, block.harmonics + _length(ready))),
+            **combined,
+            "mesh_force_rms": ("mesh", np.sqrt(square[:, 0])),
+            "mesh_force_bound": ("mesh", high[:, 0]),
+            "mesh_force_minimum": ("mesh", low[:, 0]),
+            **_line_variables(ready, block, shafts, theta),
             "residual": ((), block.residual[0]),
         },
         {
             "mesh": list(system.meshes.name),
             "dof": list(system.dofs.names),
             "mesh_phase": theta,
-            "harmonic": np.arange(shown),
+            "harmonic": np.arange(block.harmonics + _length(ready) + 1),
+            **labels,
             "line": np.array(["; ".join(shaft.causes) for shaft in ready.lines.shaft], dtype=object),
             "mesh_frequency": float(ready.lines.tone) * relative_speed,
         },
         verb="steady",
-        options={"relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
+        options={"method": method, "relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension(system, low[:, None])],
+        warnings=[*system.warnings, *tension(system, low)],
     )
 
 
@@ -171,30 +99,66 @@ def tension(system: System, lowest: Array) -> list[str]:
     return [f"tensile mesh force in the linear model{where}: the teeth of {listed} would separate"]
 
 
-def _solved(system: System, relative_speed: float, tolerance: float) -> tuple[Response, Block]:
-    if not (math.isfinite(relative_speed) and relative_speed > 0):
-        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    if not 0 < tolerance < 1:
-        raise ModelError("out of range", path="tolerance", given=tolerance, allowed="between 0 and 1")
-    ready = response(system)
-    block = next(respond(ready, np.array([float(relative_speed)]), tolerance=tolerance))
-    if not block.residual[0] <= max(_ACCEPTED, 100 * tolerance):
-        frequency = float(ready.lines.tone) * relative_speed
-        raise ConvergenceError(
-            f"no periodic response found at {frequency:.6g} Hz mesh frequency (residual {block.residual[0]:.2g}): "
-            "try a slightly different speed or more damping"
-        )
-    return ready, block
+def _length(ready: Response) -> int:
+    return int(ready.system.meshes.variation.shape[1])
 
 
-def _counted(samples: int) -> int:
-    if samples < 1:
-        raise ModelError("out of range", path="samples", given=samples, allowed="1 or more")
-    return samples
+def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[np.inexact]:
+    """Multiples of each mesh's own tone over its phase, (m, S, Nt)."""
+    waves = [own_waves(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
+    result: NDArray[np.inexact] = np.array(waves)[ready.lines.axis, np.arange(len(ready.lines.axis))]
+    return result
 
 
-def _harmonics(values: Array, count: int) -> ComplexArray:
-    """One-sided harmonics 0..count - 1 of samples over one cycle: value = Re sum harmonic_h exp(2 pi i h theta)."""
-    spectrum: ComplexArray = np.fft.rfft(values, axis=-1)[..., :count] / values.shape[-1]
-    spectrum[..., 1:] *= 2
-    return spectrum
+def _orders(spectrum: Spectrum, axis: int, harmonics: int) -> ComplexArray:
+    """One-sided harmonics 0..H of one tone, (rows, H + 1): value = Re sum harmonic_h exp(2 pi i h theta)."""
+    own = np.count_nonzero(np.delete(spectrum.points, axis, axis=1), axis=1) == 0
+    orders = spectrum.points[:, axis]
+    result = np.zeros((spectrum.amplitude.shape[0], harmonics + 1), complex)
+    known = own & (orders <= harmonics)
+    result[:, orders[known]] = spectrum.amplitude[:, 0, 0, known]
+    return result
+
+
+def _harmonics(ready: Response, force: Spectrum, kept: int) -> ComplexArray:
+    """Harmonics of each mesh force in its own tone, (m, H + L + 1)."""
+    every = [_orders(force, axis, kept + _length(ready)) for axis in range(len(ready.lines.tones))]
+    result: ComplexArray = np.array(every)[ready.lines.axis, np.arange(len(ready.lines.axis))]
+    return result
+
+
+def _combinations(
+    ready: Response, force: Spectrum, motion: Spectrum, speed: float
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Amplitudes of all lattice points kept where there are several tones: variables and coordinates."""
+    tones = ready.lines.tones
+    if len(tones) == 1:
+        return {}, {}
+    points = motion.points
+    exact = [sum((a * f for a, f in zip(p, tones, strict=True)), Fraction(0)) for p in points.tolist()]
+    axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
+    names = [stages[axes.index(axis)] for axis in range(len(tones))]
+    labels = [" ".join(f"{a:+d} {n}" for a, n in zip(p, names, strict=True) if a) or "mean" for p in points.tolist()]
+    radius = ready.system.dofs.radius[:, None]
+    return {
+        "combination_force": (("mesh", "combination"), force.amplitude[:, 0, 0, : len(points)]),
+        "combination_displacement": (("dof", "combination"), radius * motion.amplitude[:, 0, 0]),
+        "combination_frequency": ("combination", speed * np.array([float(f) for f in exact])),
+    }, {"combination": np.array(labels, dtype=object)}
+
+
+def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, theta: Array) -> dict[str, Any]:
+    """Shaft lines: envelopes over each mesh's own phase, and largest amplitudes over all phases."""
+    m, count = len(ready.system.meshes.name), len(ready.lines.shaft)
+    speed = float(block.speed[0])
+    force, largest = np.zeros((m, count, theta.size), complex), np.zeros((m, count))
+    if shafts is not None:
+        force = _by_mesh(ready, shafts, theta)
+        grid = [max(128 if len(ready.lines.tones) == 1 else 32, samples_needed(ready, H)) for H in block.kept[:-1]]
+        values = np.abs(on_torus(shafts, grid, block.kept[-1])[:, 0])
+        largest = values.reshape(m, count, -1).max(axis=2)
+    return {
+        "line_force": (("mesh", "line", "mesh_phase"), force),
+        "line_amplitude": (("mesh", "line"), largest),
+        "line_frequency": ("line", np.array([float(shaft.frequency) * speed for shaft in ready.lines.shaft])),
+    }

@@ -11,17 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from ..system.system import Array, System
+from .extremes import force_extremes, strokes
 from .response import Block, FrameSpeed, Response, respond, response
 from .steady import tension
-from .waveform import (
-    displacements,
-    mesh_forces,
-    peak,
-    samples_needed,
-    shaft_displacements,
-    shaft_forces,
-    shaft_power,
-)
+from .waveform import force_spectrum, mean_square, motion_spectrum
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +35,7 @@ class _Curves:
     amplitude: Array
     residual: Array
     harmonics: NDArray[np.int64]
+    cross: NDArray[np.int64]
     status: NDArray[np.object_]
 
 
@@ -60,11 +54,12 @@ def sweep(
     With shaft orders the RMS is that of all time (Parseval), and the peak and the minimum are bounds over all
     relative phases, max over theta of f0 + sum |A_s|: teeth meet at discrete phases, so a bound may lie up to
     1 - cos(pi/z) of a line above what is reached, and with common tooth factors further.  Amplitudes likewise.
+    Several mesh frequencies take all combinations of their phases too; the amplitude then adds the way of each.
 
     Parameters
     ----------
-    mesh_frequency : (P,) [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200 mesh frequencies
-        from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200
+        mesh frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
@@ -73,7 +68,7 @@ def sweep(
 
     Raises
     ------
-    ModelError : no damping, no or several mesh frequencies, torques out of balance, or an option out of range.
+    ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
     ready = response(system, frame_speed=frame_speed)
@@ -114,26 +109,28 @@ def _blank(system: System, count: int) -> _Curves:
         amplitude=np.full((n, count), np.nan),
         residual=np.full(count, np.nan),
         harmonics=np.zeros(count, dtype=np.int64),
+        cross=np.zeros(count, dtype=np.int64),
         status=np.full(count, "", dtype=object),
     )
 
 
 def _fill(ready: Response, block: Block, place: NDArray[np.int64], curves: _Curves, *, accepted: float) -> None:
     """Write the curves of one block, nan where it found no answer."""
-    count = max(128, 4 * samples_needed(ready, block.harmonics))
-    theta = np.arange(count) / count
-    force, lines = mesh_forces(ready, block, theta), shaft_forces(ready, block, theta)
-    shape, moving = displacements(ready, block, theta), shaft_displacements(ready, block, theta)
-    reach, stroke = np.abs(lines).sum(axis=2), np.abs(moving).sum(axis=2)
-    mean_square = force.var(axis=2) + (shaft_power(ready, lines, theta) if block.shaft is not None else 0.0)
+    force, motion = (find(ready, block, shifted=False) for find in (force_spectrum, motion_spectrum))
+    lines, moving = None, None
+    if block.shaft is not None:
+        lines, moving = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
+    low, high = force_extremes(ready, block, force, lines)
+    square = mean_square(ready, block, [force] if lines is None else [force, lines])
     good = block.residual <= accepted
     curves.residual[place], curves.harmonics[place] = block.residual, block.harmonics
+    curves.cross[place] = block.kept[-1]
     curves.status[place] = [_status(value, accepted) for value in block.residual]
     for target, values in (
-        (curves.rms, np.sqrt(np.maximum(mean_square, 0.0))),
-        (curves.peak, peak(force + reach)),
-        (curves.minimum, -peak(reach - force)),
-        (curves.amplitude, ready.system.dofs.radius[:, None] * (peak(shape + stroke) + peak(stroke - shape)) / 2),
+        (curves.rms, np.sqrt(square)),
+        (curves.peak, high),
+        (curves.minimum, low),
+        (curves.amplitude, ready.system.dofs.radius[:, None] * strokes(ready, block, motion, moving)),
     ):
         target[:, place] = np.where(good, values, np.nan)
 
@@ -148,8 +145,10 @@ def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str,
     from ..results import dataset
 
     system = ready.system
+    several = {"cross_order": ("speed", curves.cross)} if len(ready.lines.tones) > 1 else {}
     return dataset(
         {
+            **several,
             "mesh_force_rms": (("mesh", "speed"), curves.rms),
             "mesh_force_peak": (("mesh", "speed"), curves.peak),
             "mesh_force_minimum": (("mesh", "speed"), curves.minimum),

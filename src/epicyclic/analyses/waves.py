@@ -8,7 +8,7 @@ with the cycle number c and the phase theta in the cycle.  A record of many cycl
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ from .equilibrium import Compliance, closed_force, require_balance
 from .record import mesh_stiffness, turns
 
 if TYPE_CHECKING:
-    from .steady import Periodic
+    from .periodic import Periodic
 
 __all__ = ["Waves", "bound", "forces", "line_phases", "periodic_waves", "static_waves"]
 
@@ -41,6 +41,10 @@ class Waves:
     def samples(self) -> int:
         """Instants per mesh cycle."""
         return int(self.mean.shape[1])
+
+    def of(self, meshes: NDArray[np.int64]) -> Waves:
+        """The same of some of the meshes."""
+        return replace(self, mean=self.mean[meshes], amplitude=self.amplitude[:, meshes])
 
 
 def periodic_waves(solution: Periodic) -> Waves:

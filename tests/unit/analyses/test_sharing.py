@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -14,10 +15,11 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses import steady as steady_module
 from epicyclic.analyses.definitions import DEFINITIONS, groups, merge, tally
-from epicyclic.analyses.equilibrium import compliance
-from epicyclic.analyses.sharing import sharing
+from epicyclic.analyses.equilibrium import compliance, equilibrium
+from epicyclic.analyses.record import excitation
+from epicyclic.analyses.sharing import Method, sharing
 from epicyclic.analyses.static import static
-from epicyclic.analyses.steady import Periodic, ShaftLine
+from epicyclic.analyses.steady import Periodic, ShaftLine, periodic
 from epicyclic.analyses.waves import forces, line_phases, periodic_waves
 from epicyclic.analyses.worst import blocks, worst_case
 from epicyclic.errors import ModelError
@@ -86,7 +88,7 @@ def respond(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Let `sharing` meet a made-up response."""
 
     def use(solution: Periodic) -> None:
-        monkeypatch.setattr(steady_module, "periodic", lambda system, **_: solution)
+        monkeypatch.setattr(steady_module, "periodic_by_tone", lambda system, **_: (solution,))
 
     return use
 
@@ -311,12 +313,83 @@ def test_bad_input(build: Any) -> None:
         sharing(system, method="static", relative_speed=-1.0)
     with pytest.raises(ModelError, match="needs a load"):
         sharing(replace(system, force=0 * system.force, lines=()), method="static")
-    twice = replace(system, tones=(TONE, 2 * TONE), meshes=replace(system.meshes, tone=np.array([0, 0, 0, 1, 1, 1])))
-    with pytest.raises(ModelError, match="one mesh frequency"):
-        sharing(twice, method="static")
 
 
 def test_line_phases_stay_exact_late_in_the_record() -> None:
     late = np.array([10**9 + 7], dtype=np.int64)
     expected = float(Fraction(3, 23) * (10**9 + 7) % 1)
     np.testing.assert_allclose(line_phases([Fraction(3, 23)], late), [[expected]], rtol=1e-15)
+
+
+def two_tones(build: Any, *, swing: float, N: int = 4) -> System:
+    """Sun meshes at the tone, ring meshes at 3/7 of it; errors of both and of a shaft."""
+    base = loaded(build, zeta=0.03, N=N, torque=300.0)
+    meshes, m = base.meshes, 2 * N
+    late, rng = np.arange(m) >= N, np.random.default_rng(4)
+    lines = [
+        replace(base.lines[0], frequency=TONE * ratio, gap=np.where(where, 1e-6 * rng.normal(size=m), 0) + 0j)
+        for ratio, where in ((Fraction(1), ~late), (Fraction(3, 7), late), (Fraction(1, 14), ~late | late))
+    ]
+    return replace(
+        base,
+        tones=(TONE * 3 / 7, TONE),
+        meshes=replace(meshes, tone=np.where(late, 0, 1), variation=swing * np.exp(1j * rng.normal(size=(m, 2)))),
+        lines=tuple(sorted(lines, key=lambda line: line.frequency)),
+    )
+
+
+def in_cycles(force: Callable[[Array], Array], tone: Fraction, cycles: int, samples: int) -> Array:
+    """Forces (cycles, m, samples) at the instants of a tone's cycles."""
+    index = np.arange(cycles * samples)
+    return force(index / samples / float(tone)).reshape(-1, cycles, samples).transpose(1, 0, 2)
+
+
+@pytest.mark.parametrize("method", ["steady", "static"])
+@pytest.mark.parametrize("swing", [0.0, 0.1])
+def test_each_mesh_counts_in_cycles_of_its_own_frequency(build: Any, method: Method, swing: float) -> None:
+    system = two_tones(build, swing=swing)
+    result = sharing(system, method=method, samples=64)
+    assert result.attrs["cycles"] == result.attrs["hunting_period"] == 14
+
+    def steady_force(times: Array) -> Array:
+        found = periodic(system, samples=256)
+        orders = np.fft.fftfreq(256, 1 / 256)
+        turning = np.exp(2j * np.pi * np.outer(orders, times * float(found.tone)))
+        total = np.fft.fft(found.force) / 256 @ turning
+        for line in found.lines:
+            carrier = np.exp(2j * np.pi * float(line.frequency) * times)
+            total = total.real + (np.fft.fft(line.force) / 256 @ turning * carrier).real
+        return np.asarray(total.real)
+
+    def static_force(times: Array) -> Array:
+        index = np.rint(times * float(TONE) * 64 * 3).astype(np.int64)
+        here = excitation(system, TONE, index, 64 * 3)
+        flexible = compliance(system.K, system.meshes.B, system.meshes.stiffness)
+        return equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force).mesh_force.T
+
+    force = steady_force if method == "steady" else static_force
+    for tone, group, cycles in ((TONE, slice(0, 4), 14), (TONE * 3 / 7, slice(4, 8), 6)):
+        expected = tally(in_cycles(force, tone, cycles, 64)[:, group], [np.arange(4)])
+        values = result.load_sharing.values[:, group]
+        # both solutions drop 1e-6 of the dynamic part at most
+        np.testing.assert_allclose(values[1], expected.simultaneous, rtol=1e-6)
+        np.testing.assert_allclose(values[3], expected.ratio_high, rtol=1e-6)
+        departure = np.maximum(expected.ratio_high - 1, 1 - expected.ratio_low)
+        np.testing.assert_allclose(values[0] - 1, departure, atol=1e-6)
+        assert np.all(values[4] >= values[0] - 1e-12)
+    bound = result.mesh_force_bound.values
+    if method == "steady" or swing == 0:
+        assert np.all(bound >= result.mesh_force.max("time").values * (1 - 1e-9))
+    else:
+        assert np.isnan(bound).all()
+
+
+def test_superposition_shares_like_the_full_solution_where_nothing_varies(build: Any) -> None:
+    system = two_tones(build, swing=0.0)
+    full, plain = sharing(system, samples=32), sharing(system, method="superposition", samples=32)
+    np.testing.assert_allclose(plain.load_sharing, full.load_sharing, rtol=1e-9)
+    assert plain.attrs["method"] == "superposition"
+    varying = two_tones(build, swing=0.1)
+    full, plain = sharing(varying, samples=32), sharing(varying, method="superposition", samples=32)
+    apart = np.abs(plain.load_sharing - full.load_sharing).max()
+    assert 1e-5 < apart < 0.1 * np.abs(full.load_sharing - 1).max()

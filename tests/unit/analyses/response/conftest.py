@@ -114,8 +114,9 @@ class Motion:
         system, s = self.system, self.speed
         meshes, turn = system.meshes, 2j * np.pi * s
         orders = np.arange(1, meshes.variation.shape[1] + 1)
-        wave = np.exp(turn * orders * float(system.tones[0]) * t)
-        k = meshes.stiffness * (1 + (meshes.variation @ wave).real)
+        tones = np.array([float(system.tones[i]) for i in meshes.tone])
+        wave = np.exp(turn * np.outer(tones, orders) * t)
+        k = meshes.stiffness * (1 + (meshes.variation * wave).sum(axis=1).real)
         e, rate, force = np.zeros(len(k)), np.zeros(len(k)), system.force.copy()
         for line in system.lines:
             phase = np.exp(turn * float(line.frequency) * t)

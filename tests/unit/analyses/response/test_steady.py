@@ -235,13 +235,6 @@ def test_no_speed_is_refused(case: Any) -> None:
     assert "operation.speed" in refusal(case, tones=())
 
 
-def test_two_mesh_frequencies_are_refused(case: Any) -> None:
-    meshes = replace(case.pair().meshes, tone=np.array([0, 1]))
-    text = refusal(case, tones=(Fraction(137), Fraction(211)), meshes=meshes)
-    assert "137 Hz, 211 Hz" in text
-    assert "static" in text
-
-
 def test_torques_out_of_balance_are_refused(case: Any) -> None:
     force = case.pair().force
     assert "do not balance" in refusal(case, force=force * np.array([1, 1, 1.001, 1, 1, 1]))

@@ -1,0 +1,199 @@
+"""The mesh forces of a record, one part for each mesh frequency: the meshes that share it, in their own mesh cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from ..system.system import Array, System
+from .definitions import Group, groups
+from .equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
+from .record import excitation, hunting_cycles, mesh_stiffness, positive, reference_tone
+from .static import free_position_warnings
+from .superposition import superposed
+from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
+
+__all__ = ["Method", "Part", "parts"]
+
+Method = Literal["steady", "superposition", "static"]
+Index = NDArray[np.int64]
+
+# numbers over the whole record: some seconds of work
+_RECORD = 300_000_000
+# lines of a record beyond which its work grows with their number
+_LINES = 16
+# instants with open meshes that a record may have by default, each some 50 us
+_SOLVED = 100_000
+# cycles that tell how many instants of a record have open meshes
+_FIRST = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """Meshes of one mesh frequency.
+
+    tone : that frequency [Hz at the operating speed].  meshes : (m_j,) which they are.
+    members : their groups, as places in `meshes`.
+    force, own : cycles of the tone (c,) -> forces (c, m or m_j, samples) [N] of all meshes of the train, or of these.
+    by_phase : line phases (c, L) -> forces (c, m_j, samples); None where no lines hold the record.
+    ratios : (L,) line frequencies per tone, exact.  period : cycles of the tone after which everything repeats.
+    mean, bound : (m_j,) [N], the bound nan where not known.  samples : of a cycle.
+    affordable : cycles a record may have by default.
+    """
+
+    tone: Fraction
+    meshes: Index
+    members: list[Group]
+    force: Callable[[Index], Array]
+    own: Callable[[Index], Array]
+    by_phase: Callable[[Array], Array] | None
+    ratios: tuple[Fraction, ...]
+    period: int
+    mean: Array
+    bound: Array
+    samples: int
+    affordable: int
+
+
+def parts(
+    system: System, method: str, *, samples: int | None, relative_speed: float
+) -> tuple[tuple[Part, ...], list[str]]:
+    """The parts of a train, that of the first mesh first, and warnings of the method.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : no such method, or what the method raises.
+    """
+    if method in ("steady", "superposition"):
+        return _steady(system, method, samples, relative_speed), []
+    if method != "static":
+        raise ModelError("no such method", path="method", given=method, allowed="steady, superposition, static")
+    if not relative_speed > 0:
+        raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
+    flexible = compliance_of(system)
+    count = positive("samples", samples, 64)
+    tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
+    varying = {system.tones[i] for i, v in zip(system.meshes.tone, system.meshes.variation, strict=True) if v.any()}
+    told = []
+    for tone in tones or (reference_tone(system),):
+        build = _static if len(tones) < 2 or varying <= {tone} else _instants
+        told.append(build(system, flexible, tone, count))
+    return tuple(told), free_position_warnings(system, flexible.free)
+
+
+def _steady(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[Part, ...]:
+    from .steady import periodic_by_tone
+
+    solvable = system if method == "steady" else superposed(system, relative_speed)
+    solutions = periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)
+    return tuple(_told(system, solution.tone, periodic_waves(solution)) for solution in solutions)
+
+
+def _members(system: System, tone: Fraction) -> tuple[Index, list[Group]]:
+    """Meshes of one tone and their groups among themselves; all of them where there are no tones."""
+    own = [not system.tones or system.tones[i] == tone for i in system.meshes.tone]
+    meshes = np.flatnonzero(own)
+    place = {int(mesh): i for i, mesh in enumerate(meshes)}
+    found = [group for group in groups(system.meshes) if int(group[0]) in place]
+    return meshes, [np.array([place[int(i)] for i in group]) for group in found]
+
+
+def _told(system: System, tone: Fraction, waves: Waves, source: Callable[[Array], Array] | None = None) -> Part:
+    """A part whose record is a sum of lines; `source` where instants with open meshes are solved anew."""
+    meshes, members = _members(system, tone)
+    mine = waves if len(meshes) == len(waves.mean) else waves.of(meshes)
+    affordable = _RECORD // mine.mean.size // max(1, len(waves.ratios) // _LINES)
+    if source is not None:
+        first = forces(waves, line_phases(waves.ratios, np.arange(_FIRST)))
+        affordable = min(affordable, _SOLVED * _FIRST // max(1, int(np.sum(np.any(first < 0, axis=1)))))
+
+    def whole(phases: Array) -> Array:
+        return forces(waves, phases) if source is None else source(phases)
+
+    def mine_at(phases: Array) -> Array:
+        return forces(mine, phases) if source is None else source(phases)[:, meshes]
+
+    return Part(
+        tone=tone,
+        meshes=meshes,
+        members=members,
+        force=lambda cycles: whole(line_phases(waves.ratios, cycles)),
+        own=lambda cycles: mine_at(line_phases(waves.ratios, cycles)),
+        by_phase=mine_at,
+        ratios=waves.ratios,
+        period=hunting_cycles(waves.ratios),
+        mean=mine.mean.mean(axis=1),
+        bound=bound(mine),
+        samples=waves.samples,
+        affordable=max(1, affordable),
+    )
+
+
+def _static(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Part:
+    """Static mesh forces where stiffness follows one tone at most: linear in the lines while all meshes press."""
+    waves = static_waves(system, flexible, tone, samples)
+    return _told(system, tone, waves, _unilateral(system, flexible, tone, waves))
+
+
+def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Waves) -> Callable[[Array], Array]:
+    """Static mesh forces: linear while all meshes press, solved anew at the instants where one would pull."""
+    k = mesh_stiffness(system, tone, np.arange(waves.samples), waves.samples)
+    theta = np.arange(waves.samples) / waves.samples
+    ratios = [line.frequency / tone for line in system.lines]
+    slow = [i for i, ratio in enumerate(ratios) if ratio.denominator != 1]
+    turning = np.array([float(ratio) for ratio in ratios])
+    gaps = np.array([line.gap for line in system.lines]).reshape(len(ratios), len(system.meshes.name))
+    loads = np.array([line.force[0] for line in system.lines]).reshape(len(ratios), len(system.force))
+
+    def source(phases: Array) -> Array:
+        result = forces(waves, phases)
+        cycle, instant = np.nonzero(np.any(result < 0, axis=1))
+        for first in range(0, len(cycle), 2048):
+            c, j = cycle[first : first + 2048], instant[first : first + 2048]
+            angle = np.outer(theta[j], turning)
+            angle[:, slow] += phases[c]
+            wave = np.exp(2j * np.pi * angle)
+            gap, force = (wave @ gaps).real, system.force + (wave @ loads).real
+            result[c, :, j] = equilibrium(flexible, stiffness=k[j], gap=gap, force=force).mesh_force
+        return result
+
+    return source
+
+
+def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Part:
+    """Static mesh forces where the stiffness follows several tones: every instant solved by itself."""
+    meshes, members = _members(system, tone)
+    still = [line for line in system.lines if line.frequency == 0]
+    load = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
+    gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
+    require_balance(flexible.free, load[None], system.dofs.names)
+    mean = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
+
+    def force(cycles: Index) -> Array:
+        index = (cycles[:, None] * samples + np.arange(samples)).ravel()
+        here = excitation(system, tone, index, samples)
+        require_balance(flexible.free, here.force, system.dofs.names)
+        found = equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force).mesh_force
+        return found.reshape(len(cycles), samples, -1).transpose(0, 2, 1)
+
+    ratios = tuple(f / tone for f in (*(line.frequency for line in system.lines), *system.tones))
+    return Part(
+        tone=tone,
+        meshes=meshes,
+        members=members,
+        force=force,
+        own=lambda cycles: force(cycles)[:, meshes],
+        by_phase=None,
+        ratios=ratios,
+        period=hunting_cycles(ratios),
+        mean=mean[meshes],
+        bound=np.full(len(meshes), np.nan),
+        samples=samples,
+        affordable=max(1, _SOLVED // samples // 4),
+    )
