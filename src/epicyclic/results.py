@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from .errors import ModelError
@@ -168,7 +169,7 @@ def dataset(
     ------
     KeyError : a variable is missing from the table.
     """
-    result = xr.Dataset(dict(variables), coords=dict(coords or {}))
+    result = xr.Dataset(dict(variables), coords={name: _index(name, values) for name, values in (coords or {}).items()})
     for name in result.variables:
         entry = VARIABLES.get(str(name))
         if entry is None and name in variables:
@@ -187,6 +188,17 @@ def dataset(
         }
     )
     return result
+
+
+def _index(name: Hashable, values: Any) -> Any:
+    """A list or array of labels as a pandas index: xarray then does not try whether it is one of pint's arrays, which
+    would import pint, half a second, for nothing."""
+    if isinstance(values, tuple) and len(values) == 2 and values[0] == name:
+        values = values[1]
+    if isinstance(values, tuple) or np.ndim(values) != 1:
+        return values
+    array = np.asarray(values)
+    return pd.Index(array.astype(object) if array.dtype.kind in "UO" else array, name=name)
 
 
 def to_json(result: xr.Dataset) -> str:
