@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import time
 from collections import Counter
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,7 +85,41 @@ def test_pages_have_their_figures(page: Path) -> None:
     names = {name.split(".svg")[0] for name in shown}
     drawn = {path.stem for path in (PAGES / "figures").glob(f"{page.stem}-*.svg")}
     assert names == drawn
+    assert page.stem == "README" or {f"{page.stem}-{name}" for name in make().figures_of(page.stem)} == drawn
     assert all((PAGES / "figures" / f"{name}.svg").stat().st_size < 200_000 for name in names)
+
+
+@cache
+def make() -> Any:
+    spec = importlib.util.spec_from_file_location("drives_make", PAGES / "make.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", ["frequencies", "differences", "shapes"])
+def test_a_figure_can_be_drawn_again(name: str) -> None:
+    drawn = make().figures_of("lin1999")[name]()
+    assert len(drawn.data) > 3
+    titles = [drawn.layout[axis].title.text for axis in drawn.layout if axis.startswith(("xaxis", "yaxis"))]
+    assert name == "shapes" or any("[Hz]" in title for title in titles if title)
+
+
+@pytest.mark.browser
+def test_the_drawing_is_repeatable() -> None:
+    pytest.importorskip("playwright.sync_api")
+    module = make()
+    drawn = module.figures_of("lin1999")["differences"]()
+    try:
+        with module.renderer() as to_svg:
+            texts = [to_svg(drawn, "lin1999-differences") for _ in range(2)]
+    except SystemExit as missing:
+        pytest.skip(str(missing))
+    assert texts[0] == texts[1]
+    assert texts[0].startswith("<svg")
+    assert "ours less published [Hz]" in texts[0]
 
 
 def test_every_audited_drive_has_a_page() -> None:

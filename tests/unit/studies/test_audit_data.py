@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -152,6 +153,14 @@ def test_claims(text: str, low: float, high: float, strict: bool) -> None:
 @pytest.mark.parametrize("text", ["a curve", "0", "> x", "1 ..", ""])
 def test_words_are_no_claims(text: str) -> None:
     assert claim_of(text) is None
+
+
+def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
+    page = Path(__file__).parents[3] / "docs" / "audit.md"
+    (example,) = re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    _, audit = read_audit(write(tmp_path, example))
+    assert {row.verdict for row in audit.rows} == {"reproduced", "under a reading", "not reproducible"}
+    assert [audit.fitted(row) for row in audit.rows] == [False, False, True, False]
 
 
 def test_audits_are_no_drives() -> None:
