@@ -35,9 +35,10 @@ pytest: $(VENV)/.installed-dev
 bench: $(VENV)/.installed
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/bench.py
 
-figures: $(VENV)/.installed
+figures: $(VENV)/.installed-dev
 	mkdir -p figures
 	for example in examples/*.py; do $(BIN)/python $$example figures || exit 1; done
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/drives/make.py
 
 clean:
 	rm -rf $(VENV) build dist src/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis figures $(REPORT)

@@ -7,6 +7,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 import xarray as xr
+
 from epicyclic.plots import mode_shapes
 from epicyclic.plots.style import INK, panels
 

@@ -1,4 +1,4 @@
-"""Figures of the page on lin1999-n3, -n4, -n5: the source's table of natural frequencies, and the three kinds of modes."""
+"""Figures of the page on lin1999-n3, -n4, -n5: the source's natural frequencies, and the three kinds of modes."""
 
 from __future__ import annotations
 
@@ -48,14 +48,20 @@ def frequencies() -> go.Figure:
         columns = [(n, values) for n, values in columns if values]
         for branch in range(len(columns[0][1])):
             drawn.add_scatter(
-                **{"x": [n for n, _ in columns], "y": [values[branch] for _, values in columns], "mode": "lines+markers"},
+                **{
+                    "x": [n for n, _ in columns],
+                    "y": [values[branch] for _, values in columns],
+                    "mode": "lines+markers",
+                },
                 **{"name": name, "legendgroup": kind, "showlegend": branch == 0, "marker": {"size": 5}},
                 line={"color": mode_colour(kind), "width": 2, "dash": "dot" if kind == "planet" else "solid"},
             )
     table = published()
     at = [int(str(drive)[-1]) for drive in table.drive.values]
     drawn.add_scatter(x=at, y=table.published.values, mode="markers", name="published", marker=PUBLISHED)
-    drawn.update_yaxes(type="log", tickvals=[700, 1000, 1500, 2000, 3000, 5000, 7000, 10000, 15000], exponentformat="none")
+    drawn.update_yaxes(
+        type="log", tickvals=[700, 1000, 1500, 2000, 3000, 5000, 7000, 10000, 15000], exponentformat="none"
+    )
     return drawn.update_layout(legend={"y": 0.5, "yanchor": "middle"})
 
 
@@ -92,7 +98,7 @@ def shapes() -> go.Figure:
     for kind, place in (("rotational", 1), ("translational", 0), ("planet", 0)):
         mode = int(np.flatnonzero(found.mode_kind.values == kind)[place])
         chosen[f"{kind}, {float(found.frequency[mode]):.1f} Hz"] = mode
-    title = "Only rotational modes turn, only translational modes shift, and planet modes do not move the central members"
+    title = "Central members turn in rotational modes, shift in translational modes and rest in planet modes"
     return stills(epicyclic.check("lin1999-n4"), found, chosen, title=title)
 
 

@@ -7,6 +7,7 @@ figures/NAME-FIGURE.svg through a headless Chromium (package playwright, a Chrom
 from __future__ import annotations
 
 import importlib.util
+import json
 import re
 import shutil
 import sys
@@ -65,21 +66,21 @@ def renderer() -> Iterator[Renderer]:
         except Error as error:
             found = f"{executable} does not start" if executable else f"none of {', '.join(_BROWSERS)} is on PATH"
             raise SystemExit(f"figures need a headless Chromium: {found} ({error.message.splitlines()[0]})") from None
-        page = browser.new_page()
-        page.add_script_tag(content=get_plotlyjs())
-        yield lambda figure, name: _svg(page, figure, name)
+        yield lambda figure, name: _svg(browser, figure, name)
         browser.close()
 
 
-def _svg(page: Any, figure: go.Figure, name: str) -> str:
+def _svg(browser: Any, figure: go.Figure, name: str) -> str:
     """SVG of a figure, 900 x 500 or as much higher as its layout says; the same text for the same figure."""
-    import json
-
-    height = max(HEIGHT, int(figure.layout.height or 0))
-    address = page.evaluate(_DRAW, [json.loads(figure.to_json()), WIDTH, height])
+    spec = json.loads(figure.to_json())
+    for place, trace in enumerate(spec["data"]):  # plotly draws what is not named at random, here and below
+        trace["uid"] = f"-{place}"
+    page = browser.new_page()  # a new one each: plotly remembers widths of texts, and they depend on what came before
+    page.add_script_tag(content=get_plotlyjs())
+    address = page.evaluate(_DRAW, [spec, WIDTH, max(HEIGHT, int(figure.layout.height or 0))])
+    page.close()
     text = unquote(address.partition(",")[2])
     found = re.search(r'id="(?:top)?defs-([0-9a-f]{6})"', text)
-    # plotly draws the ids of clips and gradients at random
     return text.replace(found[1], name) if found else text
 
 

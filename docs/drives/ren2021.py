@@ -67,7 +67,9 @@ def fig9() -> go.Figure:
         "sun floats freely (0 N/m)": (0.0, stiff),
     }
     drawn = figure(
-        "LSC rises with the carrier's eccentricity, the less the softer the supports", y=LSC, x="carrier eccentricity [um]"
+        "LSC rises with the carrier's eccentricity, the less the softer the supports",
+        y=LSC,
+        x="carrier eccentricity [um]",
     )
     for (name, (sun, carrier)), colour, dash in zip(cases.items(), PALETTE, (*DASHES, "longdash"), strict=False):
         base = {**ON_CARRIER, **support("sun", sun), **support("carrier", carrier)}
@@ -77,7 +79,15 @@ def fig9() -> go.Figure:
     note(
         drawn,
         "other errors 20 um; 100 kN m on the carrier<br>with eq. (15), (16) as printed all curves would be flat",
-        **{"x": 0.02, "y": 0.98, "xref": "paper", "yref": "paper", "xanchor": "left", "yanchor": "top", "align": "left"},
+        **{
+            "x": 0.02,
+            "y": 0.98,
+            "xref": "paper",
+            "yref": "paper",
+            "xanchor": "left",
+            "yanchor": "top",
+            "align": "left",
+        },
     )
     return drawn.update_layout(legend={"x": 0.02, "y": 0.84})
 
@@ -127,7 +137,7 @@ def fig12() -> go.Figure:
     """LSC over the lateral support stiffness of one member at a time."""
     stiffness = np.geomspace(1e7, 6e10, 16)
     drawn = figure(
-        "LSC rises with support stiffness and saturates; soft, the carrier is the best to float, stiff the worst to hold",
+        "LSC rises with support stiffness and saturates; the carrier is the best member to float, the worst to hold",
         x="lateral support stiffness of one member, others as in Table 2 [N/m]",
         y=LSC,
     )

@@ -22,7 +22,9 @@ def audit(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME]", show_default="all", help="A ready drive, or an audit file (NAME.audit.toml beside NAME.toml)."
+            metavar="[NAME]",
+            show_default="all",
+            help="A ready drive, or an audit file (NAME.audit.toml beside NAME.toml).",
         ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON on stdout.")] = False,

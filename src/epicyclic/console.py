@@ -17,7 +17,16 @@ import typer
 
 from .errors import ConvergenceError, ModelError
 
-__all__ = ["complain", "frequency", "parsed_overrides", "progress_bar", "put_out", "reported", "target_of", "write_result"]
+__all__ = [
+    "complain",
+    "frequency",
+    "parsed_overrides",
+    "progress_bar",
+    "put_out",
+    "reported",
+    "target_of",
+    "write_result",
+]
 
 Step = Callable[[str | float], None]
 

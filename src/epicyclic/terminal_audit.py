@@ -64,7 +64,7 @@ def _table(part: xr.Dataset, remarks: dict[str, int]) -> Table:
     table.add_column("verdict", overflow="fold")
     table.add_column("remark", no_wrap=True)
     for at in range(part.sizes["row"]):
-        row = {str(name): values[at] for name, values in part.data_vars.items() for values in [values.values]}
+        row = {str(name): part[name].values[at] for name in part.data_vars}
         table.add_row(*_cells(row, remarks))
     return table
 

@@ -15,7 +15,7 @@ import epicyclic
 from epicyclic.cli import app
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -23,7 +23,7 @@ def blocks(page: Path, language: str) -> list[str]:
 
 
 def identifier(page: Path) -> str:
-    return page.name
+    return page.relative_to(ROOT).as_posix()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=identifier)
@@ -35,8 +35,8 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=identifier)
 def test_model_files_load(page: Path) -> None:
-    whole = [text for text in map(tomllib.loads, blocks(page, "toml")) if "format" in text]
-    assert len(whole) == (1 if page.name in ("README.md", "model-file.md") else 0)
+    whole = [text for text in map(tomllib.loads, blocks(page, "toml")) if "stages" in text]
+    assert len(whole) == (1 if identifier(page) in ("README.md", "docs/model-file.md") else 0)
     for document in whole:
         speed = epicyclic.check(document).speed
         assert float(speed.sel(body="main/sun")) == pytest.approx(1500.0, rel=1e-12)  # given, through rad/s and back
@@ -66,6 +66,7 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
     seen: list[str] = []
     monkeypatch.setattr("epicyclic.cli._run", lambda verb, *_, **__: seen.append(verb))
     monkeypatch.setattr("epicyclic.cli._report", lambda *_: seen.append("report"))
+    monkeypatch.setattr("epicyclic.cli_audit._audit", lambda *_, **__: seen.append("audit"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

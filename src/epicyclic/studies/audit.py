@@ -121,9 +121,7 @@ def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Trai
         raise ModelError(f"an option that {verb} does not have: {error}", path="options", given=run.options) from None
 
 
-def _checked(
-    row: Row, at: int, *, drive: str, fitted: bool, result_of: Callable[[str], xr.Dataset]
-) -> Iterator[_Line]:
+def _checked(row: Row, at: int, *, drive: str, fitted: bool, result_of: Callable[[str], xr.Dataset]) -> Iterator[_Line]:
     """One line for each published number of a row."""
     published = row.published if isinstance(row.published, list) else [row.published]
     ours, failure = _ours(row, at, len(published), result_of)
@@ -141,9 +139,7 @@ def _checked(
         )
 
 
-def _ours(
-    row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]
-) -> tuple[Sequence[float], str]:
+def _ours(row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]) -> tuple[Sequence[float], str]:
     """Our numbers in the unit of the row, and why there are none."""
     if row.ours is None:
         return [math.nan] * count, ""

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from ..errors import ModelError
 from .verbs import VERBS
 
-__all__ = ["AUDITED", "Audit", "Claim", "Row", "Run", "Value", "audited_drives", "claim_of", "read_audit"]
+__all__ = ["AUDITED", "Audit", "Claim", "Label", "Row", "Run", "Value", "audited_drives", "claim_of", "read_audit"]
 
 AUDITED = ".audit.toml"
 Verdict = Literal["reproduced", "under a reading", "not reproducible"]
@@ -175,7 +175,9 @@ class Audit(_Table):
         for name, run in self.runs.items():
             self._chain(name)
             if missing := [path for path in run.fitted if path not in self.resolved(name).set]:
-                raise ModelError("fitted, but not set", path=f"runs.{name}.fitted", given=missing, allowed="paths of set")
+                raise ModelError(
+                    "fitted, but not set", path=f"runs.{name}.fitted", given=missing, allowed="paths of set"
+                )
             if self.resolved(name).verb is None:
                 raise ModelError("no verb", path=f"runs.{name}.verb", allowed=", ".join(VERBS))
         for at, row in enumerate(self.rows):
@@ -218,7 +220,9 @@ class Audit(_Table):
 
     def _known(self, name: str, path: str) -> None:
         if name not in self.runs:
-            raise ModelError("no such run", path=path, given=name, allowed=", ".join(self.runs) or "a table [runs.NAME]")
+            raise ModelError(
+                "no such run", path=path, given=name, allowed=", ".join(self.runs) or "a table [runs.NAME]"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

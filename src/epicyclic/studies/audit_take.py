@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .audit_data import Value
+from .audit_data import Label, Value
 
 __all__ = ["Measured", "converted", "evaluate"]
 
@@ -110,7 +110,7 @@ def _line(result: xr.Dataset, label: str) -> xr.DataArray:
     return along
 
 
-def _where(result: xr.Dataset, label: str, wanted: object) -> xr.Dataset:
+def _where(result: xr.Dataset, label: str, wanted: Label | list[Label]) -> xr.Dataset:
     along = _line(result, label)
     at = np.flatnonzero(_matches(along.values, wanted))
     if not at.size:
@@ -119,15 +119,16 @@ def _where(result: xr.Dataset, label: str, wanted: object) -> xr.Dataset:
     return result.isel({along.dims[0]: at})
 
 
-def _matches(labels: NDArray[Any], wanted: object) -> NDArray[np.bool_]:
+def _matches(labels: NDArray[Any], wanted: Label | list[Label]) -> NDArray[np.bool_]:
     """Which labels are wanted: texts with * and ?, numbers within rounding, any entry of a list."""
     if isinstance(wanted, list):
-        return np.logical_or.reduce([_matches(labels, one) for one in wanted])
+        return np.array([any(_matches(label[None], one).all() for one in wanted) for label in labels], dtype=bool)
     if isinstance(wanted, str):
         return np.array([fnmatchcase(str(label), wanted) for label in labels], dtype=bool)
     if labels.dtype.kind not in "biuf":
         return np.zeros(len(labels), dtype=bool)
-    return np.isclose(labels.astype(np.float64), float(str(float(wanted))), rtol=1e-9, atol=1e-12)  # type: ignore[arg-type]
+    close: NDArray[np.bool_] = np.isclose(labels.astype(np.float64), wanted, rtol=1e-9, atol=1e-12)
+    return close
 
 
 def _picked(result: xr.Dataset, name: str, pick: int | list[int]) -> xr.Dataset:
@@ -182,7 +183,7 @@ _REDUCE: Mapping[str, Callable[[xr.DataArray, list[Any]], xr.DataArray]] = {
     "min": lambda data, dims: data.min(dims, skipna=False),
     "mean": lambda data, dims: data.mean(dims, skipna=False),
     "sum": lambda data, dims: data.sum(dims, skipna=False),
-    "rms": lambda data, dims: np.sqrt((data**2).mean(dims, skipna=False)),
+    "rms": lambda data, dims: (data**2).mean(dims, skipna=False) ** 0.5,
     "range": lambda data, dims: data.max(dims, skipna=False) - data.min(dims, skipna=False),
     "ratio": lambda data, dims: data.max(dims, skipna=False) / data.min(dims, skipna=False),
     "largest": lambda data, dims: abs(data).max(dims, skipna=False),
