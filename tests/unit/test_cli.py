@@ -165,6 +165,7 @@ def test_output_file(command: Command, tmp_path: Path, suffix: str) -> None:
         (("campbell", "ren2021"), ("[Hz]",)),
         (("steady", "ren2021"), ("[N]",)),
         (("static", "ren2021"), ("[N]",)),
+        (("static", "xu2020"), ("main/sun/neck", "74945.9", "324.285")),  # half of T_s, and that times l/(G I_p)
         (("sharing", "ren2021", "--method", "static", "--cycles", "23"), ("cycle-peak", "train", "worst-case")),
         (("sweep", "ren2021", "--from", "20 Hz", "--to", "0.03 kHz", "--points", "3"), ("3 speeds, 20 to 30 Hz", "ok")),
     ],
