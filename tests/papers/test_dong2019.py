@@ -519,7 +519,7 @@ def test_soft_star_bearings_even_out_the_stars() -> None:
 
 def test_gear_off_its_shaft_is_eccentric() -> None:
     """The seat of star gear II is on the shaft of star gear I and turns with it."""
-    error = amplitude([3, 10, 50, 2, 200], start="stage") | {"amplitude": "0.003 um"}
+    error = amplitude(0.003, [3, 10, 50, 2, 200], "stage")
     seat, eccentric = (J(drive({f"star2.{cause}": error}), cycles=24) for cause in ("position", "run_out"))
     np.testing.assert_allclose(seat, eccentric, atol=1e-10)
     assert np.ptp(seat[0]) > 1e-3
