@@ -167,7 +167,6 @@ def _reduced(result: xr.Dataset, name: str, value: Value) -> Measured:
 def _read(result: xr.Dataset, data: xr.DataArray, name: str, *, largest: bool) -> tuple[xr.DataArray, str]:
     """Another variable, read where this one is largest (smallest)."""
     other, same = xr.broadcast(_variable(result, name, "read"), data)
-    same = same.transpose(*other.dims)
     if same.size != data.size:
         raise ModelError("has a dimension of its own", path="read", given=name, allowed=", ".join(map(str, data.dims)))
     at = np.nanargmax(same.values) if largest else np.nanargmin(same.values)

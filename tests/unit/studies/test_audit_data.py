@@ -28,7 +28,7 @@ because = "printed to 0.1 Hz"
 WRONG = [
     ("format = 1", "format = 2", "format", "1"),
     ('source = "A. Author 2020"', "", "source", "required"),
-    ('source = "A. Author 2020"', 'sorce = "A. Author 2020"', "sorce", "unknown key"),
+    ('source = "A. Author 2020"', 'sources = "A. Author 2020"', "sources", "unknown key"),
     ('verb = "modes"', 'verb = "shapes"', "runs.modes", "no verb 'shapes'"),
     ('verb = "modes"', "", "runs.modes", "neither verb nor based_on"),
     ('verb = "modes"', 'based_on = "mods"', "runs.modes.based_on", "no such run"),
@@ -49,8 +49,8 @@ WRONG = [
     ('reduce = "max"', 'reduction = "max"', "rows.0.ours.reduction", "unknown key"),
     (
         OURS,
-        "ours = { difference = [{ value = 1 }, { valeu = 2 }] }",
-        "rows.0.ours.difference.1.valeu",
+        "ours = { difference = [{ value = 1 }, { amount = 2 }] }",
+        "rows.0.ours.difference.1.amount",
         "unknown key",
     ),
     ('verdict = "reproduced"', 'verdict = "fine"', "rows.0.verdict", "'reproduced'"),
