@@ -237,7 +237,7 @@ def fig9() -> go.Figure:
 
 def floating() -> go.Figure:
     """Response over frequency for five necks, sun floating."""
-    title = "The same with a sun that floats axially: the five curves are one, and left is right"
+    title = "Five solid necks, sun floating axially: the five curves are one, and left is right"
     drawn = panels(title, ["left sun mesh", "right sun mesh"], height=640, vertical_spacing=0.1)
     _curves(
         drawn, {f"K_{i} = {value * 1e-7:.1f}e7 N m2": response(solid(value)) for i, value in enumerate(NECKS, start=1)}

@@ -122,7 +122,10 @@ def _where(result: xr.Dataset, label: str, wanted: Label | list[Label]) -> xr.Da
 def _matches(labels: NDArray[Any], wanted: Label | list[Label]) -> NDArray[np.bool_]:
     """Which labels are wanted: texts with * and ?, numbers within rounding, any entry of a list."""
     if isinstance(wanted, list):
-        return np.array([any(_matches(label[None], one).all() for one in wanted) for label in labels], dtype=bool)
+        found = np.zeros(len(labels), dtype=bool)
+        for one in wanted:
+            found |= _matches(labels, one)
+        return found
     if isinstance(wanted, str):
         return np.array([fnmatchcase(str(label), wanted) for label in labels], dtype=bool)
     if labels.dtype.kind not in "biuf":

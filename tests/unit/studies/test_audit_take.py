@@ -92,6 +92,14 @@ def test_warnings_are_counted() -> None:
     assert one(**keys, where={"warnings": "*thin rim*"}) == 0  # none of this kind is an answer, not an error
 
 
+def test_any_entry_of_a_list() -> None:
+    keys = {"run": "r", "take": "branch", "where": {"mesh": ["a/ring/*", "a/sun/1"]}, "reduce": "each"}
+    texts = RESULT.assign_coords(mesh=np.array(["a/sun/1", "a/ring/1"], dtype=object))  # as verbs label them
+    for result in (RESULT, texts):
+        runs = {"r": result}
+        assert evaluate(Value.model_validate(keys), runs.__getitem__).values.tolist() == [1, 2]
+
+
 def test_several_numbers() -> None:
     assert number(**EVERY, **SUN, pick=[2, 0], reduce="each").values.tolist() == [4, 3]
 
