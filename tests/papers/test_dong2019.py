@@ -560,7 +560,7 @@ def test_twist_of_the_shafts(shaft: Table) -> None:
 
 
 def test_a_displaced_support_works_on_no_free_motion(system: System) -> None:
-    """The drive turns freely; a force on the sun's support, alone in its line, does no work on that, nor on rounding."""
+    """The drive turns freely; a force on the support of the sun alone does no work on that, nor on its rounding."""
     free = compliance(system.K, system.meshes.B, system.meshes.stiffness).free
     assert free.shape[1] == 1
     moved = [name for name, part in zip(system.dofs.names, free[:, 0], strict=True) if part]
