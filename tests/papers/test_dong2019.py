@@ -21,6 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.analyses.equilibrium import compliance, require_balance
 from epicyclic.analyses.static import period_cycles, static
 from epicyclic.assemble import assemble
 from epicyclic.files import load
@@ -556,6 +557,18 @@ def test_twist_of_the_shafts(shaft: Table) -> None:
     first = 1 / (1 / k1() + R_1**2 / stiff)
     expected = 1 - np.fft.ifft(np.array([0, first, 1 / c, 1 / c, first]) * spectrum).real / (TORQUE / (N * R_S))
     np.testing.assert_allclose(J(system)[:, 0], expected, atol=1e-9)
+
+
+def test_a_displaced_support_works_on_no_free_motion(system: System) -> None:
+    """The drive turns freely; a force on the support of the sun alone does no work on that, nor on its rounding."""
+    free = compliance(system.K, system.meshes.B, system.meshes.stiffness).free
+    assert free.shape[1] == 1
+    moved = [name for name, part in zip(system.dofs.names, free[:, 0], strict=True) if part]
+    assert len(moved) == 2 + N
+    assert all(name.endswith("/rz") for name in moved)
+    force = np.zeros((1, len(system.dofs.names)))
+    force[0, system.dofs.names.index("main/sun/x")] = 100.0
+    require_balance(free, force, system.dofs.names)
 
 
 # speed ---------------------------------------------------------------------------------------------------------------

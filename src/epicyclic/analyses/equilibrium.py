@@ -38,6 +38,8 @@ __all__ = [
 
 # Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support met is 1e-7 of a mesh.
 _FREE = 1e-12
+# Part of a unit motion that is rounding of the null space; 1e-14 is seen.
+_STILL = 1e-10
 # Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
 _BALANCE = 1e-9
 # Stiffness an open mesh, or a group in its clearance, keeps in the Newton matrix (not in the forces), so that a body
@@ -135,13 +137,15 @@ def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
     held = scale[:, None] * vectors[:, stiff]
     inverse = (held / values[stiff]) @ held.T
     free = scale[:, None] * vectors[:, ~stiff]
+    free /= np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny)
     return Compliance(
         stiffness=stiffness,
         inverse=inverse,
         to_body=inverse @ B,
         to_mesh=B.T @ inverse @ B,
         gap_of_force=B.T @ inverse,
-        free=free / np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny),
+        # a line may load nothing but what does not move here: against rounding it would not balance
+        free=np.where(np.abs(free) > _STILL, free, 0.0),
     )
 
 
