@@ -28,9 +28,7 @@ def bench56() -> System:
     FileNotFoundError : the file is not there; the message names where it was looked for.
     """
     data, frame = _arrays("bench56.npz"), 2 * np.pi * TONE / 89
-    return _system(
-        data, G=frame * data["G"], Kg=-(frame**2) * data["Kw"], tone=np.zeros(data["N"].shape[1], np.int64)
-    )
+    return _system(data, G=frame * data["G"], Kg=-(frame**2) * data["Kw"], tone=np.zeros(data["N"].shape[1], np.int64))
 
 
 def bench112() -> System:
@@ -62,7 +60,9 @@ def _arrays(name: str) -> Mapping[str, Any]:
     return loaded
 
 
-def _system(data: Mapping[str, Any], *, G: Array, Kg: Array, tone: NDArray[np.int64], zeta: float | None = None) -> System:
+def _system(
+    data: Mapping[str, Any], *, G: Array, Kg: Array, tone: NDArray[np.int64], zeta: float | None = None
+) -> System:
     n, m = data["N"].shape
     k, e = data["k_harmonics"], data["e_harmonics"]
     tones = (Fraction(TONE), RATIO * TONE)[: 1 + int(tone.max())]

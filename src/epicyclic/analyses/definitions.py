@@ -14,13 +14,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import lcm
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..system.system import Array, MeshRows
 
-__all__ = ["DEFINITIONS", "Group", "Tally", "coefficients", "cycle_ratio", "groups", "merge", "simultaneous", "tally"]
+__all__ = [
+    "DEFINITIONS",
+    "Group",
+    "Tally",
+    "coefficients",
+    "cycle_ratio",
+    "groups",
+    "merge",
+    "samples_per_cycle",
+    "simultaneous",
+    "tally",
+]
 
 DEFINITIONS = ("cycle-peak", "simultaneous", "record-peak", "signed-overload", "worst-case")
 
@@ -46,6 +58,16 @@ def groups(meshes: MeshRows) -> list[Group]:
     """Indices of the meshes of each pair and side, in order of first appearance."""
     keys = list(zip(meshes.pair, meshes.side, strict=True))
     return [np.array([i for i, other in enumerate(keys) if other == key]) for key in dict.fromkeys(keys)]
+
+
+def samples_per_cycle(meshes: MeshRows, chosen: Group, least: int) -> int:
+    """Samples of a mesh cycle that equal branches whose meshes are equally out of phase are seen alike with.
+
+    The smallest number, `least` or above, that the branches of every group of the meshes `chosen` divide.
+    """
+    wanted = set(chosen.tolist())
+    unit = lcm(*(len(group) for group in groups(meshes) if int(group[0]) in wanted))
+    return -(-least // unit) * unit
 
 
 def tally(force: Array, members: Sequence[Group]) -> Tally:

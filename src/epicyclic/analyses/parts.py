@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..system.system import Array, System
-from .definitions import Group, groups
+from .definitions import Group, groups, samples_per_cycle
 from .equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
 from .record import excitation, hunting_cycles, mesh_stiffness, positive, reference_tone
 from .static import free_position_warnings
@@ -77,13 +77,13 @@ def parts(
     if not relative_speed > 0:
         raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
     flexible = compliance_of(system)
-    count = positive("samples", samples, 64)
     tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
     varying = {system.tones[i] for i, v in zip(system.meshes.tone, system.meshes.variation, strict=True) if v.any()}
     told = []
     for tone in tones or (reference_tone(system),):
         build = _static if len(tones) < 2 or varying <= {tone} else _instants
-        told.append(build(system, flexible, tone, count))
+        fitting = samples_per_cycle(system.meshes, _members(system, tone)[0], 64)
+        told.append(build(system, flexible, tone, positive("samples", samples, fitting)))
     return tuple(told), free_position_warnings(system, flexible.free)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import ConvergenceError, ModelError
 from ..system.system import Array, ComplexArray, System
+from .definitions import samples_per_cycle
 from .response import Block, Response, respond, response
 from .waveform import (
     Spectrum,
@@ -73,7 +74,7 @@ def periodic(
     Parameters
     ----------
     relative_speed : speed per operating speed, above zero.
-    samples : of a mesh cycle; None takes as many as the harmonics need, 64 at least.
+    samples : of a mesh cycle; None takes as many as the harmonics need, 64 at least, in a multiple of the branches.
     tolerance : relative residual of the harmonics kept; those dropped are below 100 times that.  Lines of other tones
         that add up to less than it are left out.
 
@@ -96,7 +97,9 @@ def periodic_by_tone(
 
 def _told(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
     harmonics = block.kept[axis]
-    count = max(64, samples_needed(ready, harmonics)) if samples is None else counted(samples)
+    mine = np.flatnonzero(ready.lines.axis == axis)
+    least = max(64, samples_needed(ready, harmonics))
+    count = samples_per_cycle(ready.system.meshes, mine, least) if samples is None else counted(samples)
     theta = np.arange(count) / count
     force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
     lines = _other_lines(ready, force, motion, axis, theta)

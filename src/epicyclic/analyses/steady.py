@@ -63,7 +63,10 @@ def steady(
             "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
             "displacement": (("dof", "mesh_phase"), radius * own_waves(motion, 0, theta)[:, 0, 0].real),
             "mesh_force_harmonic": (("mesh", "harmonic"), _harmonics(ready, force, block.harmonics)),
-            "displacement_harmonic": (("dof", "harmonic"), radius * _orders(motion, 0, block.harmonics + _length(ready))),
+            "displacement_harmonic": (
+                ("dof", "harmonic"),
+                radius * _orders(motion, 0, block.harmonics + _length(ready)),
+            ),
             **combined,
             "mesh_force_rms": ("mesh", np.sqrt(square[:, 0])),
             "mesh_force_bound": ("mesh", high[:, 0]),

@@ -104,7 +104,9 @@ def test_a_tone_told_as_two_gives_the_same_response(case: Any, ratio: Fraction) 
     slow = 137 * ratio
     if ratio == 1:
         pair = two_tones(case, slow=Fraction(137))
-        several = replace(pair, tones=(Fraction(137), Fraction(137)), meshes=replace(pair.meshes, tone=np.array([0, 1])))
+        several = replace(
+            pair, tones=(Fraction(137), Fraction(137)), meshes=replace(pair.meshes, tone=np.array([0, 1]))
+        )
         assert len(response(several).lines.tones) == 1  # equal tones are one
         np.testing.assert_allclose(steady(several).mesh_force_rms, steady(pair).mesh_force_rms, rtol=1e-12)
         return
