@@ -98,7 +98,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "system_load_sharing": ("1", "load-sharing coefficient of the train"),
     "mesh_force": ("N", "mesh force along the tooth normal, pressing positive"),
     "mesh_force_bound": ("N", "largest mesh force over all shaft phases"),
-    "contact_lost": ("", "whether the mesh force falls to zero or below"),
+    "contact_lost": ("", "whether the mesh force falls to zero or below, in any slice of the face"),
+    "slice_force": ("N", "force of each slice of a mesh along the tooth normal"),
+    "slice_contact_lost": ("", "whether the force of the slice falls to zero or below"),
+    "face_load_factor": ("1", "largest over mean of the slice forces along the face, means over the record"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
     "link_force": ("N", "force or moment in a bearing, support or coupling"),
     # steady

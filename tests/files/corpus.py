@@ -85,6 +85,9 @@ SUN_SUPPORT = 'teeth = 24\nsupport = { radial = "1e8 N/m" }'
 BEARING = 'bearing = { radial = "1e8 N/m" }'
 
 
+SLICES = "[stages.main.meshes]\nsun-planet.slices"
+
+
 def _both(sun: str, planet: str) -> str:
     """Return the tables of sun and planet, each with a line more."""
     return SUN_TO_PLANET.replace(SUN, f"{SUN}\n{sun}").replace(PLANET, f"{PLANET}\n{planet}")
@@ -209,6 +212,13 @@ CASES: tuple[Case, ...] = (
         "variation",
         "{}",
         "cosine",
+    ),
+    _read("slices-none", "[operation]", f"{SLICES} = 0\n[operation]", "sun-planet.slices", "0", ">= 1"),
+    _read("slices-half", "[operation]", f"{SLICES} = 2.5\n[operation]", "sun-planet.slices", "2.5", "whole number"),
+    _read("slices-text", "[operation]", f'{SLICES} = "3"\n[operation]', "sun-planet.slices", "3", "whole number"),
+    _read("slices-many", "[operation]", f"{SLICES} = 1000\n[operation]", "sun-planet.slices", "1000", "<= 200"),
+    _read(
+        "slices-of-side", "[operation]", f"{SLICES.replace('.slices', '.left.slices')} = 2\n[operation]", "left", "", ""
     ),
     # couplings, loads
     _read(
@@ -361,6 +371,16 @@ CASES: tuple[Case, ...] = (
     ),
     _resolve("too-many-speeds", '"1000 rpm"', '"1000 rpm"\nspeed.carrier = "3 rpm"', "operation.speed", "", ""),
     _resolve("torque-cannot-balance", '["ring"]', '["ring"]\ntorque.carrier = "5 N m"', "operation.torque", "", ""),
+    _resolve(
+        "slices-without-width",
+        'face_width = "40 mm"\n',
+        """meshes.sun-planet = { stiffness = 1e9, slices = 3 }
+meshes.planet-ring = { stiffness = 1e9 }
+""",
+        "stages.main.face_width",
+        "slices = 3",
+        "",
+    ),
     _resolve("bore-too-wide", SUN, SUN + '\nbore = "96 mm"', "stages.main.sun.bore", "", ""),
 )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from functools import reduce
 from typing import TYPE_CHECKING, Literal
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ..errors import ModelError
+from ..system.faces import Faces, faces
 from ..system.system import Array, System
 from .definitions import DEFINITIONS, Group, Tally, coefficients, groups, merge, simultaneous, tally
 from .equilibrium import Compliance, compliance, equilibrium
@@ -45,8 +47,8 @@ def sharing(
 ) -> xr.Dataset:
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
 
-    Meshes of one pair and side share the load.  ``steady`` takes the vibrating train with linear contact;
-    ``static`` the equilibrium at each instant with meshes that open.
+    Meshes of one pair and side share the load; of a mesh in slices their sum counts.  ``steady`` takes the vibrating
+    train with linear contact; ``static`` the equilibrium at each instant with meshes that open.
 
     Parameters
     ----------
@@ -62,14 +64,19 @@ def sharing(
     ModelError : an option out of range, several mesh frequencies, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
-    waves, source, tone, notes = _source(system, method, samples, relative_speed)
-    members = groups(system.meshes)
+    rows, by_row, tone, notes = _source(system, method, samples, relative_speed)
+    face, members = faces(system.meshes), groups(system.meshes)
+    waves = replace(rows, mean=face.total(rows.mean), amplitude=face.total(rows.amplitude, axis=1))
+
+    def source(phases: Array) -> Array:
+        return face.total(by_row(phases), axis=1)
+
     loaded = _loaded(waves, members)
     period = hunting_cycles(waves.ratios)
-    affordable = _affordable(waves, method)
+    affordable = _affordable(rows, method)
     cycles = positive("cycles", cycles, min(period, affordable))
     stored = min(positive("stored_cycles", stored_cycles, _STORED), cycles)
-    record = _walk(source, waves, members, cycles, progress)
+    record = _walk(by_row, rows, face, members, cycles, progress)
     points = min(65_536, max(64, affordable // 8))
     worst, how = _worst(source, waves, members, record, points, cycles >= period)
     values = np.where(loaded, coefficients(record, worst, members), np.nan)
@@ -83,9 +90,10 @@ def sharing(
         "worst_case": how,
     }
     lost = record.least <= (OPEN * float(record.peak.max()) if method == "static" else 0.0)
-    notes += _notes(system, method, lost, loaded, cycles, period)
+    notes += _notes(face.name, method, lost, loaded, cycles, period)
     largest = np.where(lost & (method == "static"), np.nan, bound(waves))
-    return _dataset(system, values, history, lost, largest, float(tone) * relative_speed, members, options, notes)
+    frequency = float(tone) * relative_speed
+    return _dataset(system, face.name, values, history, lost, largest, frequency, members, options, notes)
 
 
 def _source(
@@ -169,14 +177,21 @@ def _loaded(waves: Waves, members: list[Group]) -> np.ndarray:
 
 
 def _walk(
-    source: Source, waves: Waves, members: list[Group], cycles: int, progress: Callable[[float], None] | None
+    by_row: Source,
+    waves: Waves,
+    face: Faces,
+    members: list[Group],
+    cycles: int,
+    progress: Callable[[float], None] | None,
 ) -> Tally:
-    """Extremes over the record."""
+    """Extremes over the record, the smallest force of any slice; waves and by_row of every row."""
     piece = max(1, _PIECE // waves.mean.size)
     pieces = []
     for first in range(0, cycles, piece):
         index = np.arange(first, min(first + piece, cycles), dtype=np.int64)
-        pieces.append(tally(source(line_phases(waves.ratios, index)), members))
+        force = by_row(line_phases(waves.ratios, index))
+        whole = tally(face.total(force, axis=1), members)
+        pieces.append(replace(whole, least=face.least(force.min(axis=(0, 2)))))
         if progress is not None:
             progress((index[-1] + 1) / cycles)
     return reduce(merge, pieces)
@@ -194,26 +209,29 @@ def _worst(
     return np.maximum(worst, seen), how
 
 
-def _notes(system: System, method: str, open_: np.ndarray, loaded: np.ndarray, cycles: int, period: int) -> list[str]:
+def _notes(
+    meshes: tuple[str, ...], method: str, open_: np.ndarray, loaded: np.ndarray, cycles: int, period: int
+) -> list[str]:
     notes = []
     if cycles < period:
         notes.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
-    lost = _names(system, open_)
+    lost = _names(meshes, open_)
     if lost and method == "steady":
         notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
     elif lost:
         notes.append(f"meshes open: {lost}")
     if not loaded.all():
-        notes.append(f"no load, hence no load sharing, in {_names(system, ~loaded)}")
+        notes.append(f"no load, hence no load sharing, in {_names(meshes, ~loaded)}")
     return notes
 
 
-def _names(system: System, chosen: np.ndarray) -> str:
-    return ", ".join(name for name, yes in zip(system.meshes.name, chosen, strict=True) if yes)
+def _names(meshes: tuple[str, ...], chosen: np.ndarray) -> str:
+    return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
 
 
 def _dataset(
     system: System,
+    meshes: tuple[str, ...],
     values: Array,
     history: Array,
     lost: np.ndarray,
@@ -240,7 +258,7 @@ def _dataset(
         },
         {
             "definition": np.array(DEFINITIONS, dtype=object),
-            "mesh": np.array(system.meshes.name, dtype=object),
+            "mesh": np.array(meshes, dtype=object),
             "time": np.arange(stored * samples) / samples / frequency,
         },
         verb="sharing",
@@ -251,5 +269,5 @@ def _dataset(
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     # a netCDF attribute holds 64 bits
     result.attrs.update({name: str(v) if isinstance(v, int) and v >= 2**63 else v for name, v in options.items()})
-    result.attrs["groups"] = json.dumps([[system.meshes.name[i] for i in group] for group in members])
+    result.attrs["groups"] = json.dumps([[meshes[i] for i in group] for group in members])
     return result

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ConvergenceError, ModelError
+from ..system.faces import faces
 from ..system.system import Array, ComplexArray, System
 from .response import Block, Response, respond, response
 from .waveform import (
@@ -120,16 +121,17 @@ def steady(system: System, *, relative_speed: float = 1.0, samples: int = 64) ->
     theta = np.arange(_counted(samples)) / samples
     ready, block = _solved(system, relative_speed, _TOLERANCE)
     fine = np.arange(count := max(256, 4 * samples_needed(ready, block.harmonics))) / count
-    force, radius = mesh_forces(ready, block, fine)[:, 0], system.dofs.radius[:, None]
-    lines = shaft_forces(ready, block, fine)[:, 0]
+    face, radius = faces(system.meshes), system.dofs.radius[:, None]
+    rows, waves = mesh_forces(ready, block, fine)[:, 0], shaft_forces(ready, block, fine)[:, 0]
+    lowest = -peak(np.abs(waves).sum(axis=1) - rows)
+    force, lines = face.total(rows), face.total(waves)
     reach = np.abs(lines).sum(axis=1)
     mean_square = force.var(axis=1) + shaft_power(ready, lines, fine)
-    low = -peak(reach - force)
     shown = samples_needed(ready, block.harmonics) // 2 + 1
     frequencies = [float(shaft.frequency) * relative_speed for shaft in ready.lines.shaft]
     return dataset(
         {
-            "mesh_force": (("mesh", "mesh_phase"), mesh_forces(ready, block, theta)[:, 0]),
+            "mesh_force": (("mesh", "mesh_phase"), face.total(mesh_forces(ready, block, theta)[:, 0])),
             "displacement": (("dof", "mesh_phase"), radius * displacements(ready, block, theta)[:, 0]),
             "mesh_force_harmonic": (("mesh", "harmonic"), _harmonics(force, shown)),
             "displacement_harmonic": (
@@ -138,14 +140,14 @@ def steady(system: System, *, relative_speed: float = 1.0, samples: int = 64) ->
             ),
             "mesh_force_rms": ("mesh", np.sqrt(np.maximum(mean_square, 0.0))),
             "mesh_force_bound": ("mesh", peak(force + reach)),
-            "mesh_force_minimum": ("mesh", low),
-            "line_force": (("mesh", "line", "mesh_phase"), shaft_forces(ready, block, theta)[:, 0]),
+            "mesh_force_minimum": ("mesh", -peak(reach - force)),
+            "line_force": (("mesh", "line", "mesh_phase"), face.total(shaft_forces(ready, block, theta)[:, 0])),
             "line_amplitude": (("mesh", "line"), np.abs(lines).max(axis=2)),
             "line_frequency": ("line", np.array(frequencies)),
             "residual": ((), block.residual[0]),
         },
         {
-            "mesh": list(system.meshes.name),
+            "mesh": list(face.name),
             "dof": list(system.dofs.names),
             "mesh_phase": theta,
             "harmonic": np.arange(shown),
@@ -155,7 +157,7 @@ def steady(system: System, *, relative_speed: float = 1.0, samples: int = 64) ->
         verb="steady",
         options={"relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension(system, low[:, None])],
+        warnings=[*system.warnings, *tension(system, lowest[:, None])],
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
+from ..system.faces import faces
 from ..system.system import Array, System
 from .response import Block, FrameSpeed, Response, respond, response
 from .steady import tension
@@ -34,11 +35,12 @@ _ACCEPTED = 100.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Curves:
-    """What a sweep fills in: (m, P) [N], (n, P) [m], (P,)."""
+    """What a sweep fills in: of whole meshes (w, P) [N], lowest of every row (m, P), (n, P) [m], (P,)."""
 
     rms: Array
     peak: Array
     minimum: Array
+    lowest: Array
     amplitude: Array
     residual: Array
     harmonics: NDArray[np.int64]
@@ -106,11 +108,12 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
 
 
 def _blank(system: System, count: int) -> _Curves:
-    m, n = len(system.meshes.name), system.force.size
+    m, n = len(faces(system.meshes).name), system.force.size
     return _Curves(
         rms=np.full((m, count), np.nan),
         peak=np.full((m, count), np.nan),
         minimum=np.full((m, count), np.nan),
+        lowest=np.full((len(system.meshes.name), count), np.nan),
         amplitude=np.full((n, count), np.nan),
         residual=np.full(count, np.nan),
         harmonics=np.zeros(count, dtype=np.int64),
@@ -122,7 +125,8 @@ def _fill(ready: Response, block: Block, place: NDArray[np.int64], curves: _Curv
     """Write the curves of one block, nan where it found no answer."""
     count = max(128, 4 * samples_needed(ready, block.harmonics))
     theta = np.arange(count) / count
-    force, lines = mesh_forces(ready, block, theta), shaft_forces(ready, block, theta)
+    rows, waves, face = mesh_forces(ready, block, theta), shaft_forces(ready, block, theta), faces(ready.system.meshes)
+    force, lines = face.total(rows), face.total(waves)
     shape, moving = displacements(ready, block, theta), shaft_displacements(ready, block, theta)
     reach, stroke = np.abs(lines).sum(axis=2), np.abs(moving).sum(axis=2)
     mean_square = force.var(axis=2) + (shaft_power(ready, lines, theta) if block.shaft is not None else 0.0)
@@ -133,6 +137,7 @@ def _fill(ready: Response, block: Block, place: NDArray[np.int64], curves: _Curv
         (curves.rms, np.sqrt(np.maximum(mean_square, 0.0))),
         (curves.peak, peak(force + reach)),
         (curves.minimum, -peak(reach - force)),
+        (curves.lowest, -peak(np.abs(waves).sum(axis=2) - rows)),
         (curves.amplitude, ready.system.dofs.radius[:, None] * (peak(shape + stroke) + peak(stroke - shape)) / 2),
     ):
         target[:, place] = np.where(good, values, np.nan)
@@ -159,7 +164,7 @@ def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str,
             "residual": ("speed", curves.residual),
         },
         {
-            "mesh": list(system.meshes.name),
+            "mesh": list(faces(system.meshes).name),
             "dof": list(system.dofs.names),
             "speed": speed,
             "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
@@ -167,5 +172,5 @@ def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str,
         verb="sweep",
         options=options,
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension(system, curves.minimum)],
+        warnings=[*system.warnings, *tension(system, curves.lowest)],
     )

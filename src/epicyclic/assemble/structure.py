@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from ..errors import ModelError
 from ..system.rows import gap_rows
 from ..train.connections import Link, Mesh
 from ..train.train import Train
+from .slices import MeshRow, mesh_rows
 
 __all__ = ["LinkRow", "Structure", "structure_of"]
 
@@ -40,7 +41,7 @@ class Structure:
     """Rows of every mesh and link, (.., 6 nb), and what the bodies turn at.
 
     index : body name -> number.  frame_speed, spin : (nb,) [rad/s].  frame_turn : (nb,) exact frame speed [rev/s].
-    mesh : (m, 6 nb); mesh_ends : (m, 2) body indices.
+    mesh : (m, 6 nb), of the rows `meshes`, slices counted one by one; mesh_ends : (m, 2) body indices.
     link, links : (p, 6 nb) elastic rows and what they are.  rigid, rigids, pivots : the same of what is eliminated.
     """
 
@@ -49,6 +50,7 @@ class Structure:
     spin: Array
     frame_turn: tuple[Fraction, ...]
     spin_turn: tuple[Fraction, ...]
+    meshes: tuple[MeshRow, ...]
     mesh: Array
     mesh_ends: NDArray[np.int64]
     link: Array
@@ -84,9 +86,10 @@ def structure_of(train: Train) -> Structure:
                 )
                 owners.append(link)
     places = np.array([(*body.centre, body.station) for body in train.bodies])
-    ends = np.array([(index[mesh.a], index[mesh.b]) for mesh in train.meshes], np.int64).reshape(-1, 2)
-    parts = _link_ends(rows, owners, places) + _mesh_ends(train.meshes, ends, places, len(rows))
-    matrix = _matrix(len(rows) + len(train.meshes), parts, np.array([body.angle for body in train.bodies]))
+    meshes = mesh_rows(train.meshes)
+    ends = np.array([(index[row.mesh.a], index[row.mesh.b]) for row in meshes], np.int64).reshape(-1, 2)
+    parts = _link_ends(rows, owners, places) + _mesh_ends([row.mesh for row in meshes], ends, places, len(rows))
+    matrix = _matrix(len(rows) + len(meshes), parts, np.array([body.angle for body in train.bodies]))
     mesh, matrix = matrix[len(rows) :], matrix[: len(rows)]
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row, hard in zip(rows, rigid, strict=True) if hard)
@@ -96,6 +99,7 @@ def structure_of(train: Train) -> Structure:
         spin=np.array([2 * math.pi * float(turn) for turn in spin_turn]),
         frame_turn=frame_turn,
         spin_turn=spin_turn,
+        meshes=meshes,
         mesh=mesh,
         mesh_ends=ends,
         link=matrix[~rigid],
@@ -169,7 +173,7 @@ def _link_ends(rows: list[LinkRow], owners: list[Link], places: Array) -> list[_
     ]
 
 
-def _mesh_ends(meshes: tuple[Mesh, ...], ends: NDArray[np.int64], places: Array, start: int) -> list[_Ends]:
+def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, start: int) -> list[_Ends]:
     if not meshes:
         return []
     value = np.array(

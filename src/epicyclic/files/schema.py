@@ -242,6 +242,7 @@ class MeshKeys(MeshSide):
     """A mesh `A-B`."""
 
     centre_distance: Radius | None = key(None, "centre distance of this mesh")
+    slices: Annotated[int, Field(ge=1, le=200)] | None = key(None, "equal pieces along the face, each a row; default 1")
     left: MeshSide | None = key(None, "what the left side says differently")
     right: MeshSide | None = key(None, "what the right side says differently")
 
