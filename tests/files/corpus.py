@@ -85,7 +85,13 @@ SUN_SUPPORT = 'teeth = 24\nsupport = { radial = "1e8 N/m" }'
 BEARING = 'bearing = { radial = "1e8 N/m" }'
 
 
+RING_SUPPORT = 'support = { radial = "1e9 N/m" }'
 SLICES = "[stages.main.meshes]\nsun-planet.slices"
+
+
+def _bolts(keys: str) -> str:
+    """Return a support on bolts."""
+    return f"support.bolts = {{ {keys} }}"
 
 
 def _both(sun: str, planet: str) -> str:
@@ -184,6 +190,37 @@ CASES: tuple[Case, ...] = (
         "bodies.g.tilt_inertia",
         "",
         "inertia",
+    ),
+    _read("bolts-nowhere", RING_SUPPORT, _bolts('radius = "1 m"'), "ring.support.bolts", "1 m", "count, or angles"),
+    _read("bolts-no-angle", RING_SUPPORT, _bolts("radius = 1, angles = []"), "ring.support.bolts", "", ""),
+    _read("bolts-no-radius", RING_SUPPORT, _bolts("count = 6"), "ring.support.bolts.radius", "", ""),
+    _read("bolts-none", RING_SUPPORT, _bolts("count = 0, radius = 1"), "ring.support.bolts.count", "0", ">= 1"),
+    _read("bolts-half", RING_SUPPORT, _bolts("count = 5.5, radius = 1"), "bolts.count", "5.5", "whole number"),
+    _read(
+        "bolts-two-ways", RING_SUPPORT, _bolts("count = 2, angles = [0, 1], radius = 1"), "bolts.angles", "", "one of"
+    ),
+    _read("bolts-point", RING_SUPPORT, _bolts('count = 3, radius = "0 mm"'), "bolts.radius", "0 mm", "> 0"),
+    _read("bolts-soft", RING_SUPPORT, _bolts("count = 3, radius = 1, radial = -1"), "bolts.radial", "-1", ">= 0"),
+    _read("bolts-torsion", RING_SUPPORT, _bolts('count = 3, radius = 1, z = "1 N m/rad"'), "bolts.z", "N m/rad", "N/m"),
+    _read("bolts-unknown", RING_SUPPORT, _bolts("count = 3, radius = 1, x = 1"), "bolts.x", "1", ""),
+    _read("bolts-number", RING_SUPPORT, "support.bolts = 6", "ring.support.bolts", "6", "a table"),
+    _read("bolts-lists", RING_SUPPORT, _bolts("count = 3, radius = 1, z = [1, 2, 3]"), "bolts.z", "[1, 2, 3]", ""),
+    _read("bolts-of-planet", BEARING, "bearing.bolts = { count = 3, radius = 1 }", "bearing.bolts", "", "couplings"),
+    _read(
+        "bolts-of-bearing",
+        BEARING,
+        "bearing.front.bolts = { count = 3, radius = 1 }",
+        "planet.bearing.front.bolts",
+        "",
+        "couplings",
+    ),
+    _read(
+        "bolts-of-neck",
+        SUN_SUPPORT,
+        "teeth = 24\nneck.bolts = { count = 3, radius = 1 }",
+        "stages.main.sun.neck.bolts",
+        "",
+        "couplings",
     ),
     # meshes
     _read(

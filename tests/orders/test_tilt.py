@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -57,5 +58,5 @@ def test_rigid_tilt_is_the_limit_of_stiff_tilt(member: str) -> None:
 @pytest.mark.parametrize("member", ["planet", "carrier"])
 def test_soft_tilt_makes_the_face_load_uneven(member: str) -> None:
     factors = [epicyclic.static(train(member, k), cycles=1).face_load_factor.values.max() for k in (1e5, 1e6, 1e7, 1e9)]
-    assert all(a > b for a, b in zip(factors, factors[1:], strict=False))
+    assert all(a > b for a, b in pairwise(factors))
     assert factors[0] > 1.05

@@ -1,4 +1,4 @@
-"""Meshes cut along the face: their sum is the whole mesh, every slice is neutral to rigid motion, tilt loads one end."""
+"""Meshes cut along the face: their sum is the whole mesh, rigid motion opens no slice, tilt loads one end."""
 
 from __future__ import annotations
 
@@ -160,8 +160,8 @@ def _limits(contact_ratio: float, overlap: float, variation: NDArray[np.complex1
 def test_without_tilt_slices_change_nothing(verb: str) -> None:
     """Where nothing tilts, the slices of a mesh move alike: forces, shares, frequencies are those of the whole mesh."""
     changes: Document = {"herringbone": True, "gap": 0.01}
-    options: Document = {"sweep": {"relative_speed": [0.4, 1.0]}, "static": {"cycles": 3}}.get(verb, {})
-    whole, cut = (_result(verb, document(n, **changes), options) for n in (1, 3))
+    every: dict[str, Document] = {"sweep": {"relative_speed": [0.4, 1.0]}, "static": {"cycles": 3}}
+    whole, cut = (_result(verb, document(n, **changes), every.get(verb, {})) for n in (1, 3))
     assert list(whole.variables) == [name for name in cut.variables if name not in SLICED]
     for name, expected in whole.variables.items():
         if expected.dtype.kind in "fc" and expected.dims:

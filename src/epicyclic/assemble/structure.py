@@ -15,6 +15,7 @@ from ..errors import ModelError
 from ..system.rows import gap_rows
 from ..train.connections import Link, Mesh
 from ..train.train import Train
+from .isotropy import check_isotropy
 from .slices import MeshRow, mesh_rows
 
 __all__ = ["LinkRow", "Structure", "structure_of"]
@@ -91,6 +92,7 @@ def structure_of(train: Train) -> Structure:
     parts = _link_ends(rows, owners, places) + _mesh_ends([row.mesh for row in meshes], ends, places, len(rows))
     matrix = _matrix(len(rows) + len(meshes), parts, np.array([body.angle for body in train.bodies]))
     mesh, matrix = matrix[len(rows) :], matrix[: len(rows)]
+    _check_frames(rows, owners, matrix, (frame_turn, spin_turn))
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row, hard in zip(rows, rigid, strict=True) if hard)
     return Structure(
@@ -130,13 +132,28 @@ def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, .
             path=link.path,
             allowed="z and rz between such bodies",
         )
-    isotropic = lateral[0] == lateral[1] and lateral[2] == lateral[3]
-    if link.second is None and first and not isotropic:
-        raise ModelError(
-            "differs between x and y (or rx and ry) although the frame turns: its stiffness would vary in time",
-            path=link.path,
-            given=lateral,
-            allowed="equal x and y, equal rx and ry, or a frame that stands still",
+
+
+def _check_frames(
+    rows: list[LinkRow], owners: list[Link], matrix: Array, turns: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
+) -> None:
+    """Check every link whose own axes turn against the frame of its body; turns : of the frames and of the bodies.
+
+    The axes of a support are those of the housing or of what it stands on, of a bearing those of what carries, of a
+    coupling those of what it joins.
+    """
+    frame_turn, spin_turn = turns
+    turning: dict[tuple[int, int], list[int]] = {}
+    for i, (row, link) in enumerate(zip(rows, owners, strict=True)):
+        seat = row.first if link.kind == "bearing" else row.second
+        if (Fraction(0) if row.second < 0 else spin_turn[seat]) != frame_turn[row.first]:
+            turning.setdefault((row.first, row.second), []).append(i)
+    for (body, _), mine in turning.items():
+        check_isotropy(
+            matrix[mine, 6 * body : 6 * body + 6],
+            np.array([rows[i].stiffness for i in mine]),
+            np.array([rows[i].damping for i in mine]),
+            [owners[i] for i in mine],
         )
 
 
