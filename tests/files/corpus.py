@@ -222,6 +222,8 @@ CASES: tuple[Case, ...] = (
         "",
         "couplings",
     ),
+    _read("body-frame", "[deviations]", '[bodies.g]\nframe = "mian"\n[deviations]', "bodies.g.frame", "mian", "'main'"),
+    _read("body-frame-number", "[deviations]", "[bodies.g]\nframe = 1\n[deviations]", "bodies.g.frame", "1", "a text"),
     # meshes
     _read(
         "mesh-of-nothing", "[operation]", "[stages.main.meshes]\nsun-plnt = {}\n[operation]", "sun-plnt", "", "'planet'"

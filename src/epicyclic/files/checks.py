@@ -33,6 +33,10 @@ def check(model: ModelFile) -> None:
         _check_stage(name, stage)
     for name, body in model.bodies.items():
         _check_body(f"bodies.{name}", body)
+        if body.frame is not None and body.frame not in model.stages:
+            near = nearest(body.frame, model.stages)
+            allowed = f"one of {', '.join(model.stages)}, or nothing for the housing"
+            raise ModelError(f"no such stage{near}", path=f"bodies.{name}.frame", given=body.frame, allowed=allowed)
     for name, coupling in model.couplings.items():
         _check_coupling(f"couplings.{name}", coupling)
     _check_operation(model)

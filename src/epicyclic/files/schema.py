@@ -308,6 +308,7 @@ class Body(Table):
     inertia: TiltInertia | None = key(None, "inertia about z; default 0")
     tilt_inertia: TiltInertia | None = key(None, "inertia about x and y; required where it tilts")
     support: Support | None = key(None, "link to the housing")
+    frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
     station: Place | None = key(None, "axial place of its centre; default 0")
 
 
