@@ -353,6 +353,15 @@ def test_a_sleeve_couples_laterally_in_the_frame_it_is_said_to_move_in() -> None
     epicyclic.assemble(load(sleeved(None, held="carrier")))
 
 
+def test_a_body_in_the_frame_of_a_stage_stands_where_it_is_coupled() -> None:
+    data = chain(["parallel"], ["gear"])
+    data["bodies"]["c0_sleeve"]["frame"] = "s0"
+    place = {body.name: body.centre for body in load(data).bodies}
+    assert math.hypot(*place["s0/pinion"]) > 0.1
+    assert place["c0_sleeve"] == pytest.approx(place["s0/pinion"], rel=1e-15)
+    assert place["output"] == pytest.approx(place["s0/pinion"], rel=1e-15)
+
+
 def test_stages_whose_frames_turn_together_couple_laterally() -> None:
     """Carriers tied to each other: two frames of exactly one speed."""
     data = tied()

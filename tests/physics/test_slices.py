@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import math
 from typing import Any
 
@@ -124,11 +125,15 @@ def test_a_given_series_is_that_of_the_whole_mesh() -> None:
     assert np.abs(whole.variation[0]).max() > 0.05
 
 
-def test_each_slice_has_the_contact_lines_of_its_own_place() -> None:
+@pytest.mark.parametrize(("speed", "torque"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
+def test_each_slice_has_the_contact_lines_of_its_own_place(speed: int, torque: int) -> None:
     """Counting the tooth pairs in contact on a narrow gear at zeta, where a helix theta = h zeta tan(beta)/r has turned
     the tooth, gives the stiffness of the slice at every instant but near the steps that 12 orders do not hold."""
-    count = 3
-    train = load(document(count))
+    count, data = 3, document(3)
+    data["operation"]["speed"]["sun"] *= speed
+    data["operation"]["torque"]["sun"] *= torque
+    train = load(data)
+    assert (train.meshes[0].flank, train.meshes[0].sense) == (torque, torque * speed)
     shares = []
     for mesh in (train.meshes[0], train.meshes[-1]):
         hand_a = mesh.hand
@@ -193,6 +198,32 @@ def test_static_gives_the_load_along_the_face() -> None:
     mean = force.mean(axis=2)
     np.testing.assert_allclose(result.face_load_factor.values, 4 * mean.max(axis=1) / mean.sum(axis=1), rtol=1e-12)
     assert result.face_load_factor.values.min() > 1.005
+
+
+@pytest.mark.parametrize("method", ["static", "steady"])
+def test_a_slice_that_opens_is_contact_lost_although_its_mesh_presses(method: str) -> None:
+    data = document(4, planet__bearing={"radial": 2e8, "z": 3e8, "tilt": 1e3})
+    result = epicyclic.sharing(data, method=method, cycles=20)
+    assert result.mesh_force.values.min() > 0
+    assert result.contact_lost.values.all()
+    if method == "steady":
+        steady = epicyclic.steady(data)
+        assert steady.mesh_force_minimum.values.min() > 0
+        assert any("main/sun-planet/1/1" in text for text in warnings_of(steady))
+        sweep = epicyclic.sweep(data, relative_speed=[1.0])
+        assert any("main/sun-planet/1/1" in text for text in warnings_of(sweep))
+    else:
+        static = epicyclic.static(data, cycles=2)
+        assert static.mesh_force.values.min() > 0
+        lost = static.slice_contact_lost.values.reshape(6, 4)
+        assert lost.any(axis=1).all()
+        assert not lost.all(axis=1).any()
+        assert static.contact_lost.values.all()
+        assert static.slice_force.values.min() == 0.0
+
+
+def warnings_of(result: xr.Dataset) -> list[str]:
+    return list(json.loads(result.attrs["warnings"]))
 
 
 def test_slices_need_a_face_width() -> None:

@@ -23,6 +23,7 @@ def bolted(seat: Link, table: tables.Link, ledger: Ledger) -> list[Link]:
     if bolts is None:
         return [seat]
     path = f"{seat.path}.bolts"
+    ledger.note(f"{path}.radius", bolts.radius, "m")
     radial, tangential, z = (_stiffness(bolts, key, path, ledger) for key in ("radial", "tangential", "z"))
     angles = bolts.angles
     if angles is None:

@@ -75,6 +75,8 @@ def meshes_of_stage(
     _check_shafts(plan, gears, toothed, ledger)
     found: list[Mesh] = []
     for p in plan.pairs:
+        if p.keys.slices is not None:
+            ledger.note(f"{p.path}.slices", p.keys.slices)
         for side in shape.meshes[p.name].width:
             law = _law(shape, p, side, model, ledger)
             leads = _leads(plan, p, side, phases, sense, ledger)

@@ -79,7 +79,8 @@ class Mesh:
 class Link:
     """One bearing, pin, support, coupling, neck or shaft between two bodies at one point.
 
-    name : ``main/sun/support``, ``main/planet/2/bearing``, ``main/sun/support/front``, ``main/sun/neck``, a coupling's name.
+    name : ``main/sun/support``, ``main/planet/2/bearing``, ``main/sun/support/front``, ``main/ring/support/bolts/3``,
+        ``main/sun/neck``, a coupling's name.
     path : its table in the file, e.g. ``stages.main.sun.support``.
     kind : support, bearing, neck, shaft or coupling.
     first, second : body names; second None = the frame of the first (which is the housing where it does not turn).
