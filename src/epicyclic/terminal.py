@@ -279,6 +279,8 @@ def _forces(result: xr.Dataset) -> Table:
     }
     if "mesh_force_bound" in result:
         columns["bound over all shaft phases [N]"] = list(result.mesh_force_bound.values)
+    if "face_load_factor" in result:
+        columns["largest per mean along the face"] = list(result.face_load_factor.values)
     if "contact_lost" in result:
         columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
     return _table("Mesh forces along the tooth normal", columns)

@@ -85,6 +85,15 @@ SUN_SUPPORT = 'teeth = 24\nsupport = { radial = "1e8 N/m" }'
 BEARING = 'bearing = { radial = "1e8 N/m" }'
 
 
+RING_SUPPORT = 'support = { radial = "1e9 N/m" }'
+SLICES = "[stages.main.meshes]\nsun-planet.slices"
+
+
+def _bolts(keys: str) -> str:
+    """Return a support on bolts."""
+    return f"support.bolts = {{ {keys} }}"
+
+
 def _both(sun: str, planet: str) -> str:
     """Return the tables of sun and planet, each with a line more."""
     return SUN_TO_PLANET.replace(SUN, f"{SUN}\n{sun}").replace(PLANET, f"{PLANET}\n{planet}")
@@ -182,6 +191,39 @@ CASES: tuple[Case, ...] = (
         "",
         "inertia",
     ),
+    _read("bolts-nowhere", RING_SUPPORT, _bolts('radius = "1 m"'), "ring.support.bolts", "1 m", "count, or angles"),
+    _read("bolts-no-angle", RING_SUPPORT, _bolts("radius = 1, angles = []"), "ring.support.bolts", "", ""),
+    _read("bolts-no-radius", RING_SUPPORT, _bolts("count = 6"), "ring.support.bolts.radius", "", ""),
+    _read("bolts-none", RING_SUPPORT, _bolts("count = 0, radius = 1"), "ring.support.bolts.count", "0", ">= 1"),
+    _read("bolts-half", RING_SUPPORT, _bolts("count = 5.5, radius = 1"), "bolts.count", "5.5", "whole number"),
+    _read(
+        "bolts-two-ways", RING_SUPPORT, _bolts("count = 2, angles = [0, 1], radius = 1"), "bolts.angles", "", "one of"
+    ),
+    _read("bolts-point", RING_SUPPORT, _bolts('count = 3, radius = "0 mm"'), "bolts.radius", "0 mm", "> 0"),
+    _read("bolts-soft", RING_SUPPORT, _bolts("count = 3, radius = 1, radial = -1"), "bolts.radial", "-1", ">= 0"),
+    _read("bolts-torsion", RING_SUPPORT, _bolts('count = 3, radius = 1, z = "1 N m/rad"'), "bolts.z", "N m/rad", "N/m"),
+    _read("bolts-unknown", RING_SUPPORT, _bolts("count = 3, radius = 1, x = 1"), "bolts.x", "1", ""),
+    _read("bolts-number", RING_SUPPORT, "support.bolts = 6", "ring.support.bolts", "6", "a table"),
+    _read("bolts-lists", RING_SUPPORT, _bolts("count = 3, radius = 1, z = [1, 2, 3]"), "bolts.z", "[1, 2, 3]", ""),
+    _read("bolts-of-planet", BEARING, "bearing.bolts = { count = 3, radius = 1 }", "bearing.bolts", "", "couplings"),
+    _read(
+        "bolts-of-bearing",
+        BEARING,
+        "bearing.front.bolts = { count = 3, radius = 1 }",
+        "planet.bearing.front.bolts",
+        "",
+        "couplings",
+    ),
+    _read(
+        "bolts-of-neck",
+        SUN_SUPPORT,
+        "teeth = 24\nneck.bolts = { count = 3, radius = 1 }",
+        "stages.main.sun.neck.bolts",
+        "",
+        "couplings",
+    ),
+    _read("body-frame", "[deviations]", '[bodies.g]\nframe = "mian"\n[deviations]', "bodies.g.frame", "mian", "'main'"),
+    _read("body-frame-number", "[deviations]", "[bodies.g]\nframe = 1\n[deviations]", "bodies.g.frame", "1", "a text"),
     # meshes
     _read(
         "mesh-of-nothing", "[operation]", "[stages.main.meshes]\nsun-plnt = {}\n[operation]", "sun-plnt", "", "'planet'"
@@ -209,6 +251,13 @@ CASES: tuple[Case, ...] = (
         "variation",
         "{}",
         "cosine",
+    ),
+    _read("slices-none", "[operation]", f"{SLICES} = 0\n[operation]", "sun-planet.slices", "0", ">= 1"),
+    _read("slices-half", "[operation]", f"{SLICES} = 2.5\n[operation]", "sun-planet.slices", "2.5", "whole number"),
+    _read("slices-text", "[operation]", f'{SLICES} = "3"\n[operation]', "sun-planet.slices", "3", "whole number"),
+    _read("slices-many", "[operation]", f"{SLICES} = 1000\n[operation]", "sun-planet.slices", "1000", "<= 200"),
+    _read(
+        "slices-of-side", "[operation]", f"{SLICES.replace('.slices', '.left.slices')} = 2\n[operation]", "left", "", ""
     ),
     # couplings, loads
     _read(
@@ -361,6 +410,16 @@ CASES: tuple[Case, ...] = (
     ),
     _resolve("too-many-speeds", '"1000 rpm"', '"1000 rpm"\nspeed.carrier = "3 rpm"', "operation.speed", "", ""),
     _resolve("torque-cannot-balance", '["ring"]', '["ring"]\ntorque.carrier = "5 N m"', "operation.torque", "", ""),
+    _resolve(
+        "slices-without-width",
+        'face_width = "40 mm"\n',
+        """meshes.sun-planet = { stiffness = 1e9, slices = 3 }
+meshes.planet-ring = { stiffness = 1e9 }
+""",
+        "stages.main.face_width",
+        "slices = 3",
+        "",
+    ),
     _resolve("bore-too-wide", SUN, SUN + '\nbore = "96 mm"', "stages.main.sun.bore", "", ""),
 )
 

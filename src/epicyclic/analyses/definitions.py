@@ -1,6 +1,6 @@
 """Load-sharing coefficients by name, gathered over a record piece by piece.
 
-A group is the meshes of one pair and one side, N of them, one per branch.
+A group is the meshes of one pair and one side, N of them, one per branch; the slices of a mesh are added up first.
 
     cycle-peak       P_i = peak of mesh i in a mesh cycle, b_i = N P_i / sum_j P_j, coefficient 1 + max |b_i - 1|
                      over the cycles [ren2021, eq. 21-24, with the sum of the peaks as divisor]
@@ -19,6 +19,7 @@ from math import lcm
 import numpy as np
 from numpy.typing import NDArray
 
+from ..system.faces import faces
 from ..system.system import Array, MeshRows
 
 __all__ = [
@@ -55,8 +56,8 @@ class Tally:
 
 
 def groups(meshes: MeshRows) -> list[Group]:
-    """Indices of the meshes of each pair and side, in order of first appearance."""
-    keys = list(zip(meshes.pair, meshes.side, strict=True))
+    """Indices of the meshes (slices of one counted once) of each pair and side, in order of first appearance."""
+    keys = [(meshes.pair[i], meshes.side[i]) for i in faces(meshes).first.tolist()]
     return [np.array([i for i, other in enumerate(keys) if other == key]) for key in dict.fromkeys(keys)]
 
 

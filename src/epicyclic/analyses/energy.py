@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..system.faces import faces
 from ..system.system import Array, System
 
 __all__ = ["connections", "kinetic_energy_share", "strain_energy_share"]
 
 
 def connections(system: System) -> tuple[str, ...]:
-    """Names of the meshes, then of the links, in order."""
-    return (*system.meshes.name, *dict.fromkeys(system.links.link))
+    """Names of the meshes (slices together), then of the links, in order."""
+    return (*faces(system.meshes).name, *dict.fromkeys(system.links.link))
 
 
 def strain_energy_share(system: System, vectors: NDArray[np.inexact], rigid: NDArray[np.bool_]) -> Array:
@@ -33,7 +34,7 @@ def strain_energy_share(system: System, vectors: NDArray[np.inexact], rigid: NDA
     names = {name: i for i, name in enumerate(dict.fromkeys(links.link))}
     link = np.zeros((len(names), vectors.shape[1]))
     np.add.at(link, [names[name] for name in links.link], rows)
-    return _shares(np.vstack([mesh, link]), rigid)
+    return _shares(np.vstack([faces(meshes).total(mesh), link]), rigid)
 
 
 def kinetic_energy_share(system: System, vectors: NDArray[np.inexact]) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..system.system import Array
 from .response import Block, Response
@@ -14,24 +15,27 @@ __all__ = ["force_extremes", "strokes"]
 _GRID = {1: 128, 2: 64, 3: 32}
 
 
-def force_extremes(ready: Response, block: Block, force: Spectrum, shafts: Spectrum | None) -> tuple[Array, Array]:
+def force_extremes(
+    ready: Response, block: Block, force: Spectrum, shafts: Spectrum | None, *, axis: NDArray[np.int64]
+) -> tuple[Array, Array]:
     """Smallest and largest mesh force over the torus of the tone phases with all shaft lines at their worst, (m, P).
 
     max over theta_1 .. theta_D of f + sum |A_s|: reached if the tones and lines take all combinations of phases.
+    axis : (m,) the tone each force follows.
     """
     counts = _counts(ready, block)
     value = on_torus(force, counts, block.kept[-1])[:, :, 0]
     reach = 0.0 if shafts is None else np.abs(on_torus(shafts, counts, block.kept[-1])).sum(axis=2)
-    return -_largest(ready, reach - value), _largest(ready, reach + value)
+    return -_largest(axis, reach - value), _largest(axis, reach + value)
 
 
-def _largest(ready: Response, values: Array) -> Array:
+def _largest(own: NDArray[np.int64], values: Array) -> Array:
     """Largest over the torus (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh."""
     if values.ndim == 3:
         return peak(values)
     result = np.empty(values.shape[:2])
     for axis in range(values.ndim - 2):
-        mine = ready.lines.axis == axis
+        mine = own == axis
         others = tuple(2 + other for other in range(values.ndim - 2) if other != axis)
         result[mine] = peak(values[mine].max(axis=others))
     return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..system.faces import faces
 from ..system.system import Array, System
 from .definitions import Group, groups, samples_per_cycle
 from .equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
@@ -36,7 +37,7 @@ _FIRST = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Part:
-    """Meshes of one mesh frequency.
+    """Whole meshes of one mesh frequency; slices are summed.
 
     tone : that frequency [Hz at the operating speed].  meshes : (m_j,) which they are.
     members : their groups, as places in `meshes`.
@@ -45,6 +46,7 @@ class Part:
     ratios : (L,) line frequencies per tone, exact.  period : cycles of the tone after which everything repeats.
     mean, bound : (m_j,) [N], the bound nan where not known.  samples : of a cycle.
     affordable : cycles a record may have by default.
+    least_slice : cycles -> smallest force of any slice of each mesh (m_j,) [N]; None where no mesh is cut.
     """
 
     tone: Fraction
@@ -59,6 +61,7 @@ class Part:
     bound: Array
     samples: int
     affordable: int
+    least_slice: Callable[[Index], Array] | None = None
 
 
 def parts(
@@ -96,8 +99,8 @@ def _steady(system: System, method: str, samples: int | None, relative_speed: fl
 
 
 def _members(system: System, tone: Fraction) -> tuple[Index, list[Group]]:
-    """Meshes of one tone and their groups among themselves; all of them where there are no tones."""
-    own = [not system.tones or system.tones[i] == tone for i in system.meshes.tone]
+    """Whole meshes of one tone and their groups among themselves; all of them where there are no tones."""
+    own = [not system.tones or system.tones[i] == tone for i in system.meshes.tone[faces(system.meshes).first]]
     meshes = np.flatnonzero(own)
     place = {int(mesh): i for i, mesh in enumerate(meshes)}
     found = [group for group in groups(system.meshes) if int(group[0]) in place]
@@ -106,18 +109,25 @@ def _members(system: System, tone: Fraction) -> tuple[Index, list[Group]]:
 
 def _told(system: System, tone: Fraction, waves: Waves, source: Callable[[Array], Array] | None = None) -> Part:
     """A part whose record is a sum of lines; `source` where instants with open meshes are solved anew."""
-    meshes, members = _members(system, tone)
-    mine = waves if len(meshes) == len(waves.mean) else waves.of(meshes)
+    (meshes, members), face = _members(system, tone), faces(system.meshes)
+    summed = replace(waves, mean=face.total(waves.mean), amplitude=face.total(waves.amplitude, axis=1))
+    mine = summed if len(meshes) == len(summed.mean) else summed.of(meshes)
     affordable = _RECORD // mine.mean.size // max(1, len(waves.ratios) // _LINES)
     if source is not None:
         first = forces(waves, line_phases(waves.ratios, np.arange(_FIRST)))
         affordable = min(affordable, _SOLVED * _FIRST // max(1, int(np.sum(np.any(first < 0, axis=1)))))
 
-    def whole(phases: Array) -> Array:
+    def rows(phases: Array) -> Array:
         return forces(waves, phases) if source is None else source(phases)
 
+    def least_slice(cycles: Index) -> Array:
+        return face.least(rows(line_phases(waves.ratios, cycles)).min(axis=(0, 2)))[meshes]
+
+    def whole(phases: Array) -> Array:
+        return forces(summed, phases) if source is None else face.total(source(phases), axis=1)
+
     def mine_at(phases: Array) -> Array:
-        return forces(mine, phases) if source is None else source(phases)[:, meshes]
+        return forces(mine, phases) if source is None else whole(phases)[:, meshes]
 
     return Part(
         tone=tone,
@@ -132,6 +142,7 @@ def _told(system: System, tone: Fraction, waves: Waves, source: Callable[[Array]
         bound=bound(mine),
         samples=waves.samples,
         affordable=max(1, affordable),
+        least_slice=least_slice if face.cut.any() else None,
     )
 
 
@@ -168,19 +179,22 @@ def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Wav
 
 def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Part:
     """Static mesh forces where the stiffness follows several tones: every instant solved by itself."""
-    meshes, members = _members(system, tone)
+    (meshes, members), face = _members(system, tone), faces(system.meshes)
     still = [line for line in system.lines if line.frequency == 0]
     load = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
     gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
     require_balance(flexible.free, load[None], system.dofs.names)
     mean = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
 
-    def force(cycles: Index) -> Array:
+    def rows(cycles: Index) -> Array:
         index = (cycles[:, None] * samples + np.arange(samples)).ravel()
         here = excitation(system, tone, index, samples)
         require_balance(flexible.free, here.force, system.dofs.names)
         found = equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force).mesh_force
         return found.reshape(len(cycles), samples, -1).transpose(0, 2, 1)
+
+    def force(cycles: Index) -> Array:
+        return face.total(rows(cycles), axis=1)
 
     ratios = tuple(f / tone for f in (*(line.frequency for line in system.lines), *system.tones))
     return Part(
@@ -192,8 +206,9 @@ def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int
         by_phase=None,
         ratios=ratios,
         period=hunting_cycles(ratios),
-        mean=mean[meshes],
+        mean=face.total(mean)[meshes],
         bound=np.full(len(meshes), np.nan),
         samples=samples,
         affordable=max(1, _SOLVED // samples // 4),
+        least_slice=(lambda cycles: face.least(rows(cycles).min(axis=(0, 2)))[meshes]) if face.cut.any() else None,
     )

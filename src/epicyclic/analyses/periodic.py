@@ -17,6 +17,7 @@ from .waveform import (
     Spectrum,
     envelopes,
     force_spectrum,
+    mesh_axis,
     motion_spectrum,
     own_waves,
     samples_needed,
@@ -97,7 +98,7 @@ def periodic_by_tone(
 
 def _told(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
     harmonics = block.kept[axis]
-    mine = np.flatnonzero(ready.lines.axis == axis)
+    mine = np.flatnonzero(mesh_axis(ready) == axis)
     least = max(64, samples_needed(ready, harmonics))
     count = samples_per_cycle(ready.system.meshes, mine, least) if samples is None else counted(samples)
     theta = np.arange(count) / count

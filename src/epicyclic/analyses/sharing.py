@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..system.faces import faces
 from ..system.system import Array, System
 from .definitions import DEFINITIONS, Tally, coefficients, groups, merge, simultaneous, tally
 from .parts import Method, Part, parts
@@ -41,15 +43,16 @@ def sharing(
 ) -> xr.Dataset:
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
 
-    Meshes of one pair and side share the load.  ``steady`` takes the vibrating train with linear contact,
-    ``superposition`` the same with every frequency alone on the mean system (see `superposed`), ``static`` the
-    equilibrium at each instant with meshes that open.  A mesh cycle is that of the mesh's own frequency.
+    Meshes of one pair and side share the load; of a mesh in slices their sum counts.  ``steady`` takes the vibrating
+    train with linear contact, ``superposition`` the same with every frequency alone on the mean system (see
+    `superposed`), ``static`` the equilibrium at each instant with meshes that open.  A mesh cycle is that of the mesh's
+    own frequency.
 
     Parameters
     ----------
     cycles : mesh cycles of the first mesh in the record; the exact hunting period where None and affordable.  The
         worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.
-    samples : instants per mesh cycle; None: what `periodic` takes, some 64 for ``static``, in a multiple of the branches.
+    samples : instants per mesh cycle; None: what `periodic` takes, some 64 for ``static``, a multiple of the branches.
     relative_speed : speed per operating speed [1].
     stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
     progress : called with the share done, 0..1.
@@ -60,14 +63,14 @@ def sharing(
     ConvergenceError : the method did not converge.
     """
     told, notes = parts(system, method, samples=samples, relative_speed=relative_speed)
-    reference = told[0]
-    loaded = _loaded(system, told)
+    reference, names = told[0], faces(system.meshes).name
+    loaded = _loaded(len(names), told)
     given = None if cycles is None else positive("cycles", cycles, 1)
     share = max(1, reference.affordable // len(told)) if len(told) > 1 else reference.affordable
     cycles = min(reference.period, share) if given is None else given
     stored = min(positive("stored_cycles", stored_cycles, _STORED), cycles)
-    values = np.full((len(DEFINITIONS), len(system.meshes.name)), np.nan)
-    least, top, largest = (np.full(len(system.meshes.name), np.nan) for _ in range(3))
+    values = np.full((len(DEFINITIONS), len(names)), np.nan)
+    least, top, largest = (np.full(len(names), np.nan) for _ in range(3))
     how = ""
     for done, part in enumerate(told):
         own = _part_cycles(part, reference, cycles)
@@ -85,10 +88,12 @@ def sharing(
         "worst_case": how,
     }
     lost = least <= (OPEN * float(top.max()) if method == "static" else 0.0)
-    notes += _notes(system, method, lost, loaded, cycles, reference.period)
+    notes += _notes(names, method, lost, loaded, cycles, reference.period)
     largest = np.where(lost & (method == "static"), np.nan, largest)
     history = reference.force(np.arange(stored))
-    return _dataset(system, values, history, lost, largest, float(reference.tone) * relative_speed, options, notes)
+    return _dataset(
+        system, names, values, history, lost, largest, float(reference.tone) * relative_speed, options, notes
+    )
 
 
 def _part_cycles(part: Part, reference: Part, cycles: int) -> int:
@@ -100,7 +105,7 @@ def _shared(progress: Callable[[float], None] | None, done: int, count: int) -> 
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _loaded(system: System, told: tuple[Part, ...]) -> NDArray[np.bool_]:
+def _loaded(count: int, told: tuple[Part, ...]) -> NDArray[np.bool_]:
     """Meshes of groups that carry load in the mean, (m,).
 
     Raises
@@ -109,7 +114,7 @@ def _loaded(system: System, told: tuple[Part, ...]) -> NDArray[np.bool_]:
     """
     # an idle group beside loaded ones carries rounding
     least = 1e-9 * max(float(np.max(np.abs(part.mean), initial=0.0)) for part in told)
-    loaded = np.zeros(len(system.meshes.name), dtype=bool)
+    loaded = np.zeros(count, dtype=bool)
     for part in told:
         for group in part.members:
             loaded[part.meshes[group]] = part.mean[group].sum() > least
@@ -126,7 +131,8 @@ def _walk(part: Part, cycles: int, progress: Callable[[float], None] | None) -> 
     pieces = []
     for first in range(0, cycles, piece):
         index = np.arange(first, min(first + piece, cycles), dtype=np.int64)
-        pieces.append(tally(part.own(index), part.members))
+        here = tally(part.own(index), part.members)
+        pieces.append(here if part.least_slice is None else replace(here, least=part.least_slice(index)))
         if progress is not None:
             progress((index[-1] + 1) / cycles)
     return reduce(merge, pieces)
@@ -145,26 +151,29 @@ def _worst(part: Part, record: Tally, cycles: int) -> tuple[Array, str]:
     return np.maximum(worst, seen), how
 
 
-def _notes(system: System, method: str, open_: np.ndarray, loaded: np.ndarray, cycles: int, period: int) -> list[str]:
+def _notes(
+    meshes: tuple[str, ...], method: str, open_: np.ndarray, loaded: np.ndarray, cycles: int, period: int
+) -> list[str]:
     notes = []
     if cycles < period:
         notes.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
-    lost = _names(system, open_)
+    lost = _names(meshes, open_)
     if lost and method != "static":
         notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
     elif lost:
         notes.append(f"meshes open: {lost}")
     if not loaded.all():
-        notes.append(f"no load, hence no load sharing, in {_names(system, ~loaded)}")
+        notes.append(f"no load, hence no load sharing, in {_names(meshes, ~loaded)}")
     return notes
 
 
-def _names(system: System, chosen: np.ndarray) -> str:
-    return ", ".join(name for name, yes in zip(system.meshes.name, chosen, strict=True) if yes)
+def _names(meshes: tuple[str, ...], chosen: np.ndarray) -> str:
+    return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
 
 
 def _dataset(
     system: System,
+    meshes: tuple[str, ...],
     values: Array,
     history: Array,
     lost: np.ndarray,
@@ -190,7 +199,7 @@ def _dataset(
         },
         {
             "definition": np.array(DEFINITIONS, dtype=object),
-            "mesh": np.array(system.meshes.name, dtype=object),
+            "mesh": np.array(meshes, dtype=object),
             "time": np.arange(stored * samples) / samples / frequency,
         },
         verb="sharing",
@@ -201,5 +210,5 @@ def _dataset(
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     # a netCDF attribute holds 64 bits
     result.attrs.update({name: str(v) if isinstance(v, int) and v >= 2**63 else v for name, v in options.items()})
-    result.attrs["groups"] = json.dumps([[system.meshes.name[i] for i in group] for group in members])
+    result.attrs["groups"] = json.dumps([[meshes[i] for i in group] for group in members])
     return result

@@ -9,12 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..system.faces import faces
 from ..system.system import Array, ComplexArray, System
 from .extremes import force_extremes
 from .periodic import TOLERANCE, Periodic, ShaftLine, counted, periodic, periodic_by_tone, solved
 from .response import Block, Response
 from .superposition import superposed
-from .waveform import Spectrum, force_spectrum, mean_square, motion_spectrum, on_torus, own_waves, samples_needed
+from .waveform import (
+    Spectrum,
+    force_spectrum,
+    mean_square,
+    mesh_axis,
+    motion_spectrum,
+    on_torus,
+    own_waves,
+    samples_needed,
+    whole,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,9 +63,12 @@ def steady(
     ready, block = solved(
         system if method == "exact" else superposed(system, relative_speed), relative_speed, TOLERANCE
     )
-    force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
-    shafts = None if block.shaft is None else force_spectrum(ready, block, shifted=True)
-    low, high = force_extremes(ready, block, force, shafts)
+    face, axis = faces(system.meshes), mesh_axis(ready)
+    rows, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
+    shaft_rows = None if block.shaft is None else force_spectrum(ready, block, shifted=True)
+    force, shafts = whole(rows, face), None if shaft_rows is None else whole(shaft_rows, face)
+    low, high = force_extremes(ready, block, force, shafts, axis=axis)
+    lowest = force_extremes(ready, block, rows, shaft_rows, axis=ready.lines.axis)[0] if face.cut.any() else low
     radius = system.dofs.radius[:, None]
     square = mean_square(ready, block, [force] if shafts is None else [force, shafts])
     combined, labels = _combinations(ready, force, motion, relative_speed)
@@ -75,7 +89,7 @@ def steady(
             "residual": ((), block.residual[0]),
         },
         {
-            "mesh": list(system.meshes.name),
+            "mesh": list(face.name),
             "dof": list(system.dofs.names),
             "mesh_phase": theta,
             "harmonic": np.arange(block.harmonics + _length(ready) + 1),
@@ -86,7 +100,7 @@ def steady(
         verb="steady",
         options={"method": method, "relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension(system, low)],
+        warnings=[*system.warnings, *tension(system, lowest)],
     )
 
 
@@ -109,7 +123,8 @@ def _length(ready: Response) -> int:
 def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[np.inexact]:
     """Multiples of each mesh's own tone over its phase, (m, S, Nt)."""
     waves = [own_waves(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
-    result: NDArray[np.inexact] = np.array(waves)[ready.lines.axis, np.arange(len(ready.lines.axis))]
+    axis = mesh_axis(ready)
+    result: NDArray[np.inexact] = np.array(waves)[axis, np.arange(len(axis))]
     return result
 
 
@@ -126,7 +141,8 @@ def _orders(spectrum: Spectrum, axis: int, harmonics: int) -> ComplexArray:
 def _harmonics(ready: Response, force: Spectrum, kept: int) -> ComplexArray:
     """Harmonics of each mesh force in its own tone, (m, H + L + 1)."""
     every = [_orders(force, axis, kept + _length(ready)) for axis in range(len(ready.lines.tones))]
-    result: ComplexArray = np.array(every)[ready.lines.axis, np.arange(len(ready.lines.axis))]
+    axis = mesh_axis(ready)
+    result: ComplexArray = np.array(every)[axis, np.arange(len(axis))]
     return result
 
 
@@ -152,7 +168,7 @@ def _combinations(
 
 def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, theta: Array) -> dict[str, Any]:
     """Shaft lines: envelopes over each mesh's own phase, and largest amplitudes over all phases."""
-    m, count = len(ready.system.meshes.name), len(ready.lines.shaft)
+    m, count = len(mesh_axis(ready)), len(ready.lines.shaft)
     speed = float(block.speed[0])
     force, largest = np.zeros((m, count, theta.size), complex), np.zeros((m, count))
     if shafts is not None:

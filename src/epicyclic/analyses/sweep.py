@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
+from ..system.faces import faces
 from ..system.system import Array, System
 from .extremes import force_extremes, strokes
 from .response import Block, FrameSpeed, Response, respond, response
 from .steady import tension
-from .waveform import force_spectrum, mean_square, motion_spectrum
+from .waveform import force_spectrum, mean_square, mesh_axis, motion_spectrum, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,11 +28,12 @@ _ACCEPTED = 100.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Curves:
-    """What a sweep fills in: (m, P) [N], (n, P) [m], (P,)."""
+    """What a sweep fills in: of whole meshes (w, P) [N], lowest of every row (m, P), (n, P) [m], (P,)."""
 
     rms: Array
     peak: Array
     minimum: Array
+    lowest: Array
     amplitude: Array
     residual: Array
     harmonics: NDArray[np.int64]
@@ -101,11 +103,12 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
 
 
 def _blank(system: System, count: int) -> _Curves:
-    m, n = len(system.meshes.name), system.force.size
+    m, n = len(faces(system.meshes).name), system.force.size
     return _Curves(
         rms=np.full((m, count), np.nan),
         peak=np.full((m, count), np.nan),
         minimum=np.full((m, count), np.nan),
+        lowest=np.full((len(system.meshes.name), count), np.nan),
         amplitude=np.full((n, count), np.nan),
         residual=np.full(count, np.nan),
         harmonics=np.zeros(count, dtype=np.int64),
@@ -116,11 +119,14 @@ def _blank(system: System, count: int) -> _Curves:
 
 def _fill(ready: Response, block: Block, place: NDArray[np.int64], curves: _Curves, *, accepted: float) -> None:
     """Write the curves of one block, nan where it found no answer."""
-    force, motion = (find(ready, block, shifted=False) for find in (force_spectrum, motion_spectrum))
-    lines, moving = None, None
+    face = faces(ready.system.meshes)
+    rows, motion = (find(ready, block, shifted=False) for find in (force_spectrum, motion_spectrum))
+    line_rows, moving = None, None
     if block.shaft is not None:
-        lines, moving = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
-    low, high = force_extremes(ready, block, force, lines)
+        line_rows, moving = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
+    force, lines = whole(rows, face), None if line_rows is None else whole(line_rows, face)
+    low, high = force_extremes(ready, block, force, lines, axis=mesh_axis(ready))
+    lowest = force_extremes(ready, block, rows, line_rows, axis=ready.lines.axis)[0] if face.cut.any() else low
     square = mean_square(ready, block, [force] if lines is None else [force, lines])
     good = block.residual <= accepted
     curves.residual[place], curves.harmonics[place] = block.residual, block.harmonics
@@ -130,6 +136,7 @@ def _fill(ready: Response, block: Block, place: NDArray[np.int64], curves: _Curv
         (curves.rms, np.sqrt(square)),
         (curves.peak, high),
         (curves.minimum, low),
+        (curves.lowest, lowest),
         (curves.amplitude, ready.system.dofs.radius[:, None] * strokes(ready, block, motion, moving)),
     ):
         target[:, place] = np.where(good, values, np.nan)
@@ -158,7 +165,7 @@ def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str,
             "residual": ("speed", curves.residual),
         },
         {
-            "mesh": list(system.meshes.name),
+            "mesh": list(faces(system.meshes).name),
             "dof": list(system.dofs.names),
             "speed": speed,
             "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
@@ -166,6 +173,6 @@ def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str,
         verb="sweep",
         options=options,
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension(system, curves.minimum)],
+        warnings=[*system.warnings, *tension(system, curves.lowest)],
         units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )

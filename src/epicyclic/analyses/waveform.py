@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..system.faces import Faces, faces
 from ..system.system import Array, ComplexArray
 from .harmonic import Solved
 from .kernel import product, tail
@@ -20,11 +21,13 @@ __all__ = [
     "envelopes",
     "force_spectrum",
     "mean_square",
+    "mesh_axis",
     "motion_spectrum",
     "on_torus",
     "own_waves",
     "peak",
     "samples_needed",
+    "whole",
 ]
 
 Index = NDArray[np.int64]
@@ -69,6 +72,17 @@ def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
         points=np.concatenate([made.lattice.points, made.dropped]),
         mirrored=not shifted,
     )
+
+
+def whole(rows: Spectrum, face: Faces) -> Spectrum:
+    """Forces of whole meshes from those of their slices."""
+    return replace(rows, amplitude=face.total(rows.amplitude))
+
+
+def mesh_axis(ready: Response) -> Index:
+    """The tone each whole mesh follows, (w,)."""
+    axis: Index = ready.lines.axis[faces(ready.system.meshes).first]
+    return axis
 
 
 def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:

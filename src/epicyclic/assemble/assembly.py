@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -147,17 +148,14 @@ def _housing_dampers(structure: Structure, damping: Array) -> Array:
 
 
 def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
-    meshes = train.meshes
+    meshes = [row.mesh for row in structure.meshes]
     B = (structure.mesh @ T).T
     stiffness = np.array([mesh.stiffness for mesh in meshes])
     frequency = train.kinematics.mesh_frequency or {}
     tone = [tones.index(frequency[m.stage]) if frequency.get(m.stage) in tones else 0 for m in meshes]
     given = np.array([mesh.damping for mesh in meshes])
-    relative = train.damping.mesh
-    if relative:
-        # Effective mass along the row; a mesh ratio zeta means c = 2 zeta sqrt(k m_eff).
-        inverse = np.einsum("nm,nm->m", B, np.linalg.lstsq(M, B, rcond=None)[0])
-        given = given + 2 * relative * np.sqrt(stiffness / inverse)
+    if train.damping.mesh:
+        given = given + _relative_damping(train.damping.mesh, structure, B, stiffness, M)
     return MeshRows(
         name=tuple(m.name for m in meshes),
         pair=tuple(m.pair for m in meshes),
@@ -171,10 +169,27 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
         damping=given + (train.damping.stiffness or 0.0) * stiffness,
         backlash=np.array([m.backlash for m in meshes]),
         cos_base_helix=np.cos([m.base_helix for m in meshes]),
+        slice=tuple(row.number for row in structure.meshes),
     )
 
 
-def _variations(meshes: tuple[Mesh, ...]) -> NDArray[np.complex128]:
+def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: Array, M: Array) -> Array:
+    """Dampers (m,) that give every whole mesh a damping ratio zeta: c = 2 zeta sqrt(k m_eff), shared by its slices.
+
+    m_eff is the effective mass along the row of the mesh, of a sliced one along the mean of its rows.
+    """
+    names = [row.whole for row in structure.meshes]
+    whole = {name: i for i, name in enumerate(dict.fromkeys(names))}
+    member = np.zeros((len(whole), len(names)))
+    member[[whole[name] for name in names], range(len(names))] = 1.0
+    count = member.sum(axis=1)
+    rows = B @ member.T / count
+    inverse = np.einsum("nm,nm->m", rows, np.linalg.lstsq(M, rows, rcond=None)[0])
+    damping: Array = (2 * ratio * np.sqrt(member @ stiffness / inverse) / count) @ member
+    return damping
+
+
+def _variations(meshes: Sequence[Mesh]) -> NDArray[np.complex128]:
     """Harmonics of every mesh over time, (m, L)."""
     result = np.zeros((len(meshes), max((mesh.variation.size for mesh in meshes), default=0)), complex)
     for row, mesh in zip(result, meshes, strict=True):

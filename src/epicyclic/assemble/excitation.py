@@ -60,10 +60,10 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
     lines: dict[Fraction, _Parts] = {}
     for displacement in train.displacements:
         _add_displacement(lines, displacement, structure)
-    names = {mesh.name: i for i, mesh in enumerate(train.meshes)}
+    names = np.array([row.whole for row in structure.meshes])
     for error in train.mesh_errors:
         parts, amplitude = _at(lines, error.frequency, np.array(error.amplitude), error.path, structure)
-        parts.mesh[names[error.mesh]] += complex(amplitude)
+        parts.mesh[names == error.mesh] += complex(amplitude)
     for load in train.loads:
         _add_load(lines, load, structure, train)
     if any(train.gravity):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
@@ -15,6 +15,8 @@ from ..errors import ModelError
 from ..system.rows import gap_rows
 from ..train.connections import Link, Mesh
 from ..train.train import Train
+from .isotropy import check_isotropy
+from .slices import MeshRow, mesh_rows
 
 __all__ = ["LinkRow", "Structure", "structure_of"]
 
@@ -41,7 +43,7 @@ class Structure:
     """Rows of every mesh and link, (.., 6 nb), and what the bodies turn at.
 
     index : body name -> number.  frame_speed, spin : (nb,) [rad/s].  frame_turn : (nb,) exact frame speed [rev/s].
-    mesh : (m, 6 nb); mesh_ends : (m, 2) body indices.
+    mesh : (m, 6 nb), of the rows `meshes`, slices counted one by one; mesh_ends : (m, 2) body indices.
     link, links : (p, 6 nb) elastic rows and what they are, those with a law among them.  rigid, rigids, pivots : the
         same of what is eliminated.
     """
@@ -51,6 +53,7 @@ class Structure:
     spin: Array
     frame_turn: tuple[Fraction, ...]
     spin_turn: tuple[Fraction, ...]
+    meshes: tuple[MeshRow, ...]
     mesh: Array
     mesh_ends: NDArray[np.int64]
     link: Array
@@ -87,10 +90,12 @@ def structure_of(train: Train) -> Structure:
                 rows.append(LinkRow(link.name, link.path, direction, *ends, k, c, link.second is None, law))
                 owners.append(link)
     places = np.array([(*body.centre, body.station) for body in train.bodies])
-    ends = np.array([(index[mesh.a], index[mesh.b]) for mesh in train.meshes], np.int64).reshape(-1, 2)
-    parts = _link_ends(rows, owners, places) + _mesh_ends(train.meshes, ends, places, len(rows))
-    matrix = _matrix(len(rows) + len(train.meshes), parts, np.array([body.angle for body in train.bodies]))
+    meshes = mesh_rows(train.meshes)
+    ends = np.array([(index[row.mesh.a], index[row.mesh.b]) for row in meshes], np.int64).reshape(-1, 2)
+    parts = _link_ends(rows, owners, places) + _mesh_ends([row.mesh for row in meshes], ends, places, len(rows))
+    matrix = _matrix(len(rows) + len(meshes), parts, np.array([body.angle for body in train.bodies]))
     mesh, matrix = matrix[len(rows) :], matrix[: len(rows)]
+    _check_frames(rows, owners, matrix, (frame_turn, spin_turn))
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row, hard in zip(rows, rigid, strict=True) if hard)
     return Structure(
@@ -99,6 +104,7 @@ def structure_of(train: Train) -> Structure:
         spin=np.array([2 * math.pi * float(turn) for turn in spin_turn]),
         frame_turn=frame_turn,
         spin_turn=spin_turn,
+        meshes=meshes,
         mesh=mesh,
         mesh_ends=ends,
         link=matrix[~rigid],
@@ -147,13 +153,28 @@ def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, .
             path=link.path,
             allowed="z and rz between such bodies",
         )
-    isotropic = lateral[0] == lateral[1] and lateral[2] == lateral[3]
-    if link.second is None and first and not isotropic:
-        raise ModelError(
-            "differs between x and y (or rx and ry) although the frame turns: its stiffness would vary in time",
-            path=link.path,
-            given=lateral,
-            allowed="equal x and y, equal rx and ry, or a frame that stands still",
+
+
+def _check_frames(
+    rows: list[LinkRow], owners: list[Link], matrix: Array, turns: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
+) -> None:
+    """Check every link whose own axes turn against the frame of its body; turns : of the frames and of the bodies.
+
+    The axes of a support are those of the housing or of what it stands on, of a bearing those of what carries, of a
+    coupling those of what it joins.
+    """
+    frame_turn, spin_turn = turns
+    turning: dict[tuple[int, int], list[int]] = {}
+    for i, (row, link) in enumerate(zip(rows, owners, strict=True)):
+        seat = row.first if link.kind == "bearing" else row.second
+        if (Fraction(0) if row.second < 0 else spin_turn[seat]) != frame_turn[row.first]:
+            turning.setdefault((row.first, row.second), []).append(i)
+    for (body, _), mine in turning.items():
+        check_isotropy(
+            matrix[mine, 6 * body : 6 * body + 6],
+            np.array([rows[i].stiffness for i in mine]),
+            np.array([rows[i].damping for i in mine]),
+            [owners[i] for i in mine],
         )
 
 
@@ -190,7 +211,7 @@ def _link_ends(rows: list[LinkRow], owners: list[Link], places: Array) -> list[_
     ]
 
 
-def _mesh_ends(meshes: tuple[Mesh, ...], ends: NDArray[np.int64], places: Array, start: int) -> list[_Ends]:
+def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, start: int) -> list[_Ends]:
     if not meshes:
         return []
     value = np.array(

@@ -19,6 +19,7 @@ ALTERNATIVES: tuple[tuple[tuple[str, ...], ...], ...] = (
     (("rim",), ("outer_diameter",)),
     (("modal",), ("mass", "stiffness"), ("mesh",)),
     (("force",), ("coefficient", "radius")),
+    (("count",), ("angles",)),
 )
 _OPERATION = ("torque", "power")
 

@@ -33,6 +33,10 @@ def check(model: ModelFile) -> None:
         _check_stage(name, stage)
     for name, body in model.bodies.items():
         _check_body(f"bodies.{name}", body)
+        if body.frame is not None and body.frame not in model.stages:
+            near = nearest(body.frame, model.stages)
+            allowed = f"one of {', '.join(model.stages)}, or nothing for the housing"
+            raise ModelError(f"no such stage{near}", path=f"bodies.{name}.frame", given=body.frame, allowed=allowed)
     for name, coupling in model.couplings.items():
         _check_coupling(f"couplings.{name}", coupling)
     _check_operation(model)
@@ -73,6 +77,8 @@ def _check_member(path: str, stage_name: str, member: Member, stage: Stage) -> N
     for key in ("shaft", "clocking"):
         if getattr(member, key) is not None and member.on is None:
             raise ModelError("without `on`", path=f"{path}.{key}", allowed="on = the member whose shaft it sits on")
+    for key in ("bearing", "neck", "shaft"):
+        _check_bolts(f"{path}.{key}", getattr(member, key))
     _check_sides(path, member)
     for where, value in _values(member, path):
         _check_count(where, value, stage.branches if member.kind == "planet" else 0)
@@ -82,6 +88,7 @@ def _check_sides(path: str, member: Member) -> None:
     """Check what the sides say against the member's kind."""
     for side in SIDES:
         table: Side | None = getattr(member, side)
+        _check_bolts(f"{path}.{side}.bearing", None if table is None else table.bearing)
         for key in sorted(table.model_fields_set - _ALLOWED[member.kind] if table else ()):
             allowed = ", ".join(sorted(set(Side.model_fields) & _ALLOWED[member.kind]))
             raise ModelError(f"no key of a {member.kind}", path=f"{path}.{side}.{key}", allowed=f"one of {allowed}")
@@ -118,6 +125,14 @@ def _check_coupling(path: str, coupling: Coupling) -> None:
         raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
     for where, value in _values(coupling, path, skip=("between",)):
         _check_count(where, value, 0)
+
+
+def _check_bolts(path: str, link: Link | None) -> None:
+    """Check that bolts stand only where a pitch circle is: in supports and couplings."""
+    for name, table in {"": link, **getattr(link, "bearings", {})}.items():
+        if table is not None and table.bolts is not None:
+            where = f"{path}.{name}.bolts" if name else f"{path}.bolts"
+            raise ModelError("no bolts here", path=where, given=table.bolts.radius, allowed="in supports and couplings")
 
 
 def _links(support: Support | None) -> tuple[Link, ...]:
@@ -186,7 +201,7 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
             yield where, value.value if isinstance(value, Quantity) else value
 
 
-_LISTS = {(name, "Variation") for name in ("cosine", "sine", "values")}
+_LISTS = {(name, "Variation") for name in ("cosine", "sine", "values")} | {("angles", "Bolts")}
 
 
 def _check_count(path: str, value: object, count: int) -> None:

@@ -106,7 +106,7 @@ def free_bodies(model: ModelFile, ledger: Ledger) -> list[Body]:
                 name=name,
                 member=name,
                 kind="body",
-                frame=HOUSING,
+                frame=body.frame or HOUSING,
                 station=body.station or 0.0,
                 mass=body.mass or 0.0,
                 inertia=body.inertia or 0.0,

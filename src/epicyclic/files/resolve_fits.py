@@ -15,6 +15,10 @@ from .resolve_plan import Pair
 
 __all__ = ["check_stage"]
 
+# Tooth heights of rim outside the root circle.  From there on the rim-thickness factor of [iso6336], part 3, is 1 for
+# external teeth: the rim then carries like a solid body.  Quoted from memory; for internal teeth the same part sets the
+# limit at 3.5 modules as far as remembered, 1.6 tooth heights, so what is warned of here is thin by either.
+THIN_RIM = 1.2
 ONE_DISTANCE = 1e-6  # relative; distances computed twice agree to rounding, printed radii do not
 
 
@@ -30,6 +34,7 @@ def check_stage(shape: StageShape, ledger: Ledger) -> None:
     for p in plan.pairs:
         if p.internal:
             _check_ring(shape, p, given, ledger)
+    _check_rims(shape, ledger)
     _check_neighbours(shape, given, ledger)
     _check_distances(shape, ledger)
 
@@ -56,6 +61,20 @@ def _check_ring(shape: StageShape, p: Pair, given: bool, ledger: Ledger) -> None
         )
     elif room < 0:
         ledger.warn(f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
+
+
+def _check_rims(shape: StageShape, ledger: Ledger) -> None:
+    """Warn of a ring that is too thin to keep its shape."""
+    for name, member in shape.plan.gears.items():
+        gear = next(iter(shape.gears[name].values()))
+        height = gear.root_radius - gear.tip_radius
+        rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
+        if rim is not None and rim < THIN_RIM * height:
+            key = "rim" if member.outer_diameter is None else "outer_diameter"
+            ledger.warn(
+                f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights thick, "
+                f"below {THIN_RIM:g} it bends between the planets; it is computed as rigid"
+            )
 
 
 def _axes(shape: StageShape, p: Pair) -> float:

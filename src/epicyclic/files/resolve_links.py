@@ -11,6 +11,7 @@ from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link
 from . import schema_links as tables
 from .resolve_bodies import body_name, member_bodies, member_centre
+from .resolve_bolts import bolted
 from .resolve_centres import StageShape
 from .resolve_gears import gap_of, width_of
 from .resolve_ledger import Ledger, per_branch
@@ -173,17 +174,22 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
 
 
 def _bearings(seat: _Seat, support: tables.Support | None, rz: float, ledger: Ledger) -> list[Link]:
-    """One link for every bearing; a direction that none names is rigid (rz as given), in the first one."""
+    """One link for every bearing; a direction that none names is rigid (rz as given), in the first one.
+
+    Bolts hold in every direction, so that beside them nothing else is rigid that is not said to be.
+    """
     listed: list[tuple[str, tables.Link]] = []
     if support is None or not support.bearings or support.directions():
         listed.append(("", support if support is not None else tables.Link()))
     if support is not None:
         listed += list(support.bearings.items())
     named = {d for _, link in listed for d in link.directions()}
-    found = []
+    if any(link.bolts is not None for _, link in listed):
+        named = set(DIRECTIONS)
+    found: list[Link] = []
     for i, (name, link) in enumerate(listed):
         rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
-        found.append(_link(seat, name, link, rest, ledger))
+        found += bolted(_link(seat, name, link, rest, ledger), link, ledger)
     return found
 
 
@@ -331,7 +337,7 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], ledger: Ledger) -> l
     ModelError : an end that is no single body, an rz in N/m without radius, a fixed shaft without its shape.
     """
     material = _material(model.material)
-    found = []
+    found: list[Link] = []
     for name, table in model.couplings.items():
         path = f"couplings.{name}"
         first, second = (bodies[body_of(end, bodies, f"{path}.between")] for end in table.between)
@@ -343,14 +349,15 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], ledger: Ledger) -> l
                 "is missing", path=f"{path}.diameter", allowed="diameter and length of a shaft with fixed ends"
             )
         rest: dict[str, float] = dict.fromkeys(("x", "y", "z", "rx", "ry"), 0.0)
-        rest["rz"] = shape.get("rz", STIFF)
+        rest["rz"] = shape.get("rz", STIFF if table.bolts is None else 0.0)
         if table.ends == "fixed":
             rest |= shape
         seat = _Seat(
             path=path, name=name, kind="coupling", first=first, second=second.name, turn=0.0, radius=table.radius or 1.0
         )
         middle = (first.station + second.station) / 2
-        found.append(replace(_link(seat, "", table, rest, ledger), station=middle + (table.at or 0.0)))
+        link = replace(_link(seat, "", table, rest, ledger), station=middle + (table.at or 0.0))
+        found += bolted(link, table, ledger)
     return found
 
 

@@ -27,6 +27,7 @@ from .resolve_bodies import body_name, half_station, member_bodies
 from .resolve_centres import MeshShape, StageShape
 from .resolve_ledger import Ledger, Number, per_branch, turns_of
 from .resolve_plan import Pair, Plan
+from .resolve_slices import require_width, slices_of
 from .schema import Material, MeshSide, ModelFile, Quantity, Variation
 
 __all__ = ["meshes_of_stage"]
@@ -38,10 +39,14 @@ SHORT = 10**4  # a phase in the file this near to a fraction of small numbers is
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Law:
-    """Stiffness of one side of a pair: per branch along the tooth normal [N/m], and its relative series over sigma."""
+    """Stiffness of one side of a pair: per branch along the tooth normal [N/m], and its relative series over sigma.
+
+    limits : sigma of first and last contact where the series is that of contact lines, else None.
+    """
 
     stiffness: tuple[float, ...]
     variation: NDArray[np.complex128]
+    limits: tuple[float, float] | None
     damping: float
     backlash: float
 
@@ -74,12 +79,17 @@ def meshes_of_stage(
         ledger.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
     found: list[Mesh] = []
     for p in plan.pairs:
+        if p.keys.slices is not None:
+            ledger.note(f"{p.path}.slices", p.keys.slices)
         for side in shape.meshes[p.name].width:
             law = _law(shape, p, side, model, ledger)
             leads = _leads(plan, p, side, phases, sense, ledger)
+            width, count = shape.meshes[p.name].width[side], p.keys.slices or 1
+            require_width(width, count, plan.path)
             for branch in range(len(plan.angles)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
-                found.append(replace(mesh, lead=leads[branch], stage=tones[p.path]))
+                mesh = replace(mesh, lead=leads[branch], stage=tones[p.path])
+                found.append(replace(mesh, slices=slices_of(mesh, count, width, law.limits)))
     return sorted(found, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
 
@@ -280,9 +290,11 @@ def _law(shape: StageShape, p: Pair, side: str | None, model: ModelFile, ledger:
     ledger.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
     _check_range(shape, p, width, stiffness, ledger)
     damping, backlash = _said(p, side, "damping"), _said(p, side, "backlash")
+    variation, limits = _variation(shape, p, side, computed, ledger)
     return _Law(
         stiffness=stiffness,
-        variation=_variation(shape, p, side, computed, ledger),
+        variation=variation,
+        limits=limits,
         damping=damping.damping or 0.0 if damping is not None else 0.0,
         backlash=math.inf if backlash is None or backlash.backlash is None else backlash.backlash,
     )
@@ -361,8 +373,10 @@ def _check_range(shape: StageShape, p: Pair, width: float, stiffness: Sequence[f
             ledger.warn(f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, steel teeth have 10 .. 30")
 
 
-def _variation(shape: StageShape, p: Pair, side: str | None, computed: bool, ledger: Ledger) -> NDArray[np.complex128]:
-    """Relative Fourier coefficients over sigma, (L,)."""
+def _variation(
+    shape: StageShape, p: Pair, side: str | None, computed: bool, ledger: Ledger
+) -> tuple[NDArray[np.complex128], tuple[float, float] | None]:
+    """Relative Fourier coefficients over sigma, (L,), and the limits of the contact lines they come from, if any."""
     table, meshing = _said(p, side, "variation"), shape.meshes[p.name]
     said: Variation | None = None if table is None else table.variation
     form = ("contact-lines" if computed else "none") if said is None else said.form
@@ -374,9 +388,9 @@ def _variation(shape: StageShape, p: Pair, side: str | None, computed: bool, led
             _needed_width(shape, p, side, f"{p.path}.stiffness")
         if meshing.contact_ratio <= 0:
             raise ModelError("the teeth do not touch: contact ratio below 0", path=p.path)
-        return teeth_stiffness.contact_line_series(meshing.limits, overlap)
+        return teeth_stiffness.contact_line_series(meshing.limits, overlap), meshing.limits
     if said is None or form == "none":
-        return np.zeros(0, complex)
+        return np.zeros(0, complex), None
     if form == "values":
-        return teeth_stiffness.table_series(said.values)[1]
-    return teeth_stiffness.fourier_series(said.cosine, said.sine)
+        return teeth_stiffness.table_series(said.values)[1], None
+    return teeth_stiffness.fourier_series(said.cosine, said.sine), None

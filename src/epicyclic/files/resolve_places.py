@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..train.bodies import HOUSING, Body
+from ..train.bodies import Body
 from .schema import ModelFile
 
 __all__ = ["coaxial"]
@@ -17,7 +17,7 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
     A stage with a carrier stays around the origin; so does the first stage. What a loop of couplings leaves apart
     stays apart.
     """
-    group = {body.name: body.name if body.frame == HOUSING else body.frame for body in bodies}
+    group = {body.name: body.frame if "." in body.member else body.name for body in bodies}
     fixed = [name for name, stage in model.stages.items() if any(m.kind == "carrier" for m in stage.members.values())]
     offset: dict[str, complex] = dict.fromkeys([*fixed, next(iter(model.stages))], 0j)
     ends = [(_end(table.between[0], bodies), _end(table.between[1], bodies)) for table in model.couplings.values()]

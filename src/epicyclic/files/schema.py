@@ -242,6 +242,7 @@ class MeshKeys(MeshSide):
     """A mesh `A-B`."""
 
     centre_distance: Radius | None = key(None, "centre distance of this mesh")
+    slices: Annotated[int, Field(ge=1, le=200)] | None = key(None, "equal pieces along the face, each a row; default 1")
     left: MeshSide | None = key(None, "what the left side says differently")
     right: MeshSide | None = key(None, "what the right side says differently")
 
@@ -307,6 +308,7 @@ class Body(Table):
     inertia: TiltInertia | None = key(None, "inertia about z; default 0")
     tilt_inertia: TiltInertia | None = key(None, "inertia about x and y; required where it tilts")
     support: Support | None = key(None, "link to the housing")
+    frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
     station: Place | None = key(None, "axial place of its centre; default 0")
 
 

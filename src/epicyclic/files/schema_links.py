@@ -9,12 +9,25 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from ..errors import ModelError
 from .quantities import Quantity, Unit
 
-__all__ = ["LINK_KEYS", "Coupling", "Friction", "Link", "LinkDamping", "PerPlanet", "Solid", "Support", "Table", "key"]
+__all__ = [
+    "LINK_KEYS",
+    "Bolts",
+    "Coupling",
+    "Friction",
+    "Link",
+    "LinkDamping",
+    "PerPlanet",
+    "Solid",
+    "Support",
+    "Table",
+    "key",
+]
 
 PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 Stiffness = Annotated[PerPlanet, Unit("stiffness", low=0, inf=True, many=True)]
 TiltStiffness = Annotated[PerPlanet, Unit("torsional_stiffness", low=0, inf=True, many=True)]
 TurnStiffness = Annotated[Quantity, Unit("torsional_stiffness stiffness", low=0, inf=True, many=True)]
+BoltStiffness = Annotated[float, Unit("stiffness", low=0, inf=True)]
 Damper = Annotated[float, Unit("damping", low=0)]
 TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
 Length = Annotated[float, Unit("length", low=0, above=True)]
@@ -59,6 +72,24 @@ class LinkDamping(Table):
     rz: TurnDamper | None = key(None, "damper about z")
 
 
+class Bolts(Table):
+    """Bolts or pins on a pitch circle; stiffness of one. A direction that is not named is rigid; 0 floats."""
+
+    count: Annotated[int, Field(ge=1, le=1000)] | None = key(None, "how many, evenly spaced, the first along x")
+    angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(None, "polar angle of each")
+    radius: Length = Field(description="radius of the pitch circle")
+    radial: BoltStiffness | None = key(None, "stiffness of one bolt along the radius")
+    tangential: BoltStiffness | None = key(None, "stiffness of one bolt along the circle")
+    z: BoltStiffness | None = key(None, "axial stiffness of one bolt")
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        """Refuse bolts of which nobody knows where they are."""
+        if self.count is None and not self.angles:
+            raise ModelError("no bolts", allowed="count, or angles")
+        return self
+
+
 class Link(Table):
     """One bearing. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
 
@@ -76,6 +107,7 @@ class Link(Table):
         None, "load at which the stiffness holds, with an exponent other than 1"
     )
     friction: Friction | None = key(None, "friction in the link")
+    bolts: Bolts | None = key(None, "bolts or pins on a pitch circle around the axis of the link")
 
     @model_validator(mode="after")
     def _law(self) -> Self:

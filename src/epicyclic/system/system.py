@@ -45,6 +45,8 @@ class MeshRows:
     """The rows whose law varies in time or is unilateral: the meshes.
 
     name, pair, stage, branch (0 = none), side ("" = none) : (m,) labels.
+    slice : (m,) number along the face from the left, from 1, of a mesh cut into slices (name ``.../3``); 0 = a whole
+        mesh.  None at all = every row is a whole mesh.  The slices of one mesh stand together.
     B : (n, m).  stiffness : (m,) mean, normal [N/m].
     variation : (m, L) complex, with the phase in it, f the tone of the mesh:
         k_m(t) = stiffness (1 + Re sum_l variation[m, l-1] exp(2 pi i l f t)).
@@ -64,6 +66,7 @@ class MeshRows:
     damping: Array
     backlash: Array
     cos_base_helix: Array
+    slice: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -8,7 +8,20 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Link", "Mesh"]
+__all__ = ["Link", "Mesh", "MeshSlice"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshSlice:
+    """One of the equal pieces a mesh is cut into along its face; each has its share of stiffness and damping.
+
+    station : axial place of its middle in the train [m].  lead : of its own contact [mesh cycles].
+    variation : (L,) of its own stiffness, relative, over its own sigma.
+    """
+
+    station: float
+    lead: Fraction | float
+    variation: NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,6 +44,8 @@ class Mesh:
     sense : D; sigma(t) = sense * (f_mesh t + lead).
     damping : along the normal [N s/m].  backlash : normal [m], inf = the far flank never touches.
     contact_ratio, overlap_ratio : transverse and overlap contact ratio [1], nan where the data are not given.
+    slices : pieces along the face from left to right; empty where the mesh is one row. Stiffness, variation, lead and
+        damping above are those of the whole, which the slices add up to.
     """
 
     name: str
@@ -57,14 +72,15 @@ class Mesh:
     backlash: float = float("inf")
     contact_ratio: float = float("nan")
     overlap_ratio: float = float("nan")
+    slices: tuple[MeshSlice, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Link:
     """One bearing, pin, support, coupling, neck or shaft between two bodies at one point.
 
-    name : ``main/sun/support``, ``main/planet/2/bearing``, ``main/sun/support/front``, ``main/sun/neck``, or a
-        coupling's name.
+    name : ``main/sun/support``, ``main/planet/2/bearing``, ``main/sun/support/front``, ``main/ring/support/bolts/3``,
+        ``main/sun/neck``, or a coupling's name.
     path : its table in the file, e.g. ``stages.main.sun.support``.
     kind : support, bearing, neck, shaft or coupling.
     first, second : body names; second None = the frame of the first (which is the housing where it does not turn).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -174,6 +175,10 @@ def _side_by_side(one: System, two: System) -> System:
 
     first, second = one.symmetries[0], two.symmetries[0]
     rename = {name: name.replace("main", "second") for name in (*two.dofs.names, *two.dofs.bodies, *two.links.name)}
+    arrays: dict[str, Any] = {
+        name: np.concatenate([getattr(one.meshes, name), getattr(two.meshes, name)])
+        for name in ("stiffness", "variation", "tone", "damping", "backlash", "cos_base_helix")
+    }
     meshes = replace(
         one.meshes,
         name=(*one.meshes.name, *(name.replace("main", "second") for name in two.meshes.name)),
@@ -182,10 +187,7 @@ def _side_by_side(one: System, two: System) -> System:
         branch=one.meshes.branch + two.meshes.branch,
         side=one.meshes.side + two.meshes.side,
         B=block(one.meshes.B, two.meshes.B),
-        **{
-            name: np.concatenate([getattr(one.meshes, name), getattr(two.meshes, name)])
-            for name in ("stiffness", "variation", "tone", "damping", "backlash", "cos_base_helix")
-        },
+        **arrays,
     )
     links = replace(
         one.links,
