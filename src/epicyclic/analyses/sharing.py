@@ -49,7 +49,7 @@ def sharing(
     ----------
     cycles : mesh cycles of the first mesh in the record; the exact hunting period where None and affordable.  The
         worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.
-    samples : instants per mesh cycle; None: what `periodic` takes, some 64 for ``static``, in a multiple of the branches.
+    samples : instants per mesh cycle; None: what `periodic` takes, some 64 for ``static``, a multiple of the branches.
     relative_speed : speed per operating speed [1].
     stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
     progress : called with the share done, 0..1.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,7 +20,7 @@ from .waveform import Spectrum, force_spectrum, mean_square, motion_spectrum, on
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Periodic", "ShaftLine", "periodic", "periodic_by_tone", "steady"]
+__all__ = ["Periodic", "ShaftLine", "periodic", "periodic_by_tone", "steady", "tension"]
 
 
 def steady(
@@ -106,10 +107,10 @@ def _length(ready: Response) -> int:
     return int(ready.system.meshes.variation.shape[1])
 
 
-def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[np.inexact]:
+def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[Any]:
     """Multiples of each mesh's own tone over its phase, (m, S, Nt)."""
     waves = [own_waves(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
-    result: NDArray[np.inexact] = np.array(waves)[ready.lines.axis, np.arange(len(ready.lines.axis))]
+    result: NDArray[Any] = np.array(waves)[ready.lines.axis, np.arange(len(ready.lines.axis))]
     return result
 
 
@@ -132,7 +133,7 @@ def _harmonics(ready: Response, force: Spectrum, kept: int) -> ComplexArray:
 
 def _combinations(
     ready: Response, force: Spectrum, motion: Spectrum, speed: float
-) -> tuple[dict[str, Any], dict[str, Any]]:
+) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Amplitudes of all lattice points kept where there are several tones: variables and coordinates."""
     tones = ready.lines.tones
     if len(tones) == 1:
