@@ -18,6 +18,13 @@ TONE = 1000
 
 
 RATIO = Fraction(71, 220)
+# first mesh frequency [Hz]: RMS of the dynamic mesh force of four meshes of `bench112` [N]
+MESHES112 = [0, 1, 16, 17]
+KNOWN112 = {
+    930: (647.204, 727.369, 379.794, 444.818),
+    1646: (4030.180, 6760.743, 390.972, 449.015),
+    3500: (567.812, 632.552, 313.842, 446.775),
+}
 
 
 def bench56() -> System:

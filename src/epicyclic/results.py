@@ -77,6 +77,13 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "link_first": ("", "first body of the link"),
     "link_second": ("", "second body of the link, nothing for the frame or housing"),
     "link_stiffness": ("N/m, N m/rad for rx ry rz", "stiffness of the link, infinite where rigid"),
+    "path": ("", "coupling, shaft or pair that power takes"),
+    "path_from": ("", "first member of the path"),
+    "path_to": ("", "second member of the path"),
+    "path_torque": ("N m", "torque that the path puts on its second member, all branches together"),
+    "path_power": ("W", "power that the path gives to its second member"),
+    "path_share": ("1", "power of the path per power into the train"),
+    "path_circulating": ("", "whether the path is part of a circle of power"),
     "order_frequency": ("Hz", "shaft and mesh frequencies"),
     "order": ("1", "frequency in orders of the mesh frequency"),
     # modes

@@ -192,6 +192,18 @@ def _check(result: xr.Dataset) -> list[Table]:
     if result.sizes.get("order_name"):
         orders = {"order_frequency": ("frequency [Hz]", 1), "order": ("mesh orders", 1)}
         tables.append(_table("Shaft and mesh frequencies", _columns(result, "order_name", orders)))
+    if any(str(path).startswith("couplings.") for path in result.path.values):
+        paths = {
+            "path_from": ("from", 1),
+            "path_to": ("to", 1),
+            "path_torque": ("torque [N m]", 1),
+            "path_power": ("power [kW]", 1e-3),
+            "path_share": ("share of the input [%]", 100),
+            "path_circulating": ("circulates", 1),
+        }
+        tables.append(
+            _table("Power paths (from first to second, seen from the housing)", _columns(result, "path", paths))
+        )
     return [*tables, _links(result), *_values(result)]
 
 

@@ -52,8 +52,8 @@ def harmonics(system: System, modal: Modal, count: int) -> NDArray[np.complex128
     force = np.zeros((1, count + 1, 1), complex)
     force[:, 0] = system.force
     rows = Rows(
-        frequency=0.55 * np.arange(count + 1)[None],
-        beyond=0.55 * np.arange(count + 1, count + LENGTH + 1)[None],
+        frequency=0.55 * np.arange(count + 1.0)[None],
+        beyond=0.55 * np.arange(count + 1.0, count + LENGTH + 1)[None],
         frame=np.ones(1),
         error=np.zeros((1, 1, count + 1), complex),
         force=force,

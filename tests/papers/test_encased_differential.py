@@ -1,8 +1,8 @@
 """Encased differential herringbone train: kinematics, closed forms and invariants of the corrected equations.
 
-The source is a summary without most parameters; what is compared here follows from its teeth, load, run-out and bearing
-stiffness, or holds whatever the parameters are.  Its own load-sharing figures depend on error phases, mesh stiffness and
-sampling that it does not give.
+The source is a summary without most parameters; what is compared here follows from its teeth, load, run-out and
+bearing stiffness, or holds whatever the parameters are.  Its own load-sharing figures depend on error phases, mesh
+stiffness and sampling that it does not give.
 """
 
 from __future__ import annotations

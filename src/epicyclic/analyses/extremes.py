@@ -48,11 +48,11 @@ def strokes(ready: Response, block: Block, motion: Spectrum, shafts: Spectrum | 
     """
     counts = _counts(ready, block)
     if len(counts) == 1:
-        value = on_torus(motion, counts, 0)[:, :, 0]
+        value: Array = on_torus(motion, counts, 0)[:, :, 0]
         reach = 0.0 if shafts is None else np.abs(on_torus(shafts, counts, 0)).sum(axis=2)
         return (peak(value + reach) + peak(reach - value)) / 2
     combined = np.count_nonzero(motion.points, axis=1) > 1
-    total = np.abs(motion.amplitude[..., combined]).sum(axis=(2, 3))
+    total: Array = np.abs(motion.amplitude[..., combined]).sum(axis=(2, 3))
     if shafts is not None:
         total = total + np.abs(shafts.amplitude).sum(axis=(2, 3))
     for axis, count in enumerate(counts):

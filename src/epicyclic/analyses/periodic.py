@@ -105,8 +105,8 @@ def _told(ready: Response, block: Block, axis: int, samples: int | None, toleran
     force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
     lines = _other_lines(ready, force, motion, axis, theta)
     if block.shaft is not None:
-        shafts = [find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum)]
-        lines += _other_lines(ready, *shafts, axis, theta)
+        force_lines, motion_lines = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
+        lines += _other_lines(ready, force_lines, motion_lines, axis, theta)
     return Periodic(
         tone=ready.lines.tones[axis],
         relative_speed=float(block.speed[0]),

@@ -161,15 +161,15 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
             block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance)
             more = _wanted(block.mesh.dropped, kept, limit[index], tolerance)
-            if shaft_orders and ready.lines.shaft and not more.any(axis=1).all():
-                good = ~more.any(axis=1)
-                block = _with_shaft(ready, _select(block, good), tolerance=tolerance)
-                more[good] = _wanted(_worst(block), kept, limit[index[good]], tolerance)
-        poor = more.any(axis=1)
+            poor = np.any(more, axis=1)
+            if shaft_orders and ready.lines.shaft and not np.all(poor):
+                block = _with_shaft(ready, _select(block, ~poor), tolerance=tolerance)
+                more[~poor] = _wanted(_worst(block), kept, limit[block.index], tolerance)
+                poor = np.any(more, axis=1)
         done = ~poor[np.isin(index, block.index)]
-        if done.any():
-            yield block if done.all() else _select(block, done)
-        if poor.any():
+        if np.any(done):
+            yield block if np.all(done) else _select(block, done)
+        if np.any(poor):
             waiting[:0] = _chunks(ready, index[poor], (np.array(kept) + more)[poor], shaft_orders=shaft_orders)
 
 

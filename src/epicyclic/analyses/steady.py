@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -120,11 +121,11 @@ def _length(ready: Response) -> int:
     return int(ready.system.meshes.variation.shape[1])
 
 
-def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[np.inexact]:
+def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[Any]:
     """Multiples of each mesh's own tone over its phase, (m, S, Nt)."""
     waves = [own_waves(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
     axis = mesh_axis(ready)
-    result: NDArray[np.inexact] = np.array(waves)[axis, np.arange(len(axis))]
+    result: NDArray[Any] = np.array(waves)[axis, np.arange(len(axis))]
     return result
 
 
@@ -148,7 +149,7 @@ def _harmonics(ready: Response, force: Spectrum, kept: int) -> ComplexArray:
 
 def _combinations(
     ready: Response, force: Spectrum, motion: Spectrum, speed: float
-) -> tuple[dict[str, Any], dict[str, Any]]:
+) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Amplitudes of all lattice points kept where there are several tones: variables and coordinates."""
     tones = ready.lines.tones
     if len(tones) == 1:

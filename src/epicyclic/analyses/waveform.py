@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ __all__ = [
 ]
 
 Index = NDArray[np.int64]
+Values = NDArray[Any]  # real or complex
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -121,13 +123,13 @@ def mean_square(ready: Response, block: Block, spectra: Sequence[Spectrum]) -> A
     if fold.merged:
         values[:, :, fold.backwards] = values[:, :, fold.backwards].conj()
         lines = np.zeros((rows, P, fold.moving.size), complex)
-        np.add.at(lines, (slice(None), slice(None), fold.line), values)
+        np.add.at(lines.transpose(2, 0, 1), fold.line, values.transpose(2, 0, 1))
         values = lines
     square: Array = (values.real**2 + values.imag**2) @ fold.moving / 2
     return square
 
 
-def own_waves(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> NDArray[np.inexact]:
+def own_waves(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:
     """The multiples of one tone alone, over its phase theta (Nt,): (rows, P, S, Nt), real of a real signal.
 
     mean : whether order 0 is one of them.
@@ -138,18 +140,18 @@ def own_waves(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True)
     return _wave(spectrum.amplitude[..., own], spectrum.points[own, axis], theta, real=spectrum.mirrored)
 
 
-def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -> NDArray[np.inexact]:
+def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -> Values:
     """sum_a amplitude_a exp(2 pi i a theta), (..., Nt), its real part where `real`."""
     angle = 2 * np.pi * np.outer(orders, theta)
     if not real:
-        whole: NDArray[np.inexact] = amplitude @ np.exp(1j * angle)
+        whole: Values = amplitude @ np.exp(1j * angle)
         return whole
     both = np.concatenate([amplitude.real, amplitude.imag], axis=-1)
-    part: NDArray[np.inexact] = both @ np.concatenate([np.cos(angle), -np.sin(angle)])
+    part: Values = both @ np.concatenate([np.cos(angle), -np.sin(angle)])
     return part
 
 
-def on_torus(spectrum: Spectrum, counts: Sequence[int], cross: int) -> NDArray[np.inexact]:
+def on_torus(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
     """Values over a grid of all tone phases, (rows, P, S, N_1, .., N_D), real of a real signal.
 
     cross : combinations beyond that cross order, which are below what a solution may drop, are left out.
@@ -166,7 +168,7 @@ def on_torus(spectrum: Spectrum, counts: Sequence[int], cross: int) -> NDArray[n
     return total
 
 
-def _box(amplitude: ComplexArray, points: Index, phases: Sequence[Array], *, real: bool) -> NDArray[np.inexact]:
+def _box(amplitude: ComplexArray, points: Index, phases: Sequence[Array], *, real: bool) -> Values:
     """Combinations of tones on the grid: a sum over one axis after another."""
     low, high = points.min(axis=0, initial=0), points.max(axis=0, initial=0)
     box = np.zeros((*amplitude.shape[:3], *(high - low + 1)), complex)

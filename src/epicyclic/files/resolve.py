@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..train.bodies import Body
 from ..train.connections import Link
 from ..train.kinematics import tones
+from ..train.power import power_flow
 from ..train.train import Damping, Train
 from .resolve_bodies import bodies_of_stage, frames_of, free_bodies
 from .resolve_centres import StageShape, shape_stage
@@ -13,7 +14,7 @@ from .resolve_fits import check_stage
 from .resolve_ledger import Ledger
 from .resolve_links import couplings, links_of_bodies, links_of_stage
 from .resolve_meshes import meshes_of_stage
-from .resolve_operation import body_torques, external_loads, gearings_of, gravity_of, kinematics_of
+from .resolve_operation import body_torques, external_loads, gearings_of, gravity_of, kinematics_of, ties_of
 from .resolve_places import coaxial
 from .resolve_plan import plan_stages
 from .schema import ModelFile
@@ -54,6 +55,7 @@ def resolve(document: Document) -> Train:
         kinematics=kinematics,
         planets=planets,
         torques=body_torques(model, kinematics, bodies),
+        power_paths=power_flow(kinematics, gearings_of(plans), ties_of(model, plans)),
         displacements=tuple(deviated.displacements),
         mesh_errors=tuple(deviated.mesh_errors),
         loads=(*external_loads(model, bodies), *deviated.loads),

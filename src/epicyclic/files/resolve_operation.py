@@ -14,7 +14,7 @@ from .resolve_ledger import Ledger
 from .resolve_plan import Plan
 from .schema import ModelFile
 
-__all__ = ["body_torques", "external_loads", "gearings_of", "gravity_of", "kinematics_of", "member_of"]
+__all__ = ["body_torques", "external_loads", "gearings_of", "gravity_of", "kinematics_of", "member_of", "ties_of"]
 
 
 def member_of(reference: str, model: ModelFile) -> str:
@@ -68,7 +68,7 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], ledger: Ledger) -> Ki
     return solve(
         members=members,
         gearings=gearings_of(plans),
-        ties=_ties(model, plans),
+        ties=ties_of(model, plans),
         held=list(dict.fromkeys(member_of(name, model) for name in operation.held)),
         speeds={member_of(name, model): _rpm(speed) for name, speed in operation.speed.items()},
         torques=torques,
@@ -88,7 +88,8 @@ def _rpm(speed: float) -> Fraction:
     return Fraction(speed * 30 / math.pi).limit_denominator(10**6)
 
 
-def _ties(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
+def ties_of(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
+    """Every coupling and shaft that makes two members turn together, for the kinematics."""
     shafts = [
         Tie(name=f"{plan.name}.{name}", a=f"{plan.name}.{member.on.split('.')[-1]}", b=f"{plan.name}.{name}")
         for plan in plans

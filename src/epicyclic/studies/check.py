@@ -31,7 +31,8 @@ def check(train: Train) -> xr.Dataset:
 
     Returns
     -------
-    Dataset : speed [rpm], torque [N m] and power [W] of every body (torque external, held members included), geometry
+    Dataset : speed [rpm], torque [N m] and power [W] of every body (torque external, held members included), power
+        through every coupling, shaft and pair (from the first to the second member, seen from the housing), geometry
         [m, rad] of every gear, phase and contact ratio of every mesh, stiffness of every link; nan where the model says
         nothing.  Attributes ``values`` (path, value, unit, origin of each resolved value) and ``assumed``.
     """
@@ -41,6 +42,7 @@ def check(train: Train) -> xr.Dataset:
         **_mesh_columns(train),
         **_stage_columns(train),
         **_order_columns(train),
+        **_path_columns(train),
     }
     variables = {name: column for name, column in columns.items() if name != column[0]}
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
@@ -54,7 +56,7 @@ def check(train: Train) -> xr.Dataset:
         },
         coords={**coords, "link": ("link", _texts(link.name for link in links)), "direction": list(DIRECTIONS)},
         verb="check",
-        warnings=train.warnings,
+        warnings=[*train.warnings, *_circulation(train)],
         provenance=train_provenance(train),
     )
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
@@ -259,3 +261,28 @@ def _shaft_lines(train: Train) -> list[tuple[str, Fraction, Fraction]]:
             if frame != 0 and speed != frame:
                 lines.append((f"{member} in the carrier's frame", abs(speed - frame) / 60, tone))
     return lines
+
+
+def _path_columns(train: Train) -> Columns:
+    """Power through couplings, shafts and meshes, and its share of the power that goes into the train."""
+    paths = train.power_paths
+    power = np.array([path.power for path in paths])
+    driving = sum(value for value in (train.kinematics.power or {}).values() if value > 0)
+    return {
+        "path": ("path", _texts(path.path for path in paths)),
+        "path_from": ("path", _texts(path.first for path in paths)),
+        "path_to": ("path", _texts(path.second for path in paths)),
+        "path_torque": ("path", np.array([path.torque for path in paths])),
+        "path_power": ("path", power),
+        "path_share": ("path", power / driving if driving else np.full(len(paths), _NAN)),
+        "path_circulating": ("path", np.array([path.circulating for path in paths], dtype=bool)),
+    }
+
+
+def _circulation(train: Train) -> list[str]:
+    """A warning where power goes round in a circle, with the least power of its ways."""
+    ways = [path for path in train.power_paths if path.circulating]
+    if not ways:
+        return []
+    least = min(abs(path.power) for path in ways)
+    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in ways)}"]

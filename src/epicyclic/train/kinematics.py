@@ -63,7 +63,7 @@ class Kinematics:
     power : torque x absolute speed of each member [W], None without both.
     mesh_torque : of each pair (file path): torque its meshes put on member b, all branches and sides together [N m],
         or None.
-    tie_torque : of each tie: torque it puts on member b [N m], or None.
+    tie_torque : of each tie (its name): torque it puts on member b [N m], or None.
     held : members that do not turn.
     """
 
@@ -132,8 +132,7 @@ def solve(
     ratio = {name: {end: motion[name] for end, motion in motions.items()} for name in members}
     names = tones(gearings, ratio)
     torque = _external(members, rows, motions, loads, held, balance, ends, coupled, named) if loads else None
-    second = [*(g.b for g in gearings), *(t.b for t in ties)]
-    inner = [] if torque is None else _inner_torques(members, rows, second, torque)
+    inner = None if torque is None else _inner_torques(members, gearings, ties, rows, torque)
     return Kinematics(
         freedoms=tuple(motions),
         ratio=ratio,
@@ -143,8 +142,8 @@ def solve(
         mesh_order=_tooth_rates(gearings, names, next(iter(motions.values()))) if len(motions) == 1 else {},
         torque=None if torque is None else {name: float(torque[name]) for name in members},
         power=None if torque is None or speed is None else {m: _watts(torque[m], speed[m]) for m in members},
-        mesh_torque=None if torque is None else dict(zip((g.pair for g in gearings), inner, strict=False)),
-        tie_torque=None if torque is None else dict(zip((t.name for t in ties), inner[len(gearings) :], strict=False)),
+        mesh_torque=None if inner is None else inner[0],
+        tie_torque=None if inner is None else inner[1],
         held=tuple(held),
     )
 
@@ -353,14 +352,21 @@ def _work(loads: Mapping[str, Fraction], motion: Motion) -> Fraction:
 
 def _inner_torques(
     members: Sequence[str],
+    gearings: Sequence[Gearing],
+    ties: Sequence[Tie],
     rows: Sequence[Mapping[str, Fraction]],
-    second: Sequence[str],
     torque: Mapping[str, Fraction],
-) -> list[float]:
-    """Torque of each mesh and tie on its member b [N m], from tau + A^T lambda = 0."""
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Torque of each pair's meshes and of each tie on its member b [N m], from tau + A^T lambda = 0."""
     matrix = [[row.get(name, Fraction(0)) for row in rows] for name in members]
     found = (least_norm(matrix, [-torque[name] for name in members]) if rows else None) or []
-    return [float(row[b] * value) for row, b, value in zip(rows, second, found, strict=False)]
+    ends = [*(g.b for g in gearings), *(tie.b for tie in ties)]
+    values = [float(row[end] * value) for row, end, value in zip(rows, ends, found, strict=False)]
+    meshes, tied = values[: len(gearings)], values[len(gearings) :]
+    return (
+        {g.pair: value for g, value in zip(gearings, meshes, strict=False)},
+        {tie.name: value for tie, value in zip(ties, tied, strict=False)},
+    )
 
 
 def _watts(torque: Fraction | int, speed: Fraction) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .bodies import Body, Frame
 from .connections import Link, Mesh
 from .kinematics import Kinematics
+from .power import PowerPath
 
 __all__ = ["Damping", "Derived", "Displacement", "Load", "MeshError", "Train"]
 
@@ -105,6 +106,7 @@ class Train:
     values : every resolved value with its origin, in file order.
     document : the file with overrides laid over it, shorthands expanded (provenance).
     planets : number of branches of each stage.
+    power_paths : power through every coupling, shaft and pair that meshes; empty without speeds and torques.
     """
 
     title: str
@@ -115,6 +117,7 @@ class Train:
     kinematics: Kinematics
     planets: Mapping[str, int]
     torques: Mapping[str, float] = field(default_factory=dict)
+    power_paths: tuple[PowerPath, ...] = ()
     displacements: tuple[Displacement, ...] = ()
     mesh_errors: tuple[MeshError, ...] = ()
     loads: tuple[Load, ...] = ()

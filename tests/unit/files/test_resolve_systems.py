@@ -277,9 +277,11 @@ def differing(first: Train, second: Train) -> list[str]:
 
 
 def _sorted(train: Train, name: str) -> object:
-    """Links by name: the order of tables in a file means nothing. A stiffness written out comes from no method."""
+    """Links and paths by name: the order of tables in a file means nothing. A stiffness written out comes from no method."""
     if name == "links":
         return sorted(train.links, key=lambda entry: entry.name)
+    if name == "power_paths":
+        return sorted(train.power_paths, key=lambda entry: entry.path)
     if name == "warnings":
         return [text for text in train.warnings if "ISO 6336" not in text]
     return getattr(train, name)
