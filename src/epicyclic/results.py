@@ -111,6 +111,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "slice_contact_lost": ("", "whether the force of the slice falls to zero or below"),
     "face_load_factor": ("1", "largest over mean of the slice forces along the face, means over the record"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
+    "mesh_contact": ("", "whether the teeth touch"),
+    "group_force": ("N", "force in a bearing or spline with a law"),
+    "group_stretch": ("m", "displacement in a bearing or spline with a law"),
+    "group_state": ("", "what a bearing or spline does: play, stick, slip, stop"),
     "link_force": ("N", "force or moment in a bearing, support or coupling"),
     "link_deflection": ("m, rad for rx ry rz", "deflection of a bearing, support or coupling, first body less second"),
     # steady

@@ -16,6 +16,7 @@ from .basis import Modal, modal_form
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
 from .harmonic import Rows, Solved, solve
 from .kernel import Kernel, kernel
+from .linear import linearised
 
 __all__ = ["Block", "FrameSpeed", "Kept", "Response", "respond", "response"]
 
@@ -136,7 +137,7 @@ class Block:
 
 
 def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Response:
-    """Prepare a System for its steady response.
+    """Prepare a System for its steady response; tangents at the mean load stand for the laws of links.
 
     Raises
     ------
@@ -144,6 +145,7 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Respon
     """
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
+    system = linearised(system)
     modal = modal_form(system)
     return Response(system=system, modal=modal, lines=excitation(system, modal), frame_speed=frame_speed)
 

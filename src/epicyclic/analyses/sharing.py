@@ -16,8 +16,10 @@ from ..errors import ModelError
 from ..system.faces import faces
 from ..system.system import Array, System
 from .definitions import DEFINITIONS, Tally, coefficients, groups, merge, simultaneous, tally
+from .linear import linearised
 from .parts import Method, Part, parts
-from .record import positive
+from .record import positive, record_of
+from .recorded import recorded, require_speed, share_notes, total
 from .static import OPEN
 from .worst import worst_case
 
@@ -29,6 +31,8 @@ __all__ = ["Method", "sharing"]
 # numbers worked on at once (8 bytes each): about 2 MB
 _PIECE = 250_000
 _STORED = 64
+# instants with laws that a record may have by default, each some 50 us
+_SOLVED = 100_000
 
 
 def sharing(
@@ -36,6 +40,8 @@ def sharing(
     *,
     method: Method = "steady",
     cycles: int | None = None,
+    turns: int | None = None,
+    of: str | None = None,
     samples: int | None = None,
     relative_speed: float = 1.0,
     stored_cycles: int | None = None,
@@ -45,14 +51,16 @@ def sharing(
 
     Meshes of one pair and side share the load; of a mesh in slices their sum counts.  ``steady`` takes the vibrating
     train with linear contact, ``superposition`` the same with every frequency alone on the mean system (see
-    `superposed`), ``static`` the equilibrium at each instant with meshes that open.  A mesh cycle is that of the mesh's
-    own frequency.
+    `superposed`), ``static`` the equilibrium at each instant with meshes that open and links that follow their laws.
+    A mesh cycle is that of the mesh's own frequency.
 
     Parameters
     ----------
     cycles : mesh cycles of the first mesh in the record; the exact hunting period where None and affordable.  The
         worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.
-    samples : instants per mesh cycle; None: what `periodic` takes, some 64 for ``static``, a multiple of the branches.
+    turns : of ``static``, instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns.
+    samples : instants per mesh cycle or turn; None: what `periodic` takes, some 64 for ``static``, a multiple of the
+        branches, 32 with laws or turns.
     relative_speed : speed per operating speed [1].
     stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
     progress : called with the share done, 0..1.
@@ -62,6 +70,14 @@ def sharing(
     ModelError : an option out of range, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
+    if method == "static" and (turns is not None or of is not None or system.groups):
+        require_speed(relative_speed)
+        count = positive("samples", samples, 32)
+        window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
+        return recorded(system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress)
+    if turns is not None or of is not None:
+        raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
+    system = linearised(system)
     told, notes = parts(system, method, samples=samples, relative_speed=relative_speed)
     reference, names = told[0], faces(system.meshes).name
     loaded = _loaded(len(names), told)
@@ -160,11 +176,8 @@ def _notes(
     lost = _names(meshes, open_)
     if lost and method != "static":
         notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
-    elif lost:
-        notes.append(f"meshes open: {lost}")
-    if not loaded.all():
-        notes.append(f"no load, hence no load sharing, in {_names(meshes, ~loaded)}")
-    return notes
+        open_ = np.zeros_like(open_)
+    return notes + share_notes(meshes, open_, loaded)
 
 
 def _names(meshes: tuple[str, ...], chosen: np.ndarray) -> str:
@@ -191,7 +204,7 @@ def _dataset(
     result = dataset(
         {
             "load_sharing": (("definition", "mesh"), values),
-            "system_load_sharing": ("definition", np.nanmax(values, axis=1)),
+            "system_load_sharing": ("definition", total(values)),
             "load_sharing_history": (("mesh", "time"), ratio.transpose(1, 0, 2).reshape(m, -1)),
             "mesh_force": (("mesh", "time"), history.transpose(1, 0, 2).reshape(m, -1)),
             "mesh_force_bound": ("mesh", largest),

@@ -13,6 +13,7 @@ from ..errors import ModelError
 from ..system.faces import faces
 from ..system.system import Array, ComplexArray, System
 from .extremes import force_extremes
+from .linear import linearised
 from .periodic import TOLERANCE, Periodic, ShaftLine, counted, periodic, periodic_by_tone, solved
 from .response import Block, Response
 from .superposition import superposed
@@ -62,8 +63,9 @@ def steady(
         raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
     theta = np.arange(counted(samples)) / samples
     ready, block = solved(
-        system if method == "exact" else superposed(system, relative_speed), relative_speed, TOLERANCE
+        system if method == "exact" else superposed(linearised(system), relative_speed), relative_speed, TOLERANCE
     )
+    system = ready.system
     face, axis = faces(system.meshes), mesh_axis(ready)
     rows, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
     shaft_rows = None if block.shaft is None else force_spectrum(ready, block, shifted=True)

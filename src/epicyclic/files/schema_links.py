@@ -113,13 +113,11 @@ class Link(Table):
     def _law(self) -> Self:
         """Refuse an exponent without the load its stiffness holds at, a load without exponent, friction with one."""
         if self.exponent is None and self.load is not None:
-            raise ModelError("load without exponent", given=self.load, allowed="exponent, e.g. 10/9 = 1.1111")
+            raise ModelError("load without exponent", allowed="exponent, e.g. 10/9 = 1.1111")
         if self.exponent not in (None, 1.0) and self.load is None:
-            raise ModelError(
-                "exponent without load", given=self.exponent, allowed="load: the force at which the stiffness holds"
-            )
+            raise ModelError("exponent without load", allowed="load: the force at which the stiffness holds")
         if self.exponent not in (None, 1.0) and self.friction is not None:
-            raise ModelError("friction with an exponent", given=self.exponent, allowed="one of the two")
+            raise ModelError("friction with an exponent", allowed="one of the two")
         return self
 
     def directions(self) -> dict[str, PerPlanet | Quantity]:

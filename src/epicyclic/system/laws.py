@@ -5,9 +5,9 @@ All laws but one are radial, force = f(rho) delta / rho with
 
     f(rho) = min(k rho, F_m) + C <rho - S_2>^n        S_1 = F_m / k,  S_2 = S_1 + clearance
 
-Without friction (F_m = 0) that is play and then a power law; with friction it is a spline [dong2019, eq. 27]: elastic up
-to the slip start S_1, sliding at F_m until the clearance is used up, elastic again.  S_1 is derived: any other value
-makes the force jump.  C follows from k, the tangent stiffness at the stated load F: k = n C^(1/n) F^((n - 1)/n).
+Without friction (F_m = 0) that is play and then a power law; with friction it is a spline [dong2019, eq. 27]: elastic
+up to the slip start S_1, sliding at F_m until the clearance is used up, elastic again.  S_1 is derived: any other
+value makes the force jump.  C follows from k, the tangent stiffness at the stated load F: k = n C^(1/n) F^((n - 1)/n).
 
 The law with a memory (Coulomb) has a slider s in series with the spring: force = k (delta - s), and at each step
 
@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,10 +43,13 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_T = TypeVar("_T", bound=np.generic)
 
 STATES = ("play", "stick", "slip", "stop")
-# halvings of the multiplier at the stop: below rounding
-_HALVINGS = 54
+# a slider this part of the clearance beyond it is at the stop: rounding of its steps
+_AT_STOP = 1e-12
+# Newton steps or halvings until its angle there is found to rounding [rad]
+_SEARCH, _ANGLE = 60, 1e-15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +125,12 @@ class Laws:
         return self.friction / self.stiffness
 
     @property
+    def pair(self) -> NDArray[np.bool_]:
+        """Whether a group has two rows (G,); else one."""
+        two: NDArray[np.bool_] = np.diff(np.append(self.first, self.owner.size)) == 2
+        return two
+
+    @property
     def row_stiffness(self) -> Array:
         """k of every row, (R,) [N/m]."""
         return self.stiffness[self.owner]
@@ -146,9 +156,10 @@ def stacked(groups: Sequence[LawGroup]) -> Laws:
     )
 
 
-def row_owner(laws: Laws, values: Array) -> Array:
+def row_owner(laws: Laws, values: NDArray[_T]) -> NDArray[_T]:
     """Values of groups (..., G) at each row (..., R)."""
-    return values[..., laws.owner]
+    result: NDArray[_T] = values[..., laws.owner]
+    return result
 
 
 def size(laws: Laws, rows: Array) -> Array:
@@ -256,8 +267,7 @@ def state(laws: Laws, delta: Array, anchor: Array | None = None) -> NDArray[np.i
         return found
     slider = slide(laws, delta, anchor)
     moved = size(laws, slider - anchor) > 0
-    # rounding of the slider at its stop
-    stopped = size(laws, slider) >= laws.clearance * (1 - 1e-12)
+    stopped = size(laws, slider) >= laws.clearance * (1 - _AT_STOP)
     return np.where(laws.memory, np.where(stopped, 3, np.where(moved, 2, 1)), found)
 
 
@@ -270,32 +280,57 @@ def slide(laws: Laws, delta: Array, anchor: Array) -> Array:
     return np.where(row_owner(laws, laws.memory), slider, 0.0)
 
 
-def _slid(laws: Laws, delta: Array, anchor: Array) -> tuple[Array, Array]:
-    """Slider (..., R), and a = k / (k + lambda) (..., G) with lambda the multiplier of the stop; 1 away from it.
+def _slid(laws: Laws, delta: Array, anchor: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Slider (..., R), and whether it is at its stop (..., G).
 
-    For a given lambda the least is anchor + shrunk(a delta - anchor, a S_1), and its length falls as lambda rises.
+    Away from the stop it is anchor + w <1 - S_1 / |w|> with w = delta - anchor.
     """
-    share = np.ones((*delta.shape[:-1], laws.first.size))
-    slider = _shrunk(laws, delta, anchor, share)
-    out = laws.memory & (size(laws, slider) > laws.clearance)
-    if not out.any():
-        return slider, share
-    low, high = np.zeros_like(share), share.copy()
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        beyond = size(laws, _shrunk(laws, delta, anchor, middle)) > laws.clearance
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    share = np.where(out, low, 1.0)
-    return _shrunk(laws, delta, anchor, share), share
-
-
-def _shrunk(laws: Laws, delta: Array, anchor: Array, share: Array) -> Array:
-    """anchor + w <1 - a S_1 / |w|>,  w = a delta - anchor."""
-    pull = row_owner(laws, share) * delta - anchor
+    pull = delta - anchor
     length = size(laws, pull)
-    factor = np.maximum(1.0 - share * laws.slip_start / np.where(length > 0, length, np.inf), 0.0)
-    factor = np.where(length > 0, factor, 0.0)
-    result: Array = anchor + row_owner(laws, factor) * pull
+    factor = np.where(length > laws.slip_start, 1.0 - laws.slip_start / np.where(length > 0, length, 1.0), 0.0)
+    slider: Array = anchor + row_owner(laws, factor) * pull
+    out = laws.memory & (size(laws, slider) > laws.clearance * (1 + _AT_STOP))
+    if out.any():
+        slider = np.where(row_owner(laws, out), _at_stop(laws, delta, anchor, out), slider)
+    return slider, out
+
+
+def _at_stop(laws: Laws, delta: Array, anchor: Array, out: NDArray[np.bool_]) -> Array:
+    """Slider on the circle of the clearance, between the directions of delta and the anchor; on delta's side of a row.
+
+    At the angle theta from delta, psi from the anchor, the slope of the energy along the circle is
+    k |delta| sin theta - F_m |anchor| sin psi / |slip|: zero, found by Newton steps kept between ends that close in.
+    """
+    first, pair = laws.first, laws.pair
+    second = first + pair
+    dx, dy = delta[..., first], np.where(pair, delta[..., second], 0.0)
+    px, py = anchor[..., first], np.where(pair, anchor[..., second], 0.0)
+    reach, radius, c = np.hypot(dx, dy), np.hypot(px, py), laws.clearance
+    cross = dx * py - dy * px
+    side = np.where(cross < 0, -1.0, 1.0)
+    end = np.where(out & pair, np.arctan2(np.abs(cross), dx * px + dy * py), 0.0)
+    # a slider at the stop already and pressed on may be held there by friction
+    stuck = (radius >= c * (1 - _AT_STOP)) & (reach * np.cos(end) >= c)
+    stuck &= laws.stiffness * reach * np.sin(end) <= laws.friction
+    low, high = np.where(stuck, end, 0.0), end
+    theta = (low + high) / 2
+    for _ in range(_SEARCH):
+        psi = end - theta
+        slip = np.sqrt(np.maximum((c - radius) ** 2 + 4 * c * radius * np.sin(psi / 2) ** 2, np.finfo(float).tiny))
+        drag, lean = laws.friction * radius / slip, np.sin(psi)
+        slope = laws.stiffness * reach * np.sin(theta) - drag * lean
+        bend = laws.stiffness * reach * np.cos(theta) + drag * (np.cos(psi) - c * radius * (lean / slip) ** 2)
+        low, high = np.where(slope < 0, theta, low), np.where(slope < 0, high, theta)
+        trial = theta - slope / np.where(bend > 0, bend, 1.0)
+        trial = np.where((bend > 0) & (trial >= low) & (trial <= high), trial, (low + high) / 2)
+        change, theta = np.abs(trial - theta), trial
+        if np.all(change <= _ANGLE):
+            break
+    along, across = c * np.cos(theta), side * c * np.sin(theta)
+    unit = np.where(reach > 0, reach, 1.0)
+    result = np.empty_like(delta)
+    result[..., second] = (along * dy + across * dx) / unit
+    result[..., first] = (along * dx - across * dy) / unit
     return result
 
 
@@ -303,12 +338,12 @@ def _sliding_tangent(laws: Laws, delta: Array, anchor: Array) -> Array:
     """Derivative of k (delta - s): k where it sticks, F_m / |delta - anchor| across the slip where it slides.
 
     At the stop the slider can only move along it, by k / D of what delta does along it, with
-    D = k + lambda + F_m (n . s / |s|)^2 / |s - anchor| and n the direction of the slip.
+    D = (k delta - F_m n) . s / |s|^2 + F_m (n . s / |s|)^2 / |s - anchor| and n the direction of the slip.
     """
     k, friction = laws.stiffness, laws.friction
-    slider, share = _slid(laws, delta, anchor)
+    slider, stopped = _slid(laws, delta, anchor)
     moved, pull = size(laws, slider - anchor), size(laws, delta - anchor)
-    slips, stopped = moved > 0, share < 1.0
+    slips = moved > 0
     unit = (delta - anchor) / row_owner(laws, np.where(pull > 0, pull, 1.0))
     free = np.where(slips, friction / np.where(pull > 0, pull, 1.0), k)
     result = _blocks(laws, unit, along=np.where(slips, 0.0, k), across=free)
@@ -318,7 +353,8 @@ def _sliding_tangent(laws: Laws, delta: Array, anchor: Array) -> Array:
     outward = slider / row_owner(laws, np.where(radius > 0, radius, 1.0))
     step = (slider - anchor) / row_owner(laws, np.where(slips, moved, 1.0))
     cosine = _dot(laws, step, outward)
-    D = k / np.maximum(share, 1e-12) + friction * cosine**2 / np.where(slips, moved, np.inf)
-    across = np.where(slips, k - k**2 / D, k)
+    D = (k * _dot(laws, delta, outward) - friction * cosine) / np.where(stopped, laws.clearance, 1.0)
+    D += friction * cosine**2 / np.where(slips, moved, np.inf)
+    across = np.where(slips & (D > 0), k - k**2 / np.where(D > 0, D, 1.0), k)
     held = _blocks(laws, outward, along=k * np.ones_like(across), across=across)
     return np.where(row_owner(laws, stopped)[..., :, None], held, result)
