@@ -100,6 +100,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "mesh_force_bound": ("N", "largest mesh force over all shaft phases"),
     "contact_lost": ("", "whether the mesh force falls to zero or below"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
+    "mesh_contact": ("", "whether the teeth touch"),
+    "group_force": ("N", "force in a bearing or spline with a law"),
+    "group_stretch": ("m", "displacement in a bearing or spline with a law"),
+    "group_state": ("", "what a bearing or spline does: play, stick, slip, stop"),
     "link_force": ("N", "force or moment in a bearing, support or coupling"),
     # steady
     "mesh_phase": ("1", "time in mesh cycles"),

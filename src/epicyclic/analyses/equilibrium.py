@@ -42,9 +42,12 @@ _FREE = 1e-12
 _STILL = 1e-10
 # Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
 _BALANCE = 1e-9
-# Stiffness an open mesh, or a group in its clearance, keeps in the Newton matrix (not in the forces), so that a body
-# held by nothing else does not make it singular; 1e-9 of a mesh is below any support, so the steps stay Newton steps.
+# Stiffness an open mesh keeps in the Newton matrix (not in the forces), so that a body whose meshes are all open does
+# not make it singular; 1e-9 of a mesh is below any support, so the steps stay Newton steps.
 _OPEN = 1e-9
+# The same of a group in its clearance.  Less leaves an unloaded body that just touches swinging round its clearance
+# with steps so long that the touch itself is not resolved; 1e-3 costs two steps more.
+_FLOATING = 1e-6
 # Rounding of the residual, per row and per its largest term.
 _ROUNDING = 1e-15
 # Drop of the residual that lets a full Newton step stand without a line search.
@@ -113,7 +116,7 @@ class _Rows:
         opening, m = approach - self.gap, self.k.shape[1]
         soft = np.tile(k0, (len(opening), 1))
         soft[:, :m] -= np.where(opening[:, :m] > 0, self.k, _OPEN * k0[:m])
-        soft[:, m:] *= 1.0 - _OPEN
+        soft[:, m:] *= 1.0 - _FLOATING
         matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
         if opening.shape[1] > m:
             matrix[:, m:] += law.tangent(self.laws, opening[:, m:], self.anchor) @ S[m:]

@@ -11,9 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..system.system import Array, System
+from ..system.system import Array, ComplexArray, Line, System
 
-__all__ = ["Excitation", "excitation", "hunting_cycles", "mesh_stiffness", "positive", "reference_tone", "turns"]
+__all__ = [
+    "Excitation",
+    "Record",
+    "excitation",
+    "hunting_cycles",
+    "mesh_stiffness",
+    "positive",
+    "record_of",
+    "reference_tone",
+    "turns",
+]
 
 # product of two numbers below this stays exact in int64
 _EXACT = 2**31
@@ -25,13 +35,43 @@ _LEAST = 1e-6
 class Excitation:
     """Stiffness, errors and load at T instants.
 
-    stiffness, gap : (T, m) of the meshes [N/m], [m].  link_gap : (T, p).  force : (T, n) generalised force at rest.
+    stiffness : (T, m) of the meshes [N/m].  gap : (T, m + R) of the meshes and the rows of groups [m].
+    link_gap : (T, p).  force : (T, n) generalised force at rest.
     """
 
     stiffness: Array
     gap: Array
     link_gap: Array
     force: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """Instants i / (samples unit), i = 0 .. count samples - 1.
+
+    unit : frequency of what is counted, exact [Hz].  name : what that is, ``mesh cycles``.
+    count : units of the record.  samples : instants per unit.
+    period : units after which all lines and mesh stiffnesses are as they were.
+    """
+
+    unit: Fraction
+    name: str
+    count: int
+    samples: int
+    period: int
+
+    @property
+    def instants(self) -> int:
+        """Number of instants."""
+        return self.count * self.samples
+
+    @property
+    def notes(self) -> list[str]:
+        """A warning where the record is shorter than the period."""
+        if self.count >= self.period:
+            return []
+        what = "hunting period" if self.name == "mesh cycles" else "common period"
+        return [f"record of {self.count} {self.name} is shorter than the {what} of {self.period}"]
 
 
 def positive(name: str, value: int | None, default: int) -> int:
@@ -53,6 +93,63 @@ def reference_tone(system: System) -> Fraction:
     if not system.tones or not len(system.meshes.tone):
         return Fraction(1)
     return system.tones[int(system.meshes.tone[0])]
+
+
+def record_of(
+    system: System,
+    *,
+    cycles: int | None,
+    turns: int | None,
+    of: str | None,
+    samples: int,
+    most: int,
+    slow: bool = False,
+) -> Record:
+    """The record that is asked for; the common period, as far as `most` instants go, where no length is.
+
+    Parameters
+    ----------
+    cycles : mesh cycles of the first mesh.  turns : turns of the body `of`; `of` alone asks for its common period.
+    samples : instants per mesh cycle or turn.  most : instants that may be chosen.
+    slow : where nothing changes within a mesh cycle, count in cycles of the fastest line instead.
+
+    Raises
+    ------
+    ModelError : a number that is none, both lengths, a body that does not turn.
+    """
+    if cycles is not None and (turns is not None or of is not None):
+        raise ModelError("a record has one length", path="cycles, turns", allowed="cycles, or turns of a body")
+    unit, name = reference_tone(system), "mesh cycles"
+    if turns is not None or of is not None:
+        unit, name = _turning(system, of), f"turns of {of}"
+    elif slow and cycles is None and (fastest := _slow_line(system)):
+        unit, name = fastest, "cycles of the fastest error"
+    varying = np.any(system.meshes.variation != 0, axis=1)
+    tones = [system.tones[i] for i in np.unique(system.meshes.tone[varying])] if system.tones else []
+    period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
+    length = cycles if turns is None else turns
+    count = positive("cycles" if turns is None else "turns", length, min(period, max(1, most // samples)))
+    return Record(unit=unit, name=name, count=count, samples=samples, period=period)
+
+
+def _turning(system: System, body: str | None) -> Fraction:
+    """Turns per second of a body, exact."""
+    known = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=False) if turn}
+    if body is None or body not in known:
+        raise ModelError(
+            "turns are counted of a body that turns",
+            path="of",
+            given=body,
+            allowed=", ".join(known) or "a train's speed",
+        )
+    return known[body]
+
+
+def _slow_line(system: System) -> Fraction | None:
+    """Frequency of the fastest line, where mesh stiffnesses are constant and no line reaches a mesh frequency."""
+    fastest = max((line.frequency for line in system.lines), default=Fraction(0))
+    constant = not np.any(system.meshes.variation)
+    return fastest if constant and system.tones and 0 < fastest < min(system.tones) else None
 
 
 def turns(ratio: Fraction, index: NDArray[np.int64]) -> Array:
@@ -92,6 +189,7 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
     Of a line's force the part at rest counts (``force[0]``); what grows with speed is inertia.
     """
     T, m, p = len(index), len(system.meshes.name), len(system.links.name)
+    R = sum(len(group.rows) for group in system.groups)
     lines = system.lines
     waves = np.empty((T, len(lines)), dtype=complex)
     for column, line in enumerate(lines):
@@ -103,7 +201,12 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
 
     return Excitation(
         stiffness=mesh_stiffness(system, tone, index, samples),
-        gap=total([line.gap for line in lines], m),
+        gap=np.hstack([total([line.gap for line in lines], m), total([_group_gap(line, R) for line in lines], R)]),
         link_gap=total([line.link_gap for line in lines], p),
         force=system.force + total([line.force[0] for line in lines], len(system.force)),
     )
+
+
+def _group_gap(line: Line, rows: int) -> ComplexArray:
+    """Errors of the rows of groups; a line that says none has none."""
+    return line.group_gap if line.group_gap.size else np.zeros(rows, dtype=complex)

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
-from fractions import Fraction
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..system import laws as law
 from ..system.system import Array, System
-from .equilibrium import Compliance, compliance_of, equilibrium, require_balance
-from .record import excitation, hunting_cycles, positive, reference_tone
+from .equilibrium import compliance_of
+from .record import Record, positive, record_of
+from .trace import Piece, history_note, trace
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["OPEN", "free_position_warnings", "period_cycles", "static"]
+__all__ = ["OPEN", "free_position_warnings", "law_attributes", "static"]
 
-_CHUNK = 2048
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
 OPEN = 1e-7
-# A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles`.
+# A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles` or `turns`.
 _CYCLES = 64
 
 
@@ -30,6 +32,8 @@ def static(
     system: System,
     *,
     cycles: int | None = None,
+    turns: int | None = None,
+    of: str | None = None,
     samples: int = 32,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -38,36 +42,45 @@ def static(
     Loads at rest count (torques, gravity, forces, link errors times stiffness); inertia does not.  The far flanks are
     taken as never touching: backlash is not used here.  Displacements leave out motions without stiffness (the turning
     of the whole train).  Time runs at the operating speed; without speeds it is counted in mesh cycles.
+    Links with a law (play, rolling elements, spline) follow it; attributes ``laws`` and ``history`` say which.
 
     Parameters
     ----------
-    cycles : mesh cycles of the first mesh; the hunting period, at most 64, where None.
-    samples : instants per mesh cycle.  progress : called with the share done, 0..1.
+    cycles : mesh cycles of the first mesh; the common period of all lines, at most 64, where None.
+    turns : instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns, at most 2048
+        instants.
+    samples : instants per mesh cycle or turn.  progress : called with the share done, 0..1.
 
     Raises
     ------
     ModelError : an option out of range, or a load that nothing balances or holds.
     ConvergenceError : the equilibrium was not found.
     """
-    tone, period = reference_tone(system), period_cycles(system)
     samples = positive("samples", samples, 32)
-    cycles = positive("cycles", cycles, min(period, _CYCLES))
+    record = record_of(
+        system, cycles=cycles, turns=turns, of=of, samples=samples, most=_CYCLES * (samples if of is None else 32)
+    )
     flexible = compliance_of(system)
-    force, displacement, link_force = _solve(system, flexible, tone, cycles * samples, samples, progress)
-    warnings = [*system.warnings, *free_position_warnings(system, flexible.free)]
-    if cycles < period:
-        warnings.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
-    lost = np.any(force <= OPEN * np.max(force, initial=0.0), axis=0)
+    pieces = list(trace(system, flexible, record, progress))
+    warnings = [*system.warnings, *free_position_warnings(system, flexible.free), *record.notes]
+    force = np.concatenate([piece.state.mesh_force for piece in pieces])
+    touching = force > OPEN * np.max(force, initial=0.0)
+    lost = ~np.all(touching, axis=0)
     if np.any(lost):
         names = [name for name, open_ in zip(system.meshes.name, lost, strict=True) if open_]
         warnings.append(f"meshes open: {', '.join(names)}; bodies held by them alone have no unique position")
-    return _dataset(system, tone, cycles, samples, (force, displacement, link_force, lost), warnings)
+    return _dataset(system, record, pieces, touching, warnings)
 
 
-def period_cycles(system: System) -> int:
-    """Exact common period of all lines and mesh frequencies, in cycles of the reference mesh."""
-    tone = reference_tone(system)
-    return hunting_cycles([f / tone for f in (*(line.frequency for line in system.lines), *system.tones)])
+def law_attributes(system: System, record: Record) -> dict[str, str]:
+    """What a result says about its laws: kind and numbers of each, the derived slip start, and how a history begins."""
+    if not system.groups:
+        return {}
+    said = {
+        group.name: {"kind": group.law.kind, **asdict(group.law), "slip_start": group.law.slip_start}
+        for group in system.groups
+    }
+    return {"laws": json.dumps(said), "history": history_note(system, record)}
 
 
 def free_position_warnings(system: System, free: Array) -> list[str]:
@@ -90,58 +103,51 @@ def free_position_warnings(system: System, free: Array) -> list[str]:
     return [f"position of {', '.join(bodies)} is not unique: no support holds it; mesh forces are"]
 
 
-def _solve(
-    system: System,
-    flexible: Compliance,
-    tone: Fraction,
-    count: int,
-    samples: int,
-    progress: Callable[[float], None] | None,
-) -> tuple[Array, Array, Array]:
-    """Mesh forces (count, m), displacements (count, n) and link forces (count, p)."""
-    links = system.links
-    parts = []
-    for first in range(0, count, _CHUNK):
-        index = np.arange(first, min(first + _CHUNK, count), dtype=np.int64)
-        here = excitation(system, tone, index, samples)
-        require_balance(flexible.free, here.force, system.dofs.names)
-        state = equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force)
-        link = links.stiffness * (state.displacement @ links.B - here.link_gap)
-        parts.append((state.mesh_force, state.displacement, link))
-        if progress is not None:
-            progress((index[-1] + 1) / count)
-    force, displacement, link_force = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return force, displacement, link_force
-
-
 def _dataset(
-    system: System,
-    tone: Fraction,
-    cycles: int,
-    samples: int,
-    state: tuple[Array, Array, Array, np.ndarray],
-    warnings: list[str],
+    system: System, record: Record, pieces: list[Piece], touching: np.ndarray, warnings: list[str]
 ) -> xr.Dataset:
     from ..results import dataset
 
-    force, displacement, link_force, lost = state
+    displacement = np.concatenate([piece.state.displacement for piece in pieces])
+    coords = {
+        "mesh": np.array(system.meshes.name, dtype=object),
+        "dof": np.array(system.dofs.names, dtype=object),
+        "link_row": np.array(system.links.name, dtype=object),
+        "time": np.arange(record.instants) / record.samples / float(record.unit),
+    }
+    groups = {}
+    if system.groups:
+        coords["group"] = np.array([group.name for group in system.groups], dtype=object)
+        groups = _group_columns(system, pieces)
     result = dataset(
         {
-            "mesh_force": (("mesh", "time"), force.T),
+            "mesh_force": (("mesh", "time"), np.concatenate([piece.state.mesh_force for piece in pieces]).T),
             "displacement": (("dof", "time"), (displacement * system.dofs.radius).T),
-            "link_force": (("link_row", "time"), link_force.T),
-            "contact_lost": ("mesh", lost),
+            "link_force": (("link_row", "time"), np.concatenate([piece.link_force for piece in pieces]).T),
+            "mesh_contact": (("mesh", "time"), touching.T),
+            "contact_lost": ("mesh", ~np.all(touching, axis=0)),
+            **groups,
         },
-        {
-            "mesh": np.array(system.meshes.name, dtype=object),
-            "dof": np.array(system.dofs.names, dtype=object),
-            "link_row": np.array(system.links.name, dtype=object),
-            "time": np.arange(cycles * samples) / samples / float(tone),
-        },
+        coords,
         verb="static",
-        options={"cycles": cycles, "samples": samples},
-        provenance=system.provenance,
+        options={"cycles" if record.name == "mesh cycles" else record.name: record.count, "samples": record.samples},
+        provenance={**system.provenance, **law_attributes(system, record)},
         warnings=warnings,
     )
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     return result
+
+
+def _group_columns(system: System, pieces: list[Piece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:
+    """Force, stretch and state of every group over time."""
+    laws = system.laws
+
+    def column(values: list[np.ndarray]) -> tuple[tuple[str, str], np.ndarray]:
+        return ("group", "time"), np.concatenate(values).T
+
+    states = np.array(law.STATES, dtype=object)
+    return {
+        "group_force": column([law.size(laws, piece.state.group_force) for piece in pieces]),
+        "group_stretch": column([law.size(laws, piece.state.group_stretch) for piece in pieces]),
+        "group_state": column([states[law.state(laws, p.state.group_stretch, p.anchor)] for p in pieces]),
+    }

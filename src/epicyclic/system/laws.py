@@ -44,8 +44,10 @@ __all__ = [
 Array = NDArray[np.float64]
 
 STATES = ("play", "stick", "slip", "stop")
-# halvings of the multiplier at the stop: below rounding
-_HALVINGS = 54
+# a slider this part of the clearance beyond it is at the stop: rounding of its steps
+_AT_STOP = 1e-12
+# Newton steps or halvings until its angle there is found to rounding [rad]
+_SEARCH, _ANGLE = 60, 1e-15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,6 +121,11 @@ class Laws:
     def slip_start(self) -> Array:
         """S_1 (G,) [m]."""
         return self.friction / self.stiffness
+
+    @property
+    def pair(self) -> NDArray[np.bool_]:
+        """Whether a group has two rows (G,); else one."""
+        return np.diff(np.append(self.first, self.owner.size)) == 2
 
     @property
     def row_stiffness(self) -> Array:
@@ -256,8 +263,7 @@ def state(laws: Laws, delta: Array, anchor: Array | None = None) -> NDArray[np.i
         return found
     slider = slide(laws, delta, anchor)
     moved = size(laws, slider - anchor) > 0
-    # rounding of the slider at its stop
-    stopped = size(laws, slider) >= laws.clearance * (1 - 1e-12)
+    stopped = size(laws, slider) >= laws.clearance * (1 - _AT_STOP)
     return np.where(laws.memory, np.where(stopped, 3, np.where(moved, 2, 1)), found)
 
 
@@ -270,32 +276,57 @@ def slide(laws: Laws, delta: Array, anchor: Array) -> Array:
     return np.where(row_owner(laws, laws.memory), slider, 0.0)
 
 
-def _slid(laws: Laws, delta: Array, anchor: Array) -> tuple[Array, Array]:
-    """Slider (..., R), and a = k / (k + lambda) (..., G) with lambda the multiplier of the stop; 1 away from it.
+def _slid(laws: Laws, delta: Array, anchor: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Slider (..., R), and whether it is at its stop (..., G).
 
-    For a given lambda the least is anchor + shrunk(a delta - anchor, a S_1), and its length falls as lambda rises.
+    Away from the stop it is anchor + w <1 - S_1 / |w|> with w = delta - anchor.
     """
-    share = np.ones((*delta.shape[:-1], laws.first.size))
-    slider = _shrunk(laws, delta, anchor, share)
-    out = laws.memory & (size(laws, slider) > laws.clearance)
-    if not out.any():
-        return slider, share
-    low, high = np.zeros_like(share), share.copy()
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        beyond = size(laws, _shrunk(laws, delta, anchor, middle)) > laws.clearance
-        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    share = np.where(out, low, 1.0)
-    return _shrunk(laws, delta, anchor, share), share
-
-
-def _shrunk(laws: Laws, delta: Array, anchor: Array, share: Array) -> Array:
-    """anchor + w <1 - a S_1 / |w|>,  w = a delta - anchor."""
-    pull = row_owner(laws, share) * delta - anchor
+    pull = delta - anchor
     length = size(laws, pull)
-    factor = np.maximum(1.0 - share * laws.slip_start / np.where(length > 0, length, np.inf), 0.0)
-    factor = np.where(length > 0, factor, 0.0)
-    result: Array = anchor + row_owner(laws, factor) * pull
+    factor = np.where(length > laws.slip_start, 1.0 - laws.slip_start / np.where(length > 0, length, 1.0), 0.0)
+    slider: Array = anchor + row_owner(laws, factor) * pull
+    out = laws.memory & (size(laws, slider) > laws.clearance * (1 + _AT_STOP))
+    if out.any():
+        slider = np.where(row_owner(laws, out), _at_stop(laws, delta, anchor, out), slider)
+    return slider, out
+
+
+def _at_stop(laws: Laws, delta: Array, anchor: Array, out: NDArray[np.bool_]) -> Array:
+    """Slider on the circle of the clearance, between the directions of delta and the anchor; on delta's side of a row.
+
+    At the angle theta from delta, psi from the anchor, the slope of the energy along the circle is
+    k |delta| sin theta - F_m |anchor| sin psi / |slip|: zero, found by Newton steps kept between ends that close in.
+    """
+    first, pair = laws.first, laws.pair
+    second = first + pair
+    dx, dy = delta[..., first], np.where(pair, delta[..., second], 0.0)
+    px, py = anchor[..., first], np.where(pair, anchor[..., second], 0.0)
+    reach, radius, c = np.hypot(dx, dy), np.hypot(px, py), laws.clearance
+    cross = dx * py - dy * px
+    side = np.where(cross < 0, -1.0, 1.0)
+    end = np.where(out & pair, np.arctan2(np.abs(cross), dx * px + dy * py), 0.0)
+    # a slider at the stop already and pressed on may be held there by friction
+    stuck = (radius >= c * (1 - _AT_STOP)) & (reach * np.cos(end) >= c)
+    stuck &= laws.stiffness * reach * np.sin(end) <= laws.friction
+    low, high = np.where(stuck, end, 0.0), end
+    theta = (low + high) / 2
+    for _ in range(_SEARCH):
+        psi = end - theta
+        slip = np.sqrt(np.maximum((c - radius) ** 2 + 4 * c * radius * np.sin(psi / 2) ** 2, np.finfo(float).tiny))
+        drag, lean = laws.friction * radius / slip, np.sin(psi)
+        slope = laws.stiffness * reach * np.sin(theta) - drag * lean
+        bend = laws.stiffness * reach * np.cos(theta) + drag * (np.cos(psi) - c * radius * (lean / slip) ** 2)
+        low, high = np.where(slope < 0, theta, low), np.where(slope < 0, high, theta)
+        trial = theta - slope / np.where(bend > 0, bend, 1.0)
+        trial = np.where((bend > 0) & (trial >= low) & (trial <= high), trial, (low + high) / 2)
+        change, theta = np.abs(trial - theta), trial
+        if np.all(change <= _ANGLE):
+            break
+    along, across = c * np.cos(theta), side * c * np.sin(theta)
+    unit = np.where(reach > 0, reach, 1.0)
+    result = np.empty_like(delta)
+    result[..., second] = (along * dy + across * dx) / unit
+    result[..., first] = (along * dx - across * dy) / unit
     return result
 
 
@@ -303,12 +334,12 @@ def _sliding_tangent(laws: Laws, delta: Array, anchor: Array) -> Array:
     """Derivative of k (delta - s): k where it sticks, F_m / |delta - anchor| across the slip where it slides.
 
     At the stop the slider can only move along it, by k / D of what delta does along it, with
-    D = k + lambda + F_m (n . s / |s|)^2 / |s - anchor| and n the direction of the slip.
+    D = (k delta - F_m n) . s / |s|^2 + F_m (n . s / |s|)^2 / |s - anchor| and n the direction of the slip.
     """
     k, friction = laws.stiffness, laws.friction
-    slider, share = _slid(laws, delta, anchor)
+    slider, stopped = _slid(laws, delta, anchor)
     moved, pull = size(laws, slider - anchor), size(laws, delta - anchor)
-    slips, stopped = moved > 0, share < 1.0
+    slips = moved > 0
     unit = (delta - anchor) / row_owner(laws, np.where(pull > 0, pull, 1.0))
     free = np.where(slips, friction / np.where(pull > 0, pull, 1.0), k)
     result = _blocks(laws, unit, along=np.where(slips, 0.0, k), across=free)
@@ -318,7 +349,8 @@ def _sliding_tangent(laws: Laws, delta: Array, anchor: Array) -> Array:
     outward = slider / row_owner(laws, np.where(radius > 0, radius, 1.0))
     step = (slider - anchor) / row_owner(laws, np.where(slips, moved, 1.0))
     cosine = _dot(laws, step, outward)
-    D = k / np.maximum(share, 1e-12) + friction * cosine**2 / np.where(slips, moved, np.inf)
-    across = np.where(slips, k - k**2 / D, k)
+    D = (k * _dot(laws, delta, outward) - friction * cosine) / np.where(stopped, laws.clearance, 1.0)
+    D += friction * cosine**2 / np.where(slips, moved, np.inf)
+    across = np.where(slips & (D > 0), k - k**2 / np.where(D > 0, D, 1.0), k)
     held = _blocks(laws, outward, along=k * np.ones_like(across), across=across)
     return np.where(row_owner(laws, stopped)[..., :, None], held, result)

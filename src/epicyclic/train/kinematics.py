@@ -352,7 +352,10 @@ def _work(loads: Mapping[str, Fraction], motion: Motion) -> Fraction:
 
 
 def _inner_torques(
-    members: Sequence[str], rows: Sequence[Mapping[str, Fraction]], second: Sequence[str], torque: Mapping[str, Fraction]
+    members: Sequence[str],
+    rows: Sequence[Mapping[str, Fraction]],
+    second: Sequence[str],
+    torque: Mapping[str, Fraction],
 ) -> list[float]:
     """Torque of each mesh and tie on its member b [N m], from tau + A^T lambda = 0."""
     matrix = [[row.get(name, Fraction(0)) for row in rows] for name in members]
