@@ -13,6 +13,7 @@ from ..errors import ModelError
 from ..system.system import System
 from .eigen import Whirl, eigen, whirl
 from .kinds import sort_modes
+from .linear import linearised
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,7 @@ def campbell(
     speeds = np.atleast_1d(np.asarray(relative_speeds, dtype=float))
     if not speeds.size or not np.all(np.isfinite(speeds)):
         raise ModelError("speeds must be finite numbers", given=relative_speeds, path="relative_speeds")
+    system = linearised(system)
     modes = eigen(system)
     followed: list[Whirl] = []
     for i, speed in enumerate(speeds):

@@ -13,6 +13,7 @@ import scipy.linalg
 from ..errors import ModelError
 from ..system.system import Array, ComplexArray, System
 from .basis import mean_modes
+from .linear import linearised
 
 __all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "whirl"]
 
@@ -57,7 +58,7 @@ def eigen(system: System) -> Modes:
     ModelError : a mass or inertia is missing, or the mean system is statically unstable.
     """
     system.require_inertia()
-    squared, vectors = mean_modes(system)
+    squared, vectors = mean_modes(linearised(system))
     return Modes(omega_squared=squared, vectors=vectors)
 
 
@@ -95,6 +96,7 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
     """
     if damped and not system.damped:
         raise ModelError("damped modes need damping, and none is given", path="damping", allowed="modal, mesh, ...")
+    system = linearised(system)
     modes = eigen(system) if modes is None else modes
     C, K = _modal_matrices(system, modes, relative_speed, damped)
     Q, neutral = _neutral_first(K, np.flatnonzero(modes.omega_squared == 0))

@@ -310,7 +310,8 @@ def _best_length(S: Array, k0: Array, residual: Array, direction: Array, approac
         def slope(a: Array, instants: np.ndarray) -> Array:
             w = approach[falling[instants]] + a[:, None] * d[instants]
             rising = curvature[falling[instants]] * a
-            return rest[falling[instants]] + rising + np.sum(d[instants] * here.at(instants).force(w), axis=1)
+            value: Array = rest[falling[instants]] + rising + np.sum(d[instants] * here.at(instants).force(w), axis=1)
+            return value
 
         kinks = here.kinks(approach[falling] - here.gap, d)
         length[falling] = least(slope, kinks, start[falling])
@@ -321,7 +322,8 @@ def _far_slope(rest: Array, closing: Array, approach: Array, rows: _Rows) -> Arr
     """Slope (T,) behind the last kink of the meshes, in a direction of no final stiffness."""
     kinks = rows.kinks(approach - rows.gap, closing)[:, : rows.k.shape[1]]
     last = np.max(np.where(np.isfinite(kinks), kinks, 0.0), axis=1, initial=0.0)
-    return rest + np.sum(closing * rows.force(approach + last[:, None] * closing), axis=1)
+    slope: Array = rest + np.sum(closing * rows.force(approach + last[:, None] * closing), axis=1)
+    return slope
 
 
 def _finished(

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ConvergenceError
 from ..system.system import Array
 
 __all__ = ["Slope", "least"]
 
-Slope = Callable[[Array, Array], Array]
+Slope = Callable[[Array, NDArray[np.int64]], Array]
 """(lengths (t,), instants (t,) of the batch) -> slope at those lengths."""
 
 # Slope at the place found, per slope at the start: a longer search changes the next Newton step by less than that.
@@ -27,7 +28,7 @@ def least(slope: Slope, kinks: Array, start: Array) -> Array:
 
     Parameters
     ----------
-    slope : rising function.  kinks : (T, J) candidate places, any order; those not above zero or not finite are left out.
+    slope : rising function.  kinks : (T, J) candidate places in any order; only those above zero and finite count.
     start : (T,) slope at zero, negative.
 
     Raises
@@ -35,7 +36,7 @@ def least(slope: Slope, kinks: Array, start: Array) -> Array:
     ConvergenceError : the slope stays negative however far one goes.
     """
     count, J = kinks.shape
-    here = np.arange(count)
+    here = np.arange(count, dtype=np.int64)
     places = np.sort(np.where(np.isfinite(kinks) & (kinks > 0), kinks, np.inf), axis=1)
     known = np.sum(np.isfinite(places), axis=1)
     before, after = np.full(count, -1), known.copy()
@@ -61,7 +62,7 @@ def _upper_end(slope: Slope, low: Array, high: Array, slope_high: Array) -> tupl
     high, slope_high = high.copy(), slope_high.copy()
     length = np.maximum(low, 1.0)
     for _ in range(_DOUBLINGS):
-        endless = np.flatnonzero(~np.isfinite(high))
+        endless = np.flatnonzero(~np.isfinite(high)).astype(np.int64)
         if not endless.size:
             return high, slope_high
         place = low[endless] + length[endless]
@@ -76,7 +77,7 @@ def _between(slope: Slope, lower: tuple[Array, Array], upper: tuple[Array, Array
     """A place inside each interval where the slope is within `level` of zero: secants, halved where they stall."""
     (low, slope_low), (high, slope_high) = lower, upper
     place = low.copy()
-    todo = np.flatnonzero(-slope_low > level)
+    todo = np.flatnonzero(-slope_low > level).astype(np.int64)
     # an end that stays is given half its slope (Illinois), so that both ends move
     side = np.zeros(len(low), dtype=np.int64)
     for _ in range(_HALVINGS):

@@ -12,6 +12,7 @@ from ..system.system import Array, System
 from .eigen import Modes, Whirl, damping_ratios, eigen, whirl
 from .energy import connections, kinetic_energy_share, strain_energy_share
 from .kinds import Sorted, normalised, sort_modes
+from .linear import linearised
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,6 +32,7 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
 
     Parameters
     ----------
+    system : where links have laws, their tangents at the mean load stand for them (`linear.linearised`).
     relative_speed : speed per operating speed [1]; other than 0 brings in the gyroscopic and centripetal terms.
     damped : solve the damped problem.  Undamped, damping ratios are the modal projection at standstill (nan without
         damping) and nan at speed.
@@ -39,6 +41,7 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
     ------
     ModelError : mass or inertia missing, an unstable mean system, or no damping where it is asked for.
     """
+    system = linearised(system)
     modes = eigen(system)
     if relative_speed == 0 and not damped:
         values: NDArray[np.inexact] = modes.omega_squared

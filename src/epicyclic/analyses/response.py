@@ -14,6 +14,7 @@ from ..system.system import Array, System
 from .basis import Modal, modal_form
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
 from .harmonic import Kernel, Rows, Solved, kernel, solve
+from .linear import linearised
 
 __all__ = ["Block", "FrameSpeed", "Response", "respond", "response"]
 
@@ -67,7 +68,7 @@ class Block:
 
 
 def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Response:
-    """Prepare a System for its periodic response.
+    """Prepare a System for its periodic response; tangents at the mean load stand for the laws of links.
 
     Raises
     ------
@@ -75,6 +76,7 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Respon
     """
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
+    system = linearised(system)
     modal = modal_form(system)
     return Response(system=system, modal=modal, lines=excitation(system, modal), frame_speed=frame_speed)
 

@@ -14,7 +14,9 @@ from ..errors import ModelError
 from ..system.system import Array, System
 from .definitions import DEFINITIONS, Group, Tally, coefficients, groups, merge, simultaneous, tally
 from .equilibrium import Compliance, compliance_of, equilibrium
-from .record import hunting_cycles, mesh_stiffness, positive, reference_tone
+from .linear import linearised
+from .record import hunting_cycles, mesh_stiffness, positive, record_of, reference_tone
+from .recorded import carries_load, recorded, require_speed, share_notes, total
 from .static import OPEN, free_position_warnings
 from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
 from .worst import Source, worst_case
@@ -38,6 +40,8 @@ def sharing(
     *,
     method: Method = "steady",
     cycles: int | None = None,
+    turns: int | None = None,
+    of: str | None = None,
     samples: int | None = None,
     relative_speed: float = 1.0,
     stored_cycles: int | None = None,
@@ -46,25 +50,47 @@ def sharing(
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
 
     Meshes of one pair and side share the load.  ``steady`` takes the vibrating train with linear contact;
-    ``static`` the equilibrium at each instant with meshes that open.
+    ``static`` the equilibrium at each instant with meshes that open and links that follow their laws.
 
     Parameters
     ----------
     cycles : mesh cycles of the record; the exact hunting period where None and affordable.  The worst case is always
         over the hunting period.
-    samples : instants per mesh cycle; None: what `periodic` takes, 64 for ``static``.
+    turns : of ``static``, instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns.
+    samples : instants per mesh cycle or turn; None: what `periodic` takes, 64 for ``static``, 32 with laws, several
+        mesh frequencies or turns.
     relative_speed : speed per operating speed [1].
     stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
     progress : called with the share done, 0..1.
 
     Raises
     ------
-    ModelError : an option out of range, several mesh frequencies, no load, or what the method raises.
+    ModelError : an option out of range, several mesh frequencies in ``steady``, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
+    if method == "static" and (turns is not None or of is not None or system.groups or _tones(system) > 1):
+        require_speed(relative_speed)
+        return recorded(
+            system,
+            record=record_of(
+                system,
+                cycles=cycles,
+                turns=turns,
+                of=of,
+                samples=positive("samples", samples, 32),
+                most=_SOLVED,
+                slow=True,
+            ),
+            relative_speed=relative_speed,
+            stored=stored_cycles,
+            progress=progress,
+        )
+    if turns is not None or of is not None:
+        raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
+    system = linearised(system)
     waves, source, tone, notes = _source(system, method, samples, relative_speed)
     members = groups(system.meshes)
-    loaded = _loaded(waves, members)
+    loaded = carries_load(waves.mean.mean(axis=1), members)
     period = hunting_cycles(waves.ratios)
     affordable = _affordable(waves, method)
     cycles = positive("cycles", cycles, min(period, affordable))
@@ -100,13 +126,7 @@ def _source(
         return waves, lambda phases: forces(waves, phases), solution.tone, []
     if method != "static":
         raise ModelError("no such method", path="method", given=method, allowed="steady, static")
-    if not relative_speed > 0:
-        raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
-    if len({system.tones[tone] for tone in system.meshes.tone} if system.tones else ()) > 1:
-        raise ModelError(
-            "load sharing per mesh cycle needs one mesh frequency, and this train has several",
-            allowed="`static` or `transient`, which give the mesh forces themselves",
-        )
+    require_speed(relative_speed)
     tone = reference_tone(system)
     flexible = compliance_of(system)
     waves = static_waves(system, flexible, tone, positive("samples", samples, 64))
@@ -148,26 +168,6 @@ def _affordable(waves: Waves, method: str) -> int:
     return max(1, cycles)
 
 
-def _loaded(waves: Waves, members: list[Group]) -> np.ndarray:
-    """Meshes of groups that carry load in the mean, (m,).
-
-    Raises
-    ------
-    ModelError : none does.
-    """
-    mean = waves.mean.mean(axis=1)
-    # an idle group beside loaded ones carries rounding
-    least = 1e-9 * float(np.max(np.abs(mean), initial=0.0))
-    loaded = np.zeros(len(mean), dtype=bool)
-    for group in members:
-        loaded[group] = mean[group].sum() > least
-    if not loaded.any():
-        raise ModelError(
-            "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque"
-        )
-    return loaded
-
-
 def _walk(
     source: Source, waves: Waves, members: list[Group], cycles: int, progress: Callable[[float], None] | None
 ) -> Tally:
@@ -201,11 +201,13 @@ def _notes(system: System, method: str, open_: np.ndarray, loaded: np.ndarray, c
     lost = _names(system, open_)
     if lost and method == "steady":
         notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
-    elif lost:
-        notes.append(f"meshes open: {lost}")
-    if not loaded.all():
-        notes.append(f"no load, hence no load sharing, in {_names(system, ~loaded)}")
-    return notes
+        open_ = np.zeros_like(open_)
+    return notes + share_notes(system, open_, loaded)
+
+
+def _tones(system: System) -> int:
+    """Number of mesh frequencies."""
+    return len({system.tones[tone] for tone in system.meshes.tone} if system.tones else ())
 
 
 def _names(system: System, chosen: np.ndarray) -> str:
@@ -232,7 +234,7 @@ def _dataset(
     result = dataset(
         {
             "load_sharing": (("definition", "mesh"), values),
-            "system_load_sharing": ("definition", np.nanmax(values, axis=1)),
+            "system_load_sharing": ("definition", total(values)),
             "load_sharing_history": (("mesh", "time"), ratio.transpose(1, 0, 2).reshape(m, -1)),
             "mesh_force": (("mesh", "time"), history.transpose(1, 0, 2).reshape(m, -1)),
             "mesh_force_bound": ("mesh", largest),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,7 @@ from .trace import Piece, history_note, trace
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["OPEN", "free_position_warnings", "law_attributes", "static"]
+__all__ = ["OPEN", "free_position_warnings", "group_columns", "law_attributes", "static"]
 
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
@@ -109,16 +109,14 @@ def _dataset(
     from ..results import dataset
 
     displacement = np.concatenate([piece.state.displacement for piece in pieces])
-    coords = {
+    coords: dict[Hashable, np.ndarray] = {
         "mesh": np.array(system.meshes.name, dtype=object),
         "dof": np.array(system.dofs.names, dtype=object),
         "link_row": np.array(system.links.name, dtype=object),
         "time": np.arange(record.instants) / record.samples / float(record.unit),
     }
-    groups = {}
     if system.groups:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
-        groups = _group_columns(system, pieces)
     result = dataset(
         {
             "mesh_force": (("mesh", "time"), np.concatenate([piece.state.mesh_force for piece in pieces]).T),
@@ -126,7 +124,7 @@ def _dataset(
             "link_force": (("link_row", "time"), np.concatenate([piece.link_force for piece in pieces]).T),
             "mesh_contact": (("mesh", "time"), touching.T),
             "contact_lost": ("mesh", ~np.all(touching, axis=0)),
-            **groups,
+            **group_columns(system, pieces),
         },
         coords,
         verb="static",
@@ -138,8 +136,10 @@ def _dataset(
     return result
 
 
-def _group_columns(system: System, pieces: list[Piece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:
-    """Force, stretch and state of every group over time."""
+def group_columns(system: System, pieces: list[Piece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:
+    """Force, stretch and state of every group over time; nothing without groups."""
+    if not system.groups:
+        return {}
     laws = system.laws
 
     def column(values: list[np.ndarray]) -> tuple[tuple[str, str], np.ndarray]:

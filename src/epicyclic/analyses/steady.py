@@ -119,6 +119,7 @@ def steady(system: System, *, relative_speed: float = 1.0, samples: int = 64) ->
 
     theta = np.arange(_counted(samples)) / samples
     ready, block = _solved(system, relative_speed, _TOLERANCE)
+    system = ready.system
     fine = np.arange(count := max(256, 4 * samples_needed(ready, block.harmonics))) / count
     force, radius = mesh_forces(ready, block, fine)[:, 0], system.dofs.radius[:, None]
     lines = shaft_forces(ready, block, fine)[:, 0]

@@ -82,9 +82,8 @@ def structure_of(train: Train) -> Structure:
         for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
             if k != 0.0 or c != 0.0:
                 second = -1 if link.second is None else index[link.second]
-                ends = index[link.first], second
-                law = direction in lawful
-                rows.append(LinkRow(link.name, link.path, direction, *ends, k, c, link.second is None, law))
+                place = link.name, link.path, direction, index[link.first], second
+                rows.append(LinkRow(*place, k, c, link.second is None, direction in lawful))
                 owners.append(link)
     places = np.array([(*body.centre, body.station) for body in train.bodies])
     ends = np.array([(index[mesh.a], index[mesh.b]) for mesh in train.meshes], np.int64).reshape(-1, 2)

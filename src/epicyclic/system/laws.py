@@ -5,9 +5,9 @@ All laws but one are radial, force = f(rho) delta / rho with
 
     f(rho) = min(k rho, F_m) + C <rho - S_2>^n        S_1 = F_m / k,  S_2 = S_1 + clearance
 
-Without friction (F_m = 0) that is play and then a power law; with friction it is a spline [dong2019, eq. 27]: elastic up
-to the slip start S_1, sliding at F_m until the clearance is used up, elastic again.  S_1 is derived: any other value
-makes the force jump.  C follows from k, the tangent stiffness at the stated load F: k = n C^(1/n) F^((n - 1)/n).
+Without friction (F_m = 0) that is play and then a power law; with friction it is a spline [dong2019, eq. 27]: elastic
+up to the slip start S_1, sliding at F_m until the clearance is used up, elastic again.  S_1 is derived: any other
+value makes the force jump.  C follows from k, the tangent stiffness at the stated load F: k = n C^(1/n) F^((n - 1)/n).
 
 The law with a memory (Coulomb) has a slider s in series with the spring: force = k (delta - s), and at each step
 
@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_T = TypeVar("_T", bound=np.generic)
 
 STATES = ("play", "stick", "slip", "stop")
 # a slider this part of the clearance beyond it is at the stop: rounding of its steps
@@ -125,7 +127,8 @@ class Laws:
     @property
     def pair(self) -> NDArray[np.bool_]:
         """Whether a group has two rows (G,); else one."""
-        return np.diff(np.append(self.first, self.owner.size)) == 2
+        two: NDArray[np.bool_] = np.diff(np.append(self.first, self.owner.size)) == 2
+        return two
 
     @property
     def row_stiffness(self) -> Array:
@@ -153,9 +156,10 @@ def stacked(groups: Sequence[LawGroup]) -> Laws:
     )
 
 
-def row_owner(laws: Laws, values: Array) -> Array:
+def row_owner(laws: Laws, values: NDArray[_T]) -> NDArray[_T]:
     """Values of groups (..., G) at each row (..., R)."""
-    return values[..., laws.owner]
+    result: NDArray[_T] = values[..., laws.owner]
+    return result
 
 
 def size(laws: Laws, rows: Array) -> Array:
