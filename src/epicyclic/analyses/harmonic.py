@@ -22,7 +22,7 @@ from .basis import Modal
 from .gmres import gmres
 from .kernel import Kernel, product, tail
 
-__all__ = ["Rows", "Solved", "solve"]
+__all__ = ["Guess", "Rows", "Solved", "solve"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,7 +47,7 @@ class Solved:
 
     y : (P, 2, J, n).  gap : (m, P, 2 J) B^T q - e [m].  frequency : (P, J) [rad/s].
     residual : (P,) of the rows kept, dropped : (P, D + 1) of the rows dropped, by their kind; both relative to the
-    dynamic part.
+    dynamic part, whose size is scale (P,).
     """
 
     y: Array
@@ -55,10 +55,21 @@ class Solved:
     frequency: Array
     residual: Array
     dropped: Array
+    scale: Array
     calls: int
 
 
-def solve(system: System, modal: Modal, kernel: Kernel, rows: Rows, *, tolerance: float) -> Solved:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Guess:
+    """A solution with fewer rows to start from: y (P, 2, J, n) with zeros in the others, scale (P,) of `Solved`."""
+
+    y: Array
+    scale: Array
+
+
+def solve(
+    system: System, modal: Modal, kernel: Kernel, rows: Rows, *, tolerance: float, guess: Guess | None = None
+) -> Solved:
     """Solve one batch; residuals are reported, never judged.
 
     Parameters
@@ -76,8 +87,12 @@ def solve(system: System, modal: Modal, kernel: Kernel, rows: Rows, *, tolerance
         return x + _times(inverse, couple(x.reshape(shape))).reshape(x.shape)
 
     first = _times(inverse, right)
-    start = -_times(inverse, couple(first)).reshape(shape[0], -1)
-    scale = _scale(first, start, mean=kernel.lattice.mirrored)
+    if guess is None:
+        start = -_times(inverse, couple(first)).reshape(shape[0], -1)
+        scale = _scale(first, start, mean=kernel.lattice.mirrored)
+    else:
+        start = first.reshape(shape[0], -1) - apply(guess.y.reshape(shape[0], -1))
+        first, scale = guess.y, guess.scale
     step, left, calls = gmres(apply, start, target=tolerance * scale)
     y = first + step.reshape(shape)
     gap = _gaps(modal, y) - error
@@ -87,6 +102,7 @@ def solve(system: System, modal: Modal, kernel: Kernel, rows: Rows, *, tolerance
         frequency=frequency,
         residual=left / scale,
         dropped=_dropped(modal, kernel, rows, gap) / scale[:, None],
+        scale=scale,
         calls=calls,
     )
 

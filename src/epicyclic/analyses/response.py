@@ -14,7 +14,7 @@ from ..errors import ModelError
 from ..system.system import Array, System
 from .basis import Modal, modal_form
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
-from .harmonic import Rows, Solved, solve
+from .harmonic import Guess, Rows, Solved, solve
 from .kernel import Kernel, kernel
 from .linear import linearised
 
@@ -157,11 +157,12 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     grows until the forces on the rows dropped, an exact residual, are below 100 x tolerance of the dynamic part.
     """
     start, limit = _start(ready), _limit(ready, speed)
-    waiting = list(_chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders))
+    first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
+    waiting: list[tuple[Index, Kept, Block | None]] = [(*chunk, None) for chunk in first]
     while waiting:
-        index, kept = waiting.pop(0)
+        index, kept, before = waiting.pop(0)
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
-            block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance)
+            tried = block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance, before=before)
             more = _wanted(block.mesh.dropped, kept, limit[index], tolerance)
             poor = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(poor):
@@ -172,7 +173,8 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
         if np.any(done):
             yield block if np.all(done) else _select(block, done)
         if np.any(poor):
-            waiting[:0] = _chunks(ready, index[poor], (np.array(kept) + more)[poor], shaft_orders=shaft_orders)
+            again = _chunks(ready, index[poor], (np.array(kept) + more)[poor], shaft_orders=shaft_orders)
+            waiting[:0] = [(*chunk, _select(tried, np.isin(index, chunk[0]))) for chunk in again]
 
 
 def _start(ready: Response) -> Index:
@@ -217,8 +219,11 @@ def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -
         yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
-def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float) -> Block:
-    mesh = _solve(ready, speed, kept=kept, tolerance=tolerance, shifted=False)
+def _block(
+    ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None
+) -> Block:
+    guess = None if before is None else _guess(ready, before, kept)
+    mesh = _solve(ready, speed, kept=kept, tolerance=tolerance, shifted=False, guess=guess)
     residual = np.maximum(mesh.residual, _size(mesh.dropped))
     return Block(index=index, speed=speed, kept=kept, mesh=mesh, shaft=None, residual=residual)
 
@@ -229,7 +234,19 @@ def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> Block:
     return replace(block, shaft=shaft, residual=np.maximum(block.residual, worst))
 
 
-def _solve(ready: Response, speed: Array, *, kept: Kept, tolerance: float, shifted: bool) -> Solved:
+def _guess(ready: Response, before: Block, kept: Kept) -> Guess:
+    """A solution with fewer rows among more."""
+    old, new = (ready.kernel(count, shifted=False).lattice.points.tolist() for count in (before.kept, kept))
+    place = {tuple(point): i for i, point in enumerate(new)}
+    P, _, _, n = before.mesh.y.shape
+    y = np.zeros((P, 2, len(new), n))
+    y[:, :, [place[tuple(point)] for point in old]] = before.mesh.y
+    return Guess(y=y, scale=before.mesh.scale)
+
+
+def _solve(
+    ready: Response, speed: Array, *, kept: Kept, tolerance: float, shifted: bool, guess: Guess | None = None
+) -> Solved:
     made = ready.kernel(kept, shifted=shifted)
     excite = shaft_rows if shifted else mesh_rows
     error, force = excite(ready.system, ready.lines, speed, made.lattice)
@@ -242,7 +259,7 @@ def _solve(ready: Response, speed: Array, *, kept: Kept, tolerance: float, shift
         error=error,
         force=force,
     )
-    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance)
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess)
 
 
 def _size(dropped: Array) -> Array:
@@ -272,6 +289,7 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
             frequency=solved.frequency[mine],
             residual=solved.residual[mine],
             dropped=solved.dropped[mine],
+            scale=solved.scale[mine],
             calls=solved.calls,
         )
 
