@@ -219,9 +219,7 @@ def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -
         yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
-def _block(
-    ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None
-) -> Block:
+def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None) -> Block:
     guess = None if before is None else _guess(ready, before, kept)
     mesh = _solve(ready, speed, kept=kept, tolerance=tolerance, shifted=False, guess=guess)
     residual = np.maximum(mesh.residual, _size(mesh.dropped))
