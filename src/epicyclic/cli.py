@@ -55,6 +55,17 @@ RelativeSpeed = Annotated[
 ]
 
 
+Cycles = Annotated[
+    int | None, typer.Option("--cycles", min=1, help="Length of the record in mesh cycles.", show_default="chosen")
+]
+Turns = Annotated[
+    int | None, typer.Option("--turns", min=1, help="Length in turns of a body (--of).", show_default="chosen")
+]
+Of = Annotated[str | None, typer.Option("--of", metavar="BODY", help="Count turns of this body, e.g. main/sun.")]
+Samples = Annotated[
+    int | None, typer.Option("--samples", min=1, help="Instants per mesh cycle or turn.", show_default="chosen")
+]
+
 app.command()(audit)
 
 
@@ -144,9 +155,18 @@ def stiffness(model: Model, sets: Sets = None, as_json: Json = False, output: Ou
 
 
 @app.command()
-def static(model: Model, sets: Sets = None, as_json: Json = False, output: Output = None) -> None:
+def static(
+    model: Model,
+    sets: Sets = None,
+    as_json: Json = False,
+    output: Output = None,
+    cycles: Cycles = None,
+    turns: Turns = None,
+    of: Of = None,
+    samples: Samples = None,
+) -> None:
     """Static equilibrium over the record; the teeth can only push."""
-    _run("static", model, sets, as_json, output)
+    _run("static", model, sets, as_json, output, cycles=cycles, turns=turns, of=of, samples=samples)
 
 
 @app.command()
@@ -168,12 +188,14 @@ def sharing(
     as_json: Json = False,
     output: Output = None,
     method: Annotated[Method, typer.Option("--method", help="Vibrating, or in static equilibrium.")] = Method.steady,
-    cycles: Annotated[
-        int | None, typer.Option("--cycles", min=1, help="Length of the record in mesh cycles.", show_default="chosen")
-    ] = None,
+    cycles: Cycles = None,
+    turns: Turns = None,
+    of: Of = None,
+    samples: Samples = None,
 ) -> None:
     """Load-sharing coefficients, each by its named definition."""
-    _run("sharing", model, sets, as_json, output, method=method.value, cycles=cycles)
+    record: dict[str, Any] = {"cycles": cycles, "turns": turns, "of": of, "samples": samples}
+    _run("sharing", model, sets, as_json, output, method=method.value, **record)
 
 
 @app.command()

@@ -42,6 +42,8 @@ _FREE = 1e-12
 _STILL = 1e-10
 # Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
 _BALANCE = 1e-9
+# Rounding of a free motion, per the largest load.
+_NOISE = 1e-12
 # Stiffness an open mesh keeps in the Newton matrix (not in the forces), so that a body whose meshes are all open does
 # not make it singular; 1e-9 of a mesh is below any support, so the steps stay Newton steps.
 _OPEN = 1e-9
@@ -166,10 +168,12 @@ def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
     ModelError : one does; names the coordinate that contributes most.
     """
     work = force @ free
-    size = np.abs(force) @ np.abs(free)
-    if not np.any(np.abs(work) > _BALANCE * size):
+    # of several free motions one may meet no load but the rounding of another
+    noise = _NOISE * np.max(np.abs(force), initial=0.0)
+    excess = np.abs(work) - np.maximum(_BALANCE * (np.abs(force) @ np.abs(free)), noise)
+    if not np.any(excess > 0):
         return
-    instant, motion = np.unravel_index(int(np.argmax(np.abs(work) - _BALANCE * size)), work.shape)
+    instant, motion = np.unravel_index(int(np.argmax(excess)), work.shape)
     worst = int(np.argmax(np.abs(force[instant] * free[:, motion])))
     raise ModelError(
         "the load does not balance along a motion that nothing holds",

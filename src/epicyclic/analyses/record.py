@@ -135,6 +135,7 @@ def record_of(
 def _turning(system: System, body: str | None) -> Fraction:
     """Turns per second of a body, exact."""
     known = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=False) if turn}
+    body = None if body is None else body.replace(".", "/")
     if body is None or body not in known:
         raise ModelError(
             "turns are counted of a body that turns",

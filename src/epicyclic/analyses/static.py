@@ -37,7 +37,7 @@ def static(
     cycles: int | None = None,
     turns: int | None = None,
     of: str | None = None,
-    samples: int = 32,
+    samples: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Static state at every instant of a record, with meshes that open and all errors, shaft orders included.
@@ -53,7 +53,7 @@ def static(
     cycles : mesh cycles of the first mesh; the common period of all lines, at most 64, where None.
     turns : instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns, at most 2048
         instants.
-    samples : instants per mesh cycle or turn.  progress : called with the share done, 0..1.
+    samples : instants per mesh cycle or turn, 32 where None.  progress : called with the share done, 0..1.
 
     Raises
     ------

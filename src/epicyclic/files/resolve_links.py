@@ -28,7 +28,10 @@ STIFF = math.inf
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Seat:
-    """Where a link sits: path in the file, name in results, bodies, branch (0 ..) of `count`, radius of rz in N/m."""
+    """Where a link sits: path in the file, name in results, bodies, branch (0 ..) of `count`, radius of rz in N/m.
+
+    plate : side of the carrier plate it sits in, where there are two.
+    """
 
     path: str
     name: str
@@ -41,6 +44,7 @@ class _Seat:
     radius: float = 1.0
     share: float = 1.0
     to_housing: bool = False
+    plate: str | None = None
 
 
 def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], ledger: Ledger) -> list[Link]:
@@ -100,10 +104,10 @@ def _support(
     seconds: Sequence[str | None] = carriers or (_carrying(table, bodies, side, path),)
     found: list[Link] = []
     for second in seconds:
-        tail = f"/{second.rsplit('/', 1)[-1]}" if second is not None and len(seconds) > 1 else ""
+        plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
         seat = _Seat(
             path=path,
-            name=f"{body.name}/{key}{tail}",
+            name=f"{body.name}/{key}",
             kind=key,
             first=body,
             second=second,
@@ -111,8 +115,8 @@ def _support(
             branch=branch or 0,
             count=plan.branches if branch is not None else 1,
             radius=body.reference_radius,
-            share=1.0 / len(seconds),
             to_housing=second is None and branch is None and plan.carrier is not None,
+            plate=plate,
         )
         found += _bearings(seat, table, STIFF if held else 0.0, ledger)
     return found
@@ -176,7 +180,8 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
 def _bearings(seat: _Seat, support: tables.Support | None, rz: float, ledger: Ledger) -> list[Link]:
     """One link for every bearing; a direction that none names is rigid (rz as given), in the first one.
 
-    Bolts hold in every direction, so that beside them nothing else is rigid that is not said to be.
+    Bolts hold in every direction, so that beside them nothing else is rigid that is not said to be.  Of two carrier
+    plates a bearing sits in the one on its side of the planet's centre, in the middle half in each.
     """
     listed: list[tuple[str, tables.Link]] = []
     if support is None or not support.bearings or support.directions():
@@ -189,7 +194,11 @@ def _bearings(seat: _Seat, support: tables.Support | None, rz: float, ledger: Le
     found: list[Link] = []
     for i, (name, link) in enumerate(listed):
         rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
-        found += bolted(_link(seat, name, link, rest, ledger), link, ledger)
+        if seat.plate is None or not link.at:
+            half = seat if seat.plate is None else replace(seat, name=f"{seat.name}/{seat.plate}", share=0.5)
+            found += bolted(_link(half, name, link, rest, ledger), link, ledger)
+        elif (seat.plate == "left") == (link.at < 0):
+            found += bolted(_link(seat, name, link, rest, ledger), link, ledger)
     return found
 
 
@@ -211,7 +220,7 @@ def _link(seat: _Seat, name: str, table: tables.Link, rest: Mapping[str, float],
         angle=seat.turn,
         stiffness=_six(seat, path, table, rest, ledger),
         damping=_dampers(table, seat.share),
-        clearance=table.clearance or 0.0,
+        clearance=per_branch(table.clearance or 0.0, seat.count, f"{path}.clearance")[seat.branch],
         exponent=table.exponent if table.exponent is not None else 1.0,
         load=(table.load or 0.0) * seat.share,
         friction=_friction(table, seat.share),

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
+from ..errors import ModelError
 from ..train.bodies import Body
 from ..train.kinematics import Gearing, Kinematics, Tie, solve
 from ..train.train import Load
@@ -114,6 +115,12 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
         if member in kinematics.held or torque == 0.0 or not own:
             continue
         shares = _sided_torques(member, model, torque)
+        if shares and own[0].side is None:
+            raise ModelError(
+                "names a side of a member in one piece",
+                path=f"operation.torque.{member}",
+                allowed="the member, or split",
+            )
         for body in own:
             value = shares.get(body.side, 0.0) if shares else torque / len(own)
             if value:

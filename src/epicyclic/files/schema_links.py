@@ -30,6 +30,7 @@ TurnStiffness = Annotated[Quantity, Unit("torsional_stiffness stiffness", low=0,
 BoltStiffness = Annotated[float, Unit("stiffness", low=0, inf=True)]
 Damper = Annotated[float, Unit("damping", low=0)]
 TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
+Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True)]
 Length = Annotated[float, Unit("length", low=0, above=True)]
 Place = Annotated[float, Unit("length")]
 
@@ -101,7 +102,7 @@ class Link(Table):
     rz: TurnStiffness | None = key(None, "torsional stiffness; in N/m at the base radius (carrier: pin radius)")
     at: Place | None = key(None, "axial place, from the centre of the member")
     damping: LinkDamping | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
-    clearance: Annotated[float, Unit("length", low=0)] | None = key(None, "radial clearance")
+    clearance: Clearance | None = key(None, "radial clearance; per planet")
     exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(None, "force exponent; 10/9 rolling elements")
     load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
         None, "load at which the stiffness holds, with an exponent other than 1"
