@@ -12,7 +12,7 @@ from .waveform import Spectrum, on_torus, own_waves, peak, samples_needed
 __all__ = ["force_extremes", "strokes"]
 
 # Phases of each tone on the grid: least, by the number of tones.
-_GRID = {1: 128, 2: 64, 3: 32}
+_GRID = {1: 128, 2: 48, 3: 32}
 
 
 def force_extremes(

@@ -136,36 +136,41 @@ def _pull(modal: Modal, force: Array) -> Array:
 
 def _coupling(modal: Modal, kernel: Kernel, rows: Rows) -> Callable[[Array], Array]:
     """Everything off the diagonal: the varying part of the meshes, G, Kg, Cskew and the rest of the dampers."""
-    frequency = rows.frequency
-    frame = rows.frame[:, None]
-    still = np.ones_like(frequency)
-    factors = {"G": frame * frequency, "C": frequency, "Kg": frame**2 * still, "Cskew": frame * still}
-    terms = []
-    for name, matrix in modal.coupling.items():
-        rotates = name in ("G", "C")
-        factor = factors[name][:, None, :, None]
-        terms.append((matrix, np.concatenate([-factor, factor], axis=1) if rotates else factor, rotates))
+    frame, (m, n) = rows.frame[:, None], modal.gaps.shape
+    factors = {"G": frame * rows.frequency, "C": rows.frequency, "Kg": frame**2, "Cskew": frame}
+    matrix = np.concatenate([modal.pulls, *modal.coupling.values()])
 
     def couple(y: Array) -> Array:
-        out = _pull(modal, product(kernel, _gaps(modal, y)))
-        for matrix, factor, rotates in terms:
-            part = (y.reshape(-1, y.shape[3]) @ matrix).reshape(y.shape)
-            out += factor * (part[:, ::-1] if rotates else part)
-        return out
+        # one product of everything side by side: forces of the meshes, then y scaled, turned by i where a rate counts
+        P, _, J, _ = y.shape
+        parts = np.empty((P, 2, J, len(matrix)))
+        force = product(kernel, _gaps(modal, y))
+        parts[..., :m] = force.reshape(m, P, 2, J).transpose(1, 2, 3, 0)
+        for place, name in enumerate(modal.coupling):
+            part, factor = parts[..., m + place * n : m + (place + 1) * n], factors[name][:, :, None]
+            if name in ("G", "C"):
+                np.multiply(y[:, 1], -factor, out=part[:, 0])
+                np.multiply(y[:, 0], factor, out=part[:, 1])
+            else:
+                np.multiply(y, factor[:, None], out=part)
+        return (parts.reshape(-1, len(matrix)) @ matrix).reshape(y.shape)
 
     return couple
 
 
 def _right(system: System, modal: Modal, kernel: Kernel, rows: Rows, error: Array) -> Array:
     """External forces plus pulls^T (k(t) e + c e')."""
-    force = np.stack([rows.force.real, rows.force.imag], axis=1) @ modal.forces.T
+    P, J, n = rows.force.shape
+    force = np.zeros((P, 2, J, n))
+    driven = np.flatnonzero(rows.force.any(axis=(0, 2)))
+    for part, values in enumerate((rows.force.real, rows.force.imag)):
+        force[:, part, driven] = values[:, driven] @ modal.forces.T
     if not error.any():
         return force
     meshes = system.meshes
     pulled = meshes.stiffness[:, None, None] * error + product(kernel, error)
     if meshes.damping.any():
         rate = meshes.damping[:, None, None] * rows.frequency
-        J = rows.frequency.shape[1]
         pulled[:, :, :J] -= rate * error[:, :, J:]
         pulled[:, :, J:] += rate * error[:, :, :J]
     result: Array = force + _pull(modal, pulled)

@@ -76,7 +76,7 @@ def periodic(
     ----------
     relative_speed : speed per operating speed, above zero.
     samples : of a mesh cycle; None takes as many as the harmonics need, 64 at least, in a multiple of the branches.
-    tolerance : relative residual of the harmonics kept; those dropped are below 100 times that.  Lines of other tones
+    tolerance : relative residual of the harmonics kept; those dropped are below 30 times that.  Lines of other tones
         that add up to less than it are left out.
 
     Raises

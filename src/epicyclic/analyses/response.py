@@ -29,9 +29,9 @@ Kept = tuple[int, ...]
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 40_000
 # Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
-_DROPPED = 100.0
+_DROPPED = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
-_CROSS, _STEP, _LAST = 8, 4, {2: 32, 3: 20}
+_CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -154,7 +154,7 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     """Solve every relative speed (P,), in blocks as they come out.
 
     The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
-    grows until the forces on the rows dropped, an exact residual, are below 100 x tolerance of the dynamic part.
+    grows until the forces on the rows dropped, an exact residual, are below 30 x tolerance of the dynamic part.
     """
     start, limit = _start(ready), _limit(ready, speed)
     first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
@@ -181,7 +181,7 @@ def _start(ready: Response) -> Index:
     """Harmonics of each tone and cross order to begin with, (D + 1,)."""
     varying = bool(ready.system.meshes.variation.any())
     combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
-    return np.array([*(max(8, highest) for highest in ready.lines.highest), combined], dtype=np.int64)
+    return np.array([*(max(8 if len(ready.lines.tones) == 1 else 12, highest) for highest in ready.lines.highest), combined], dtype=np.int64)
 
 
 def _limit(ready: Response, speed: Array) -> Index:

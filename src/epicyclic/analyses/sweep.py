@@ -65,7 +65,7 @@ def sweep(
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
-    tolerance : relative residual of the harmonics kept [1]; those dropped are below 100 times that.
+    tolerance : relative residual of the harmonics kept [1]; those dropped are below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
 
     Raises
