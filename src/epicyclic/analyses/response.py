@@ -181,7 +181,10 @@ def _start(ready: Response) -> Index:
     """Harmonics of each tone and cross order to begin with, (D + 1,)."""
     varying = bool(ready.system.meshes.variation.any())
     combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
-    return np.array([*(max(8 if len(ready.lines.tones) == 1 else 12, highest) for highest in ready.lines.highest), combined], dtype=np.int64)
+    return np.array(
+        [*(max(8 if len(ready.lines.tones) == 1 else 12, highest) for highest in ready.lines.highest), combined],
+        dtype=np.int64,
+    )
 
 
 def _limit(ready: Response, speed: Array) -> Index:

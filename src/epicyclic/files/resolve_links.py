@@ -2,49 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..errors import ModelError
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link
 from . import schema_links as tables
-from .resolve_bodies import body_name, member_bodies, member_centre
+from .resolve_bodies import body_name, member_bodies
 from .resolve_bolts import bolted
 from .resolve_centres import StageShape
 from .resolve_gears import gap_of, width_of
-from .resolve_ledger import Ledger, per_branch
+from .resolve_ledger import Ledger
 from .resolve_plan import Plan, sides_of
+from .resolve_seats import STIFF, Seat, link_at
 from .resolve_shafts import solid_stiffness
-from .schema import Material, ModelFile, Quantity
+from .schema import Material, ModelFile
 
 __all__ = ["couplings", "links_of_bodies", "links_of_stage"]
-
-Six = tuple[float, float, float, float, float, float]
-UNITS = {"x": "N/m", "y": "N/m", "z": "N/m", "rx": "N m/rad", "ry": "N m/rad", "rz": "N m/rad"}
-STIFF = math.inf
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Seat:
-    """Where a link sits: path in the file, name in results, bodies, branch (0 ..) of `count`, radius of rz in N/m.
-
-    plate : side of the carrier plate it sits in, where there are two.
-    """
-
-    path: str
-    name: str
-    kind: str
-    first: Body
-    second: str | None
-    turn: float
-    branch: int = 0
-    count: int = 1
-    radius: float = 1.0
-    share: float = 1.0
-    to_housing: bool = False
-    plate: str | None = None
 
 
 def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], ledger: Ledger) -> list[Link]:
@@ -78,7 +53,7 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], ledger: Ledger
         path = f"bodies.{name}.support"
         held = name in model.operation.held
         second = _carrying(body.support, bodies, None, path)
-        seat = _Seat(path=path, name=f"{name}/support", kind="support", first=bodies[name], second=second, turn=0.0)
+        seat = Seat(path=path, name=f"{name}/support", kind="support", first=bodies[name], second=second, turn=0.0)
         found += _bearings(seat, body.support, STIFF if held else 0.0, ledger)
     return found
 
@@ -105,7 +80,7 @@ def _support(
     found: list[Link] = []
     for second in seconds:
         plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
-        seat = _Seat(
+        seat = Seat(
             path=path,
             name=f"{body.name}/{key}",
             kind=key,
@@ -177,7 +152,7 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
     return same_side[0]
 
 
-def _bearings(seat: _Seat, support: tables.Support | None, rz: float, ledger: Ledger) -> list[Link]:
+def _bearings(seat: Seat, support: tables.Support | None, rz: float, ledger: Ledger) -> list[Link]:
     """One link for every bearing; a direction that none names is rigid (rz as given), in the first one.
 
     Bolts hold in every direction, so that beside them nothing else is rigid that is not said to be.  Of two carrier
@@ -196,81 +171,10 @@ def _bearings(seat: _Seat, support: tables.Support | None, rz: float, ledger: Le
         rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
         if seat.plate is None or not link.at:
             half = seat if seat.plate is None else replace(seat, name=f"{seat.name}/{seat.plate}", share=0.5)
-            found += bolted(_link(half, name, link, rest, ledger), link, ledger)
+            found += bolted(link_at(half, name, link, rest, ledger), link, ledger)
         elif (seat.plate == "left") == (link.at < 0):
-            found += bolted(_link(seat, name, link, rest, ledger), link, ledger)
+            found += bolted(link_at(seat, name, link, rest, ledger), link, ledger)
     return found
-
-
-def _link(seat: _Seat, name: str, table: tables.Link, rest: Mapping[str, float], ledger: Ledger) -> Link:
-    """One link from its table; `rest` is what stands for directions it does not name."""
-    path = f"{seat.path}.{name}" if name else seat.path
-    carried = seat.kind == "bearing" and seat.second is not None
-    station = seat.first.station
-    if table.at is not None:
-        station = member_centre(seat.first) + table.at
-    return Link(
-        name=f"{seat.name}/{name}" if name else seat.name,
-        path=path,
-        kind=seat.kind,
-        first=seat.second if carried and seat.second is not None else seat.first.name,
-        second=seat.first.name if carried else seat.second,
-        centre=seat.first.centre,
-        station=station,
-        angle=seat.turn,
-        stiffness=_six(seat, path, table, rest, ledger),
-        damping=_dampers(table, seat.share),
-        clearance=per_branch(table.clearance or 0.0, seat.count, f"{path}.clearance")[seat.branch],
-        exponent=table.exponent if table.exponent is not None else 1.0,
-        load=(table.load or 0.0) * seat.share,
-        friction=_friction(table, seat.share),
-        to_housing=seat.to_housing,
-    )
-
-
-def _six(seat: _Seat, path: str, table: tables.Link, rest: Mapping[str, float], ledger: Ledger) -> Six:
-    values = []
-    for direction in DIRECTIONS:
-        said = getattr(table, direction)
-        if said is None:
-            value, origin = (
-                rest[direction],
-                "default" if math.isinf(rest[direction]) or not rest[direction] else "geometry",
-            )
-            ledger.note(f"{path}.{direction}", value, UNITS[direction], origin)
-        else:
-            whole = _torsional(said, seat.radius, f"{path}.{direction}") if isinstance(said, Quantity) else said
-            value = per_branch(whole, seat.count, f"{path}.{direction}")[seat.branch]
-            note = list(whole) if isinstance(whole, tuple) else whole
-            ledger.note(f"{path}.{direction}", note, UNITS[direction])
-        values.append(value * seat.share if math.isfinite(value) else value)
-    x, y, z, rx, ry, rz = values
-    return x, y, z, rx, ry, rz
-
-
-def _torsional(said: Quantity, radius: float, path: str) -> float | tuple[float, ...]:
-    """A torsional stiffness in N m/rad; one in N/m acts at a radius."""
-    if said.unit == "N m/rad":
-        return said.value
-    if not math.isfinite(radius):
-        raise ModelError("in N/m, but no radius is known", path=path, given=said.value, allowed="a value in N m/rad")
-    if isinstance(said.value, tuple):
-        return tuple(value * radius**2 for value in said.value)
-    return said.value * radius**2
-
-
-def _dampers(table: tables.Link, share: float) -> Six:
-    if table.damping is None:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    x, y, z, rx, ry, rz = ((getattr(table.damping, d) or 0.0) * share for d in DIRECTIONS)
-    return x, y, z, rx, ry, rz
-
-
-def _friction(table: tables.Link, share: float) -> tuple[tuple[str, float | str], ...]:
-    if table.friction is None:
-        return ()
-    pairs = ((key, getattr(table.friction, key)) for key in ("force", "coefficient", "radius", "law"))
-    return tuple((key, value * share if key == "force" else value) for key, value in pairs if value is not None)
 
 
 # necks, shafts, couplings --------------------------------------------------------------------------------------------
@@ -322,7 +226,7 @@ def _joint(
     if table.diameter is not None and length <= 0:
         raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
     rest: dict[str, float] = {d: STIFF for d in DIRECTIONS} | solid_stiffness(table, length, material)
-    seat = _Seat(
+    seat = Seat(
         path=path,
         name=name,
         kind=kind,
@@ -333,7 +237,7 @@ def _joint(
         count=plan.branches if branch is not None else 1,
         radius=first.reference_radius,
     )
-    link = _link(seat, "", table, rest, ledger)
+    link = link_at(seat, "", table, rest, ledger)
     middle = (first.station + second.station) / 2
     return replace(link, station=middle if table.at is None else middle + table.at)
 
@@ -361,11 +265,11 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], ledger: Ledger) -> l
         rest["rz"] = shape.get("rz", STIFF if table.bolts is None else 0.0)
         if table.ends == "fixed":
             rest |= shape
-        seat = _Seat(
+        seat = Seat(
             path=path, name=name, kind="coupling", first=first, second=second.name, turn=0.0, radius=table.radius or 1.0
         )
         middle = (first.station + second.station) / 2
-        link = replace(_link(seat, "", table, rest, ledger), station=middle + (table.at or 0.0))
+        link = replace(link_at(seat, "", table, rest, ledger), station=middle + (table.at or 0.0))
         found += bolted(link, table, ledger)
     return found
 
