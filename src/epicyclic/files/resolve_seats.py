@@ -10,6 +10,7 @@ from ..errors import ModelError
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link
 from . import schema_links as tables
+from .resolve_bodies import member_centre
 from .resolve_ledger import Ledger, per_branch
 from .schema import Quantity
 
