@@ -48,6 +48,7 @@ class Method(StrEnum):
     """How `sharing` finds the mesh forces."""
 
     steady = "steady"
+    superposition = "superposition"
     static = "static"
 
 
@@ -153,7 +154,9 @@ def sharing(
     sets: Sets = None,
     as_json: Json = False,
     output: Output = None,
-    method: Annotated[Method, typer.Option("--method", help="Vibrating, or in static equilibrium.")] = Method.steady,
+    method: Annotated[
+        Method, typer.Option("--method", help="Vibrating, every frequency alone, or at rest.")
+    ] = Method.steady,
     cycles: Annotated[
         int | None, typer.Option("--cycles", min=1, help="Length of the record in mesh cycles.", show_default="chosen")
     ] = None,

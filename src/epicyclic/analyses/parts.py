@@ -14,7 +14,7 @@ from ..errors import ModelError
 from ..system.system import Array, System
 from .definitions import Group, groups, samples_per_cycle
 from .equilibrium import Compliance, closed_force, compliance, equilibrium, require_balance
-from .record import excitation, hunting_cycles, mesh_stiffness, positive, reference_tone
+from .record import hunting_cycles, mesh_stiffness, positive, reference_tone, stiffness_at
 from .static import free_position_warnings
 from .superposition import superposed
 from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
@@ -41,8 +41,8 @@ class Part:
     tone : that frequency [Hz at the operating speed].  meshes : (m_j,) which they are.
     members : their groups, as places in `meshes`.
     force, own : cycles of the tone (c,) -> forces (c, m or m_j, samples) [N] of all meshes of the train, or of these.
-    by_phase : line phases (c, L) -> forces (c, m_j, samples); None where no lines hold the record.
-    ratios : (L,) line frequencies per tone, exact.  period : cycles of the tone after which everything repeats.
+    by_phase : phases (c, L) at the start of cycles -> forces (c, m_j, samples).
+    ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
     mean, bound : (m_j,) [N], the bound nan where not known.  samples : of a cycle.
     affordable : cycles a record may have by default.
     """
@@ -52,7 +52,7 @@ class Part:
     members: list[Group]
     force: Callable[[Index], Array]
     own: Callable[[Index], Array]
-    by_phase: Callable[[Array], Array] | None
+    by_phase: Callable[[Array], Array]
     ratios: tuple[Fraction, ...]
     period: int
     mean: Array
@@ -175,21 +175,32 @@ def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int
     require_balance(flexible.free, load[None], system.dofs.names)
     mean = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
 
-    def force(cycles: Index) -> Array:
-        index = (cycles[:, None] * samples + np.arange(samples)).ravel()
-        here = excitation(system, tone, index, samples)
-        require_balance(flexible.free, here.force, system.dofs.names)
-        found = equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force).mesh_force
-        return found.reshape(len(cycles), samples, -1).transpose(0, 2, 1)
+    lines, tones = system.lines, system.tones
+    ratios = (*(line.frequency / tone for line in lines), *(other / tone for other in tones))
+    theta = np.arange(samples) / samples
+    within = np.outer(theta, [float(ratio) for ratio in ratios])
+    gaps = np.array([line.gap for line in lines]).reshape(len(lines), len(gap))
+    loads = np.array([line.force[0] for line in lines]).reshape(len(lines), len(load))
 
-    ratios = tuple(f / tone for f in (*(line.frequency for line in system.lines), *system.tones))
+    def by_phase(phases: Array) -> Array:
+        turns = (phases[:, None] + within).reshape(-1, len(ratios))
+        wave = np.exp(2j * np.pi * turns[:, : len(lines)])
+        force = system.force + (wave @ loads).real
+        require_balance(flexible.free, force, system.dofs.names)
+        k = stiffness_at(system, turns[:, len(lines) :])
+        found = equilibrium(flexible, stiffness=k, gap=(wave @ gaps).real, force=force).mesh_force
+        return found.reshape(len(phases), samples, -1).transpose(0, 2, 1)
+
+    def force(cycles: Index) -> Array:
+        return by_phase(line_phases(ratios, cycles))
+
     return Part(
         tone=tone,
         meshes=meshes,
         members=members,
         force=force,
         own=lambda cycles: force(cycles)[:, meshes],
-        by_phase=None,
+        by_phase=lambda phases: by_phase(phases)[:, meshes],
         ratios=ratios,
         period=hunting_cycles(ratios),
         mean=mean[meshes],

@@ -179,7 +179,10 @@ def _start(ready: Response) -> Index:
     """Harmonics of each tone and cross order to begin with, (D + 1,)."""
     varying = bool(ready.system.meshes.variation.any())
     combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
-    return np.array([*(max(8 if len(ready.lines.tones) == 1 else 12, highest) for highest in ready.lines.highest), combined], dtype=np.int64)
+    return np.array(
+        [*(max(8 if len(ready.lines.tones) == 1 else 12, highest) for highest in ready.lines.highest), combined],
+        dtype=np.int64,
+    )
 
 
 def _limit(ready: Response, speed: Array) -> Index:
@@ -217,9 +220,7 @@ def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -
         yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
-def _block(
-    ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None
-) -> Block:
+def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None) -> Block:
     guess = None if before is None else _guess(ready, before, kept)
     mesh = _solve(ready, speed, kept=kept, tolerance=tolerance, shifted=False, guess=guess)
     residual = np.maximum(mesh.residual, _size(mesh.dropped))
