@@ -73,6 +73,7 @@ class Method(StrEnum):
     """How `sharing` finds the mesh forces."""
 
     steady = "steady"
+    superposition = "superposition"
     static = "static"
 
 
@@ -187,7 +188,9 @@ def sharing(
     sets: Sets = None,
     as_json: Json = False,
     output: Output = None,
-    method: Annotated[Method, typer.Option("--method", help="Vibrating, or in static equilibrium.")] = Method.steady,
+    method: Annotated[
+        Method, typer.Option("--method", help="Vibrating, every frequency alone, or at rest.")
+    ] = Method.steady,
     cycles: Cycles = None,
     turns: Turns = None,
     of: Of = None,

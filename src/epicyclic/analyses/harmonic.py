@@ -139,11 +139,11 @@ def _coupling(modal: Modal, kernel: Kernel, rows: Rows) -> Callable[[Array], Arr
     frame, (m, n) = rows.frame[:, None], modal.gaps.shape
     factors = {"G": frame * rows.frequency, "C": rows.frequency, "Kg": frame**2, "Cskew": frame}
     matrix = np.concatenate([modal.pulls, *modal.coupling.values()])
+    P, J = rows.frequency.shape
+    parts = np.empty((P, 2, J, len(matrix)))  # made once: the pages of a fresh one would cost as much as filling it
 
     def couple(y: Array) -> Array:
         # one product of everything side by side: forces of the meshes, then y scaled, turned by i where a rate counts
-        P, _, J, _ = y.shape
-        parts = np.empty((P, 2, J, len(matrix)))
         force = product(kernel, _gaps(modal, y))
         parts[..., :m] = force.reshape(m, P, 2, J).transpose(1, 2, 3, 0)
         for place, name in enumerate(modal.coupling):
@@ -153,7 +153,8 @@ def _coupling(modal: Modal, kernel: Kernel, rows: Rows) -> Callable[[Array], Arr
                 np.multiply(y[:, 0], factor, out=part[:, 1])
             else:
                 np.multiply(y, factor[:, None], out=part)
-        return (parts.reshape(-1, len(matrix)) @ matrix).reshape(y.shape)
+        result: Array = (parts.reshape(-1, len(matrix)) @ matrix).reshape(y.shape)
+        return result
 
     return couple
 

@@ -15,7 +15,7 @@ from ..system.faces import faces
 from ..system.system import Array, System
 from .definitions import Group, groups, samples_per_cycle
 from .equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
-from .record import excitation, hunting_cycles, mesh_stiffness, positive, reference_tone
+from .record import hunting_cycles, mesh_stiffness, positive, reference_tone, stiffness_at
 from .static import free_position_warnings
 from .superposition import superposed
 from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
@@ -42,8 +42,8 @@ class Part:
     tone : that frequency [Hz at the operating speed].  meshes : (m_j,) which they are.
     members : their groups, as places in `meshes`.
     force, own : cycles of the tone (c,) -> forces (c, m or m_j, samples) [N] of all meshes of the train, or of these.
-    by_phase : line phases (c, L) -> forces (c, m_j, samples); None where no lines hold the record.
-    ratios : (L,) line frequencies per tone, exact.  period : cycles of the tone after which everything repeats.
+    by_phase : phases (c, L) at the start of cycles -> forces (c, m_j, samples).
+    ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
     mean, bound : (m_j,) [N], the bound nan where not known.  samples : of a cycle.
     affordable : cycles a record may have by default.
     least_slice : cycles -> smallest force of any slice of each mesh (m_j,) [N]; None where no mesh is cut.
@@ -54,7 +54,7 @@ class Part:
     members: list[Group]
     force: Callable[[Index], Array]
     own: Callable[[Index], Array]
-    by_phase: Callable[[Array], Array] | None
+    by_phase: Callable[[Array], Array]
     ratios: tuple[Fraction, ...]
     period: int
     mean: Array
@@ -186,29 +186,43 @@ def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int
     require_balance(flexible.free, load[None], system.dofs.names)
     mean = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
 
-    def rows(cycles: Index) -> Array:
-        index = (cycles[:, None] * samples + np.arange(samples)).ravel()
-        here = excitation(system, tone, index, samples)
-        require_balance(flexible.free, here.force, system.dofs.names)
-        found = equilibrium(flexible, stiffness=here.stiffness, gap=here.gap, force=here.force).mesh_force
-        return found.reshape(len(cycles), samples, -1).transpose(0, 2, 1)
+    lines, tones = system.lines, system.tones
+    ratios = (*(line.frequency / tone for line in lines), *(other / tone for other in tones))
+    theta = np.arange(samples) / samples
+    within = np.outer(theta, [float(ratio) for ratio in ratios])
+    gaps = np.array([line.gap for line in lines]).reshape(len(lines), len(gap))
+    loads = np.array([line.force[0] for line in lines]).reshape(len(lines), len(load))
+
+    def rows(phases: Array) -> Array:
+        turns = (phases[:, None] + within).reshape(-1, len(ratios))
+        wave = np.exp(2j * np.pi * turns[:, : len(lines)])
+        force = system.force + (wave @ loads).real
+        require_balance(flexible.free, force, system.dofs.names)
+        k = stiffness_at(system, turns[:, len(lines) :])
+        found = equilibrium(flexible, stiffness=k, gap=(wave @ gaps).real, force=force).mesh_force
+        return found.reshape(len(phases), samples, -1).transpose(0, 2, 1)
+
+    def least_slice(cycles: Index) -> Array:
+        return face.least(rows(line_phases(ratios, cycles)).min(axis=(0, 2)))[meshes]
+
+    def by_phase(phases: Array) -> Array:
+        return face.total(rows(phases), axis=1)
 
     def force(cycles: Index) -> Array:
-        return face.total(rows(cycles), axis=1)
+        return by_phase(line_phases(ratios, cycles))
 
-    ratios = tuple(f / tone for f in (*(line.frequency for line in system.lines), *system.tones))
     return Part(
         tone=tone,
         meshes=meshes,
         members=members,
         force=force,
         own=lambda cycles: force(cycles)[:, meshes],
-        by_phase=None,
+        by_phase=lambda phases: by_phase(phases)[:, meshes],
         ratios=ratios,
         period=hunting_cycles(ratios),
         mean=face.total(mean)[meshes],
         bound=np.full(len(meshes), np.nan),
         samples=samples,
         affordable=max(1, _SOLVED // samples // 4),
-        least_slice=(lambda cycles: face.least(rows(cycles).min(axis=(0, 2)))[meshes]) if face.cut.any() else None,
+        least_slice=least_slice if face.cut.any() else None,
     )

@@ -22,6 +22,7 @@ __all__ = [
     "positive",
     "record_of",
     "reference_tone",
+    "stiffness_at",
     "turns",
 ]
 
@@ -171,12 +172,17 @@ def hunting_cycles(ratios: Iterable[Fraction]) -> int:
 
 def mesh_stiffness(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
     """k_m at instants index / (samples tone), (T, m) [N/m], positive."""
+    ratios = [other / tone for other in system.tones] or [Fraction(1)]
+    return stiffness_at(system, np.array([turns(ratio / samples, index) for ratio in ratios]).T)
+
+
+def stiffness_at(system: System, phases: Array) -> Array:
+    """k_m at phases (T, tones) of every mesh frequency [turns], (T, m) [N/m], positive."""
     meshes = system.meshes
-    result = np.empty((len(index), len(meshes.stiffness)))
+    result = np.empty((len(phases), len(meshes.stiffness)))
     harmonics = np.arange(1, meshes.variation.shape[1] + 1)
     for number in np.unique(meshes.tone):
-        ratio = system.tones[number] / tone if system.tones else Fraction(1)
-        waves = np.exp(2j * np.pi * np.outer(turns(ratio / samples, index), harmonics))
+        waves = np.exp(2j * np.pi * np.outer(phases[:, number], harmonics))
         columns = meshes.tone == number
         relative = 1.0 + (waves @ meshes.variation[columns].T).real
         # a truncated series may dip below zero where the true stiffness is near zero

@@ -159,8 +159,6 @@ def _worst(part: Part, record: Tally, cycles: int) -> tuple[Array, str]:
     seen = 1.0 + np.maximum(record.ratio_high - 1.0, 1.0 - record.ratio_low)
     if cycles >= part.period:
         return seen, "every cycle of the hunting period"
-    if part.by_phase is None:
-        return seen, "the cycles of the record only: the stiffness follows several mesh frequencies"
     points = min(65_536, max(64, part.affordable // 8))
     worst, every = worst_case(part.by_phase, part.ratios, part.members, meshes=len(seen), points=points)
     how = "every cycle of the hunting period" if every else "refined grid over the slow phases"

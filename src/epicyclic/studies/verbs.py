@@ -117,8 +117,8 @@ def sweep(
 
     Parameters
     ----------
-    start, stop : lowest and highest mesh frequency [Hz]; None: a fifth of the lowest, 1.2 times the highest of the
-        natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
+    start, stop : lowest and highest mesh frequency, of the first mesh [Hz]; None: a fifth of the lowest, 1.2 times
+        the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
 
     Raises
     ------
@@ -137,11 +137,12 @@ def _frequencies(system: System, start: float | None, stop: float | None, points
     import numpy as np
 
     from ..analyses.eigen import eigen
+    from ..analyses.record import reference_tone
 
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=_SPEED_HINT)
     omega = eigen(system).omega
-    known = [float(system.tones[0]), *(omega[omega > 0] / (2 * np.pi))]
+    known = [float(reference_tone(system)), *(omega[omega > 0] / (2 * np.pi))]
     low = 0.2 * min(known) if start is None else start
     high = max(1.2 * max(known), low) if stop is None else stop
     if not 0 < low <= high:

@@ -277,7 +277,10 @@ def differing(first: Train, second: Train) -> list[str]:
 
 
 def _sorted(train: Train, name: str) -> object:
-    """Links and paths by name: the order of tables in a file means nothing. A stiffness written out comes from no method."""
+    """Links and paths by name: the order of tables in a file means nothing.
+
+    A stiffness written out comes from no method.
+    """
     if name == "links":
         return sorted(train.links, key=lambda entry: entry.name)
     if name == "power_paths":
