@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.analyses.linear import linearised
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
 
@@ -26,7 +27,7 @@ def model(**changes: Any) -> dict[str, Any]:
                 "planets": 3,
                 "module": 4e-3,
                 "face_width": 0.04,
-                "sun": {"teeth": 24, "support": {"radial": 0}},
+                "sun": {"teeth": 24, "support": {"radial": 0, "z": 0}},
                 "planet": {"teeth": 24, "bearing": {"radial": 2e8, "damping": 300.0} | changes.get("bearing", {})},
                 "ring": {"teeth": 72, "rim": 0.03},
                 "carrier": {"mass": 20.0, "inertia": 0.2},
@@ -43,6 +44,7 @@ def model(**changes: Any) -> dict[str, Any]:
         },
         "operation": {"held": ["carrier"], "speed": {"input": 100.0}, "torque": {"input": 500.0}},
         "deviations": changes.get("deviations", {}),
+        "loads": changes.get("loads", {}),
     }
 
 
@@ -65,6 +67,19 @@ def test_only_the_lateral_rows_leave_the_stiffness() -> None:
     np.testing.assert_allclose(lawful.K + (rows * k) @ rows.T, together.K, rtol=1e-12, atol=1e-6)
     # what is damped by a damper stays, what is damped by its stiffness comes with the tangent
     np.testing.assert_allclose(lawful.C + 1e-5 * (rows * k) @ rows.T, together.C, rtol=1e-12, atol=1e-9)
+
+
+def test_linearised_beyond_the_play_is_the_link() -> None:
+    """One row of exponent 1 under load: its tangent is the stiffness of the link, and the train damps it as that."""
+    push = {"push": {"on": "sun", "force": {"z": 100.0}}}
+    lawful, plain = (
+        system(coupling={"radial": None, "z": 3e7, "clearance": play}, loads=push) for play in (1e-9, None)
+    )
+    linear = linearised(lawful)
+    for name in ("K", "C"):
+        np.testing.assert_allclose(getattr(linear, name), getattr(plain, name), rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(linear.links.damping[-1], plain.links.damping[plain.links.name.index("shaft/z")])
+    assert linear.links.name[-1] == "shaft/z"
 
 
 def test_a_single_row_and_an_axial_one() -> None:

@@ -207,6 +207,8 @@ def test_linear_analyses_say_which_stiffness_they_take(build: Any) -> None:
     assert "play at the mean load in stop, stiffness along it 1e+08 N/m" in pin
     assert "rolling elements with play" in rolling
     assert "sticks in small vibration, stiffness 1e+08 N/m" in spline
+    assert abs(static_stretch(shifted(system, np.zeros(6), np.zeros(8)))[-1]) > 5e-6  # though under load it has slipped
+    np.testing.assert_allclose(linearised(system).links.stiffness[-2:], 1e8, rtol=1e-12)
     idle = replace(system, force=0 * system.force)
     assert any("inside its clearance" in text for text in json.loads(epicyclic.modes(idle).attrs["warnings"]))
     for result in (
