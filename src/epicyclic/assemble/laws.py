@@ -93,7 +93,7 @@ def _torque_through(link: Link, train: Train) -> float:
     if link.kind == "coupling":
         return abs(ties.get(link.name, 0.0))
     bodies = {body.name: body.member for body in train.bodies}
-    member = bodies[link.first]
+    member = bodies[link.second if link.kind == "bearing" and link.second is not None else link.first]
     parts = [(train.kinematics.torque or {}).get(member, 0.0)]
     for tie in train.links:
         if tie.kind == "coupling" and tie.second is not None:
