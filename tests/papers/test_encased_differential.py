@@ -139,6 +139,23 @@ def test_power_split_by_paths() -> None:
     assert not result.path_circulating.values.any()
 
 
+def test_what_the_source_prints_is_in_the_drive() -> None:
+    train = load("encased-differential")
+    for stage in ("differential", "encased"):
+        for member in ("sun", "ring"):
+            link = next(link for link in train.links if link.name == f"{stage}/{member}/support")
+            assert link.stiffness[:2] == (3e8, 3e8)
+    teeth = {body.name: body.gear.teeth for body in train.bodies if body.gear is not None}
+    assert [teeth[f"differential/{name}"] for name in ("sun", "planet/3", "ring")] == [37, 56, 149]
+    assert [teeth[f"encased/{name}"] for name in ("sun", "planet/5", "ring")] == [71, 39, 149]
+    # masses of the discs and rims chosen for it [kg]
+    mass = {body.name: body.mass for body in train.bodies}
+    for name, value in (("sun", 135.3), ("planet/1", 310.4), ("ring", 678.4)):
+        assert mass[f"differential/{name}"] == pytest.approx(value, abs=0.05)
+    for name, value in (("sun", 478.9), ("planet/1", 144.3), ("ring", 651)):
+        assert mass[f"encased/{name}"] == pytest.approx(value, abs=0.5)
+
+
 def test_mesh_phases_are_sequential_in_both_stages() -> None:
     train = load("encased-differential")
     leads = {mesh.name: mesh.lead for mesh in train.meshes if mesh.side == "left"}

@@ -384,6 +384,20 @@ def test_each_mesh_counts_in_cycles_of_its_own_frequency(build: Any, method: Met
         assert np.isnan(bound).all()
 
 
+def test_a_short_record_is_as_long_for_every_stage(build: Any) -> None:
+    """Seven cycles of the first meshes are three of the others."""
+    system = two_tones(build, swing=0.0)
+    seven, whole = (sharing(system, method="static", samples=64, cycles=count) for count in (7, 14))
+    slow = replace(
+        system,
+        meshes=replace(system.meshes, tone=np.zeros(8, np.int64)),
+        tones=(TONE * 3 / 7,),
+    )
+    three = sharing(slow, method="static", samples=64, cycles=3)
+    np.testing.assert_allclose(seven.load_sharing.values[:4, 4:], three.load_sharing.values[:4, 4:], rtol=1e-9)
+    assert np.abs(whole.load_sharing.values[:4, 4:] - three.load_sharing.values[:4, 4:]).max() > 1e-6
+
+
 def test_superposition_shares_like_the_full_solution_where_nothing_varies(build: Any) -> None:
     system = two_tones(build, swing=0.0)
     full, plain = sharing(system, samples=32), sharing(system, method="superposition", samples=32)

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from epicyclic.train import power
 from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve
 from epicyclic.train.power import PowerPath, power_flow
 
@@ -75,26 +76,46 @@ def closed(ratio: int) -> dict[str, PowerPath]:
 def test_two_ways_in_parallel() -> None:
     """ring = 80 / (60 + 20 r) of the carrier's speed: the ring's way carries 3/4 of the torque at that speed."""
     paths = closed(2)
-    power, ring = 80 * 300 * math.tau / 60, 80 / (60 + 20 * 2)
-    assert paths["couplings.ring-out"].power == pytest.approx(0.75 * ring * power, rel=1e-12)
+    driven, ring = 80 * 300 * math.tau / 60, 80 / (60 + 20 * 2)
+    assert paths["couplings.ring-out"].power == pytest.approx(0.75 * ring * driven, rel=1e-12)
     # the sun drives y, y drives x, x drives the output: against the order in which they are written
-    assert paths["couplings.y-sun"].power == pytest.approx(-0.25 * 2 * ring * power, rel=1e-12)
-    assert paths["couplings.out-x"].power == pytest.approx(-0.25 * 2 * ring * power, rel=1e-12)
+    assert paths["couplings.y-sun"].power == pytest.approx(-0.25 * 2 * ring * driven, rel=1e-12)
+    assert paths["couplings.out-x"].power == pytest.approx(-0.25 * 2 * ring * driven, rel=1e-12)
     assert not any(path.circulating for path in paths.values())
 
 
 def test_a_circle_of_power() -> None:
     """With the sun turning backwards the ring carries more than the input, and the sun brings the excess back."""
     paths = closed(-1)
-    power, ring = 80 * 300 * math.tau / 60, 80 / (60 - 20)
-    assert paths["couplings.ring-out"].power == pytest.approx(1.5 * power, rel=1e-12)
+    driven, ring = 80 * 300 * math.tau / 60, 80 / (60 - 20)
+    assert paths["couplings.ring-out"].power == pytest.approx(1.5 * driven, rel=1e-12)
     assert ring == 2
     for way in ("couplings.out-x", "couplings.y-sun"):
-        assert paths[way].power == pytest.approx(0.5 * power, rel=1e-12)
+        assert paths[way].power == pytest.approx(0.5 * driven, rel=1e-12)
         assert paths[way].circulating
     assert paths["couplings.ring-out"].circulating
     assert paths["stages.side.meshes.x-y"].circulating
     assert not paths["stages.main.meshes.sun-planet"].circulating
+
+
+def test_a_stage_passes_on_what_it_takes() -> None:
+    found, _ = flow(
+        MAIN,
+        (),
+        members=MEMBERS,
+        speeds={"main.carrier": Fraction(300), "main.ring": Fraction(100)},
+        torques={"main.carrier": 80.0},
+        balance=("main.sun", "main.ring"),
+    )
+    assert found.mesh_torque is not None
+    assert found.speed is not None
+    assert found.power is not None
+    given = power._stage_flows(MAIN, found.mesh_torque, found.speed)
+    scale = 80 * 300 * math.tau / 60
+    assert sum(given.values()) == pytest.approx(0, abs=1e-12 * scale)  # rounding
+    for member in MEMBERS:
+        # what the stage gives to a member leaves it at the other end
+        assert given["stages/main", member] == pytest.approx(-found.power[member], abs=1e-12 * scale)
 
 
 def test_nothing_without_speed_or_torque() -> None:
