@@ -69,6 +69,20 @@ def test_verdicts_of_ren2021() -> None:
     assert part.fitted.values[part.verdict.values == "under a reading"].tolist() == [True]
 
 
+def test_verdicts_of_encased_differential() -> None:
+    """One load-sharing coefficient follows without a fitted phase; both tables do not."""
+    result = audited("encased-differential")
+    reading = result.isel(row=np.flatnonzero(result.published.values == 1.0233))
+    assert Counter(reading.verdict.values.tolist()) == {"under a reading": 1, "not reproducible": 2}
+    assert not reading.fitted.values.any()
+    tables = np.flatnonzero([" um" in name and name.startswith("B_") for name in result.quantity.values.tolist()])
+    numbers = [at for at in tables.tolist() if 1 < result.published.values[at] < 2]
+    assert len(numbers) == 16
+    assert set(result.verdict.values[numbers].tolist()) == {"not reproducible"}
+    # two fitted numbers, and four that these phases then fail to give
+    assert result.fitted.values.sum() == 6
+
+
 def test_the_table_of_the_page_on_lin1999() -> None:
     text = (PAGES / "lin1999.md").read_text(encoding="utf-8")
     for planets in (3, 4, 5):
