@@ -167,6 +167,11 @@ def test_output_file(command: Command, tmp_path: Path, suffix: str) -> None:
         (("static", "ren2021"), ("[N]",)),
         (("static", "xu2020"), ("main/sun/neck", "74945.9", "324.285")),  # half of T_s, and that times l/(G I_p)
         (("sharing", "ren2021", "--method", "static", "--cycles", "23"), ("cycle-peak", "train", "worst-case")),
+        (
+            ("sharing", "ren2021", "--method", "static", "--turns", "1", "--of", "main/sun", "--samples", "16"),
+            ("cycle-peak", "shorter than the common period of"),
+        ),
+        (("static", "ren2021", "--turns", "1", "--of", "main.sun", "--samples", "4"), ("main/sun-planet/1/left",)),
         (("sweep", "ren2021", "--from", "20 Hz", "--to", "0.03 kHz", "--points", "3"), ("3 speeds, 20 to 30 Hz", "ok")),
     ],
 )
