@@ -27,7 +27,7 @@ Kept = tuple[int, ...]
 """Harmonics of each tone, and the cross order of combinations."""
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
-_BATCH = 40_000
+_BATCH = 60_000
 # Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
 _DROPPED = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
