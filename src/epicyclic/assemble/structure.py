@@ -163,6 +163,8 @@ def _check_frames(
     coupling those of what it joins.
     """
     frame_turn, spin_turn = turns
+    if not any(frame_turn) and not any(spin_turn):
+        return
     turning: dict[tuple[int, int], list[int]] = {}
     for i, (row, link) in enumerate(zip(rows, owners, strict=True)):
         seat = row.first if link.kind == "bearing" else row.second
