@@ -16,6 +16,7 @@ from ..system.system import Array, System
 from .definitions import Group, groups, samples_per_cycle
 from .equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
 from .record import hunting_cycles, mesh_stiffness, positive, reference_tone, stiffness_at
+from .recorded import require_speed
 from .static import free_position_warnings
 from .superposition import superposed
 from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
@@ -77,8 +78,7 @@ def parts(
         return _steady(system, method, samples, relative_speed), []
     if method != "static":
         raise ModelError("no such method", path="method", given=method, allowed="steady, superposition, static")
-    if not relative_speed > 0:
-        raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
+    require_speed(relative_speed)
     flexible = compliance_of(system)
     tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
     varying = {system.tones[i] for i, v in zip(system.meshes.tone, system.meshes.variation, strict=True) if v.any()}

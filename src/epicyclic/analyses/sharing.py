@@ -10,7 +10,6 @@ from functools import reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..system.faces import faces
@@ -19,7 +18,7 @@ from .definitions import DEFINITIONS, Tally, coefficients, groups, merge, simult
 from .linear import linearised
 from .parts import Method, Part, parts
 from .record import positive, record_of
-from .recorded import recorded, require_speed, share_notes, total
+from .recorded import carries_load, recorded, require_speed, share_notes, total
 from .static import OPEN
 from .worst import worst_case
 
@@ -80,7 +79,10 @@ def sharing(
     system = linearised(system)
     told, notes = parts(system, method, samples=samples, relative_speed=relative_speed)
     reference, names = told[0], faces(system.meshes).name
-    loaded = _loaded(len(names), told)
+    mean = np.empty(len(names))
+    for part in told:
+        mean[part.meshes] = part.mean
+    loaded = carries_load(mean, groups(system.meshes))
     given = None if cycles is None else positive("cycles", cycles, 1)
     share = max(1, reference.affordable // len(told)) if len(told) > 1 else reference.affordable
     cycles = min(reference.period, share) if given is None else given
@@ -119,26 +121,6 @@ def _part_cycles(part: Part, reference: Part, cycles: int) -> int:
 
 def _shared(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
     return None if progress is None else lambda share: progress((done + share) / count)
-
-
-def _loaded(count: int, told: tuple[Part, ...]) -> NDArray[np.bool_]:
-    """Meshes of groups that carry load in the mean, (m,).
-
-    Raises
-    ------
-    ModelError : none does.
-    """
-    # an idle group beside loaded ones carries rounding
-    least = 1e-9 * max(float(np.max(np.abs(part.mean), initial=0.0)) for part in told)
-    loaded = np.zeros(count, dtype=bool)
-    for part in told:
-        for group in part.members:
-            loaded[part.meshes[group]] = part.mean[group].sum() > least
-    if not loaded.any():
-        raise ModelError(
-            "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque"
-        )
-    return loaded
 
 
 def _walk(part: Part, cycles: int, progress: Callable[[float], None] | None) -> Tally:

@@ -114,11 +114,18 @@ def _study(
         },
         coords={"member": [_short(path) for path in changes], coordinate: values},
         verb="vary",
-        options={"definition": "worst-case", "method": "static"},
+        options={"definition": "cycle-peak" if _lawful(train) else "worst-case", "method": "static"},
         warnings=[f"{title}: {failed} of {status.size} points failed"] if failed else (),
         provenance=train_provenance(train),
     )
     return result.assign_attrs(study=title)
+
+
+def _lawful(train: Train) -> bool:
+    """Whether any link follows a law, as `worst_sharing` asks of the System."""
+    from ..assemble import assemble
+
+    return bool(assemble(train).groups)
 
 
 def _short(path: str) -> str:
