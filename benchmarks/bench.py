@@ -27,8 +27,8 @@ import baseline
 import numpy as np
 from known import KNOWN112, MESHES112, bench56, bench112
 
-from epicyclic.analyses.steady import periodic
-from epicyclic.analyses.sweep import sweep
+from epicyclic.analyses.harmonic.steady import periodic
+from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.system.system import System
 
 LIMIT = 1e-4
@@ -145,8 +145,8 @@ def _compare(
 
 
 def _modes() -> list[Row]:
-    from epicyclic.analyses.eigen import eigen
-    from epicyclic.analyses.modal import modal
+    from epicyclic.analyses.modes.eigen import eigen
+    from epicyclic.analyses.modes.modal import modal
     from epicyclic.assemble import assemble
     from epicyclic.files import load
 

@@ -18,17 +18,9 @@ from typing import Annotated, Any
 
 import typer
 
-from .cli_audit import audit
-from .console import (
-    complain,
-    frequency,
-    parsed_overrides,
-    progress_bar,
-    put_out,
-    reported,
-    target_of,
-    write_result,
-)
+from .commands.audit import audit
+from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
+from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
 
 __all__ = ["app", "main"]
 
@@ -40,31 +32,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["--help", "-h"]},
 )
-
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
-Sets = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
-Output = Annotated[
-    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the result: .nc, .json or .html.")
-]
-RelativeSpeed = Annotated[
-    float, typer.Option("--relative-speed", help="Speed per operating speed; 0 is standstill, 1 the operating point.")
-]
-
-
-Cycles = Annotated[
-    int | None, typer.Option("--cycles", min=1, help="Length of the record in mesh cycles.", show_default="chosen")
-]
-Turns = Annotated[
-    int | None, typer.Option("--turns", min=1, help="Length in turns of a body (--of).", show_default="chosen")
-]
-Of = Annotated[str | None, typer.Option("--of", metavar="BODY", help="Count turns of this body, e.g. main/sun.")]
-Samples = Annotated[
-    int | None, typer.Option("--samples", min=1, help="Instants per mesh cycle or turn.", show_default="chosen")
-]
 
 app.command()(audit)
 
@@ -114,7 +81,7 @@ def check(
         with reported():
             _write_resolved(model, sets, output)
     else:
-        _run("check", model, sets, as_json, output)
+        run_verb("check", model, sets, as_json, output)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
@@ -140,19 +107,19 @@ def modes(
     damped: Annotated[bool, typer.Option("--damped", help="Solve the damped problem.")] = False,
 ) -> None:
     """Natural frequencies, kinds, shapes and energy shares."""
-    _run("modes", model, sets, as_json, output, relative_speed=relative_speed, damped=damped)
+    run_verb("modes", model, sets, as_json, output, relative_speed=relative_speed, damped=damped)
 
 
 @app.command()
 def campbell(model: Model, sets: Sets = None, as_json: Json = False, output: Output = None) -> None:
     """Natural frequencies over speed, standstill to twice the operating speed."""
-    _run("campbell", model, sets, as_json, output)
+    run_verb("campbell", model, sets, as_json, output)
 
 
 @app.command()
 def stiffness(model: Model, sets: Sets = None, as_json: Json = False, output: Output = None) -> None:
     """Mesh stiffness over a mesh cycle."""
-    _run("stiffness", model, sets, as_json, output)
+    run_verb("stiffness", model, sets, as_json, output)
 
 
 @app.command()
@@ -167,7 +134,7 @@ def static(
     samples: Samples = None,
 ) -> None:
     """Static equilibrium over the record; the teeth can only push."""
-    _run("static", model, sets, as_json, output, cycles=cycles, turns=turns, of=of, samples=samples)
+    run_verb("static", model, sets, as_json, output, cycles=cycles, turns=turns, of=of, samples=samples)
 
 
 @app.command()
@@ -179,7 +146,7 @@ def steady(
     relative_speed: RelativeSpeed = 1.0,
 ) -> None:
     """Steady vibration at one speed."""
-    _run("steady", model, sets, as_json, output, relative_speed=relative_speed)
+    run_verb("steady", model, sets, as_json, output, relative_speed=relative_speed)
 
 
 @app.command()
@@ -198,7 +165,7 @@ def sharing(
 ) -> None:
     """Load-sharing coefficients, each by its named definition."""
     record: dict[str, Any] = {"cycles": cycles, "turns": turns, "of": of, "samples": samples}
-    _run("sharing", model, sets, as_json, output, method=method.value, **record)
+    run_verb("sharing", model, sets, as_json, output, method=method.value, **record)
 
 
 @app.command()
@@ -221,7 +188,7 @@ def sweep(
         low, high = (
             None if text is None else frequency(text, option) for text, option in ((start, "--from"), (stop, "--to"))
         )
-    _run("sweep", model, sets, as_json, output, start=low, stop=high, points=points, frame_speed=frame_speed.value)
+    run_verb("sweep", model, sets, as_json, output, start=low, stop=high, points=points, frame_speed=frame_speed.value)
 
 
 @app.command()
@@ -289,27 +256,3 @@ def systems(as_json: Annotated[bool, typer.Option("--json", help="Print names an
             from .terminal import show_pairs, stdout_console
 
             show_pairs(titles, stdout_console())
-
-
-def _run(verb: str, model: str, sets: list[str] | None, as_json: bool, output: Path | None, **options: Any) -> None:
-    """Run one verb; print it for people or as JSON, or write it to a file."""
-    with reported():
-        if output is not None:
-            target_of(output, (".nc", ".json", ".html"))
-        overrides = parsed_overrides(sets)
-        from .studies.job import Job, run
-
-        with progress_bar(f"{verb} {model}") as step:
-            result = run(Job(verb=verb, source=model, overrides=overrides, options=options), progress=step)
-        if output is not None:
-            write_result(result, output)
-        if as_json:
-            from .results import to_json
-
-            for text in json.loads(result.attrs["warnings"]):
-                complain(f"warning: {text}")
-            typer.echo(to_json(result))
-        elif output is None:
-            from .terminal import show, stdout_console
-
-            show(result, stdout_console())

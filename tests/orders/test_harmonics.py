@@ -7,9 +7,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.analyses.basis import Modal, modal_form
-from epicyclic.analyses.harmonic import Rows, solve
-from epicyclic.analyses.kernel import kernel
+from epicyclic.analyses.harmonic.balance import Rows, solve
+from epicyclic.analyses.harmonic.kernel import kernel
+from epicyclic.analyses.modes.basis import Modal, modal_form
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
 
 LENGTH = 600

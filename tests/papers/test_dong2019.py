@@ -21,8 +21,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.record import Record, record_of
-from epicyclic.analyses.static import static
+from epicyclic.analyses.statics.record import Record, record_of
+from epicyclic.analyses.statics.static import static
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.studies.audit_data import read_audit

@@ -21,9 +21,9 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from epicyclic.analyses.basis import mean_modes
-from epicyclic.analyses.sharing import Method, sharing
-from epicyclic.analyses.steady import periodic, steady
+from epicyclic.analyses.harmonic.steady import periodic, steady
+from epicyclic.analyses.modes.basis import mean_modes
+from epicyclic.analyses.sharing.sharing import Method, sharing
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.studies.check import check

@@ -11,7 +11,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from epicyclic.analyses.modal import modal
+from epicyclic.analyses.modes.modal import modal
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 

@@ -21,10 +21,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.analyses.modal import modal
-from epicyclic.analyses.sharing import sharing
-from epicyclic.analyses.static import static
-from epicyclic.analyses.steady import periodic
+from epicyclic.analyses.harmonic.steady import periodic
+from epicyclic.analyses.modes.modal import modal
+from epicyclic.analyses.sharing.sharing import sharing
+from epicyclic.analyses.statics.static import static
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.system.system import System

@@ -17,8 +17,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static import static
-from epicyclic.analyses.steady import periodic
+from epicyclic.analyses.harmonic.steady import periodic
+from epicyclic.analyses.statics.static import static
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.studies.stiffness import stiffness, stiffness_history

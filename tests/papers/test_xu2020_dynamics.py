@@ -15,11 +15,11 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
-from epicyclic.analyses.modal import modal
-from epicyclic.analyses.response import FrameSpeed
-from epicyclic.analyses.static import static
-from epicyclic.analyses.steady import Periodic, periodic
-from epicyclic.analyses.sweep import sweep
+from epicyclic.analyses.harmonic.response import FrameSpeed
+from epicyclic.analyses.harmonic.steady import Periodic, periodic
+from epicyclic.analyses.harmonic.sweep import sweep
+from epicyclic.analyses.modes.modal import modal
+from epicyclic.analyses.statics.static import static
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.system.system import System

@@ -18,8 +18,8 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
-from epicyclic.analyses.eigen import eigen
-from epicyclic.analyses.modal import modal
+from epicyclic.analyses.modes.eigen import eigen
+from epicyclic.analyses.modes.modal import modal
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.system.system import System

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.equilibrium import compliance, require_balance
-from epicyclic.analyses.static import static
+from epicyclic.analyses.statics.equilibrium import compliance, require_balance
+from epicyclic.analyses.statics.static import static
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.system.system import System

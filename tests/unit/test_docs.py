@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import io
+import pkgutil
 import re
 import shlex
 import tomllib
@@ -12,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import epicyclic
+import epicyclic.commands as commands_room
 from epicyclic.cli import app
 
 ROOT = Path(__file__).parents[2]
@@ -64,9 +67,14 @@ def test_there_are_commands() -> None:
 @pytest.mark.parametrize("words", commands(), ids=" ".join)
 def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[str] = []
-    monkeypatch.setattr("epicyclic.cli._run", lambda verb, *_, **__: seen.append(verb))
+    for module in (
+        "epicyclic.cli",
+        *(f"epicyclic.commands.{found.name}" for found in pkgutil.iter_modules(commands_room.__path__)),
+    ):
+        if hasattr(importlib.import_module(module), "run_verb"):
+            monkeypatch.setattr(f"{module}.run_verb", lambda verb, *_, **__: seen.append(verb))
     monkeypatch.setattr("epicyclic.cli._report", lambda *_: seen.append("report"))
-    monkeypatch.setattr("epicyclic.cli_audit._audit", lambda *_, **__: seen.append("audit"))
+    monkeypatch.setattr("epicyclic.commands.audit._audit", lambda *_, **__: seen.append("audit"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ..train.train import Train
-from .resolve import resolve
+from .resolve.resolve import resolve
 from .toml import Source, read
 
 __all__ = ["load"]

@@ -20,7 +20,7 @@ __all__ = ["largest_sharing", "vary"]
 
 def largest_sharing(system: System) -> float:
     """Load-sharing coefficient of the train [1] by the first definition of `sharing` (peak per mesh cycle)."""
-    from ..analyses.sharing import sharing
+    from ..analyses.sharing.sharing import sharing
 
     return float(sharing(system).system_load_sharing[0])
 

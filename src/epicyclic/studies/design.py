@@ -34,7 +34,7 @@ def worst_sharing(system: System) -> float:
     Where several mesh frequencies vary the stiffness it is that at the mean stiffness, and where links have laws the
     worst of 64 mesh cycles: a study asks for many points.
     """
-    from ..analyses.sharing import sharing
+    from ..analyses.sharing.sharing import sharing
 
     varying = {int(tone) for tone, row in zip(system.meshes.tone, system.meshes.variation, strict=True) if row.any()}
     if len(varying) > 1:

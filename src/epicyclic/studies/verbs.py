@@ -53,8 +53,8 @@ def stiffness(source: Source, *, overrides: Overrides | None = None, **options: 
 
 
 def modes(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
-    """Natural frequencies, mode shapes, kinds and energy shares; options of `epicyclic.analyses.modal.modal`."""
-    from ..analyses.modal import modal as run
+    """Natural frequencies, mode shapes, kinds and energy shares; options of `epicyclic.analyses.modes.modal.modal`."""
+    from ..analyses.modes.modal import modal as run
 
     return run(system_of(source, overrides=overrides), **options)
 
@@ -68,13 +68,13 @@ def campbell(
 ) -> xr.Dataset:
     """Natural frequencies over speed, by default from standstill to twice the operating speed.
 
-    Further options are those of `epicyclic.analyses.campbell.campbell`.
+    Further options are those of `epicyclic.analyses.modes.campbell.campbell`.
 
     Raises
     ------
     ModelError : the model is wrong, or says no speed.
     """
-    from ..analyses.campbell import campbell as run
+    from ..analyses.modes.campbell import campbell as run
 
     system = system_of(source, overrides=overrides)
     if not system.tones:
@@ -84,22 +84,22 @@ def campbell(
 
 
 def static(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
-    """Static equilibrium over the record, meshes unilateral; options of `epicyclic.analyses.static.static`."""
-    from ..analyses.static import static as run
+    """Static equilibrium over the record, meshes unilateral; options of `epicyclic.analyses.statics.static.static`."""
+    from ..analyses.statics.static import static as run
 
     return run(system_of(source, overrides=overrides), **options)
 
 
 def steady(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
-    """Steady response at one speed; options of `epicyclic.analyses.steady.steady`."""
-    from ..analyses.steady import steady as run
+    """Steady response at one speed; options of `epicyclic.analyses.harmonic.steady.steady`."""
+    from ..analyses.harmonic.steady import steady as run
 
     return run(system_of(source, overrides=overrides), **options)
 
 
 def sharing(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
-    """Load-sharing coefficients, each by its named definition; options of `epicyclic.analyses.sharing.sharing`."""
-    from ..analyses.sharing import sharing as run
+    """Load-sharing coefficients by named definitions; options of `epicyclic.analyses.sharing.sharing.sharing`."""
+    from ..analyses.sharing.sharing import sharing as run
 
     return run(system_of(source, overrides=overrides), **options)
 
@@ -113,7 +113,7 @@ def sweep(
     points: int | None = None,
     **options: Any,
 ) -> xr.Dataset:
-    """Steady response over speed; further options are those of `epicyclic.analyses.sweep.sweep`.
+    """Steady response over speed; further options are those of `epicyclic.analyses.harmonic.sweep.sweep`.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def sweep(
     ------
     ModelError : the model is wrong, or says no speed, torque or damping.
     """
-    from ..analyses.sweep import sweep as run
+    from ..analyses.harmonic.sweep import sweep as run
 
     system = system_of(source, overrides=overrides)
     if start is not None or stop is not None or points is not None:
@@ -136,8 +136,8 @@ def _frequencies(system: System, start: float | None, stop: float | None, points
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
 
-    from ..analyses.eigen import eigen
-    from ..analyses.record import reference_tone
+    from ..analyses.modes.eigen import eigen
+    from ..analyses.statics.record import reference_tone
 
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=_SPEED_HINT)

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.analyses.campbell import campbell
-from epicyclic.analyses.eigen import _neutral_first, damping_ratios, eigen, whirl
-from epicyclic.analyses.kinds import clusters, sort_modes
-from epicyclic.analyses.modal import modal
+from epicyclic.analyses.modes.campbell import campbell
+from epicyclic.analyses.modes.eigen import _neutral_first, damping_ratios, eigen, whirl
+from epicyclic.analyses.modes.kinds import clusters, sort_modes
+from epicyclic.analyses.modes.modal import modal
 from epicyclic.errors import ModelError
 from epicyclic.results import load_result, save_result
 from epicyclic.system.system import System

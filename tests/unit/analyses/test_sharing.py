@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses import steady as steady_module
-from epicyclic.analyses.definitions import DEFINITIONS, groups, merge, tally
-from epicyclic.analyses.equilibrium import compliance, equilibrium
-from epicyclic.analyses.record import excitation
-from epicyclic.analyses.sharing import Method, sharing
-from epicyclic.analyses.static import static
-from epicyclic.analyses.steady import Periodic, ShaftLine, periodic
-from epicyclic.analyses.waves import forces, line_phases, periodic_waves
-from epicyclic.analyses.worst import blocks, worst_case
+from epicyclic.analyses.harmonic import steady as steady_module
+from epicyclic.analyses.harmonic.steady import Periodic, ShaftLine, periodic
+from epicyclic.analyses.sharing.definitions import DEFINITIONS, groups, merge, tally
+from epicyclic.analyses.sharing.sharing import Method, sharing
+from epicyclic.analyses.sharing.waves import forces, line_phases, periodic_waves
+from epicyclic.analyses.sharing.worst import blocks, worst_case
+from epicyclic.analyses.statics.equilibrium import compliance, equilibrium
+from epicyclic.analyses.statics.record import excitation
+from epicyclic.analyses.statics.static import static
 from epicyclic.errors import ModelError
 from epicyclic.results import load_result, save_result
 from epicyclic.system.system import Line, System

@@ -13,14 +13,14 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.definitions import groups as share_groups
-from epicyclic.analyses.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.linear import linearised
-from epicyclic.analyses.record import Record, excitation, record_of
-from epicyclic.analyses.recorded import cycle_starts, record_tally, recorded, total
-from epicyclic.analyses.sharing import sharing
-from epicyclic.analyses.static import static
-from epicyclic.analyses.trace import trace
+from epicyclic.analyses.sharing.definitions import groups as share_groups
+from epicyclic.analyses.sharing.sharing import sharing
+from epicyclic.analyses.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.analyses.statics.linear import linearised
+from epicyclic.analyses.statics.record import Record, excitation, record_of
+from epicyclic.analyses.statics.recorded import cycle_starts, record_tally, recorded, total
+from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.statics.trace import trace
 from epicyclic.errors import ModelError
 from epicyclic.results import load_result, save_result
 from epicyclic.system import laws as law

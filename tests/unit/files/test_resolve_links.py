@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from epicyclic.files import load
-from epicyclic.files.resolve_shafts import shaft_stiffness
+from epicyclic.files.resolve.shafts import shaft_stiffness
 from epicyclic.train.connections import Link
 from epicyclic.train.train import Train
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.basis import mean_modes
-from epicyclic.analyses.steady import periodic
+from epicyclic.analyses.harmonic.steady import periodic
+from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 

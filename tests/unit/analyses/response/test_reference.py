@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epicyclic.analyses.basis import mean_modes
-from epicyclic.analyses.steady import periodic
-from epicyclic.analyses.sweep import sweep
+from epicyclic.analyses.harmonic.steady import periodic
+from epicyclic.analyses.harmonic.sweep import sweep
+from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
 DATA = Path(os.environ.get("EPICYCLIC_DATA", Path(__file__).parents[5] / "shared" / "data")) / "bench56.npz"

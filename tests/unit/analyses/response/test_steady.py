@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.analyses.basis import mean_modes
-from epicyclic.analyses.steady import Periodic, periodic, steady
+from epicyclic.analyses.harmonic.steady import Periodic, periodic, steady
+from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.system.system import Line, System
 

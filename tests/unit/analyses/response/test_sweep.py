@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses.steady import periodic, steady
-from epicyclic.analyses.sweep import sweep
+from epicyclic.analyses.harmonic.steady import periodic, steady
+from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.errors import ModelError
 from epicyclic.results import to_json
 from epicyclic.system.system import System

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.lattice import bundle, kept_points
-from epicyclic.analyses.response import respond, response
-from epicyclic.analyses.steady import Periodic, periodic, periodic_by_tone, steady
-from epicyclic.analyses.sweep import sweep
+from epicyclic.analyses.harmonic.lattice import bundle, kept_points
+from epicyclic.analyses.harmonic.response import respond, response
+from epicyclic.analyses.harmonic.steady import Periodic, periodic, periodic_by_tone, steady
+from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

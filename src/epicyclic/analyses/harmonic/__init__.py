@@ -1,0 +1,1 @@
+"""Steady response to mesh and shaft orders by matrix-free harmonic balance, linear contact."""

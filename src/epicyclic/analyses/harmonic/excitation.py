@@ -1,0 +1,175 @@
+"""What drives the steady response: the exact lines of a System, sorted into mesh orders and shaft orders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.system import Array, ComplexArray, Line, System
+from ..modes.basis import Modal
+from .lattice import Lattice, Point
+
+__all__ = ["Excitation", "Shaft", "excitation", "mesh_rows", "shaft_rows"]
+
+# Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
+_BALANCE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shaft:
+    """Lines that the mesh orders couple: their frequencies are a . f + frequency, or a . f - frequency.
+
+    frequency : of the lowest of them [Hz] at the operating speed.
+    members : (a, whether the second form holds, so that its conjugate counts, line); a along one axis.
+    """
+
+    frequency: Fraction
+    members: tuple[tuple[Point, bool, Line], ...]
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Paths in the file that put something into any of the lines, once each."""
+        return tuple(dict.fromkeys(cause for _, _, line in self.members for cause in line.causes))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Excitation:
+    """Lines by kind.
+
+    tones : (D,) mesh frequencies [Hz] at the operating speed, that of the first mesh first.
+    axis : (m,) which of them each mesh follows.
+    mesh : (a, line) of each line at an integer multiple of a tone, 0 included.  shaft : the others, grouped.
+    """
+
+    tones: tuple[Fraction, ...]
+    axis: NDArray[np.int64]
+    mesh: tuple[tuple[Point, Line], ...]
+    shaft: tuple[Shaft, ...]
+
+    @property
+    def tone(self) -> Fraction:
+        """Mesh frequency of the first mesh [Hz] at the operating speed."""
+        return self.tones[0]
+
+    @property
+    def highest(self) -> tuple[int, ...]:
+        """Highest order of each tone that a line stands on."""
+        points = [point for point, _ in self.mesh]
+        points += [point for shaft in self.shaft for point, _, _ in shaft.members]
+        return tuple(max((abs(point[j]) for point in points), default=0) for j in range(len(self.tones)))
+
+
+def excitation(system: System, modal: Modal) -> Excitation:
+    """Sort the lines, and refuse a System that has no steady response.
+
+    Raises
+    ------
+    ModelError : no damping; no mesh frequency; torques that do not balance.
+    """
+    if not system.damped:
+        raise ModelError(
+            "no damping is given, so the response never settles",
+            path="damping",
+            allowed='e.g. damping = { modal = "3 %" }',
+        )
+    tones = _tones(system)
+    places = [(_multiple(tones, line.frequency), line) for line in system.lines]
+    _balanced(system, modal)
+    return Excitation(
+        tones=tones,
+        axis=np.array([tones.index(system.tones[i]) for i in system.meshes.tone], dtype=np.int64),
+        mesh=tuple((point, line) for point, line in places if point is not None),
+        shaft=_grouped(tones, [line for point, line in places if point is None]),
+    )
+
+
+def _tones(system: System) -> tuple[Fraction, ...]:
+    used = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
+    if not used or min(used) <= 0:
+        raise ModelError(
+            "the response needs a mesh frequency above zero", path="operation.speed", allowed="the speed of one member"
+        )
+    return used
+
+
+def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
+    """The lattice point of least order at a multiple of one tone, None where the frequency is no such multiple."""
+    orders = [(frequency / tone, j) for j, tone in enumerate(tones)]
+    whole = [(abs(order), int(order), j) for order, j in orders if order.denominator == 1]
+    if not whole:
+        return None
+    _, order, axis = min(whole)
+    return tuple(order if j == axis else 0 for j in range(len(tones)))
+
+
+def _grouped(tones: tuple[Fraction, ...], lines: list[Line]) -> tuple[Shaft, ...]:
+    """Shaft lines that differ by, or add to, a multiple of a tone respond together: one solve, one phase."""
+    groups: dict[Fraction, list[tuple[Point, bool, Line]]] = {}
+    for line in sorted(lines, key=lambda line: line.frequency):
+        for base, members in groups.items():
+            less, more = _multiple(tones, line.frequency - base), _multiple(tones, line.frequency + base)
+            if less is not None or more is not None:
+                members.append((less, False, line) if less is not None else (more or (), True, line))
+                break
+        else:
+            groups[line.frequency] = [((0,) * len(tones), False, line)]
+    return tuple(Shaft(frequency=base, members=tuple(members)) for base, members in groups.items())
+
+
+def _balanced(system: System, modal: Modal) -> None:
+    """Torques must do no work on a rigid mode: nothing would hold the train in place."""
+    mean = system.force + sum((line.force[0].real for line in system.lines if line.frequency == 0), np.zeros(1))
+    shapes = modal.shapes[:, modal.rigid]
+    work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
+    if np.any(work > _BALANCE * size):
+        worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
+        name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
+        raise ModelError(
+            f"the external torques and forces do not balance on the free motion of {name}: "
+            f"{work[worst] / size[worst]:.3g} of them is left over "
+            "(given radii that fit no one centre distance do this too)",
+            path="operation.torque",
+        )
+
+
+def mesh_rows(system: System, lines: Excitation, speed: Array, lattice: Lattice) -> tuple[ComplexArray, ComplexArray]:
+    """Errors (m, P, J) [m] and forces (P, J, n) [N] at the points of a mirrored lattice, for relative speeds (P,)."""
+    place = _places(lattice)
+    error = np.zeros((len(system.meshes.name), speed.size, len(lattice.points)), complex)
+    force = np.zeros((speed.size, len(lattice.points), system.force.size), complex)
+    force[:, 0] = system.force
+    for point, line in lines.mesh:
+        error[:, :, place(point)] += line.gap[:, None]
+        force[:, place(point)] += _line_force(line, speed)
+    error[:, :, 0], force[:, 0] = error[:, :, 0].real, force[:, 0].real
+    return error, force
+
+
+def shaft_rows(system: System, lines: Excitation, speed: Array, lattice: Lattice) -> tuple[ComplexArray, ComplexArray]:
+    """Errors (m, P S, J) and forces (P S, J, n) of every shaft group at every speed (speeds outermost)."""
+    count, where = len(lines.shaft), _places(lattice)
+    error = np.zeros((len(system.meshes.name), speed.size * count, len(lattice.points)), complex)
+    force = np.zeros((speed.size * count, len(lattice.points), system.force.size), complex)
+    for place, shaft in enumerate(lines.shaft):
+        for point, conjugate, line in shaft.members:
+            # a . f - frequency stands at -a around +frequency once conjugated
+            row = where(tuple(-order for order in point) if conjugate else point)
+            gap, push = line.gap[:, None], _line_force(line, speed)
+            error[:, place::count, row] += gap.conj() if conjugate else gap
+            force[place::count, row] += push.conj() if conjugate else push
+    return error, force
+
+
+def _places(lattice: Lattice) -> Callable[[Point], int]:
+    return {tuple(point): i for i, point in enumerate(lattice.points.tolist())}.__getitem__
+
+
+def _line_force(line: Line, speed: Array) -> ComplexArray:
+    powers = np.stack([np.ones_like(speed), speed, speed**2], axis=1)
+    force: ComplexArray = powers @ line.force
+    return force

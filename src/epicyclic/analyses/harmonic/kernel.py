@@ -1,0 +1,239 @@
+"""Products of mesh stiffness and gap on a lattice: exact convolutions along the axis of each mesh's tone.
+
+Rows of a batch of P points are held as (m, P, 2 J): real and imaginary parts of J lattice points.  With one tone this
+is one small matrix a mesh; with several, one for the multiples of the tone and one for all other lines along its axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array, ComplexArray, System
+from .lattice import Bundle, Lattice, Point, bundle, kept_points
+
+__all__ = ["Axis", "Kernel", "kernel", "product", "tail"]
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Gather:
+    """Columns of (..., C) put in another order, some with the sign of their mirror image; column C reads 0.
+
+    place : (...) int, sign : (...) +-1.
+    """
+
+    place: Index
+    sign: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Axis:
+    """What the meshes of one tone do.
+
+    meshes : (m_j,) which they are.
+    own, lines : gap rows (2 J) -> rows of the multiples of the tone (2 Jo), of the other lines (lines, 2 W).
+    own_product (m_j, 2 Jo, 2 Jo), line_product (m_j, 2 W, 2 W) : those rows @ them = rows of the force [N/m].
+    back : own and line rows, one after the other -> rows (2 J).
+    every, own_tail, line_tail, tail_back : the same towards the T points dropped, lines of one point included.
+    """
+
+    meshes: Index
+    own: Gather
+    lines: Gather
+    own_product: Array
+    line_product: Array
+    back: Gather
+    every: Gather
+    own_tail: Array
+    line_tail: Array
+    tail_back: Gather
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Kernel:
+    """Products with k_m(t) - k0_m for rows at given lattice points.
+
+    lattice : points of the rows.  dropped : (T, D) points that a product reaches beyond them.
+    kind : (T,) the axis of a dropped point that is a multiple of one tone, D of a combination.
+    """
+
+    lattice: Lattice
+    dropped: Index
+    kind: Index
+    axes: tuple[Axis, ...]
+
+
+def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> Kernel:
+    """Convolution matrices.
+
+    Parameters
+    ----------
+    tone : (m,) axis of each mesh.  harmonics : of each tone; cross : of combinations, |a_1| + .. + |a_D|.
+    mirrored : of a real signal, at a . f; else around a shaft frequency.
+    """
+    lattice = kept_points(harmonics, cross, mirrored=mirrored)
+    D = lattice.tones
+    bundles = [bundle(lattice, j) for j in range(D)]
+    lengths = [_length(system, tone == j) for j in range(D)]
+    dropped = _dropped(lattice, bundles, lengths)
+    axes = tuple(_axis(system, np.flatnonzero(tone == j), lattice, bundles[j], dropped, j) for j in range(D))
+    several = np.count_nonzero(dropped, axis=1) != 1
+    kind = np.where(several, D, np.argmax(dropped != 0, axis=1)) if dropped.size else np.zeros(0, np.int64)
+    return Kernel(lattice=lattice, dropped=dropped, kind=kind, axes=axes)
+
+
+def _length(system: System, mine: NDArray[np.bool_]) -> int:
+    """Harmonics of the stiffness of the meshes of one tone."""
+    used = np.flatnonzero(np.any(system.meshes.variation[mine] != 0, axis=0))
+    return int(used[-1]) + 1 if used.size else 0
+
+
+def _dropped(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
+    """Points that some product reaches and that are not kept, one of a and -a of a real signal."""
+    kept = {tuple(point) for point in lattice.points.tolist()}
+    found: dict[Point, None] = {}
+    for axis, (lines, L) in enumerate(zip(bundles, lengths, strict=True)):
+        top = len(lattice.own[axis]) - 1 if lattice.mirrored else len(lattice.own[axis]) // 2
+        ends = [top + step for step in range(1, L + 1)]
+        origin = (0,) * lattice.tones
+        reached = [_along(origin, axis, a) for a in ([] if lattice.mirrored else [-a for a in ends[::-1]]) + ends]
+        half = lines.take.shape[1] // 2
+        for rest, take in zip(lines.rests.tolist(), lines.take, strict=True):
+            at = np.flatnonzero(take < len(lattice.points)) - half
+            reached += [_along(rest, axis, a) for a in range(at[0] - L, at[-1] + L + 1)]
+        for point in reached:
+            opposite = tuple(-a for a in point)
+            if point not in kept and not (lattice.mirrored and (opposite in kept or opposite in found)):
+                found[point] = None
+    return np.array(list(found), dtype=np.int64).reshape(-1, lattice.tones)
+
+
+def _along(rest: Sequence[int], axis: int, order: int) -> Point:
+    return (*rest[:axis], order, *rest[axis + 1 :])
+
+
+def _axis(system: System, meshes: Index, lattice: Lattice, lines: Bundle, dropped: Index, j: int) -> Axis:
+    L = _length(system, np.isin(np.arange(len(system.meshes.name)), meshes))
+    H, half = (len(lattice.own[j]) - 1) // (1 if lattice.mirrored else 2), lines.take.shape[1] // 2
+    series = _series(system, meshes, L, reach=2 * max(H, half) + L)
+    upper = np.arange(H + 1, H + L + 1)
+    own = np.arange(0 if lattice.mirrored else -H, H + 1)
+    own_dropped = upper if lattice.mirrored else np.concatenate([-upper[::-1], upper])
+    width, wide = np.arange(-half, half + 1), np.arange(-half - L, half + L + 1)
+    J = len(lattice.points)
+    take, mirror = lines.take[: lines.several], lines.mirror[: lines.several]
+    out = [(tuple(np.zeros(lattice.tones, int)), own), *((tuple(rest), width) for rest in lines.rests[: lines.several])]
+    beyond = [(tuple(np.zeros(lattice.tones, int)), own_dropped), *((tuple(rest), wide) for rest in lines.rests)]
+    return Axis(
+        meshes=meshes,
+        own=_parts(lattice.own[j], np.ones(own.size), J),
+        lines=_parts(take, mirror, J),
+        own_product=_convolution(series, own, own, mirrored=lattice.mirrored),
+        line_product=_convolution(series, width, width, mirrored=False),
+        back=_back(lattice.points, out, j, mirrored=lattice.mirrored),
+        every=_parts(lines.take, lines.mirror, J),
+        own_tail=_convolution(series, own, own_dropped, mirrored=lattice.mirrored),
+        line_tail=_convolution(series, width, wide, mirrored=False),
+        tail_back=_back(dropped, beyond, j, mirrored=lattice.mirrored),
+    )
+
+
+def _series(system: System, meshes: Index, L: int, *, reach: int) -> ComplexArray:
+    """Two-sided harmonics -reach .. reach of k - k0, (m_j, 2 reach + 1) [N/m]."""
+    half = system.meshes.stiffness[meshes, None] * system.meshes.variation[meshes, :L] / 2
+    series = np.zeros((len(meshes), 2 * reach + 1), complex)
+    series[:, reach + 1 : reach + 1 + L] = half
+    series[:, reach - L : reach] = half[:, ::-1].conj()
+    return series
+
+
+def _parts(take: Index, mirror: Array | Index, J: int) -> Gather:
+    """Places of real and imaginary parts, side by side, of points `take` (..., W), J where there is none."""
+    imaginary = np.where(take < J, take + J, 2 * J)
+    real = np.where(take < J, take, 2 * J)
+    return Gather(
+        place=np.concatenate([real, imaginary], axis=-1), sign=np.concatenate([np.ones(mirror.shape), mirror], axis=-1)
+    )
+
+
+def _back(points: Index, lines: Sequence[tuple[Point, Index]], axis: int, *, mirrored: bool) -> Gather:
+    """Where the rows of given points (T, D) stand in lines (rest, orders), each written as its parts re, im in turn."""
+    slots: dict[Point, tuple[int, int]] = {}
+    first = 0
+    for rest, orders in lines:
+        for i, a in enumerate(orders.tolist()):
+            slots[_along(rest, axis, a)] = (first + i, first + i + orders.size)
+        first += 2 * orders.size
+    place, sign = np.full((2, len(points)), first, dtype=np.int64), np.ones((2, len(points)))
+    for i, point in enumerate(points.tolist()):
+        if (found := slots.get(tuple(point))) is not None:
+            place[:, i] = found
+        elif mirrored and (found := slots.get(tuple(-a for a in point))) is not None:
+            place[:, i], sign[1, i] = found, -1.0
+    return Gather(place=place.ravel(), sign=sign.ravel())
+
+
+def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored: bool) -> Array:
+    """Real form (m, 2 J_given, 2 J_wanted) of p_h = sum_j kappa_(h-j) d_j + kappa_(h+j) conj(d_j), kappa two-sided.
+
+    Of a real signal (`mirrored`) row 0 is half of that and real.
+    """
+    centre = series.shape[1] // 2
+    direct = series[:, centre + wanted[None, :] - given[:, None]]
+    folded = series[:, centre + wanted[None, :] + given[:, None]] if mirrored else np.zeros_like(direct)
+    real = np.concatenate([direct.real + folded.real, folded.imag - direct.imag], axis=1)
+    imag = np.concatenate([direct.imag + folded.imag, direct.real - folded.real], axis=1)
+    if mirrored:
+        real[:, :, wanted == 0] /= 2
+        imag[:, :, wanted == 0] = 0
+        imag[:, given.size + np.flatnonzero(given == 0)] = real[:, given.size + np.flatnonzero(given == 0)] = 0
+    return np.ascontiguousarray(np.concatenate([real, imag], axis=2))
+
+
+def product(kernel: Kernel, gap: Array) -> Array:
+    """(k(t) - k0) gap(t) on the points kept, (m, P, 2 J) [N]."""
+    if len(kernel.axes) == 1:
+        only: Array = np.matmul(gap, kernel.axes[0].own_product)
+        return only
+    out = np.empty_like(gap)
+    for axis in kernel.axes:
+        mine = _padded(gap[axis.meshes])
+        parts = [_times(mine, axis.own, axis.own_product), _times(mine, axis.lines, axis.line_product)]
+        out[axis.meshes] = _gathered(_padded(*parts), axis.back)
+    return out
+
+
+def tail(kernel: Kernel, gap: Array) -> Array:
+    """(k(t) - k0) gap(t) on the points dropped, (m, P, 2 T) [N]."""
+    if len(kernel.axes) == 1:
+        only: Array = np.matmul(gap, kernel.axes[0].own_tail)
+        return only
+    out = np.empty((*gap.shape[:2], 2 * len(kernel.dropped)))
+    for axis in kernel.axes:
+        mine = _padded(gap[axis.meshes])
+        parts = [_times(mine, axis.own, axis.own_tail), _times(mine, axis.every, axis.line_tail)]
+        out[axis.meshes] = _gathered(_padded(*parts), axis.tail_back)
+    return out
+
+
+def _padded(*parts: Array) -> Array:
+    return np.concatenate([*parts, np.zeros((*parts[0].shape[:2], 1))], axis=2)
+
+
+def _gathered(rows: Array, gather: Gather) -> Array:
+    picked: Array = np.take(rows, gather.place, axis=2)
+    picked *= gather.sign
+    return picked
+
+
+def _times(rows: Array, gather: Gather, matrix: Array) -> Array:
+    """Rows gathered, times a matrix a mesh, lines one after the other: (m, P, lines * columns)."""
+    m, P = rows.shape[:2]
+    picked = _gathered(rows, gather).reshape(m, -1, matrix.shape[1])
+    result: Array = np.matmul(picked, matrix).reshape(m, P, -1)
+    return result

@@ -1,0 +1,184 @@
+"""The steady response at one speed: mesh orders over a mesh cycle, and one envelope for each other frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from ...errors import ConvergenceError, ModelError
+from ...system.system import Array, ComplexArray, System
+from ..sharing.definitions import samples_per_cycle
+from .response import Block, Response, respond, response
+from .waveform import Spectrum, envelopes, force_spectrum, mesh_axis, motion_spectrum, own_waves, samples_needed
+
+__all__ = ["TOLERANCE", "Periodic", "ShaftLine", "counted", "periodic", "periodic_by_tone", "solved"]
+
+TOLERANCE = 1e-8
+# Beyond this a residual is no answer, whatever tolerance was asked for.
+_ACCEPTED = 1e-4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ShaftLine:
+    """Response at frequencies that are no multiples of the tone of its `Periodic`.
+
+    frequency : exact [Hz at the operating speed].  causes : paths in the file; of another mesh frequency its stages.
+    force : (m, Nt) A_s(theta) [N]; it adds Re(A_s(theta) exp(2 pi i s f t)) to the mesh force at relative speed s.
+    displacement : (n, Nt) the same of every coordinate [m, rad].
+    Lines whose frequencies differ by, or add to, a multiple of the mesh frequency stand together in one.
+    """
+
+    frequency: Fraction
+    causes: tuple[str, ...]
+    force: ComplexArray
+    displacement: ComplexArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Periodic:
+    """A steady response, told over the phase of one mesh frequency.
+
+    tone : that mesh frequency [Hz at the operating speed]; relative_speed : s, speed per operating speed.
+    theta : (Nt,) mesh phase, (tone s t) mod 1.
+    force : (m, Nt) mesh force at multiples of the tone with its mean, k(t) (B^T q - e) + c d/dt(...) [N].
+    displacement : (n, Nt) [m, rad].  lines : all other frequencies, of shafts and of other tones.
+    harmonics : kept; residual : relative, with the harmonics dropped.
+    """
+
+    tone: Fraction
+    relative_speed: float
+    theta: Array
+    force: Array
+    displacement: Array
+    lines: tuple[ShaftLine, ...]
+    harmonics: int
+    residual: float
+
+
+def periodic(
+    system: System, *, relative_speed: float = 1.0, samples: int | None = None, tolerance: float = TOLERANCE
+) -> Periodic:
+    """Steady response of the linear-contact system at one speed, over the mesh cycle of the first mesh.
+
+    Parameters
+    ----------
+    relative_speed : speed per operating speed, above zero.
+    samples : of a mesh cycle; None takes as many as the harmonics need, 64 at least, in a multiple of the branches.
+    tolerance : relative residual of the harmonics kept; those dropped are below 30 times that.  Lines of other tones
+        that add up to less than it are left out.
+
+    Raises
+    ------
+    ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
+    ConvergenceError : no solution; the speed lies on the edge of a parametric instability.
+    """
+    ready, block = solved(system, relative_speed, tolerance)
+    return _told(ready, block, 0, samples, tolerance)
+
+
+def periodic_by_tone(
+    system: System, *, relative_speed: float = 1.0, samples: int | None = None, tolerance: float = TOLERANCE
+) -> tuple[Periodic, ...]:
+    """The same response told once over the mesh cycle of each tone, that of the first mesh first; as `periodic`."""
+    ready, block = solved(system, relative_speed, tolerance)
+    return tuple(_told(ready, block, axis, samples, tolerance) for axis in range(len(ready.lines.tones)))
+
+
+def _told(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
+    harmonics = block.kept[axis]
+    mine = np.flatnonzero(mesh_axis(ready) == axis)
+    least = max(64, samples_needed(ready, harmonics))
+    count = samples_per_cycle(ready.system.meshes, mine, least) if samples is None else counted(samples)
+    theta = np.arange(count) / count
+    force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
+    lines = _other_lines(ready, force, motion, axis, theta)
+    if block.shaft is not None:
+        force_lines, motion_lines = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
+        lines += _other_lines(ready, force_lines, motion_lines, axis, theta)
+    return Periodic(
+        tone=ready.lines.tones[axis],
+        relative_speed=float(block.speed[0]),
+        theta=theta,
+        force=own_waves(force, axis, theta)[:, 0, 0].real,
+        displacement=own_waves(motion, axis, theta)[:, 0, 0].real,
+        lines=tuple(_relevant(ready, lines, tolerance)),
+        harmonics=harmonics,
+        residual=float(block.residual[0]),
+    )
+
+
+def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, theta: Array) -> list[ShaftLine]:
+    """Everything but the multiples of one tone, a line for each combination of the others and each shaft line."""
+    pushed, moved = envelopes(force, axis, theta), envelopes(motion, axis, theta)
+    known = {(s, *rest): i for i, (s, rest) in enumerate(zip(moved.shaft.tolist(), moved.rests.tolist(), strict=True))}
+    lines = []
+    for i, (s, rest) in enumerate(zip(pushed.shaft.tolist(), pushed.rests.tolist(), strict=True)):
+        at = known.get((s, *rest))
+        still = np.zeros((moved.values.shape[0], theta.size), complex)
+        shaft = ready.lines.shaft[s] if s >= 0 else None
+        combined = sum((a * tone for a, tone in zip(rest, ready.lines.tones, strict=True)), Fraction(0))
+        lines.append(
+            _forwards(
+                combined + (shaft.frequency if shaft is not None else 0),
+                shaft.causes if shaft is not None else _stages(ready, rest),
+                pushed.values[:, 0, i],
+                still if at is None else moved.values[:, 0, at],
+            )
+        )
+    return lines
+
+
+def _forwards(frequency: Fraction, causes: tuple[str, ...], force: ComplexArray, moved: ComplexArray) -> ShaftLine:
+    """A line of positive frequency: Re z = Re conj z."""
+    if frequency < 0:
+        frequency, force, moved = -frequency, force.conj(), moved.conj()
+    return ShaftLine(frequency=frequency, causes=causes, force=force, displacement=moved)
+
+
+def _stages(ready: Response, orders: Sequence[int]) -> tuple[str, ...]:
+    """``<stage> mesh`` of every tone in a combination."""
+    stages = zip(ready.lines.axis.tolist(), ready.system.meshes.stage, strict=True)
+    return tuple(dict.fromkeys(f"{stage} mesh" for axis, stage in stages if orders[axis]))
+
+
+def _relevant(ready: Response, lines: list[ShaftLine], tolerance: float) -> list[ShaftLine]:
+    """The lines without the smallest ones, as long as these add up to less than the tolerance in every signal."""
+    if len(ready.lines.tones) == 1 or not lines:
+        return lines
+    radius = ready.system.dofs.radius[:, None]
+    force = np.array([np.abs(line.force).max(axis=1) for line in lines])
+    moved = np.array([np.abs(radius * line.displacement).max(axis=1) for line in lines])
+    size = np.zeros(len(lines))
+    for part in (force, moved):
+        size = np.maximum(size, (part / max(float(part.max()), np.finfo(float).tiny)).max(axis=1))
+    order = np.argsort(size)
+    needless = set(order[np.cumsum(size[order]) < tolerance].tolist())
+    return [line for i, line in enumerate(lines) if i not in needless]
+
+
+def solved(system: System, relative_speed: float, tolerance: float) -> tuple[Response, Block]:
+    """One speed solved; arguments and errors as of `periodic`."""
+    if not (math.isfinite(relative_speed) and relative_speed > 0):
+        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
+    if not 0 < tolerance < 1:
+        raise ModelError("out of range", path="tolerance", given=tolerance, allowed="between 0 and 1")
+    ready = response(system)
+    block = next(respond(ready, np.array([float(relative_speed)]), tolerance=tolerance))
+    if not block.residual[0] <= max(_ACCEPTED, 100 * tolerance):
+        frequency = float(ready.lines.tone) * relative_speed
+        raise ConvergenceError(
+            f"no periodic response found at {frequency:.6g} Hz mesh frequency (residual {block.residual[0]:.2g}): "
+            "try a slightly different speed or more damping"
+        )
+    return ready, block
+
+
+def counted(samples: int) -> int:
+    """A number of samples, refused below one."""
+    if samples < 1:
+        raise ModelError("out of range", path="samples", given=samples, allowed="1 or more")
+    return samples

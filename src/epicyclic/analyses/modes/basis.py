@@ -1,0 +1,103 @@
+"""The modal basis of the undamped mean system at standstill, shared by modes, load sharing and response."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.system import Array, System
+
+__all__ = ["Modal", "mean_modes", "modal_form"]
+
+# A rigid mode's eigenvalue is rounding, about n eps max(omega^2); an elastic one of a gear train stays far above
+# (20 Hz beside 20 kHz is 1e-6).
+_RIGID = 1e-11
+
+
+def mean_modes(system: System) -> tuple[Array, Array]:
+    """Squared natural frequencies and mass-normalised shapes of the undamped mean system at standstill.
+
+    Parameters
+    ----------
+    system : gives M and the stiffness K + B k B^T with mean meshes, both (n, n).
+
+    Returns
+    -------
+    (omega^2 (n,) [rad^2/s^2], rising, rigid modes exactly 0; Phi (n, n) with Phi^T M Phi = 1).
+
+    Raises
+    ------
+    ModelError : a coordinate has no mass, or the mean stiffness has a negative eigenvalue.
+    """
+    stiffness = system.mean_stiffness
+    try:
+        squared, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (system.M + system.M.T) / 2)
+    except np.linalg.LinAlgError as error:
+        raise ModelError(f"the mass matrix is not positive definite{_massless(system)}") from error
+    except ValueError as error:
+        raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
+    noise = _RIGID * float(np.max(np.abs(squared), initial=0.0))
+    if squared.size and squared[0] < -noise:
+        raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
+    return np.where(squared <= noise, 0.0, squared), shapes
+
+
+def _massless(system: System) -> str:
+    names = [name for name, mass in zip(system.dofs.names, np.diag(system.M), strict=True) if not mass > 0]
+    return f": no mass or inertia on {', '.join(names)}" if names else ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Modal:
+    """A System in energy-weighted modal coordinates y = weight * x, q = Phi x; what no speed changes.
+
+    The weight makes |y| the root of the strain energy, so that one residual norm serves soft and stiff modes alike.
+    squared : (n,) omega_r^2 [rad^2/s^2], 0 of a rigid mode.  rigid : (n,) bool.
+    shapes : (n, n) Phi / weight: q = shapes @ y.  forces : (n, n) weight * Phi^T: y-row force = forces @ F.
+    gaps : (m, n) B^T shapes: mesh gap of y.  pulls : (m, n) weight * Phi^T B, transposed: force of a mesh on y rows.
+    damping : (n,) 2 zeta_r omega_r plus the modal diagonal of the given dampers [1/s].
+    coupling : transposed (n, n) operators G, Kg, Cskew and the off-diagonal part of C; absent where they are zero.
+    """
+
+    squared: Array
+    rigid: NDArray[np.bool_]
+    shapes: Array
+    forces: Array
+    gaps: Array
+    pulls: Array
+    damping: Array
+    coupling: dict[str, Array]
+
+
+def modal_form(system: System) -> Modal:
+    """Bring a System to energy-weighted modal coordinates."""
+    squared, modes = mean_modes(system)
+    rigid = squared == 0
+    omega = np.sqrt(squared)
+    weight = np.where(rigid, np.min(omega[~rigid], initial=1.0 if rigid.all() else np.inf), omega)
+    shapes, forces = modes / weight, weight[:, None] * modes.T
+    B = system.meshes.B
+    gaps, pulls = B.T @ shapes, (forces @ B).T
+    # A rigid mode strains no mesh: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
+    gaps[:, rigid] = pulls[:, rigid] = 0.0
+    C = forces @ (system.C + (B * system.meshes.damping) @ B.T) @ shapes
+    given = np.diag(C).copy()
+    np.fill_diagonal(C, 0.0)
+    matrices = {"G": system.G, "Kg": system.Kg, "Cskew": system.Cskew}
+    coupling = {name: np.ascontiguousarray((forces @ A @ shapes).T) for name, A in matrices.items() if A.any()}
+    if np.abs(C).max(initial=0.0) > 1e-12 * np.abs(given).max(initial=0.0):
+        coupling["C"] = np.ascontiguousarray(C.T)
+    return Modal(
+        squared=squared,
+        rigid=rigid,
+        shapes=shapes,
+        forces=forces,
+        gaps=np.ascontiguousarray(gaps),
+        pulls=np.ascontiguousarray(pulls),
+        damping=2 * (system.zeta or 0.0) * omega + given,
+        coupling=coupling,
+    )

@@ -1,0 +1,181 @@
+"""Kinds of modes, multiplicities, and one fixed basis in every repeated eigenspace, from cyclic symmetry alone.
+
+A symmetry R (R^N = 1, commuting with M and K) splits every eigenspace: eigenvalue 1 of R is a rotational mode,
+exp(+-2 pi i/N) a translational one, any other a planet mode [lin1999].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array, Symmetry, System
+
+__all__ = ["Sorted", "canonical", "clusters", "normalised", "sort_modes"]
+
+# Roots that symmetry makes equal are split by rounding (1e-12 of the largest omega^2) and by the asymmetry that still
+# counts as symmetry (1e-9 of an entry); designs that merely come close differ by 1e-5 and more.
+_SAME, _ROUNDING = 1e-7, 1e-11
+# Components equal by symmetry differ by rounding; the first of those this close to the largest is taken.
+_TIE = 1e-6
+
+_KINDS = ("rotational", "translational", "planet")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sorted:
+    """Modes with their kinds.
+
+    vectors : (n, modes) real or complex, M-orthonormal within each repeated root, canonical basis.
+    kind : (modes,) rotational, translational, planet or mixed.
+    multiplicity : (modes,) modes of this kind at this frequency.
+    """
+
+    vectors: NDArray[np.inexact]
+    kind: tuple[str, ...]
+    multiplicity: NDArray[np.int64]
+
+
+def sort_modes(system: System, values: NDArray[np.inexact], vectors: NDArray[np.inexact]) -> Sorted:
+    """Classify modes and fix the basis in repeated eigenspaces.
+
+    Parameters
+    ----------
+    values : (modes,) omega^2 or complex eigenvalues, in order.  vectors : (n, modes), unit in M.
+    """
+    stages = set(system.meshes.stage)
+    holding = [symmetry for symmetry in system.symmetries if symmetry.holds and symmetry.branches > 1]
+    whole = bool(stages) and stages <= {symmetry.stage for symmetry in holding}
+    projectors = _projectors(holding, len(system.M)) if holding else []
+    result = np.array(vectors)
+    kinds: list[str] = []
+    counts: list[int] = []
+    for cluster in _regular(system.M, clusters(values), result):
+        parts = _split(system.M, projectors, result[:, cluster])
+        result[:, cluster] = np.hstack([canonical(part, system.M) for _, part in parts])
+        for kind, part in parts:
+            kinds += [_name(kind, whole)] * part.shape[1]
+            counts += [part.shape[1]] * part.shape[1]
+    return Sorted(vectors=result, kind=tuple(kinds), multiplicity=np.array(counts, dtype=np.int64))
+
+
+def clusters(values: NDArray[np.inexact]) -> list[slice]:
+    """Runs of neighbouring values that are equal within rounding, as slices; values (modes,) in order."""
+    size = np.abs(values)
+    limit = _SAME * size[1:] + _ROUNDING * float(np.max(size, initial=0.0))
+    ends = [0, *(np.flatnonzero(np.abs(np.diff(values)) > limit) + 1).tolist(), len(values)]
+    return [slice(a, b) for a, b in pairwise(ends) if b > a]
+
+
+def canonical(vectors: NDArray[np.inexact], M: Array) -> NDArray[np.inexact]:
+    """An orthonormal basis that depends on the space alone: pivoted Cholesky of its projector.
+
+    Each vector is the space's image of one coordinate, the one with most kinetic energy in what is left of the space
+    (ties: the first), so rounding in the eigensolver cannot turn the basis.
+
+    Parameters
+    ----------
+    vectors : (n, k) real or complex, M-orthonormal.  M : (n, n).
+    """
+    if vectors.shape[1] == 1:
+        return vectors
+    left = np.sqrt(np.abs(np.diag(M)))[:, None] * vectors
+    directions = []
+    for _ in range(vectors.shape[1]):
+        energy = np.sum(np.abs(left) ** 2, axis=1)
+        pivot = int(np.argmax(energy >= (1 - _TIE) * energy.max()))
+        direction = left[pivot].conj() / np.linalg.norm(left[pivot])
+        directions.append(direction)
+        left = left - np.outer(left @ direction, direction.conj())
+    basis: NDArray[np.inexact] = vectors @ np.array(directions).T
+    return basis
+
+
+def normalised(vectors: NDArray[np.inexact], radius: Array) -> NDArray[np.inexact]:
+    """The factor (modes,) that makes the largest component of each shape 1, torsion as u = R rz; radius (n,) [m].
+
+    Of components within 1e-6 of the largest the first counts, so that the sign does not hang on rounding.
+    """
+    shapes = vectors * radius[:, None]
+    size = np.abs(shapes)
+    first = np.argmax(size >= (1 - _TIE) * size.max(axis=0), axis=0)
+    factor: NDArray[np.inexact] = 1.0 / shapes[first, np.arange(shapes.shape[1])]
+    return factor
+
+
+def _name(kind: int, whole: bool) -> str:
+    """A mode that all holding operators leave alone is rotational only where every stage has such an operator."""
+    if kind < 0 or (kind == 0 and not whole):
+        return "mixed"
+    return _KINDS[kind]
+
+
+def _projectors(symmetries: Sequence[Symmetry], n: int) -> list[Array]:
+    """Projectors (n, n) on rotational (1 for all stages), translational (for some stage) and planet modes."""
+    rotational, rest = np.eye(n), np.eye(n)
+    for symmetry in symmetries:
+        rotational = rotational @ _average(symmetry, 0)
+        rest = rest @ (np.eye(n) - _average(symmetry, 1))
+    return [rotational, np.eye(n) - rest, rest - rotational]
+
+
+def _average(symmetry: Symmetry, k: int) -> Array:
+    """Projector on the eigenvalues exp(+-2 pi i k/N) of the operator: a mean over the N turns."""
+    N = symmetry.branches
+    fold = 1 if 2 * k % N == 0 else 2
+    total, power = np.zeros_like(symmetry.operator), np.eye(len(symmetry.operator))
+    for j in range(N):
+        total = total + fold * np.cos(2 * np.pi * j * k / N) / N * power
+        power = symmetry.operator @ power
+    return total
+
+
+def _regular(M: Array, runs: list[slice], vectors: NDArray[np.inexact]) -> list[slice]:
+    """Clusters with as many independent vectors as roots; a defective one (free body in turning axes) in singles."""
+    result: list[slice] = []
+    for run in runs:
+        V = vectors[:, run]
+        if np.iscomplexobj(V) and np.linalg.eigvalsh(V.conj().T @ M @ V)[0] < _TIE:
+            result += [slice(i, i + 1) for i in range(run.start, run.stop)]
+        else:
+            result.append(run)
+    return result
+
+
+def _split(M: Array, projectors: list[Array], vectors: NDArray[np.inexact]) -> list[tuple[int, NDArray[np.inexact]]]:
+    """An eigenspace as (kind, M-orthonormal basis) parts; kind -1 without symmetry.
+
+    Roots of different kinds that meet by accident are parted here.
+    """
+    if vectors.shape[1] > 1 and np.iscomplexobj(vectors):  # real ones are M-orthonormal as they come
+        L = np.linalg.cholesky(vectors.conj().T @ M @ vectors)
+        vectors = vectors @ np.linalg.inv(L).conj().T
+    if not projectors:
+        return [(-1, vectors)]
+    weights = [vectors.conj().T @ M @ (P @ vectors) for P in projectors]
+    if vectors.shape[1] == 1:
+        return [(int(np.argmax([w[0, 0].real for w in weights])), vectors)]
+    return _parts(vectors, weights)
+
+
+def _parts(vectors: NDArray[np.inexact], weights: list[NDArray[np.inexact]]) -> list[tuple[int, NDArray[np.inexact]]]:
+    """Split by the eigenvectors of the projectors restricted to the space, kinds in fixed order."""
+    k = vectors.shape[1]
+    counts = [round(float(np.trace(w).real)) for w in weights]
+    if k in counts:
+        return [(counts.index(k), vectors)]
+    parts: list[tuple[int, NDArray[np.inexact]]] = []
+    done = np.zeros((k, 0))
+    for kind, weight in enumerate(weights):
+        count = min(counts[kind], k - done.shape[1]) if kind < 2 else k - done.shape[1]
+        if count <= 0:
+            continue
+        outside = np.eye(k) - done @ done.conj().T
+        _, basis = np.linalg.eigh(outside @ ((weight + weight.conj().T) / 2) @ outside + (outside - np.eye(k)))
+        parts.append((kind, vectors @ basis[:, -count:]))
+        done = np.hstack([done, basis[:, -count:]])
+    return parts

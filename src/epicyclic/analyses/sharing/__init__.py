@@ -1,0 +1,1 @@
+"""Load sharing by named definitions, from static or steady forces."""

@@ -1,0 +1,228 @@
+"""The mesh forces of a record, one part for each mesh frequency: the meshes that share it, in their own mesh cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import Array, System
+from ..harmonic.superposition import superposed
+from ..statics.equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
+from ..statics.record import hunting_cycles, mesh_stiffness, positive, reference_tone, stiffness_at
+from ..statics.recorded import require_speed
+from ..statics.static import free_position_warnings
+from .definitions import Group, groups, samples_per_cycle
+from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
+
+__all__ = ["Method", "Part", "parts"]
+
+Method = Literal["steady", "superposition", "static"]
+Index = NDArray[np.int64]
+
+# numbers over the whole record: some seconds of work
+_RECORD = 300_000_000
+# lines of a record beyond which its work grows with their number
+_LINES = 16
+# instants with open meshes that a record may have by default, each some 50 us
+_SOLVED = 100_000
+# cycles that tell how many instants of a record have open meshes
+_FIRST = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """Whole meshes of one mesh frequency; slices are summed.
+
+    tone : that frequency [Hz at the operating speed].  meshes : (m_j,) which they are.
+    members : their groups, as places in `meshes`.
+    force, own : cycles of the tone (c,) -> forces (c, m or m_j, samples) [N] of all meshes of the train, or of these.
+    by_phase : phases (c, L) at the start of cycles -> forces (c, m_j, samples).
+    ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
+    mean, bound : (m_j,) [N], the bound nan where not known.  samples : of a cycle.
+    affordable : cycles a record may have by default.
+    least_slice : cycles -> smallest force of any slice of each mesh (m_j,) [N]; None where no mesh is cut.
+    """
+
+    tone: Fraction
+    meshes: Index
+    members: list[Group]
+    force: Callable[[Index], Array]
+    own: Callable[[Index], Array]
+    by_phase: Callable[[Array], Array]
+    ratios: tuple[Fraction, ...]
+    period: int
+    mean: Array
+    bound: Array
+    samples: int
+    affordable: int
+    least_slice: Callable[[Index], Array] | None = None
+
+
+def parts(
+    system: System, method: str, *, samples: int | None, relative_speed: float
+) -> tuple[tuple[Part, ...], list[str]]:
+    """The parts of a train, that of the first mesh first, and warnings of the method.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : no such method, or what the method raises.
+    """
+    if method in ("steady", "superposition"):
+        return _steady(system, method, samples, relative_speed), []
+    if method != "static":
+        raise ModelError("no such method", path="method", given=method, allowed="steady, superposition, static")
+    require_speed(relative_speed)
+    flexible = compliance_of(system)
+    tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
+    varying = {system.tones[i] for i, v in zip(system.meshes.tone, system.meshes.variation, strict=True) if v.any()}
+    told = []
+    for tone in tones or (reference_tone(system),):
+        build = _static if len(tones) < 2 or varying <= {tone} else _instants
+        fitting = samples_per_cycle(system.meshes, _members(system, tone)[0], 64)
+        told.append(build(system, flexible, tone, positive("samples", samples, fitting)))
+    return tuple(told), free_position_warnings(system, flexible.free)
+
+
+def _steady(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[Part, ...]:
+    from ..harmonic.steady import periodic_by_tone
+
+    solvable = system if method == "steady" else superposed(system, relative_speed)
+    solutions = periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)
+    return tuple(_told(system, solution.tone, periodic_waves(solution)) for solution in solutions)
+
+
+def _members(system: System, tone: Fraction) -> tuple[Index, list[Group]]:
+    """Whole meshes of one tone and their groups among themselves; all of them where there are no tones."""
+    own = [not system.tones or system.tones[i] == tone for i in system.meshes.tone[faces(system.meshes).first]]
+    meshes = np.flatnonzero(own)
+    place = {int(mesh): i for i, mesh in enumerate(meshes)}
+    found = [group for group in groups(system.meshes) if int(group[0]) in place]
+    return meshes, [np.array([place[int(i)] for i in group]) for group in found]
+
+
+def _told(system: System, tone: Fraction, waves: Waves, source: Callable[[Array], Array] | None = None) -> Part:
+    """A part whose record is a sum of lines; `source` where instants with open meshes are solved anew."""
+    (meshes, members), face = _members(system, tone), faces(system.meshes)
+    summed = replace(waves, mean=face.total(waves.mean), amplitude=face.total(waves.amplitude, axis=1))
+    mine = summed if len(meshes) == len(summed.mean) else summed.of(meshes)
+    affordable = _RECORD // mine.mean.size // max(1, len(waves.ratios) // _LINES)
+    if source is not None:
+        first = forces(waves, line_phases(waves.ratios, np.arange(_FIRST)))
+        affordable = min(affordable, _SOLVED * _FIRST // max(1, int(np.sum(np.any(first < 0, axis=1)))))
+
+    def rows(phases: Array) -> Array:
+        return forces(waves, phases) if source is None else source(phases)
+
+    def least_slice(cycles: Index) -> Array:
+        return face.least(rows(line_phases(waves.ratios, cycles)).min(axis=(0, 2)))[meshes]
+
+    def whole(phases: Array) -> Array:
+        return forces(summed, phases) if source is None else face.total(source(phases), axis=1)
+
+    def mine_at(phases: Array) -> Array:
+        return forces(mine, phases) if source is None else whole(phases)[:, meshes]
+
+    return Part(
+        tone=tone,
+        meshes=meshes,
+        members=members,
+        force=lambda cycles: whole(line_phases(waves.ratios, cycles)),
+        own=lambda cycles: mine_at(line_phases(waves.ratios, cycles)),
+        by_phase=mine_at,
+        ratios=waves.ratios,
+        period=hunting_cycles(waves.ratios),
+        mean=mine.mean.mean(axis=1),
+        bound=bound(mine),
+        samples=waves.samples,
+        affordable=max(1, affordable),
+        least_slice=least_slice if face.cut.any() else None,
+    )
+
+
+def _static(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Part:
+    """Static mesh forces where stiffness follows one tone at most: linear in the lines while all meshes press."""
+    waves = static_waves(system, flexible, tone, samples)
+    return _told(system, tone, waves, _unilateral(system, flexible, tone, waves))
+
+
+def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Waves) -> Callable[[Array], Array]:
+    """Static mesh forces: linear while all meshes press, solved anew at the instants where one would pull."""
+    k = mesh_stiffness(system, tone, np.arange(waves.samples), waves.samples)
+    theta = np.arange(waves.samples) / waves.samples
+    ratios = [line.frequency / tone for line in system.lines]
+    slow = [i for i, ratio in enumerate(ratios) if ratio.denominator != 1]
+    turning = np.array([float(ratio) for ratio in ratios])
+    gaps = np.array([line.gap for line in system.lines]).reshape(len(ratios), len(system.meshes.name))
+    loads = np.array([line.force[0] for line in system.lines]).reshape(len(ratios), len(system.force))
+
+    def source(phases: Array) -> Array:
+        result = forces(waves, phases)
+        cycle, instant = np.nonzero(np.any(result < 0, axis=1))
+        for first in range(0, len(cycle), 2048):
+            c, j = cycle[first : first + 2048], instant[first : first + 2048]
+            angle = np.outer(theta[j], turning)
+            angle[:, slow] += phases[c]
+            wave = np.exp(2j * np.pi * angle)
+            gap, force = (wave @ gaps).real, system.force + (wave @ loads).real
+            result[c, :, j] = equilibrium(flexible, stiffness=k[j], gap=gap, force=force).mesh_force
+        return result
+
+    return source
+
+
+def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Part:
+    """Static mesh forces where the stiffness follows several tones: every instant solved by itself."""
+    (meshes, members), face = _members(system, tone), faces(system.meshes)
+    still = [line for line in system.lines if line.frequency == 0]
+    load = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
+    gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
+    require_balance(flexible.free, load[None], system.dofs.names)
+    mean = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
+
+    lines, tones = system.lines, system.tones
+    ratios = (*(line.frequency / tone for line in lines), *(other / tone for other in tones))
+    theta = np.arange(samples) / samples
+    within = np.outer(theta, [float(ratio) for ratio in ratios])
+    gaps = np.array([line.gap for line in lines]).reshape(len(lines), len(gap))
+    loads = np.array([line.force[0] for line in lines]).reshape(len(lines), len(load))
+
+    def rows(phases: Array) -> Array:
+        turns = (phases[:, None] + within).reshape(-1, len(ratios))
+        wave = np.exp(2j * np.pi * turns[:, : len(lines)])
+        force = system.force + (wave @ loads).real
+        require_balance(flexible.free, force, system.dofs.names)
+        k = stiffness_at(system, turns[:, len(lines) :])
+        found = equilibrium(flexible, stiffness=k, gap=(wave @ gaps).real, force=force).mesh_force
+        return found.reshape(len(phases), samples, -1).transpose(0, 2, 1)
+
+    def least_slice(cycles: Index) -> Array:
+        return face.least(rows(line_phases(ratios, cycles)).min(axis=(0, 2)))[meshes]
+
+    def by_phase(phases: Array) -> Array:
+        return face.total(rows(phases), axis=1)
+
+    def force(cycles: Index) -> Array:
+        return by_phase(line_phases(ratios, cycles))
+
+    return Part(
+        tone=tone,
+        meshes=meshes,
+        members=members,
+        force=force,
+        own=lambda cycles: force(cycles)[:, meshes],
+        by_phase=lambda phases: by_phase(phases)[:, meshes],
+        ratios=ratios,
+        period=hunting_cycles(ratios),
+        mean=face.total(mean)[meshes],
+        bound=np.full(len(meshes), np.nan),
+        samples=samples,
+        affordable=max(1, _SOLVED // samples // 4),
+        least_slice=least_slice if face.cut.any() else None,
+    )

@@ -1,0 +1,107 @@
+"""Mesh forces over a record as a mesh-order part and a few slow shaft lines, exact at every instant.
+
+    F_m(c, theta) = mean_m(theta) + Re sum_s A_ms(theta) exp(2 pi i ratio_s c),    t = (c + theta) / f_mesh
+
+with the cycle number c and the phase theta in the cycle.  A record of many cycles is then one matrix product.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array, ComplexArray, System
+from ..statics.equilibrium import Compliance, closed_force, require_balance
+from ..statics.record import mesh_stiffness, turns
+
+if TYPE_CHECKING:
+    from ..harmonic.periodic import Periodic
+
+__all__ = ["Waves", "bound", "forces", "line_phases", "periodic_waves", "static_waves"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Waves:
+    """Mesh forces of a whole record.
+
+    mean : (m, Nt) [N].  ratios : (L,) line frequency per mesh frequency, exact.
+    amplitude : (L, m, Nt) complex [N], the turning of the line within the cycle included.
+    """
+
+    mean: Array
+    ratios: tuple[Fraction, ...]
+    amplitude: ComplexArray
+
+    @property
+    def samples(self) -> int:
+        """Instants per mesh cycle."""
+        return int(self.mean.shape[1])
+
+    def of(self, meshes: NDArray[np.int64]) -> Waves:
+        """The same of some of the meshes."""
+        return replace(self, mean=self.mean[meshes], amplitude=self.amplitude[:, meshes])
+
+
+def periodic_waves(solution: Periodic) -> Waves:
+    """Waves of the periodic response; lines that do not fall on mesh orders keep their exact frequency."""
+    ratios = tuple(line.frequency / solution.tone for line in solution.lines)
+    m, Nt = solution.force.shape
+    amplitude = np.zeros((len(ratios), m, Nt), dtype=complex)
+    for s, (ratio, line) in enumerate(zip(ratios, solution.lines, strict=True)):
+        amplitude[s] = line.force * np.exp(2j * np.pi * float(ratio) * solution.theta)
+    return Waves(mean=np.asarray(solution.force), ratios=ratios, amplitude=amplitude)
+
+
+def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Waves:
+    """Waves of the static solution with all meshes closed: at each phase it is linear in the lines.
+
+    Raises
+    ------
+    ModelError : a load works on a free motion.
+    """
+    names = system.dofs.names
+    theta = np.arange(samples) / samples
+    k = mesh_stiffness(system, tone, np.arange(samples), samples)
+    require_balance(flexible.free, system.force[None], names)
+    mean = closed_force(flexible, k, np.zeros_like(k), np.tile(flexible.gap_of_force @ system.force, (samples, 1)))
+    ratios, amplitude = [], []
+    for line in system.lines:
+        ratio = line.frequency / tone
+        require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), names)
+        turning = np.exp(2j * np.pi * float(ratio) * theta)[:, None]
+        force = closed_force(flexible, k, turning * line.gap, turning * (flexible.gap_of_force @ line.force[0]))
+        if ratio.denominator == 1:
+            mean = mean + force.real
+        else:
+            ratios.append(ratio)
+            amplitude.append(force.T)
+    shape = (len(ratios), *mean.T.shape)
+    return Waves(mean=mean.T, ratios=tuple(ratios), amplitude=np.array(amplitude, dtype=complex).reshape(shape))
+
+
+def forces(waves: Waves, phases: Array) -> Array:
+    """Mesh forces (cycles, m, Nt) [N] in cycles that start with given line phases (cycles, L) [turns]."""
+    m, Nt = waves.mean.shape
+    flat = waves.amplitude.reshape(len(waves.ratios), m * Nt)
+    angle = 2 * np.pi * phases
+    turning = np.hstack([np.cos(angle), -np.sin(angle)])
+    return (turning @ np.vstack([flat.real, flat.imag])).reshape(-1, m, Nt) + waves.mean
+
+
+def line_phases(ratios: Sequence[Fraction], cycles: NDArray[np.int64]) -> Array:
+    """Phase of each line at the start of each cycle, (cycles, L) [turns], exact."""
+    return np.array([turns(ratio, cycles) for ratio in ratios]).reshape(len(ratios), len(cycles)).T
+
+
+def bound(waves: Waves) -> Array:
+    """No shaft phases give a larger force than max over the cycle of mean + sum |A|, (m,) [N].
+
+    Phases are discrete and may be tied by common factors of tooth numbers, so it need not be reached.
+    """
+    largest: Array = np.max(waves.mean + np.sum(np.abs(waves.amplitude), axis=0), axis=1)
+    return largest

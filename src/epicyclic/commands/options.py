@@ -1,0 +1,62 @@
+"""What several commands share: arguments, options, and how one verb is run and shown."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ..console import complain, parsed_overrides, progress_bar, reported, target_of, write_result
+
+__all__ = ["Cycles", "Json", "Model", "Of", "Output", "RelativeSpeed", "Samples", "Sets", "Turns", "run_verb"]
+
+Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the result: .nc, .json or .html.")
+]
+RelativeSpeed = Annotated[
+    float, typer.Option("--relative-speed", help="Speed per operating speed; 0 is standstill, 1 the operating point.")
+]
+
+
+Cycles = Annotated[
+    int | None, typer.Option("--cycles", min=1, help="Length of the record in mesh cycles.", show_default="chosen")
+]
+Turns = Annotated[
+    int | None, typer.Option("--turns", min=1, help="Length in turns of a body (--of).", show_default="chosen")
+]
+Of = Annotated[str | None, typer.Option("--of", metavar="BODY", help="Count turns of this body, e.g. main/sun.")]
+Samples = Annotated[
+    int | None, typer.Option("--samples", min=1, help="Instants per mesh cycle or turn.", show_default="chosen")
+]
+
+
+def run_verb(verb: str, model: str, sets: list[str] | None, as_json: bool, output: Path | None, **options: Any) -> None:
+    """Run one verb; print it for people or as JSON, or write it to a file."""
+    with reported():
+        if output is not None:
+            target_of(output, (".nc", ".json", ".html"))
+        overrides = parsed_overrides(sets)
+        from ..studies.job import Job, run
+
+        with progress_bar(f"{verb} {model}") as step:
+            result = run(Job(verb=verb, source=model, overrides=overrides, options=options), progress=step)
+        if output is not None:
+            write_result(result, output)
+        if as_json:
+            from ..results import to_json
+
+            for text in json.loads(result.attrs["warnings"]):
+                complain(f"warning: {text}")
+            typer.echo(to_json(result))
+        elif output is None:
+            from ..terminal import show, stdout_console
+
+            show(result, stdout_console())
