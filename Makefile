@@ -32,7 +32,7 @@ types: $(VENV)/.installed-dev
 pytest: $(VENV)/.installed-dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs
 
-bench: $(VENV)/.installed
+bench: $(VENV)/.installed-dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/bench.py
 
 figures: $(VENV)/.installed-dev
