@@ -16,6 +16,7 @@ from epicyclic.system.system import System
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train
 
+TEETH = {"sun": 22, "planet": 23, "ring": 68}
 SHIFTS = {"sun": 0.2, "planet": 0.15}
 
 
@@ -103,11 +104,10 @@ def test_a_displaced_gear_enters_by_its_own_normal() -> None:
     assert max(np.abs(line.far_gap).max() for line in system.lines) > 1e-6
 
 
-def sigma_from_teeth(train: Train, mesh: Mesh, tooth: float, flank: int) -> float:
+def sigma_from_teeth(mesh: Mesh, tooth: float, flank: int) -> float:
     """d z_A / (2 pi) [theta_A + d (psi_b,A - inv alpha) - psi_P], psi_b = (pi/2 + 2 x tan alpha_n)/z + inv alpha_t."""
     member = mesh.pair.rpartition(".")[2].split("-")[0]
-    stage = train.document["stages"]["main"]
-    z, x = stage[member]["teeth"], SHIFTS[member] if mesh.tooth_shift else 0.0
+    z, x = TEETH[member], SHIFTS[member] if mesh.tooth_shift else 0.0
     normal, helix = math.radians(20), math.radians(12)
     transverse = math.atan(math.tan(normal) / math.cos(helix))
 
@@ -126,11 +126,11 @@ def test_phase_by_the_tooth(shifted: bool) -> None:
     time = np.linspace(0, 1, 7)
     for i, mesh in enumerate(train.meshes):
         sigma = mesh.sense * float(mesh.lead)  # at t = 0
-        zero = sigma_from_teeth(train, mesh, 0.0, mesh.flank)
-        z = train.document["stages"]["main"][mesh.pair.rpartition(".")[2].split("-")[0]]["teeth"]
+        zero = sigma_from_teeth(mesh, 0.0, mesh.flank)
+        z = TEETH[mesh.pair.rpartition(".")[2].split("-")[0]]
         tooth = (sigma - zero) * math.tau / (mesh.flank * z)
-        assert sigma_from_teeth(train, mesh, tooth, mesh.flank) == pytest.approx(sigma, abs=1e-12)
-        mirrored = sigma_from_teeth(train, mesh, tooth, -mesh.flank)
+        assert sigma_from_teeth(mesh, tooth, mesh.flank) == pytest.approx(sigma, abs=1e-12)
+        mirrored = sigma_from_teeth(mesh, tooth, -mesh.flank)
         place = mirrored - mesh.sense * time
         series = mesh.variation
         wanted = (np.exp(2j * np.pi * np.outer(place, np.arange(1, series.size + 1))) @ series).real
