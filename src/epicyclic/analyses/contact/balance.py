@@ -52,6 +52,7 @@ class Problem:
     grid : lattice points and samples.  omega : (J,) a . w_tone at s = 1 [rad/s].
     error : (2 J, R) rows of e of every flank, the backlash in the mean [m].
     force : (3, 2, J, n) external modal forces for s^0, s^1, s^2.  stiffness : (N, R) of every flank [N/m].
+    cycles : mesh cycles in a period, of which `omega` and the phases of `grid` are.
     """
 
     modal: Modal
@@ -62,6 +63,7 @@ class Problem:
     force: Array
     stiffness: Array
     frame_speed: FrameSpeed = "kinematic"
+    cycles: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -85,20 +87,38 @@ def unknowns(problem: Problem) -> tuple[int, int, int]:
     return 2, len(problem.omega), problem.modal.squared.size
 
 
-def mesh_problem(ready: Response, *, harmonics: int, cross: int = 0, samples: int | None = None) -> Problem:
+def mesh_problem(
+    ready: Response,
+    *,
+    harmonics: int | tuple[int, ...],
+    cross: int = 0,
+    samples: int | None = None,
+    cycles: int = 1,
+) -> Problem:
     """The balance of mesh orders: multiples of every tone up to `harmonics`, combinations up to `cross`.
 
     Parameters
     ----------
-    samples : of the phase of each tone; None takes 8 per harmonic.
+    harmonics : of every tone, or of each (D,).  samples : of the mesh cycle of each tone; None takes 8 per harmonic.
+    cycles : mesh cycles of a period; more than one for motions that repeat after as many, with fractional orders.
     """
     tones = len(ready.lines.tones)
-    points = kept_points((harmonics,) * tones, cross, mirrored=True).points
-    counts = (samples or _SAMPLES * harmonics,) * tones
-    return problem(ready, points, ready.omega, counts, [(point, False, line) for point, line in ready.lines.mesh])
+    kept = (harmonics,) * tones if isinstance(harmonics, int) else harmonics
+    points = kept_points(tuple(cycles * each for each in kept), cross, mirrored=True).points
+    counts = tuple(cycles * (samples or _SAMPLES * each) for each in kept)
+    lines = [(tuple(cycles * order for order in point), False, line) for point, line in ready.lines.mesh]
+    return problem(ready, points, ready.omega / cycles, counts, lines, cycles=cycles)
 
 
-def problem(ready: Response, points: Index, tones: Array, counts: tuple[int, ...], lines: Sequence[Placed]) -> Problem:
+def problem(
+    ready: Response,
+    points: Index,
+    tones: Array,
+    counts: tuple[int, ...],
+    lines: Sequence[Placed],
+    *,
+    cycles: int = 1,
+) -> Problem:
     """The balance on given lattice points.
 
     Parameters
@@ -106,6 +126,7 @@ def problem(ready: Response, points: Index, tones: Array, counts: tuple[int, ...
     points : (J, D), one of a and -a, the origin first.
     tones : (D,) at s = 1 [rad/s], the mesh tones first, then slow ones.
     counts : (D,) samples of each phase.  lines : (point, whether the conjugate counts there, line).
+    cycles : mesh cycles in a period of `tones`.
     """
     made, net = flanks(ready), grid(points, counts)
     error, force = _excitation(ready, points, made, lines)
@@ -116,8 +137,9 @@ def problem(ready: Response, points: Index, tones: Array, counts: tuple[int, ...
         omega=points @ tones,
         error=error,
         force=force,
-        stiffness=_stiffness(made, net.phases),
+        stiffness=_stiffness(made, cycles * net.phases),
         frame_speed=ready.frame_speed,
+        cycles=cycles,
     )
 
 

@@ -9,14 +9,14 @@ the tangent turns much.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...system.system import Array
 from ..harmonic.gmres import gmres
 from .balance import Problem, State, derivative, evaluate, slope
-from .newton import TOLERANCE, dynamic_size, solve
+from .newton import TOLERANCE, dynamic_size
 
 __all__ = ["Measure", "PathPoint", "Stepping", "corrected", "follow", "measure", "start_of_path"]
 
@@ -24,7 +24,7 @@ __all__ = ["Measure", "PathPoint", "Stepping", "corrected", "follow", "measure",
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
 # It grows by this after so few Newton steps and so small a move.
 _GROW, _QUICK, _NEAR = 1.4, 3, 0.2
-_NEWTON = 8
+_NEWTON = 10
 _FORCING = 1e-3
 
 
@@ -40,8 +40,8 @@ class Measure:
 class Stepping:
     """Lengths of steps: first, longest and shortest.  guarded : whether far moves and sharp turns fail a step."""
 
-    first: float = 1.0
-    longest: float = 6.0
+    first: float = 0.25
+    longest: float = 0.5
     shortest: float = 1e-3
     guarded: bool = True
     points: int = 4000
@@ -63,10 +63,10 @@ class PathPoint:
     calls: int
 
 
-def measure(given: Problem, low: float, high: float, still: Array) -> Measure:
-    """Units for a range of speeds: a hundredth of its middle speed, a twentieth of the static motion (2, J, n)."""
-    size = float(np.linalg.norm(still[:, 0])) or dynamic_size(still)
-    return Measure(motion=size / 20, speed=float(np.sqrt(low * high)) / 100)
+def measure(low: float, high: float, motion: Array) -> Measure:
+    """Units for a range of speeds: a sixteenth of its middle speed, a fifth of the mean of a motion (2, J, n)."""
+    size = float(np.linalg.norm(motion[:, 0])) or dynamic_size(motion)
+    return Measure(motion=size / 5, speed=float(np.sqrt(low * high)) / 16)
 
 
 def start_of_path(given: Problem, state: State, unit: Measure, *, upward: bool = True) -> PathPoint:
