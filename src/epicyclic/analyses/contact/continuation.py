@@ -18,7 +18,7 @@ from ..harmonic.gmres import gmres
 from .balance import Problem, State, derivative, evaluate, slope
 from .newton import TOLERANCE, dynamic_size
 
-__all__ = ["Measure", "PathPoint", "Stepping", "corrected", "follow", "measure", "start_of_path"]
+__all__ = ["Measure", "PathPoint", "Stepping", "corrected", "follow", "measure", "start_of_path", "step_from"]
 
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine).
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
@@ -38,7 +38,10 @@ class Measure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stepping:
-    """Lengths of steps: first, longest and shortest.  guarded : whether far moves and sharp turns fail a step."""
+    """Lengths of steps: first, longest and shortest.
+
+    guarded : whether far moves and sharp turns fail a step.  points : after so many a path ends.
+    """
 
     first: float = 0.25
     longest: float = 0.5
@@ -49,12 +52,13 @@ class Stepping:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathPoint:
-    """A point of a branch.
+    """A point of a branch of solutions of `given`.
 
     state : the motion.  along : (2, J, n) and onward : how y / motion and s / speed go on, together of length 1.
     length : of the path up to here.  steps, calls : Newton steps and products with the derivative it took.
     """
 
+    given: Problem
     state: State
     along: Array
     onward: float
@@ -72,17 +76,17 @@ def measure(low: float, high: float, motion: Array) -> Measure:
 def start_of_path(given: Problem, state: State, unit: Measure, *, upward: bool = True) -> PathPoint:
     """The first point of a path: a solved state, going up or down in speed."""
     along, onward, calls = _tangent(given, state, np.zeros_like(state.y), 1.0 if upward else -1.0, unit)
-    return PathPoint(state=state, along=along, onward=onward, length=0.0, steps=0, calls=calls)
+    return PathPoint(given=given, state=state, along=along, onward=onward, length=0.0, steps=0, calls=calls)
 
 
 def follow(
-    given: Problem, start: PathPoint, low: float, high: float, *, unit: Measure, stepping: Stepping
+    start: PathPoint, low: float, high: float, *, unit: Measure, stepping: Stepping
 ) -> Iterator[PathPoint]:
     """Points of a branch from the start until it leaves [low, high] (the last one may lie outside), or no step works."""
     at, size = start, stepping.first
     yield at
     for _ in range(stepping.points):
-        found, size = _advance(given, at, size, unit, stepping)
+        found, size = _advance(at, size, unit, stepping)
         if found is None:
             return
         at, size = found, size
@@ -92,11 +96,13 @@ def follow(
 
 
 def _advance(
-    given: Problem, at: PathPoint, size: float, unit: Measure, stepping: Stepping
+    at: PathPoint, size: float, unit: Measure, stepping: Stepping
 ) -> tuple[PathPoint | None, float]:
     """The next point, None where even the shortest step fails, and the length of the step after it."""
     while size >= stepping.shortest:
-        trial = _step(given, at, size, unit, stepping.guarded)
+        # a corner of the sampled contact turns at any length: at the shortest, the turn alone fails no step
+        cornering = size < 2 * stepping.shortest
+        trial = step_from(at, size, unit, guarded=stepping.guarded, cornering=cornering)
         if trial is not None:
             point, moved = trial
             quick = point.steps <= _QUICK and (moved < _NEAR * size or not stepping.guarded)
@@ -105,8 +111,11 @@ def _advance(
     return None, size
 
 
-def _step(given: Problem, at: PathPoint, size: float, unit: Measure, guarded: bool) -> tuple[PathPoint, float] | None:
-    """One step of a given length and how far its corrector moved, None where it fails."""
+def step_from(
+    at: PathPoint, size: float, unit: Measure, *, guarded: bool = True, cornering: bool = False
+) -> tuple[PathPoint, float] | None:
+    """One step of a given length and how far its corrector moved, None where it fails; cornering : turns are allowed."""
+    given = at.given
     y = at.state.y + size * unit.motion * at.along
     speed = at.state.speed + size * unit.speed * at.onward
     if speed <= 0:
@@ -120,10 +129,18 @@ def _step(given: Problem, at: PathPoint, size: float, unit: Measure, guarded: bo
         return None
     along, onward, used = _tangent(given, state, at.along, at.onward, unit)
     turned = float(np.vdot(along, at.along)) + onward * at.onward
-    if guarded and turned < _TURN:
+    if guarded and turned < (0.0 if cornering else _TURN):
         return None
-    length = at.length + size
-    return PathPoint(state=state, along=along, onward=onward, length=length, steps=steps, calls=calls + used), moved
+    point = PathPoint(
+        given=given,
+        state=state,
+        along=along,
+        onward=onward,
+        length=at.length + size,
+        steps=steps,
+        calls=calls + used,
+    )
+    return point, moved
 
 
 def corrected(

@@ -16,6 +16,10 @@ __all__ = ["LEVELS", "Levels", "carried", "fitting"]
 # Numbers of harmonics tried in turn.
 LEVELS = (8, 12, 16, 24, 32, 48)
 
+# Samples of a mesh cycle per harmonic: of one mesh frequency, and of each of several.
+_SAMPLES = {1: 16}
+_FEWER = 8
+
 _Key = tuple[int, int, int]
 
 
@@ -29,12 +33,17 @@ class Levels:
 
     def problem(self, harmonics: int, *, cycles: int = 1, samples: int = 0) -> Problem:
         """The balance with so many harmonics of a mesh frequency; samples : of a mesh cycle, 0 the usual number."""
+        samples = samples or self.samples(harmonics)
         key = (harmonics, cycles, samples)
         if key not in self.made:
             self.made[key] = mesh_problem(
-                self.ready, harmonics=harmonics, cross=self.cross, samples=samples or None, cycles=cycles
+                self.ready, harmonics=harmonics, cross=self.cross, samples=samples, cycles=cycles
             )
         return self.made[key]
+
+    def samples(self, harmonics: int) -> int:
+        """The usual number of samples of a mesh cycle."""
+        return harmonics * _SAMPLES.get(len(self.ready.lines.tones), _FEWER)
 
     def residual(self, given: Problem, state: State, harmonics: int) -> float:
         """Residual of a solution seen with twice the harmonics and samples, relative to its dynamic part.
