@@ -12,7 +12,7 @@ from .continuation import Measure, PathPoint, Stepping, follow, start_of_path, s
 from .levels import Levels
 from .newton import solve
 
-__all__ = ["branch", "folds", "peak_of"]
+__all__ = ["branch", "folds", "folds_of_speed", "peak_of"]
 
 # A fold is found when ds/d(length) is below this; so many steps at most.
 _FLAT, _TRIES = 1e-3, 12
@@ -59,6 +59,13 @@ def folds(points: list[PathPoint]) -> list[int]:
     onward = np.array([point.onward for point in points])
     places = np.flatnonzero(np.sign(onward[1:]) != np.sign(onward[:-1]))
     return [int(i if abs(onward[i]) <= abs(onward[i + 1]) else i + 1) for i in places]
+
+
+def folds_of_speed(speeds: list[float]) -> list[float]:
+    """Speeds at which a rising or falling row of speeds turns round."""
+    rise = np.diff(np.array(speeds))
+    places = np.flatnonzero(np.sign(rise[1:]) != np.sign(rise[:-1])) + 1
+    return [float(speeds[int(place)]) for place in places]
 
 
 def _with_folds(points: list[PathPoint], unit: Measure) -> list[PathPoint]:

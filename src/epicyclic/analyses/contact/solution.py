@@ -13,7 +13,7 @@ from .levels import LEVELS, Levels, carried
 from .newton import Found, dynamic_size, linear_start, solve
 from .verdict import Verdict, verdict
 
-__all__ = ["ACCURACY", "Kind", "Solution", "apart", "judged", "solution"]
+__all__ = ["ACCURACY", "Kind", "Solution", "apart", "distance", "judged", "rescued", "solution"]
 
 Kind = Literal["periodic", "symmetry broken", "period 2"]
 
@@ -103,9 +103,14 @@ def judged(levels: Levels, at: Solution) -> Solution:
 
 def apart(one: Solution, other: Solution) -> bool:
     """Whether two motions of one speed differ, their phase counted."""
-    a, b = (one, other) if one.given.cycles >= other.given.cycles else (other, one)
+    return distance(one, other) > _SAME
+
+
+def distance(one: Solution, other: Solution) -> float:
+    """Difference of two motions, relative to the dynamic size of the larger one."""
+    a, b = (one, other) if len(one.given.omega) >= len(other.given.omega) else (other, one)
     y = carried(b.given, a.given, b.state.y)
-    return float(np.linalg.norm(a.state.y - y)) > _SAME * dynamic_size(a.state.y)
+    return float(np.linalg.norm(a.state.y - y)) / max(dynamic_size(a.state.y), dynamic_size(y))
 
 
 def rescued(levels: Levels, speed: float, *, harmonics: int) -> Found:
