@@ -15,36 +15,51 @@ from ...system.system import Array
 from .balance import Problem
 from .levels import Levels, carried
 from .newton import dynamic_size, solve
-from .solution import Solution, apart, judged, solution
+from .solution import Kind, Solution, apart, judged, solution
 from .verdict import disturbance
 
 __all__ = ["broken_symmetry", "searched", "two_cycles"]
 
 # A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts.
 _PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
-# Kicks along the most unstable disturbance, per the dynamic size of the motion.
-_KICKS = (0.3, 1.0, 0.1)
+# Kicks along the most unstable disturbance, per the whole size of the motion: what parts teeth is as large as the load.
+_KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
 
 
-def broken_symmetry(levels: Levels, at: Solution, *, seeds: int = 2) -> Iterator[Solution]:
-    """Stable motions with less symmetry: a small random pitch error, both signs, taken away again by homotopy."""
+def broken_symmetry(levels: Levels, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
+    """Stable motions with less symmetry: a small random pitch error, both signs, taken away again by homotopy.
+
+    Where that finds none, kicks along the growing disturbance are tried.
+    """
     given, found = at.given, list[Solution]()
+    for start in _without_pitch_error(given, at, seeds):
+        other = _new(levels, at, start, given, found, kind="symmetry broken")
+        if other is not None:
+            found.append(other)
+            yield other
+    if found:
+        return
+    kick = _kick(levels, at, given)
+    for size in (*_KICKS, *(-size for size in _KICKS)):
+        other = _new(levels, at, at.state.y + size * kick, given, found, kind="symmetry broken")
+        if other is not None:
+            found.append(other)
+            yield other
+
+
+def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[Array]:
+    """Motions that are left when a random pitch error of either sign has been taken away."""
     for seed in range(seeds):
         pitch = _pitch_error(given, at, seed)
         for sign in (1.0, -1.0):
-            y: Array | None = at.state.y
+            y, converged = at.state.y, True
             for part in _PARTS:
-                changed = replace(given, error=given.error + sign * part * pitch)
-                trial = solve(changed, y, at.state.speed)
-                y = trial.state.y if trial.converged else None
-                if y is None:
+                trial = solve(replace(given, error=given.error + sign * part * pitch), y, at.state.speed)
+                y, converged = trial.state.y, trial.converged
+                if not converged:
                     break
-            if y is None:
-                continue
-            other = _new(levels, at, y, given, found, kind="symmetry broken")
-            if other is not None:
-                found.append(other)
-                yield other
+            if converged:
+                yield y
 
 
 def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
@@ -61,19 +76,22 @@ def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
 
 def two_cycles(levels: Levels, at: Solution) -> Iterator[Solution]:
     """Stable motions that repeat after two mesh cycles, from kicks at half orders along the growing disturbance."""
-    given = levels.problem(at.harmonics, cycles=2)
-    y = carried(at.given, given, at.state.y)
-    position, rate = disturbance(levels, at.given, at.harmonics, at.state)
-    half = at.state.speed * float(given.omega[1])
-    kick = np.zeros_like(y)
-    kick[0, 1], kick[1, 1] = position, -rate / half
-    kick *= dynamic_size(at.state.y) / float(np.linalg.norm(kick))
-    found = list[Solution]()
+    given = levels.problem(at.harmonics, cycles=2 * at.given.cycles)
+    y, kick, found = carried(at.given, given, at.state.y), _kick(levels, at, given), list[Solution]()
     for size in _KICKS:
         other = _new(levels, at, y + size * kick, given, found, kind="period 2")
         if other is not None:
             found.append(other)
             yield other
+
+
+def _kick(levels: Levels, at: Solution, given: Problem) -> Array:
+    """The growing disturbance as a motion at the lowest order of a problem, of the size of the whole motion."""
+    position, rate = disturbance(levels, at.given, at.harmonics, at.state)
+    kick = np.zeros((2, len(given.omega), position.size))
+    kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
+    result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
+    return result
 
 
 def searched(levels: Levels, at: Solution, *, cycles: int = 1, tries: int = 20, seed: int = 0) -> list[Solution]:
@@ -97,17 +115,10 @@ def searched(levels: Levels, at: Solution, *, cycles: int = 1, tries: int = 20, 
 
 
 def _new(
-    levels: Levels, at: Solution, start: Array, given: Problem, known: list[Solution], *, kind: str
+    levels: Levels, at: Solution, start: Array, given: Problem, known: list[Solution], *, kind: Kind
 ) -> Solution | None:
     """What Newton's method reaches, if it is stable and none of those known."""
-    other = solution(
-        levels,
-        start,
-        at.state.speed,
-        given=given,
-        harmonics=at.harmonics,
-        kind=kind,  # type: ignore[arg-type]
-    )
+    other = solution(levels, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
     if other is None or not apart(at, other) or any(not apart(each, other) for each in known):
         return None
     other = judged(levels, other)

@@ -21,8 +21,9 @@ from .solution import Solution, apart, distance, judged, solution
 
 __all__ = ["Met", "walk"]
 
-# A push along every coordinate, per its own size, that lets an unstable motion go.
-_PUSH = 1e-3
+# A push along every coordinate, per its own size, that lets an unstable motion go: one that grows 1 % a cycle has
+# done so within the cycles run.
+_PUSH = 0.05
 # Harmonics of what is settled on from a motion that is not periodic.
 _HARMONICS = 16
 
