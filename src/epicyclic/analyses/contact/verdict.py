@@ -79,18 +79,21 @@ def tangents(
     altogether where it stays.
     """
     fine = levels.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
-    touching = evaluate(fine, carried(given, fine, state.y), state.speed).touching
-    made = fine.flanks
+    seen = evaluate(fine, carried(given, fine, state.y), state.speed)
+    touching, made = seen.touching, fine.flanks
 
     def mean(values: Array) -> Array:
         return values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
 
-    stiffness = mean(np.where(touching, fine.stiffness, 0.0) - made.linear)
-    used = np.any(stiffness != 0, axis=1)
-    if not made.damping.any():
-        return stiffness[used], None, made.gaps[used]
-    damping = mean(np.where(touching, made.damping, 0.0) - made.drag)
-    return stiffness[used], damping[used], made.gaps[used]
+    stiffness = np.where(touching, fine.stiffness, 0.0) - made.linear
+    if seen.acting is None or seen.edge is None:
+        used = np.any(stiffness != 0, axis=0)
+        return mean(stiffness)[used], None, made.gaps[used]
+    # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
+    stiffness += made.damping * seen.edge
+    damping = made.damping * seen.acting - made.drag
+    used = np.any((stiffness != 0) | (damping != 0), axis=0)
+    return mean(stiffness)[used], mean(damping)[used], made.gaps[used]
 
 
 def _floquet(
