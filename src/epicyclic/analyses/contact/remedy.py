@@ -99,14 +99,16 @@ def searched(levels: Levels, at: Solution, *, cycles: int = 1, tries: int = 20, 
 
     Parameters
     ----------
-    cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion itself.
+    cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion.
     """
     random, found = np.random.default_rng(seed), list[Solution]()
     given = levels.problem(at.harmonics, cycles=cycles)
-    y, size = carried(at.given, given, at.state.y), dynamic_size(at.state.y)
+    y = carried(at.given, given, at.state.y)
+    size = float(np.linalg.norm(y))
     for _ in range(tries):
         kick = np.zeros_like(y)
         kick[:, : 2 * cycles + 1] = random.standard_normal(kick[:, : 2 * cycles + 1].shape)
+        kick[1, 0] = 0.0
         kick *= size * random.uniform(0.3, 3.0) / float(np.linalg.norm(kick))
         other = _new(levels, at, y + kick, given, found, kind="period 2" if cycles > 1 else "periodic")
         if other is not None:

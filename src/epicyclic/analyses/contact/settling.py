@@ -63,12 +63,20 @@ def settled(levels: Levels, start: Array, speed: float, *, harmonics: int) -> So
             break
         state = record[-1]
         for cycles in (1, 2):
-            found = _periodic(levels, record[-1 - cycles * samples : -1, 0], speed, cycles, harmonics)
-            if found is not None:
-                return found
+            part = cycles * samples
+            if _repeats(record[-1 - 2 * part : -1, 0]):
+                found = _periodic(levels, record[-1 - part : -1, 0], speed, cycles, harmonics)
+                if found is not None:
+                    return found
     times = cycle * np.arange(len(record)) / samples
     force = flank_force(moving, times, record).T
     return Record(speed=speed, last=state, measures=of_record(system, force, record[:, 0]))
+
+
+def _repeats(q: Array) -> bool:
+    """Whether the second half of a record (N, n) is nearly the first."""
+    one, two = np.split(q, 2)
+    return bool(np.linalg.norm(one - two) < _NEAR * np.linalg.norm(two - two.mean(axis=0)))
 
 
 def _alone(levels: Levels, speed: float) -> System:

@@ -102,15 +102,21 @@ def judged(levels: Levels, at: Solution) -> Solution:
 
 
 def apart(one: Solution, other: Solution) -> bool:
-    """Whether two motions of one speed differ, their phase counted."""
+    """Whether two motions of one speed differ, also after a shift by whole mesh cycles."""
     return distance(one, other) > _SAME
 
 
 def distance(one: Solution, other: Solution) -> float:
-    """Difference of two motions, relative to the dynamic size of the larger one."""
+    """Difference of two motions at whichever mesh cycle it is least, relative to the dynamic size of the larger one."""
     a, b = (one, other) if len(one.given.omega) >= len(other.given.omega) else (other, one)
     y = carried(b.given, a.given, b.state.y)
-    return float(np.linalg.norm(a.state.y - y)) / max(dynamic_size(a.state.y), dynamic_size(y))
+    orders = a.given.grid.points.sum(axis=1)
+    apart_by = []
+    for shift in range(a.given.cycles):
+        turn = np.exp(2j * np.pi * orders * shift / a.given.cycles)[:, None]
+        moved = (y[0] + 1j * y[1]) * turn - (a.state.y[0] + 1j * a.state.y[1])
+        apart_by.append(float(np.linalg.norm(moved)))
+    return min(apart_by) / max(dynamic_size(a.state.y), dynamic_size(y))
 
 
 def rescued(levels: Levels, speed: float, *, harmonics: int) -> Found:
