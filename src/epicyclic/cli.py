@@ -184,13 +184,17 @@ def sweep(
     frame_speed: Annotated[
         FrameSpeed, typer.Option("--frame-speed", help="Let the frame turn with the speed, or as at operation.")
     ] = FrameSpeed.kinematic,
+    contact_loss: Annotated[
+        bool, typer.Option("--contact-loss", help="Teeth part and touch again: run-up, coast-down, all branches.")
+    ] = False,
 ) -> None:
     """Steady vibration over speed."""
     with reported():
         low, high = (
             None if text is None else frequency(text, option) for text, option in ((start, "--from"), (stop, "--to"))
         )
-    run_verb("sweep", model, sets, as_json, output, start=low, stop=high, points=points, frame_speed=frame_speed.value)
+    options = {"start": low, "stop": high, "points": points, "frame_speed": frame_speed.value}
+    run_verb("sweep", model, sets, as_json, output, **options, contact_loss=contact_loss)
 
 
 @app.command()

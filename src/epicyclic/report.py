@@ -27,7 +27,8 @@ from .plots.sharing import worst
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep")
+_CONTACT = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
+_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "contact_sweep")
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -119,6 +120,9 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(anchor="sharing", title="Load sharing", body=_sharing(datasets["sharing"]))
     if "sweep" in datasets:
         yield Section(anchor="sweep", title="Speed sweep", body=_sweep(datasets["sweep"], modes))
+    if "contact_sweep" in datasets:
+        drawn = _figure("contact-sweep", plots.contact_sweep(datasets["contact_sweep"]), _CONTACT)
+        yield Section(anchor="contact-sweep", title="Speed sweep with contact loss", body=drawn)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

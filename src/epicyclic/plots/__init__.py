@@ -4,6 +4,7 @@ Depends on: results (the names of variables).  Importing this room imports plotl
 """
 
 from .campbell import campbell
+from .contact import contact_sweep
 from .curves import curves, study
 from .energy import energy_shares
 from .frequencies import frequencies
@@ -18,6 +19,7 @@ from .sweep import speed_sweep
 
 __all__ = [
     "campbell",
+    "contact_sweep",
     "curves",
     "energy_shares",
     "frequencies",

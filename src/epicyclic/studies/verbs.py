@@ -112,6 +112,7 @@ def sweep(
     start: float | None = None,
     stop: float | None = None,
     points: int | None = None,
+    contact_loss: bool = False,
     **options: Any,
 ) -> xr.Dataset:
     """Steady response over speed; further options are those of `epicyclic.analyses.harmonic.sweep.sweep`.
@@ -120,17 +121,20 @@ def sweep(
     ----------
     start, stop : lowest and highest mesh frequency, of the first mesh [Hz]; None: a fifth of the lowest, 1.2 times
         the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
+    contact_loss : teeth part and touch again, on either flank: run-up, coast-down and all branches; options then are
+        those of `epicyclic.analyses.contact.sweep.contact_sweep`.
 
     Raises
     ------
     ModelError : the model is wrong, or says no speed, torque or damping.
     """
-    from ..analyses.harmonic.sweep import sweep as run
+    from ..analyses.contact.sweep import contact_sweep
+    from ..analyses.harmonic.sweep import sweep as linear
 
     system = system_of(source, overrides=overrides)
     if start is not None or stop is not None or points is not None:
         options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
-    return run(system, **options)
+    return contact_sweep(system, **options) if contact_loss else linear(system, **options)
 
 
 def stability(

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from .contact import contact_tables
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .stability import stability_tables
@@ -111,5 +112,6 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "steady": steady_tables,
     "sharing": sharing_tables,
     "sweep": sweep_tables,
+    "contact_sweep": contact_tables,
     "stability": stability_tables,
 }
