@@ -9,6 +9,7 @@ from .energy import energy_shares
 from .frequencies import frequencies
 from .front import train_front
 from .members import members
+from .modulation import modulation
 from .phases import orders, phases
 from .section import train_section
 from .shapes import mode_shapes
@@ -27,6 +28,7 @@ __all__ = [
     "mesh_forces",
     "mesh_stiffness",
     "mode_shapes",
+    "modulation",
     "orders",
     "phases",
     "speed_sweep",

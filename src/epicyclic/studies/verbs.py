@@ -25,6 +25,7 @@ __all__ = [
     "campbell",
     "check",
     "modes",
+    "modulation",
     "sharing",
     "static",
     "steady",
@@ -132,6 +133,16 @@ def sweep(
     return run(system, **options)
 
 
+def modulation(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Vibration at a fixed place beside the ring, its lines by family and cause.
+
+    Options are those of `epicyclic.studies.modulation.modulation`.
+    """
+    from .modulation import modulation as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
 def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
@@ -161,6 +172,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "modulation": modulation,
 }
 
 
