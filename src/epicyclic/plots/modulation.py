@@ -180,7 +180,7 @@ def _zoom(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, level: A
     inside = [i for i in shown if abs(x[i] - centre) < reach]
     label = texts(result, "line")
     for i in sorted(inside, key=lambda i: -level[i])[:_NAMED]:
-        text = label[i].removeprefix("1 x mesh ").replace(" x ", "×").replace("- ", "\u2212")
+        text = label[i].removeprefix("1 x mesh ").replace(" x ", "×").replace("- ", "\u2212").replace("+ ", "+")
         note(
             drawn, text, x=float(x[i]), y=float(level[i]), xref="x3", yref="y3", yanchor="bottom", textangle=0, yshift=4
         )

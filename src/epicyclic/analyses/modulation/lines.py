@@ -18,8 +18,8 @@ __all__ = ["Lines", "Part", "lines_of", "synthesised"]
 Index = NDArray[np.int64]
 # What adds less than this of the largest part of a line is not told among its origins.
 _TOLD = 1e-2
-# Values of sine and cosine held at once when a signal is written out.
-_AT_ONCE = 4_000_000
+# Lines summed at once when a signal is written out.
+_AT_ONCE = 2048
 
 
 class Part(NamedTuple):
@@ -90,11 +90,18 @@ def _parts(count: int, line: Index, shaft: Index, parts: Iterable[Part]) -> tupl
 
 
 def synthesised(frequency: Array, amplitude: ComplexArray, duration: float, samples: int) -> Array:
-    """Re sum_l amplitude_l exp(2 pi i frequency_l t) at `samples` even instants of a duration [s], the end left out."""
-    result = np.zeros(samples)
-    time = np.arange(samples) * (duration / samples)
-    chunk = max(1, _AT_ONCE // max(1, frequency.size))
-    for start in range(0, samples, chunk):
-        angle = 2 * np.pi * np.outer(time[start : start + chunk], frequency)
-        result[start : start + chunk] = np.cos(angle) @ amplitude.real - np.sin(angle) @ amplitude.imag
-    return result
+    """Re sum_l amplitude_l exp(2 pi i frequency_l t) at `samples` even instants of a duration [s], the end left out.
+
+    Instants are a start and a step after it, exp(i w (t_a + t_b)) a product: few exponentials and one matrix product.
+    """
+    steps = max(1, int(np.sqrt(samples)))
+    starts = -(-samples // steps)
+    result = np.zeros((starts, steps))
+    turn = 2j * np.pi * frequency * (duration / samples)
+    for first in range(0, frequency.size, _AT_ONCE):
+        mine = slice(first, first + _AT_ONCE)
+        coarse = np.exp(np.outer(np.arange(starts) * steps, turn[mine]))
+        fine = amplitude[mine, None] * np.exp(np.outer(turn[mine], np.arange(steps)))
+        result += coarse.real @ fine.real - coarse.imag @ fine.imag
+    values: Array = result.ravel()[:samples]
+    return values

@@ -92,7 +92,7 @@ def modulation(
     window, width : as of `window_of_word`, or a `Window`.  transfer : path to the sensor, 1 at every frequency if None.
     mean_load : whether the mean mesh force is heard passing too, at multiples of the carrier's speed.
     radius : of the sensor from the axis, that of the ring's `rz` if None [m].
-    floor : lines below this, relative to the largest one, are not listed.
+    floor : lines below this, relative to the largest one, are not listed; 0 lists all.
     turns : length of the signal in turns of the carrier, where it stands of the fastest body of the stage.
     samples : of the signal, as many as its highest line needs if None.
 
@@ -185,8 +185,9 @@ def _fault_free(system: System, relative_speed: float, asked: _Sensor) -> dict[F
 
 
 def _kept(seen: _Seen, floor: float) -> NDArray[np.int64]:
+    """Lines large enough in the signal; all of them, what the body does without it too, where nothing is too small."""
     size = np.abs(seen.signal)
-    return np.flatnonzero((size >= floor * size.max(initial=0.0)) & (size > 0))
+    return np.flatnonzero((size >= floor * size.max(initial=0.0)) & ((size > 0) | (floor == 0)))
 
 
 def _duration(system: System, place: Place, turns: int) -> float:
