@@ -89,7 +89,7 @@ def _signal(drawn: go.Figure, result: xr.Dataset, unit: str) -> None:
     if carrier:
         time = time * carrier
         values, time = values[time <= 1.0], time[time <= 1.0]
-    x, y = thinned(time, values, most=3000)
+    x, y = thinned(time, values, most=2000)
     line = {"color": INK, "width": 1.1}
     drawn.add_trace(
         go.Scatter(x=compact(x, digits=6), y=compact(y), mode="lines", line=line, name="signal", showlegend=False),
@@ -179,8 +179,14 @@ def _zoom(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, level: A
     drawn.update_xaxes(range=[centre - reach, centre + reach], row=3, col=1)
     inside = [i for i in shown if abs(x[i] - centre) < reach]
     label = texts(result, "line")
-    for i in sorted(inside, key=lambda i: -level[i])[:_NAMED]:
+    drawn.add_vline(x=centre, line={"color": PALE, "width": 1, "dash": "dot"}, layer="below", row=3, col=1)
+    note(
+        drawn, f"mesh {engineering(centre)}", x=centre, xref="x3", y=1, yref="y3 domain", xanchor="left", yanchor="top"
+    )
+    named: list[float] = []
+    for i in sorted(inside, key=lambda i: -level[i])[: 2 * _NAMED]:
+        if len(named) == _NAMED or any(abs(x[i] - other) < 0.11 * reach for other in named):
+            continue
         text = label[i].removeprefix("1 x mesh ").replace(" x ", "×").replace("- ", "\u2212").replace("+ ", "+")
-        note(
-            drawn, text, x=float(x[i]), y=float(level[i]), xref="x3", yref="y3", yanchor="bottom", textangle=0, yshift=4
-        )
+        note(drawn, text, x=float(x[i]), y=float(level[i]), xref="x3", yref="y3", yanchor="bottom", yshift=4)
+        named.append(float(x[i]))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from epicyclic.analyses.harmonic.steady import periodic
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.transfer import transfer_of_table
+from epicyclic.analyses.modulation.windows import Window, window_of_series
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.system.system import System
@@ -54,10 +55,22 @@ def bins(result: xr.Dataset, duration: float, count: int) -> NDArray[np.complex1
     return found
 
 
-@pytest.mark.parametrize("speed", [1.0, 0.37])
-def test_lines_are_the_fft_of_the_passing_forces(system_of: Make, speed: float) -> None:
+def lopsided(phi: Array) -> Array:
+    return np.asarray(0.6 + 0.3 * np.cos(phi) + 0.2 * np.sin(phi) - 0.1 * np.sin(2 * phi))
+
+
+@pytest.mark.parametrize(
+    ("window", "gain", "speed"),
+    [
+        ("cos4", lambda phi: np.cos(phi / 2) ** 4, 1.0),
+        (window_of_series([0.6, 0.3], [0.0, 0.2, -0.1]), lopsided, 0.37),
+    ],
+)
+def test_lines_are_the_fft_of_the_passing_forces(
+    system_of: Make, window: str | Window, gain: Callable[[Array], Array], speed: float
+) -> None:
     system = system_of("even, in phase", RUN_OUTS)
-    result = modulation(system, window="cos4", sensor=0.9, floor=0.0, relative_speed=speed)
+    result = modulation(system, window=window, sensor=0.9, floor=0.0, relative_speed=speed)
     cycles = 3 * 96  # three turns of the carrier: the planets, 36 teeth, are then as at the start
     time, force, _ = record(system, cycles, speed)
     ring = [i for i, internal in enumerate(system.meshes.internal) if internal]
@@ -65,7 +78,7 @@ def test_lines_are_the_fft_of_the_passing_forces(system_of: Make, speed: float) 
     signal = np.zeros(time.size)
     for row in ring:
         away = system.meshes.direction[row] + carrier * time - 0.9
-        signal += np.cos(away / 2) ** 4 * (force[row] - force[row].mean())
+        signal += gain(away) * (force[row] - force[row].mean())
     fft = np.fft.rfft(signal - signal.mean()) * 2 / signal.size
     lines = bins(result, cycles / (float(system.tones[0]) * speed), signal.size)
     # two sums of the same solution; rounding only
