@@ -15,7 +15,7 @@ from fractions import Fraction
 from ...system.system import System
 from ..harmonic.excitation import Excitation, Shaft
 from .lines import Part
-from .place import Place
+from .place import Place, stages_of
 from .rows import Rows
 
 __all__ = ["MEAN", "MESH", "PASSING", "UNEVEN", "UNLIKE", "Origin", "Teller", "without_faults"]
@@ -131,7 +131,7 @@ class Teller:
 
     def _shaft_word(self, shaft: Shaft, path: str) -> str:
         """``deviations.main.sun.run_out`` -> ``sun run-out``, with the order where it is not the first."""
-        stages = tuple(dict.fromkeys(self.system.meshes.stage))
+        stages = tuple(dict.fromkeys(stages_of(self.system)))
         parts = path.split(".")[1:]
         member = ".".join(parts[:2]) if parts[:1] and parts[0] in stages else parts[0] if parts else path
         if len(stages) == 1:

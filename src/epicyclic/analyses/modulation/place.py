@@ -13,7 +13,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 
-__all__ = ["HOUSING", "Place", "place_of"]
+__all__ = ["HOUSING", "Place", "place_of", "stages_of"]
 
 HOUSING = "housing"
 # Planets count as evenly spaced within this angle [turns]: angles go through degrees and radians.
@@ -79,7 +79,8 @@ def place_of(
         )
     stage = _stage(system, stage)
     first = faces(system.meshes).first
-    rings = [w for w, row in enumerate(first) if system.meshes.stage[row] == stage and system.meshes.internal[row]]
+    homes = stages_of(system)
+    rings = [w for w, row in enumerate(first) if homes[row] == stage and system.meshes.internal[row]]
     if not rings:
         raise ModelError("this stage has no ring for its planets to pass along", path="stage", given=stage)
     bodies = _bodies(system, stage, body, [system.meshes.ends[first[w]][1] for w in rings])
@@ -102,26 +103,28 @@ def place_of(
     )
 
 
+def stages_of(system: System) -> tuple[str, ...]:
+    """The stage each mesh row stands in; one whose gears turn at two mesh frequencies has two labels of `MeshRows`."""
+    return tuple(name.split("/")[0] for name in system.meshes.name)
+
+
 def _stage(system: System, stage: str | None) -> str:
-    known = tuple(dict.fromkeys(system.meshes.stage))
+    homes = stages_of(system)
+    known = tuple(dict.fromkeys(homes))
     if stage is not None:
         if stage not in known:
             raise ModelError("no such stage", path="stage", given=stage, allowed=", ".join(known))
         return stage
     turns = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
-    rows = zip(system.meshes.stage, system.meshes.internal, system.meshes.ends, strict=True)
+    rows = zip(homes, system.meshes.internal, system.meshes.ends, strict=True)
     return next((name for name, internal, ends in rows if internal and turns[ends[1]] == 0), known[0])
 
 
 def _others(
     system: System, stage: str, first: NDArray[np.int64], rings: list[int], angles: dict[int, float]
 ) -> list[int]:
-    meshes = system.meshes
-    return [
-        w
-        for w, row in enumerate(first)
-        if w not in rings and meshes.stage[row] == stage and meshes.branch[row] in angles
-    ]
+    meshes, homes = system.meshes, stages_of(system)
+    return [w for w, row in enumerate(first) if w not in rings and homes[row] == stage and meshes.branch[row] in angles]
 
 
 def _bodies(system: System, stage: str, body: str | None, rings: list[str]) -> tuple[str, ...]:
@@ -155,18 +158,18 @@ def _branched(name: str) -> bool:
 def _teeth(system: System, row: int, end: int) -> int | None:
     """Teeth of one end of a mesh from its mesh frequency, negative where they pass the planets clockwise."""
     turns = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
-    passing = turns[system.meshes.ends[row][end]] - system.stage_turns[system.meshes.stage[row]]
+    passing = turns[system.meshes.ends[row][end]] - system.stage_turns[stages_of(system)[row]]
     teeth = system.tones[system.meshes.tone[row]] / passing if passing and system.tones else Fraction(1, 2)
     return int(teeth) if teeth.denominator == 1 else None
 
 
 def _central(system: System, stage: str, ring: int) -> tuple[int, ...]:
     """Teeth of every central gear of a stage that turns at the mesh frequency of a ring mesh."""
-    meshes = system.meshes
+    meshes, homes = system.meshes, stages_of(system)
     found = [
         _teeth(system, row, end)
         for row, ends in enumerate(meshes.ends)
         for end, name in enumerate(ends)
-        if meshes.stage[row] == stage and meshes.tone[row] == meshes.tone[ring] and not _branched(name)
+        if homes[row] == stage and meshes.tone[row] == meshes.tone[ring] and not _branched(name)
     ]
     return tuple(dict.fromkeys(teeth for teeth in found if teeth is not None))
