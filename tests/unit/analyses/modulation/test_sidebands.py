@@ -221,3 +221,23 @@ def test_ring_run_out_and_mesh_share_lines_and_causes(system_of: Make) -> None:
     assert all(order == round(order) for order in result.carrier_order.values.round(9))
     both = [text for text in result.causes.values if "ring.run_out" in text and "fault-free" in text]
     assert both
+
+
+def test_uneven_planets_and_a_pin_are_told_apart(system_of: Make) -> None:
+    """Opposite pairs leave even orders only: what stands at odd ones is the pin's, although the planets are uneven."""
+    changes = {"deviations.planet.position.y": "[40, 0, 0, 0] um"}
+    result = modulation(system_of("uneven, in opposite phase", changes), floor=1e-4)
+    odd = result.carrier_order.values.round().astype(int) % 2 == 1
+    assert odd.any()
+    assert set(result.family.values[odd]) == {"unlike planets"}
+    assert all("planet.position" in text for text in result.causes.values[odd])
+    assert "uneven planets" in set(result.family.values[~odd])
+
+
+def test_weight_is_no_fault(system_of: Make) -> None:
+    result = modulation(system_of("even, in phase", {"operation.gravity": True}), floor=1e-8)
+    mine = result.isel(line=result.family.values == "gravity")
+    assert mine.sizes["line"]
+    amplitude, healthy = np.abs(mine.signal_amplitude.values), np.abs(mine.fault_free_amplitude.values)
+    assert healthy == pytest.approx(amplitude, rel=1e-9)
+    assert set(mine.causes.values) == {"operation.gravity"}

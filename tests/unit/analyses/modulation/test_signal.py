@@ -223,3 +223,12 @@ def test_a_phase_over_half_a_turn_is_unwrapped() -> None:
 def test_transfer_paths_that_are_none(columns: tuple[Any, Any, Any]) -> None:
     with pytest.raises(ValueError, match="transfer"):
         transfer_of_table(*columns)
+
+
+def test_a_sensor_over_both_halves_feels_their_mean() -> None:
+    system = assemble(load("ren2021"))
+    left, right, both = (
+        modulation(system, body=body, floor=0.0, window="constant").sensor_acceleration.values
+        for body in ("main/ring/left", "main/ring/right", "main/ring")
+    )
+    assert both == pytest.approx((left + right) / 2, abs=1e-12 * np.abs(both).max())
