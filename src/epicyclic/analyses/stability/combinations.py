@@ -88,7 +88,7 @@ class Resonance:
 class Combination:
     """A range of speed in which w_p + w_q = l w makes the motion grow, to first order.
 
-    first, second : modes that lead, from 1 in the order of their frequencies.  order : l, of the meshes of `stage`.
+    first, second : modes that couple most, from 1 in the order of their frequencies.  order : l, of the meshes of `stage`.
     low, centre, high : mesh frequency of the first mesh [Hz].  growth : largest in it [1/s].
     threshold : factor of the variation of the stiffness at which it opens at `centre` [1].
     """
@@ -260,13 +260,6 @@ class _Averaged:
         rates: Array = np.linalg.eigvals(self.matrix(mesh)).real.max(axis=1)
         return rates
 
-    def leading(self, mesh: float) -> tuple[int, int]:
-        """Indices of the modes that take the largest part in the fastest growth, one of each group."""
-        rates, shapes = np.linalg.eig(self.matrix(np.array([mesh]))[0])
-        part = np.abs(shapes[:, np.argmax(rates.real)])
-        p = len(self.one.first)
-        return int(self.one.first[np.argmax(part[:p])]), int(self.one.second[np.argmax(part[p:])])
-
 
 def _averaged(modal: Modal, one: Resonance, tone: float, turning: bool) -> _Averaged:
     """The averaged equations of a resonance; tone : of the first mesh at the operating speed [Hz]."""
@@ -313,13 +306,13 @@ def _ranges(averaged: _Averaged) -> list[Combination]:
     edge = 1e-9 * averaged.one.strength
     grows = np.concatenate([[False], rates > edge, [False]])
     starts, ends = np.flatnonzero(~grows[:-1] & grows[1:]), np.flatnonzero(grows[:-1] & ~grows[1:]) - 1
+    first, second = _leading(averaged.one)
     found = []
     for start, end in zip(starts, ends, strict=True):
         low = mesh[start] if start == 0 else _crossing(averaged, mesh[start - 1], mesh[start], edge)
         high = mesh[end] if end == mesh.size - 1 else _crossing(averaged, mesh[end], mesh[end + 1], edge)
         best = int(start) + int(np.argmax(rates[start : end + 1]))
         fastest = _fastest(averaged, mesh[max(best - 1, 0)], mesh[min(best + 1, mesh.size - 1)])
-        first, second = averaged.leading(fastest)
         hertz = 2 * np.pi
         found.append(
             Combination(
@@ -335,6 +328,12 @@ def _ranges(averaged: _Averaged) -> list[Combination]:
             )
         )
     return found
+
+
+def _leading(one: Resonance) -> tuple[int, int]:
+    """Indices of the modes that couple most, one of each group."""
+    p, q = np.unravel_index(np.argmax(np.abs(one.coupling)), one.coupling.shape)
+    return int(one.first[p]), int(one.second[q])
 
 
 def _crossing(averaged: _Averaged, one: float, other: float, edge: float) -> float:
