@@ -153,7 +153,7 @@ def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
     """Both ends of every predicted range over the parameter, one line that turns where it closes."""
     low, high = (result[f"resonance_{name}"].transpose("value", "resonance").values for name in ("low", "high"))
     names = texts(result, "resonance")
-    order = np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES] if len(names) else []
+    order = np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES]
     for place, one in enumerate(order):
         open_ = np.isfinite(low[:, one])
         line = {"color": INK, "width": 1.3, "dash": "solid" if place < _LABELS else "dot"}
@@ -172,12 +172,19 @@ def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
         )
     x = numbers(result, "mesh_frequency")
     centre = np.nanmean((low + high) / 2, axis=0) if len(names) else np.zeros(0)
-    for one in _apart(np.asarray(order, dtype=int), centre, (x.max() - x.min()) / 10, x):
+    for one in _apart(order, centre, (x.max() - x.min()) / 10, x):
         inside = np.flatnonzero(np.isfinite(low[:, one]))
         # at the top of the map, unless the range closes below it
         closes = inside[-1] < len(y) - 1 and inside.size > 1
         at = float(y[inside[-1]])
-        note(drawn, names[one], x=centre[one], y=at, yanchor="bottom", font={"size": 12, "color": INK if closes else PALE})
+        note(
+            drawn,
+            names[one],
+            x=centre[one],
+            y=at,
+            yanchor="bottom",
+            font={"size": 12, "color": INK if closes else PALE},
+        )
 
 
 def _outline(low: Array, high: Array, y: Array, open_: np.ndarray) -> tuple[Array, Array]:

@@ -32,6 +32,7 @@ FACTORS = ("variation", "damping")
 """What is varied without assembling again: the variation of all mesh stiffness, and all damping, by a factor."""
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+_UNIT = r"([A-Za-z%°µ].*?)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,13 +121,13 @@ def spread(text: str, points: int) -> list[Any]:
     ------
     ModelError : neither a range nor a list of numbers.
     """
-    found = re.fullmatch(rf"\s*{_NUMBER}\s*(\S.*?)?\s*\.\.\s*{_NUMBER}\s*(\S.*?)?\s*", text)
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*\.\.\s*{_NUMBER}\s*{_UNIT}?\s*", text)
     if found:
         first, one, last, other = found.groups()
         numbers = [float(value) for value in np.linspace(float(first), float(last), max(points, 1))]
         unit = other or one
     else:
-        parts = [re.fullmatch(rf"\s*{_NUMBER}\s*(\S.*?)?\s*", part) for part in text.split(",")]
+        parts = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", part) for part in text.split(",")]
         if not all(parts):
             raise ModelError("not values", path="--values", given=text, allowed='"0..2", "1 %..5 %" or "1, 2, 5"')
         numbers = [float(part[1]) for part in parts if part]
@@ -181,7 +182,7 @@ def _stacked(rows: Sequence[Any], blank: Any) -> Any:
 
 def _numbers(values: Sequence[Any]) -> tuple[Any, str]:
     """Values as numbers with their unit where all are numbers of one unit, else as texts."""
-    split = [re.fullmatch(rf"\s*{_NUMBER}\s*(\S.*?)?\s*", str(value)) for value in values]
+    split = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", str(value)) for value in values]
     units = {part[2] or "" for part in split if part}
     if all(split) and len(units) == 1:
         return [float(part[1]) for part in split if part], units.pop()

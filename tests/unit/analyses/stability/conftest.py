@@ -33,7 +33,9 @@ def _system(
     """A System of given matrices; B (n, m), variation (m, L); C, G, Kg, Cskew where given."""
     mass, rows = np.asarray(M, float), np.asarray(B, float)
     n, m = rows.shape
-    square = {name: np.asarray(matrices.get(name, np.zeros((n, n))), float) for name in ("C", "G", "Kg", "Cskew")}
+    square: dict[str, Any] = {
+        name: np.asarray(matrices.get(name, np.zeros((n, n))), float) for name in ("C", "G", "Kg", "Cskew")
+    }
     return System(
         dofs=Dofs(
             names=tuple(f"body/{i}" for i in range(n)),

@@ -152,7 +152,7 @@ def test_varying_mesh_damping(case: Any) -> None:
 
 
 def _free(case: Any, *, drag: float = 0.0) -> System:
-    """Two inertias that turn freely, joined by a mesh, and one of them carries an oscillator across a gyroscopic term."""
+    """Two inertias that turn freely, joined by a mesh; one of them carries an oscillator across a gyroscopic term."""
     M = np.diag([1.0, 2.0, 0.5])
     K = np.diag([0.0, 0.0, 30.0])
     G = np.zeros((3, 3))
