@@ -70,6 +70,10 @@ def stability_map(
     """
     if not len(values) or not len(mesh_frequency):
         raise ModelError("nothing to go over", path=path, given=f"{len(values)} values, {len(mesh_frequency)} speeds")
+    from .verbs import system_of
+
+    if path in FACTORS:  # assembled once for all of them
+        source, overrides = system_of(source, overrides=overrides), None
     frequency = np.asarray(mesh_frequency, dtype=float)
     rows = []
     for i, value in enumerate(values):
@@ -97,8 +101,7 @@ def _row(
     try:
         ((path, value),) = here.items()
         if path in FACTORS:
-            system = system_of(source, overrides=overrides or None)
-            ready = prepared(system, frame_speed=frame_speed, **{path: _factor(path, value)})
+            ready = prepared(system_of(source), frame_speed=frame_speed, **{path: _factor(path, value)})
         else:
             ready = prepared(system_of(source, overrides={**overrides, **here}), frame_speed=frame_speed)
     except (ModelError, ConvergenceError) as error:

@@ -179,7 +179,7 @@ def _coupled(
 def combinations(
     system: System, modal: Modal, tones: tuple[float, ...], *, low: float, high: float, turning: bool = True
 ) -> list[Combination]:
-    """Ranges of instability by averaging, between two mesh frequencies of the first mesh [Hz].
+    """Ranges of instability by averaging, between two mesh frequencies of the first mesh [Hz]; of the 200 fastest.
 
     Parameters
     ----------
