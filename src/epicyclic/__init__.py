@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, sharing, stability, static, steady, stiffness, sweep
+    from .studies.verbs import campbell, check, modes, modulation, sharing, stability, static, steady, stiffness, sweep
     from .system.system import System
     from .train.train import Train
 
@@ -42,6 +42,7 @@ __all__ = [
     "load",
     "load_result",
     "modes",
+    "modulation",
     "save_result",
     "sharing",
     "stability",
@@ -66,7 +67,7 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "sharing", "stability", "static", "steady", "stiffness", "sweep"),
+        ("campbell", "check", "modes", "modulation", "sharing", "stability", "static", "steady", "stiffness", "sweep"),
         "studies.verbs",
     ),
 }

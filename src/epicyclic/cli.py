@@ -19,6 +19,7 @@ from typing import Annotated, Any
 import typer
 
 from .commands.audit import audit
+from .commands.modulation import modulation
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
 from .commands.stability import stability
 from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
@@ -35,6 +36,7 @@ app = typer.Typer(
 )
 
 app.command()(audit)
+app.command()(modulation)
 app.command()(stability)
 
 

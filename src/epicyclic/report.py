@@ -28,7 +28,10 @@ __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
 _CONTACT = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "contact_sweep")
+_KNOWN = (
+    *("check", "modes", "campbell", "stiffness", "static", "steady", "sharing"),
+    *("sweep", "contact_sweep", "modulation"),
+)
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -123,6 +126,9 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
     if "contact_sweep" in datasets:
         drawn = _figure("contact-sweep", plots.contact_sweep(datasets["contact_sweep"]), _CONTACT)
         yield Section(anchor="contact-sweep", title="Speed sweep with contact loss", body=drawn)
+    if "modulation" in datasets:
+        body = _figure("modulation", plots.modulation(datasets["modulation"]))
+        yield Section(anchor="modulation", title="Vibration at the ring", body=body)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

@@ -32,6 +32,7 @@ FACTORS = ("variation", "damping")
 """What is varied without assembling again: the variation of all mesh stiffness, and all damping, by a factor."""
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+_UNIT = r"([A-Za-z%°µ].*?)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,6 +70,10 @@ def stability_map(
     """
     if not len(values) or not len(mesh_frequency):
         raise ModelError("nothing to go over", path=path, given=f"{len(values)} values, {len(mesh_frequency)} speeds")
+    from .verbs import system_of
+
+    if path in FACTORS:  # assembled once for all of them
+        source, overrides = system_of(source, overrides=overrides), None
     frequency = np.asarray(mesh_frequency, dtype=float)
     rows = []
     for i, value in enumerate(values):
@@ -96,8 +101,7 @@ def _row(
     try:
         ((path, value),) = here.items()
         if path in FACTORS:
-            system = system_of(source, overrides=overrides or None)
-            ready = prepared(system, frame_speed=frame_speed, **{path: _factor(path, value)})
+            ready = prepared(system_of(source), frame_speed=frame_speed, **{path: _factor(path, value)})
         else:
             ready = prepared(system_of(source, overrides={**overrides, **here}), frame_speed=frame_speed)
     except (ModelError, ConvergenceError) as error:
@@ -120,13 +124,13 @@ def spread(text: str, points: int) -> list[Any]:
     ------
     ModelError : neither a range nor a list of numbers.
     """
-    found = re.fullmatch(rf"\s*{_NUMBER}\s*(\S.*?)?\s*\.\.\s*{_NUMBER}\s*(\S.*?)?\s*", text)
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*\.\.\s*{_NUMBER}\s*{_UNIT}?\s*", text)
     if found:
         first, one, last, other = found.groups()
         numbers = [float(value) for value in np.linspace(float(first), float(last), max(points, 1))]
         unit = other or one
     else:
-        parts = [re.fullmatch(rf"\s*{_NUMBER}\s*(\S.*?)?\s*", part) for part in text.split(",")]
+        parts = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", part) for part in text.split(",")]
         if not all(parts):
             raise ModelError("not values", path="--values", given=text, allowed='"0..2", "1 %..5 %" or "1, 2, 5"')
         numbers = [float(part[1]) for part in parts if part]
@@ -181,7 +185,7 @@ def _stacked(rows: Sequence[Any], blank: Any) -> Any:
 
 def _numbers(values: Sequence[Any]) -> tuple[Any, str]:
     """Values as numbers with their unit where all are numbers of one unit, else as texts."""
-    split = [re.fullmatch(rf"\s*{_NUMBER}\s*(\S.*?)?\s*", str(value)) for value in values]
+    split = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", str(value)) for value in values]
     units = {part[2] or "" for part in split if part}
     if all(split) and len(units) == 1:
         return [float(part[1]) for part in split if part], units.pop()

@@ -25,6 +25,7 @@ __all__ = [
     "campbell",
     "check",
     "modes",
+    "modulation",
     "sharing",
     "stability",
     "static",
@@ -137,6 +138,16 @@ def sweep(
     return contact_sweep(system, **options) if contact_loss else linear(system, **options)
 
 
+def modulation(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Vibration at a fixed place beside the ring, its lines by family and cause.
+
+    Options are those of `epicyclic.studies.modulation.modulation`.
+    """
+    from .modulation import modulation as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
 def stability(
     source: Source,
     *,
@@ -207,6 +218,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "modulation": modulation,
     "stability": stability,
 }
 

@@ -17,6 +17,7 @@ from rich.table import Table
 from .contact import contact_tables
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
+from .modulation import modulation_tables
 from .stability import stability_tables
 from .tables import listed, number
 
@@ -113,5 +114,6 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "sharing": sharing_tables,
     "sweep": sweep_tables,
     "contact_sweep": contact_tables,
+    "modulation": modulation_tables,
     "stability": stability_tables,
 }

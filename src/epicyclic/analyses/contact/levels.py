@@ -16,34 +16,42 @@ __all__ = ["LEVELS", "Levels", "carried", "fitting"]
 # Numbers of harmonics tried in turn.
 LEVELS = (8, 12, 16, 24, 32, 48)
 
-# Samples of a mesh cycle per harmonic: of one mesh frequency, and of each of several.
-_SAMPLES = {1: 16}
-_FEWER = 8
+# Samples of a mesh cycle per harmonic: of one mesh frequency, and of each of two, whose grid is their product.
+_SAMPLES = {1: 16, 2: 4}
 
-_Key = tuple[int, int, int]
+_Key = tuple[tuple[int, ...], int, int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Levels:
-    """Problems of one System.  cross : order of combinations of several tones kept."""
+    """Problems of one System with one or two mesh frequencies.  cross : order of their combinations kept."""
 
     ready: Response
-    cross: int = 8
+    cross: int = 10
     made: dict[_Key, Problem] = field(default_factory=dict)
 
     def problem(self, harmonics: int, *, cycles: int = 1, samples: int = 0) -> Problem:
-        """The balance with so many harmonics of a mesh frequency; samples : of a mesh cycle, 0 the usual number."""
-        samples = samples or self.samples(harmonics)
-        key = (harmonics, cycles, samples)
+        """The balance with so many harmonics of each mesh frequency.
+
+        Parameters
+        ----------
+        samples : of a mesh cycle, 0 the usual number.
+        """
+        tones = len(self.ready.lines.tones)
+        return self.lattice((harmonics,) * tones, self.cross, cycles, samples or self.samples(harmonics))
+
+    def lattice(self, harmonics: tuple[int, ...], cross: int, cycles: int, samples: int) -> Problem:
+        """The balance with so many harmonics of each mesh frequency, combinations and samples."""
+        key = (harmonics, cross, cycles, samples)
         if key not in self.made:
             self.made[key] = mesh_problem(
-                self.ready, harmonics=harmonics, cross=self.cross, samples=samples, cycles=cycles
+                self.ready, harmonics=harmonics, cross=cross, samples=samples, cycles=cycles
             )
         return self.made[key]
 
     def samples(self, harmonics: int) -> int:
         """The usual number of samples of a mesh cycle."""
-        return harmonics * _SAMPLES.get(len(self.ready.lines.tones), _FEWER)
+        return harmonics * _SAMPLES[len(self.ready.lines.tones)]
 
     def residual(self, given: Problem, state: State, harmonics: int) -> float:
         """Residual of a solution seen with twice the harmonics and samples, relative to its dynamic part.

@@ -22,8 +22,8 @@ from .solution import Solution, apart, rescued, solution
 
 __all__ = ["Crossing", "Route", "Stretch", "route"]
 
-# A branch has at least so many harmonics.
-_LEAST = 16
+# A branch has at least so many harmonics, of one mesh frequency and of each of two.
+_LEAST = {1: 16, 2: 8}
 # A solution at a speed belongs between two points of the branch when it is this near to them, per their distance.
 _BETWEEN = 1.0
 _SECANTS = 6
@@ -118,7 +118,8 @@ def _open_leg(way: _Way, place: int) -> int:
     """Follow the branch from where teeth part at a scanned speed; returns the first scanned speed behind it."""
     scan = way.scan
     before = scan.solutions[place - 1] if place else None
-    H = way.fixed or fitting(max(_LEAST, int(scan.harmonics[max(place - 1, 0)])))
+    least = _LEAST[len(way.levels.ready.lines.tones)]
+    H = way.fixed or fitting(max(least, int(scan.harmonics[max(place - 1, 0)])))
     given = way.levels.problem(H)
     speed = float(scan.speeds[place - 1 if before is not None else place])
     if before is not None:

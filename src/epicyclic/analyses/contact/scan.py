@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from ..harmonic.response import Response, respond
+from ..harmonic.response import Kept, Response, respond
 from .balance import State, evaluate
 from .levels import Levels
 from .newton import dynamic_size
@@ -49,7 +49,7 @@ def scanned(levels: Levels, speeds: Array) -> Scan:
             harmonics[place] = block.harmonics
             if block.residual[at] <= _ACCEPTED:
                 speed, residual = float(block.speed[at]), float(block.residual[at])
-                found[place] = _closed(levels, block.mesh.y[at], speed, block.harmonics, residual)
+                found[place] = _closed(levels, block.mesh.y[at], speed, block.kept, residual)
     return Scan(speeds=every[order], asked=asked, solutions=found, harmonics=harmonics)
 
 
@@ -62,9 +62,10 @@ def _between(ready: Response, low: float, high: float) -> Array:
     return np.geomspace(low, high, count + 2)[1:-1] if count else np.zeros(0)
 
 
-def _closed(levels: Levels, y: Array, speed: float, harmonics: int, residual: float) -> Solution | None:
+def _closed(levels: Levels, y: Array, speed: float, kept: Kept, residual: float) -> Solution | None:
     """The linear solution if no tooth of it parts or strikes the other flank."""
-    given = levels.problem(harmonics)
+    harmonics = max(kept[:-1])
+    given = levels.lattice(kept[:-1], kept[-1], 1, levels.samples(harmonics))
     state = evaluate(given, y, speed)
     if not closed(given.flanks.sense, state):
         return None

@@ -55,12 +55,19 @@ def contact_sweep(
 
     Raises
     ------
-    ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
+    ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
     if harmonics is not None and not 1 <= harmonics <= 4 * LEVELS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * LEVELS[-1]}")
     ready = response(system, frame_speed=frame_speed)
+    if len(ready.lines.tones) > 2:
+        raise ModelError(
+            "contact loss is solved on the grid of all mesh phases",
+            path="stages",
+            given=f"{len(ready.lines.tones)} mesh frequencies",
+            allowed="one or two",
+        )
     speed = _speeds(ready, mesh_frequency, relative_speed)
     usable = np.isfinite(speed) & (speed > 0)
     levels, (rising, place) = Levels(ready=ready), np.unique(speed[usable], return_inverse=True)

@@ -88,7 +88,8 @@ class Resonance:
 class Combination:
     """A range of speed in which w_p + w_q = l w makes the motion grow, to first order.
 
-    first, second : modes that lead, from 1 in the order of their frequencies.  order : l, of the meshes of `stage`.
+    first, second : modes that couple most, from 1 in the order of their frequencies.
+    order : l.  stage : of the meshes that couple them.
     low, centre, high : mesh frequency of the first mesh [Hz].  growth : largest in it [1/s].
     threshold : factor of the variation of the stiffness at which it opens at `centre` [1].
     """
@@ -124,6 +125,8 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
     omega = np.sqrt(modal.squared)
     elastic = np.flatnonzero(~modal.rigid)
     groups = _close(omega, elastic)
+    if not groups:
+        return []
     rows = modal.gaps * weights(modal)
     found: list[Resonance] = []
     at = np.array([float(system.tones[i]) for i in system.meshes.tone])
@@ -159,20 +162,24 @@ def _coupled(
     D: ComplexArray, groups: list[Index], omega: Array, decay: Array
 ) -> Iterator[tuple[Index, Index, float, float]]:
     """Pairs of groups whose coupling exceeds their damping, with b and sqrt(s_p s_q) [1/s]."""
-    for i, first in enumerate(groups):
-        for second in groups[i:]:
-            size = 4 * np.sqrt(np.outer(omega[first], omega[second]))
-            strength = float(np.linalg.norm(D[np.ix_(first, second)] / size, 2))
-            quiet = float(np.sqrt(decay[first].min() * decay[second].min()))
-            # 1e-12 of the frequency is rounding
-            if strength > max(quiet, 1e-12 * omega[second[0]]):
-                yield first, second, strength, quiet
+    modes, starts = np.concatenate(groups), np.cumsum([0, *(group.size for group in groups[:-1])])
+    scaled = D[np.ix_(modes, modes)] / (4 * np.sqrt(np.outer(omega[modes], omega[modes])))
+    squares = np.add.reduceat(np.add.reduceat(np.abs(scaled) ** 2, starts, axis=0), starts, axis=1)
+    least = np.minimum.reduceat(decay[modes], starts)
+    # 1e-12 of the frequency is rounding
+    quiet = np.maximum(np.sqrt(np.outer(least, least)), 1e-12 * omega[modes][starts])
+    for i, j in np.argwhere(np.triu(np.sqrt(squares) > quiet)):
+        size = (groups[i].size, groups[j].size)
+        block = scaled[starts[i] : starts[i] + size[0], starts[j] : starts[j] + size[1]]
+        strength = float(np.linalg.norm(block, 2))
+        if strength > quiet[i, j]:
+            yield groups[i], groups[j], strength, float(np.sqrt(least[i] * least[j]))
 
 
 def combinations(
     system: System, modal: Modal, tones: tuple[float, ...], *, low: float, high: float, turning: bool = True
 ) -> list[Combination]:
-    """Ranges of instability by averaging, between two mesh frequencies of the first mesh [Hz].
+    """Ranges of instability by averaging, between two mesh frequencies of the first mesh [Hz]; of the 200 fastest.
 
     Parameters
     ----------
@@ -260,13 +267,6 @@ class _Averaged:
         rates: Array = np.linalg.eigvals(self.matrix(mesh)).real.max(axis=1)
         return rates
 
-    def leading(self, mesh: float) -> tuple[int, int]:
-        """Indices of the modes that take the largest part in the fastest growth, one of each group."""
-        rates, shapes = np.linalg.eig(self.matrix(np.array([mesh]))[0])
-        part = np.abs(shapes[:, np.argmax(rates.real)])
-        p = len(self.one.first)
-        return int(self.one.first[np.argmax(part[:p])]), int(self.one.second[np.argmax(part[p:])])
-
 
 def _averaged(modal: Modal, one: Resonance, tone: float, turning: bool) -> _Averaged:
     """The averaged equations of a resonance; tone : of the first mesh at the operating speed [Hz]."""
@@ -313,13 +313,13 @@ def _ranges(averaged: _Averaged) -> list[Combination]:
     edge = 1e-9 * averaged.one.strength
     grows = np.concatenate([[False], rates > edge, [False]])
     starts, ends = np.flatnonzero(~grows[:-1] & grows[1:]), np.flatnonzero(grows[:-1] & ~grows[1:]) - 1
+    first, second = _leading(averaged.one)
     found = []
     for start, end in zip(starts, ends, strict=True):
         low = mesh[start] if start == 0 else _crossing(averaged, mesh[start - 1], mesh[start], edge)
         high = mesh[end] if end == mesh.size - 1 else _crossing(averaged, mesh[end], mesh[end + 1], edge)
         best = int(start) + int(np.argmax(rates[start : end + 1]))
         fastest = _fastest(averaged, mesh[max(best - 1, 0)], mesh[min(best + 1, mesh.size - 1)])
-        first, second = averaged.leading(fastest)
         hertz = 2 * np.pi
         found.append(
             Combination(
@@ -335,6 +335,12 @@ def _ranges(averaged: _Averaged) -> list[Combination]:
             )
         )
     return found
+
+
+def _leading(one: Resonance) -> tuple[int, int]:
+    """Indices of the modes that couple most, one of each group."""
+    p, q = np.unravel_index(np.argmax(np.abs(one.coupling)), one.coupling.shape)
+    return int(one.first[p]), int(one.second[q])
 
 
 def _crossing(averaged: _Averaged, one: float, other: float, edge: float) -> float:

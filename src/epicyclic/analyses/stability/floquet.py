@@ -32,7 +32,8 @@ class Floquet:
     multipliers : (2n,) complex, largest magnitude first, then those of free motions.
     free : (2n,) whether it is that of a free motion: of its position (exactly 1) or its momentum (1 to rounding).
     position, rate : (n, 2n) complex, eigenvectors in the coordinates y of `Modal` and their y' [1/s] at the first
-        instant, to O(h^2), of unit energy norm |y|^2 + |x'|^2; None where not asked for.
+        instant, to O(h^2), of unit energy norm |y|^2 + |x'|^2, without the position of free motions, on which nothing
+        depends; None where not asked for.
     """
 
     multipliers: ComplexArray

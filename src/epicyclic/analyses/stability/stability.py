@@ -71,16 +71,24 @@ def _frequencies(ready: Stability, mesh_frequency: ArrayLike | None, relative_sp
 
 
 def growing(found: Speeds, ranges: Sequence[Combination], mesh_frequency: Array, several: bool) -> list[str]:
-    """At each unstable speed the combination whose predicted range holds it, the fastest one of several; else ""."""
-    names = []
-    for frequency, kind in zip(mesh_frequency, found.kind, strict=True):
-        around = [one for one in ranges if one.low <= frequency <= one.high]
-        best = max(around, key=lambda one: one.growth, default=None)
-        unstable = kind not in ("", "stable")
-        names.append(
-            named(best, several) if unstable and best is not None else "beyond first order" if unstable else ""
-        )
-    return names
+    """At each unstable speed the combination whose predicted range holds it, the fastest of several; else "".
+
+    The ends of a range are known to first order: the next range counts up to half its width away.
+    """
+    return [
+        "" if kind in ("", "stable") else _belongs(ranges, float(frequency), several)
+        for frequency, kind in zip(mesh_frequency, found.kind, strict=True)
+    ]
+
+
+def _belongs(ranges: Sequence[Combination], frequency: float, several: bool) -> str:
+    for margin in (0.0, 0.5):
+        around = [
+            one for one in ranges if abs(2 * frequency - one.low - one.high) <= (1 + 2 * margin) * (one.high - one.low)
+        ]
+        if around:
+            return named(max(around, key=lambda one: one.growth), several)
+    return "beyond first order"
 
 
 def named(one: Combination, several: bool) -> str:

@@ -88,7 +88,7 @@ def test_one_harmonic_of_a_pair_is_the_closed_form(made: Any, backlash: float) -
 def test_the_fold_is_where_the_closed_form_turns(made: Any) -> None:
     system = made.single(stiffness=STIFFNESS, natural=NATURAL, zeta=ZETA, load=LOAD, push={1: PUSH})
     levels = Levels(ready=response(system))
-    levels.made[(1, 1, 16)] = given = mesh_problem(levels.ready, harmonics=1, samples=1024)
+    levels.made[((1,), 10, 1, 16)] = given = mesh_problem(levels.ready, harmonics=1, samples=1024)
     start = solve(given, linear_start(given, 0.3), 0.3).state
     points = branch(
         levels,
@@ -168,7 +168,7 @@ def test_a_pair_of_folds_that_samples_have_made_is_not_kept(made: Any) -> None:
     system = made.bench(scale=0.339)
     levels = Levels(ready=response(system))
     few = mesh_problem(levels.ready, harmonics=12, samples=48)
-    levels.made[(12, 1, 2 * levels.samples(12))] = mesh_problem(levels.ready, harmonics=12, samples=96)
+    levels.made[((12,), 10, 1, 2 * levels.samples(12))] = mesh_problem(levels.ready, harmonics=12, samples=96)
     start = solve(few, linear_start(few, 1.0), 1.0).state
     unit = measure(1.0, 2.4, start.y)
     raw = list(follow(start_of_path(few, start, unit), 1.0, 1.36, unit=unit, stepping=Stepping()))
