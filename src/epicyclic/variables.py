@@ -161,7 +161,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "path_frequency": ("Hz", "mesh frequency along the branches"),
     "path_force_rms": ("N", "RMS of the dynamic mesh force along the branches"),
     "path_stable": ("", "whether the branch is stable"),
-    "path_instability": ("", "how the branch is left: stable, fold, symmetry breaking, period doubling, quasi-periodic"),
+    "path_instability": ("", "stable, or how it is left: fold, symmetry breaking, period doubling, quasi-periodic"),
     "path_multiplier": ("1", "largest magnitude of a Floquet multiplier along the branches"),
     "path_part": ("1", "number of the part between two turns or breaks"),
     "path_harmonics": ("1", "harmonics of the mesh frequency kept along the branches"),

@@ -105,7 +105,11 @@ def _walked(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, rank: 
                 legendgroup=label,
                 showlegend=row == 1,
                 line={"color": colour, "width": width},
-                marker={"symbol": symbol, "size": np.where(own, 9 if direction == "up" else 6, 0).tolist(), "color": colour},
+                marker={
+                    "symbol": symbol,
+                    "size": np.where(own, 9 if direction == "up" else 6, 0).tolist(),
+                    "color": colour,
+                },
                 text=[str(text) for text in motion],
                 hovertemplate=f"{label}: %{{y:.4g}} at %{{x:.6g}} Hz, %{{text}}<extra></extra>",
             ),

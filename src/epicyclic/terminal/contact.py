@@ -37,8 +37,10 @@ def _forces(result: xr.Dataset, title: str) -> Table:
         highest, apart = (result[name].sel(mesh=mesh).values for name in ("mesh_force_peak", "contact_open"))
         both = [float(np.nanmax(values, initial=0.0)) for values in (highest, apart)]
         rows.append((*row, both[0], round(100 * both[1], 1)))
-    headings = ("mesh", "up: largest rms [N]", "at [Hz]", "down: largest rms [N]", "at [Hz] ")
-    headings += ("largest force [N]", "apart at most [% of the time]")
+    headings = (
+        *("mesh", "up: largest rms [N]", "at [Hz]", "down: largest rms [N]", "at [Hz] "),
+        *("largest force [N]", "apart at most [% of the time]"),
+    )
     columns: dict[str, Any] = {heading: [row[i] for row in rows] for i, heading in enumerate(headings)}
     return table(f"Dynamic mesh forces with contact loss, {title}", columns)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -71,7 +72,7 @@ def folds_of_speed(speeds: list[float]) -> list[float]:
 def _with_folds(points: list[PathPoint], unit: Measure) -> list[PathPoint]:
     """A point at every fold."""
     result = points[:1]
-    for before, after in zip(points, points[1:], strict=False):
+    for before, after in pairwise(points):
         if np.sign(before.onward) != np.sign(after.onward) and before.given is after.given:
             at = _fold(before, after, unit)
             result += [] if at is None else [at]
@@ -119,7 +120,7 @@ def _with_peak(points: list[PathPoint], unit: Measure, score: Score) -> list[Pat
 def _confirmed(levels: Levels, harmonics: int, points: list[PathPoint], unit: Measure) -> list[PathPoint]:
     """Pairs of folds so close that the samples may have made them, walked again with twice the samples."""
     turns = folds(points)
-    for first, second in zip(turns, turns[1:], strict=False):
+    for first, second in pairwise(turns):
         speeds = [points[i].state.speed for i in (first, second)]
         if abs(speeds[1] - speeds[0]) > _CLOSE * speeds[0]:
             continue
@@ -132,9 +133,7 @@ def _confirmed(levels: Levels, harmonics: int, points: list[PathPoint], unit: Me
     return points
 
 
-def _again(
-    levels: Levels, harmonics: int, first: PathPoint, last: PathPoint, unit: Measure
-) -> list[PathPoint] | None:
+def _again(levels: Levels, harmonics: int, first: PathPoint, last: PathPoint, unit: Measure) -> list[PathPoint] | None:
     """The branch between two points with twice the samples, None where it does not get there."""
     given = levels.problem(harmonics, cycles=first.given.cycles, samples=2 * levels.samples(harmonics))
     found = solve(given, first.state.y, first.state.speed)

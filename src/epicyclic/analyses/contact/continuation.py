@@ -79,10 +79,8 @@ def start_of_path(given: Problem, state: State, unit: Measure, *, upward: bool =
     return PathPoint(given=given, state=state, along=along, onward=onward, length=0.0, steps=0, calls=calls)
 
 
-def follow(
-    start: PathPoint, low: float, high: float, *, unit: Measure, stepping: Stepping
-) -> Iterator[PathPoint]:
-    """Points of a branch from the start until it leaves [low, high] (the last one may lie outside), or no step works."""
+def follow(start: PathPoint, low: float, high: float, *, unit: Measure, stepping: Stepping) -> Iterator[PathPoint]:
+    """Points of a branch from the start until it leaves [low, high] (the last one may lie outside) or no step works."""
     at, size = start, stepping.first
     yield at
     for _ in range(stepping.points):
@@ -95,9 +93,7 @@ def follow(
             return
 
 
-def _advance(
-    at: PathPoint, size: float, unit: Measure, stepping: Stepping
-) -> tuple[PathPoint | None, float]:
+def _advance(at: PathPoint, size: float, unit: Measure, stepping: Stepping) -> tuple[PathPoint | None, float]:
     """The next point, None where even the shortest step fails, and the length of the step after it."""
     while size >= stepping.shortest:
         # a corner of the sampled contact turns at any length: at the shortest, the turn alone fails no step
@@ -114,7 +110,10 @@ def _advance(
 def step_from(
     at: PathPoint, size: float, unit: Measure, *, guarded: bool = True, cornering: bool = False
 ) -> tuple[PathPoint, float] | None:
-    """One step of a given length and how far its corrector moved, None where it fails; cornering : turns are allowed."""
+    """One step of a given length and how far its corrector moved, None where it fails.
+
+    cornering : any turn below a right angle is allowed.
+    """
     given = at.given
     y = at.state.y + size * unit.motion * at.along
     speed = at.state.speed + size * unit.speed * at.onward

@@ -44,9 +44,7 @@ class Levels:
         """The balance with so many harmonics of each mesh frequency, combinations and samples."""
         key = (harmonics, cross, cycles, samples)
         if key not in self.made:
-            self.made[key] = mesh_problem(
-                self.ready, harmonics=harmonics, cross=cross, samples=samples, cycles=cycles
-            )
+            self.made[key] = mesh_problem(self.ready, harmonics=harmonics, cross=cross, samples=samples, cycles=cycles)
         return self.made[key]
 
     def samples(self, harmonics: int) -> int:

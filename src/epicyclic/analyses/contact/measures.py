@@ -16,8 +16,10 @@ __all__ = ["Measures", "force_level", "measured", "net_force", "of_record"]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measures:
-    """rms, highest, lowest : (w,) of the force of every whole mesh [N], its far flank negative.  open : (w,) part of the
-    time in which no flank of it touches.  amplitude : (n,) half the way of every coordinate [m].
+    """What is reported.
+
+    rms, highest, lowest : (w,) of the force of every whole mesh [N], its far flank negative.
+    open : (w,) part of the time in which no flank of it touches.  amplitude : (n,) half the way of a coordinate [m].
     """
 
     rms: Array
@@ -53,9 +55,7 @@ def of_record(system: System, force: Array, motion: Array) -> Measures:
     return _measures(system, force, force != 0, motion, smooth=False)
 
 
-def _measures(
-    system: System, force: Array, touching: np.ndarray, motion: Array, *, smooth: bool
-) -> Measures:
+def _measures(system: System, force: Array, touching: np.ndarray, motion: Array, *, smooth: bool) -> Measures:
     face, net = faces(system.meshes), net_force(system, force)
     m = len(system.meshes.name)
     any_row = touching[:, :m].copy()
@@ -63,7 +63,10 @@ def _measures(
         any_row[:, mesh] |= touching[:, m + column]
     closed = face.total(any_row.astype(float), axis=1) > 0
     way = motion.T
-    highest, lowest = (peak(net.T), -peak(-net.T)) if smooth else (net.max(axis=0), net.min(axis=0))
+    highest, lowest = net.max(axis=0), net.min(axis=0)
+    if smooth:
+        # a force of exactly 0 is a flank apart: no parabola goes below it
+        highest, lowest = peak(net.T), np.where(lowest == 0, 0.0, -peak(-net.T))
     reach = (peak(way) + peak(-way)) / 2 if smooth else (way.max(axis=1) - way.min(axis=1)) / 2
     return Measures(
         rms=net.std(axis=0),

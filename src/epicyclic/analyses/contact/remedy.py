@@ -14,7 +14,7 @@ import numpy as np
 from ...system.system import Array
 from .balance import Problem
 from .levels import Levels, carried
-from .newton import dynamic_size, solve
+from .newton import solve
 from .solution import Kind, Solution, apart, judged, solution
 from .verdict import disturbance
 

@@ -1,12 +1,13 @@
 """The whole way from the lowest to the highest speed: closed teeth where they stay closed, branches where they part.
 
 From the last speed before teeth part, the branch is followed through its folds until it is back on closed teeth and
-going up; there the next stretch of closed teeth begins.  Where a branch ends before that, the way begins anew behind it.
+going up; there the next stretch of closed teeth begins.  Where a branch ends before that, the way begins anew.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,6 +28,8 @@ _LEAST = {1: 16, 2: 8}
 # A solution at a speed belongs between two points of the branch when it is this near to them, per their distance.
 _BETWEEN = 1.0
 _SECANTS = 6
+# Rise of the speed with the length of a branch at which a point is a fold.
+_FLAT = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -168,7 +171,7 @@ def _unit(start: State) -> Measure:
 def _recorded(way: _Way, points: list[PathPoint], harmonics: int) -> int:
     """Enter the solutions of a branch at every speed asked for; returns the first scanned speed behind it."""
     scan, runs = way.scan, [way.run]
-    for before, after in zip(points, points[1:], strict=False):
+    for before, after in pairwise(points):
         if np.sign(before.onward) != np.sign(after.onward):
             way.run += 1
         runs.append(way.run)
@@ -250,7 +253,7 @@ def _as_solution(levels: Levels, point: PathPoint, harmonics: int) -> Solution:
         harmonics=harmonics,
         state=point.state,
         residual=residual,
-        backward=point.onward < 0,
+        backward=point.onward < _FLAT,
     )
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...system.system import Array, System
-from ..transient.motion import Motion, motion
+from ..transient.motion import motion
 from ..transient.outputs import flank_force
 from ..transient.program import constant
 from ..transient.rk4 import integrate, steps_for

@@ -1,4 +1,4 @@
-"""A periodic motion with everything said about it: solved with enough harmonics, judged, tried again where it failed."""
+"""A periodic motion with all that is said of it: solved with enough harmonics, judged, tried again where it failed."""
 
 from __future__ import annotations
 

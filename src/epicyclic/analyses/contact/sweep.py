@@ -18,7 +18,7 @@ from .levels import LEVELS, Levels
 from .measures import force_level, measured
 from .route import Crossing, Route, Stretch, route
 from .settling import Record
-from .solution import Solution, judged
+from .solution import judged
 from .walk import Met, walk
 
 if TYPE_CHECKING:
@@ -228,11 +228,11 @@ def _labelled(
     of_mesh, of_dof = ("direction", "mesh", "speed"), ("direction", "dof", "speed")
     for name in curves[0]:
         stacked = np.stack([values[name] for values in curves])
-        dims = ("direction", "speed") if stacked.ndim == 2 else of_dof if name == "amplitude" else of_mesh
-        variables[name] = (dims, stacked)
+        shape = of_dof if name == "amplitude" else of_mesh
+        variables[name] = (shape if stacked.ndim == 3 else ("direction", "speed"), stacked)
     for name, values in path.items():
-        dims = ("fold",) if name == "fold_frequency" else ("mesh", "path") if values.ndim == 2 else ("path",)
-        variables[name] = (dims, values)
+        along = "fold" if name == "fold_frequency" else "path"
+        variables[name] = (("mesh", along) if values.ndim == 2 else (along,), values)
     return dataset(
         variables,
         {

@@ -83,7 +83,8 @@ def tangents(
     touching, made = seen.touching, fine.flanks
 
     def mean(values: Array) -> Array:
-        return values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
+        average: Array = values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
+        return average
 
     stiffness = np.where(touching, fine.stiffness, 0.0) - made.linear
     if seen.acting is None or seen.edge is None:

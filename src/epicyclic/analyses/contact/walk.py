@@ -113,9 +113,7 @@ def _instead(levels: Levels, here: Solution) -> Iterator[Solution]:
         yield from search[kind](levels, here)
 
 
-def _apart_from_way(
-    levels: Levels, speed: float, before: Met, last: Solution | Record, choices: list[Crossing]
-) -> Met:
+def _apart_from_way(levels: Levels, speed: float, before: Met, last: Solution | Record, choices: list[Crossing]) -> Met:
     """The branch has ended before this speed, or was left for a motion of its own: where a start from there goes."""
     free, found = before.run is None, None
     if free and isinstance(last, Solution):

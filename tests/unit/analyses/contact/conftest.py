@@ -1,4 +1,4 @@
-"""Systems with flanks that part, and their equation of motion written out and integrated, nothing of the package in it."""
+"""Systems with flanks that part, and their equation of motion written out, nothing of the package's solvers in it."""
 
 from __future__ import annotations
 
@@ -93,7 +93,9 @@ def _coupled(*, tones: int = 1, drag: float = 100.0, load: float = 60.0, far: bo
     B, F = random.standard_normal((n, m)), random.standard_normal((n, m))
     skew = random.standard_normal((n, n))
     damper, root = random.standard_normal((n, 2)), random.standard_normal((n, n))
-    swing = 0.15 * (random.standard_normal((m, 3)) + 1j * random.standard_normal((m, 3))) / np.arange(1, 4)
+    swing: NDArray[np.complex128] = (
+        0.15 * (random.standard_normal((m, 3)) + 1j * random.standard_normal((m, 3))) / np.arange(1, 4)
+    )
     own = (Fraction(137), Fraction(59))[:tones]
     turn = random.standard_normal((n, n))
 
@@ -158,7 +160,7 @@ def _bench(scale: float = 0.35, backlash: float = 1e-4) -> System:
     n, m = data["N"].shape
     frame = 2 * np.pi * TONE / 89
     k, e = data["k_harmonics"], data["e_harmonics"]
-    variation = k[:, 1:] / k[:, :1].real
+    variation: NDArray[np.complex128] = k[:, 1:] / k[:, :1].real
     none = np.zeros((3, n), complex)
     return System(
         dofs=Dofs(

@@ -21,7 +21,6 @@ from epicyclic.analyses.contact.newton import linear_start, solve
 from epicyclic.analyses.harmonic.response import FrameSpeed, respond, response
 
 
-
 def solved(given: Problem, speed: float) -> State:
     """A solution to rounding, from closed flanks."""
     found = solve(given, linear_start(given, speed), speed, tolerance=1e-13, steps=60)

@@ -61,15 +61,11 @@ def frequencies(A: float) -> list[float]:
 
 @pytest.mark.parametrize("backlash", [np.inf, 8e-6])
 def test_one_harmonic_of_a_pair_is_the_closed_form(made: Any, backlash: float) -> None:
-    system = made.single(
-        stiffness=STIFFNESS, natural=NATURAL, zeta=ZETA, load=LOAD, push={1: PUSH}, backlash=backlash
-    )
+    system = made.single(stiffness=STIFFNESS, natural=NATURAL, zeta=ZETA, load=LOAD, push={1: PUSH}, backlash=backlash)
     given = mesh_problem(response(system), harmonics=1, samples=1024)
     first = solve(given, linear_start(given, 0.3), 0.3)
     unit = measure(0.3, 1.4, first.state.y)
-    points = list(
-        follow(start_of_path(given, first.state, unit), 0.3, 1.4, unit=unit, stepping=Stepping())
-    )
+    points = list(follow(start_of_path(given, first.state, unit), 0.3, 1.4, unit=unit, stepping=Stepping()))
     shape = float(given.modal.shapes[0, 0])
     parted = 0
     for point in points:
@@ -172,9 +168,7 @@ def test_a_pair_of_folds_that_samples_have_made_is_not_kept(made: Any) -> None:
     start = solve(few, linear_start(few, 1.0), 1.0).state
     unit = measure(1.0, 2.4, start.y)
     raw = list(follow(start_of_path(few, start, unit), 1.0, 1.36, unit=unit, stepping=Stepping()))
-    points = branch(
-        levels, few, 12, start, low=1.0, high=1.36, unit=unit, stepping=Stepping(), score=lambda *_: 0.0
-    )
+    points = branch(levels, few, 12, start, low=1.0, high=1.36, unit=unit, stepping=Stepping(), score=lambda *_: 0.0)
     found, kept = ([1000 * each[i].state.speed for i in folds(each)] for each in (raw, points))
     # a pair within 0.001 Hz near 1232.5 Hz, and a true one of 0.2 Hz near 1349.5 Hz
     assert len(found) == 4

@@ -78,9 +78,7 @@ def test_energy_of_a_cycle(made: Any) -> None:
     rate_rows = np.concatenate([-w[:, None] * state.y[1], w[:, None] * state.y[0]])
     delta = given.grid.values(rows @ given.flanks.gaps.T - given.error)
     J = len(w)
-    error_rate = given.grid.values(
-        np.concatenate([-w[:, None] * given.error[J:], w[:, None] * given.error[:J]])
-    )
+    error_rate = given.grid.values(np.concatenate([-w[:, None] * given.error[J:], w[:, None] * given.error[:J]]))
     orders = np.arange(1, 9)
     turn = 2j * np.pi * 1000 * state.speed * orders
     wave = np.exp(2j * np.pi * np.outer(time, orders)) * turn
@@ -148,7 +146,7 @@ def test_two_cycles_near_twice_the_natural_frequency(made: Any) -> None:
 
 def test_multipliers_are_those_of_a_disturbed_run(made: Any) -> None:
     system: System = made.single(variation=(0.3,), zeta=0.05, load=2000.0, backlash=5e-5)
-    levels, at = found(system, 0.95)
+    _, at = found(system, 0.95)
     assert 0 < measured(system, at.given, at.state).open.max() < 1
     assert at.verdict is not None
     equation, start = made.equation(system, 0.95), instant(at).ravel()
