@@ -123,6 +123,11 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "cross_order": ("1", "largest sum of orders kept of a combination of mesh frequencies"),
     "residual": ("1", "relative residual with the harmonics dropped"),
     "sample_time": ("s", "time"),
+    # transient
+    "relative_speed": ("1", "speed per operating speed"),
+    "end_displacement": ("m", "displacement at the end, torsion as base-circle displacement"),
+    "end_velocity": ("m/s", "velocity at the end, torsion as base-circle velocity"),
+    "end_phase": ("s", "integral of the relative speed until the end, the phase of every excitation"),
     # one-parameter studies
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),

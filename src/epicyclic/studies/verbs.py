@@ -32,6 +32,7 @@ __all__ = [
     "sweep",
     "system_of",
     "train_of",
+    "transient",
 ]
 
 Overrides = Mapping[str, Any]
@@ -132,6 +133,51 @@ def sweep(
     return run(system, **options)
 
 
+def transient(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    torque: str | Path | None = None,
+    start: Any = "equilibrium",
+    **options: Any,
+) -> xr.Dataset:
+    """Motion over time; further options are those of `epicyclic.analyses.transient.transient.transient`.
+
+    Parameters
+    ----------
+    torque : a CSV file, ``time [s], sun [N m], ...``, of external torques of members.
+    start : ``equilibrium``, ``rest``, a state, a result of this verb, or the .nc file of one.
+
+    Raises
+    ------
+    ModelError : the model, the file or an option is wrong.
+    """
+    from ..analyses.transient.transient import transient as run
+
+    if torque is not None:
+        options["history"] = _history(torque)
+    if isinstance(start, (str, Path)) and Path(start).suffix == ".nc":
+        from ..results import load_result
+
+        start = load_result(start)
+    return run(system_of(source, overrides=overrides), start=start, **options)
+
+
+def _history(path: str | Path) -> Any:
+    """Torques of a CSV file as the analysis takes them."""
+    import numpy as np
+
+    from ..analyses.transient.scenario import History
+    from ..files.history import read_history
+
+    table = read_history(path)
+    return History(
+        time=np.array(table.time),
+        torque={name: np.array(values) for name, values in table.torque.items()},
+        where=tuple(f"{path}, line {line}" for line in table.line),
+    )
+
+
 def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
@@ -161,6 +207,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "transient": transient,
 }
 
 

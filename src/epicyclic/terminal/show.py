@@ -17,6 +17,7 @@ from rich.table import Table
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .tables import listed, number
+from .transient import transient_tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,4 +111,5 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "steady": steady_tables,
     "sharing": sharing_tables,
     "sweep": sweep_tables,
+    "transient": transient_tables,
 }

@@ -207,7 +207,7 @@ def _numbers(system: System, squared: Array, shapes: Array, held: Held, given: P
         squared=squared,
         rate=empty,
         damp=_stack([system.C, system.G], shapes, np.sqrt(top)),
-        stiff=_stack([system.Kg, system.Cskew, system.euler], shapes, top),
+        stiff=_prescribed(_stack([system.Kg, system.Cskew, system.euler], shapes, top), system, shapes, squared == 0),
         gaps=gaps,
         pulls=pulls,
         linear=np.concatenate([meshes.stiffness, np.zeros(own.size)]),
@@ -245,6 +245,21 @@ def _stack(matrices: list[Array], shapes: Array, scale: float) -> Array:
             modal = shapes.T @ matrix @ shapes
             target[:] = np.where(np.abs(modal) > _NOTHING * scale, modal, 0.0).T
     return result
+
+
+def _prescribed(stiff: Array, system: System, shapes: Array, rigid: NDArray[np.bool_]) -> Array:
+    """Operators whose Euler terms leave the nominal motion alone: what drives the train follows its inertia.
+
+    Displaced bodies change the inertia of the whole by a part of 1e-5 or so; with a torque that is not told of it the
+    train would run away from its prescribed speed, slowly and for ever.
+    """
+    if not system.spin_up.size:
+        return stiff
+    along = np.where(rigid, shapes.T @ system.spin_up, 0.0)
+    size = np.linalg.norm(along)
+    if size > 0:
+        stiff[2] -= np.outer(stiff[2] @ along, along) / size**2
+    return stiff
 
 
 def _gap_lines(system: System, m: int, far: int, linear: bool) -> tuple[Array, ComplexArray]:
