@@ -53,15 +53,16 @@ def stride(
 
         wanted = times[(times > low) & (times <= high)]
         moments = wanted if wanted.size and wanted[-1] == high else np.append(wanted, high)
-        found = solve_ivp(
-            slope,
-            (low, high),
-            y,
-            method=_NAME[method],
-            t_eval=moments,
-            rtol=tolerance,
-            atol=tolerance * _FLOOR * scale.ravel(),
-        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = solve_ivp(
+                slope,
+                (low, high),
+                y,
+                method=_NAME[method],
+                t_eval=moments,
+                rtol=tolerance,
+                atol=tolerance * _FLOOR * scale.ravel(),
+            )
         block = np.full((moments.size, 2 * n), np.nan)
         block[: found.y.shape[1]] = found.y.T
         y = block[-1]

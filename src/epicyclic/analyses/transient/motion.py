@@ -273,7 +273,9 @@ def _gap_lines(system: System, m: int, far: int, linear: bool) -> tuple[Array, C
 
     found = [(float(line.frequency), gaps(line)) for line in system.lines]
     found = [(frequency, values) for frequency, values in found if values.any()]
-    return np.array([f for f, _ in found]), np.array([v for _, v in found], complex).reshape(-1, m + far + groups)
+    return np.array([f for f, _ in found]), np.array([v for _, v in found], complex).reshape(
+        len(found), m + far + groups
+    )
 
 
 def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
@@ -284,7 +286,7 @@ def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
         every = np.concatenate([line.force, ramp[None]])
         if every.any():
             found.append((float(line.frequency), every @ shapes))
-    forces = np.array([v for _, v in found], complex).reshape(-1, 4, len(shapes))
+    forces = np.array([v for _, v in found], complex).reshape(len(found), 4, len(shapes))
     return np.array([f for f, _ in found]), np.ascontiguousarray(forces.transpose(1, 0, 2))
 
 
