@@ -88,7 +88,7 @@ def transient(
     try:
         run_verb("transient", model, sets, as_json, output, contact=contact.value, method=method.value, **options)
     except typer.Exit as stopped:
-        if stopped.exit_code == 130 and folder is not None and folder.is_dir():
+        if stopped.exit_code == 130 and folder is not None and any(folder.glob("*.npy")):
             complain(f"what is done is kept in {folder}; the same command with --resume continues it")
         raise
     if folder is not None:

@@ -68,7 +68,7 @@ def transient(
     history : torques of members over time.
     start : ``equilibrium``: what neither moves nor accelerates at time 0; ``rest``: nothing displaced; a state (2, n)
         q, q'; or a result of this verb, whose end is the beginning.
-    samples : per mesh cycle at the highest speed.  decimate : keep every so many of them.
+    samples : per mesh cycle at the highest speed, at least.  decimate : keep every so many of them.
     contact : ``unilateral``, or ``linear`` as in the steady response.
     method : ``rk4``, fixed steps, compiled where numba is installed; ``dop853``, ``radau``: scipy's, tolerance 1e-8.
     folder : keeps what is done there, so that a run that was stopped goes on with ``resume``, to the same bits.
@@ -149,21 +149,19 @@ def _duration(
 def _planned(
     system: System, scenario: Scenario, contact: Contact, method: Method, fine: float, decimate: int
 ) -> tuple[Motion, Plan]:
-    """The motion and the plan of its run; samples every `fine` seconds, of which every `decimate`-th is kept."""
+    """The motion and the plan of its run; samples every `fine` seconds or less, every `decimate`-th kept."""
     if method not in METHODS:
         raise ModelError("no such method", path="method", given=method, allowed=", ".join(METHODS))
     width = len(faces(system.meshes).name) + 3 * len(system.force) + len(system.links.name) + 2
-    count = math.floor(scenario.duration / (fine * decimate) * (1 + 1e-12))
+    # so many that the last one falls on the end
+    count = max(1, math.ceil(scenario.duration / (fine * decimate) * (1 - 1e-12)))
+    fine = scenario.duration / (count * decimate)
     if (count + 1) * width > _MOST:
         raise ModelError(
             f"a result of {count + 1} instants is too large",
             path="decimate",
             given=decimate,
             allowed=f"{math.ceil(decimate * (count + 1) * width / _MOST)} or more, or a shorter run",
-        )
-    if count < 1:
-        raise ModelError(
-            "shorter than one sample", path="duration", given=scenario.duration, allowed="more, or samples"
         )
     trial = moving_of(system, scenario, contact=contact, step=fine)
     steps = steps_for(trial, fine)

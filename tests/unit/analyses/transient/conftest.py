@@ -88,7 +88,7 @@ def _rich(*, damped: bool = True, swing: float = 0.3, load: float = 300.0, group
     """Three masses in a row with two meshes, gyroscopic and skew terms, errors, line forces, a far flank, a spline."""
     rows = np.array([[1.0, 0.0], [-0.8, 0.9], [0.1, -1.0]])
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.4], [0.0, -0.4, 0.0]])
-    wave = swing * np.array([[1.0, 0.3j], [np.exp(2j), 0.2]])
+    wave = (swing * np.array([[1.0, 0.3j], [np.exp(2j), 0.2]])).astype(complex)
     force = np.zeros((3, 3), complex)
     force[0, 0], force[1, 1], force[2, 2] = 20.0, 10j, 5.0 - 5j
     lines = (
@@ -103,7 +103,7 @@ def _rich(*, damped: bool = True, swing: float = 0.3, load: float = 300.0, group
         ),
         Line(frequency=TONE * 3 / 7, gap=np.array([2e-6, 0j]), link_gap=np.zeros(0, complex), force=0 * force),
     )
-    laws = ()
+    laws: tuple[LawGroup, ...] = ()
     if groups:
         law = Law(stiffness=2e6, clearance=4e-6, friction=6.0)
         rolling = Law(stiffness=3e6, clearance=1e-6, exponent=1.5, load=200.0)

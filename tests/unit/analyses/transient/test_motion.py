@@ -36,7 +36,9 @@ def equation(system: System, t: float, q: Array, v: Array, *, speed: float = 1.0
     flanks = [(j, 1.0, meshes.B[:, j], meshes.variation[j]) for j in range(len(meshes.name))]
     flanks += [(j, -1.0, far.B[:, i], far.variation[i]) for i, j in enumerate(far.mesh)]
     for place, (j, sense, row, wave) in enumerate(flanks):
-        k = meshes.stiffness[j] * (1 + sum((w * np.exp(turn * l * 100 * tau)).real for l, w in enumerate(wave, 1)))
+        k = meshes.stiffness[j] * (
+            1 + sum((w * np.exp(turn * order * 100 * tau)).real for order, w in enumerate(wave, 1))
+        )
         gap, rate = row @ q, row @ v
         for line in system.lines:
             error = system.flank_gaps(line)[place] * np.exp(turn * float(line.frequency) * tau)
@@ -211,7 +213,13 @@ def test_equilibrium_neither_moves_nor_accelerates(made: Any) -> None:
 def test_wrong_arguments(made: Any) -> None:
     system = made.rich()
     moving = motion(system)
-    for wrong in ({"stop": 0.0}, {"stop": np.nan}, {"stop": 1.0, "steps": 10, "keep": 3}, {"stop": 1.0, "keep": 0}):
+    wrongs: tuple[dict[str, Any], ...] = (
+        {"stop": 0.0},
+        {"stop": np.nan},
+        {"stop": 1.0, "steps": 10, "keep": 3},
+        {"stop": 1.0, "keep": 0},
+    )
+    for wrong in wrongs:
         with pytest.raises(ModelError, match="nothing to integrate"):
             integrate(moving, at_rest(moving), **wrong)
     with pytest.raises(ModelError, match="state"):
