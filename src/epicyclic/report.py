@@ -23,11 +23,12 @@ from .plots.frequencies import groups, mesh_tones
 from .plots.members import members_of
 from .plots.series import engineering, short_names
 from .plots.sharing import worst
+from .plots.transient import ramps
 
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep")
+_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "transient")
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -119,6 +120,8 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(anchor="sharing", title="Load sharing", body=_sharing(datasets["sharing"]))
     if "sweep" in datasets:
         yield Section(anchor="sweep", title="Speed sweep", body=_sweep(datasets["sweep"], modes))
+    if "transient" in datasets:
+        yield Section(anchor="transient", title="Motion over time", body=_transient(datasets["transient"]))
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 
@@ -193,6 +196,14 @@ def _sharing(sharing: xr.Dataset) -> str:
 
 def _sweep(sweep: xr.Dataset, modes: xr.Dataset | None) -> str:
     return _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+
+
+def _transient(result: xr.Dataset) -> str:
+    forces = _figure("transient", plots.transient_forces(result), "Left and right drawn once where they coincide.")
+    if not ramps(result):
+        return forces
+    caption = "Dotted: multiples of the mesh frequency; where one is dark it passes a natural frequency."
+    return forces + _figure("spectrogram", plots.spectrogram(result), caption)
 
 
 def _studies(datasets: Datasets, figures: Mapping[str, go.Figure]) -> str:

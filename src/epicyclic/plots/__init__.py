@@ -15,6 +15,7 @@ from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
+from .transient import spectrogram, transient_forces
 
 __all__ = [
     "campbell",
@@ -29,8 +30,10 @@ __all__ = [
     "mode_shapes",
     "orders",
     "phases",
+    "spectrogram",
     "speed_sweep",
     "study",
     "train_front",
     "train_section",
+    "transient_forces",
 ]
