@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, sharing, static, steady, stiffness, sweep, transient
+    from .studies.verbs import campbell, check, modes, sharing, stability, static, steady, stiffness, sweep, transient
     from .system.system import System
     from .train.train import Train
 
@@ -44,6 +44,7 @@ __all__ = [
     "modes",
     "save_result",
     "sharing",
+    "stability",
     "static",
     "steady",
     "stiffness",
@@ -66,7 +67,7 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "sharing", "static", "steady", "stiffness", "sweep", "transient"),
+        ("campbell", "check", "modes", "sharing", "stability", "static", "steady", "stiffness", "sweep", "transient"),
         "studies.verbs",
     ),
 }

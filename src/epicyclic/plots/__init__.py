@@ -13,6 +13,7 @@ from .phases import orders, phases
 from .section import train_section
 from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
+from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
 from .transient import spectrogram, transient_forces
@@ -32,6 +33,8 @@ __all__ = [
     "phases",
     "spectrogram",
     "speed_sweep",
+    "stability_map",
+    "stability_over_speed",
     "study",
     "train_front",
     "train_section",
