@@ -12,6 +12,8 @@ import epicyclic
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.program import phase_at, program
 from epicyclic.analyses.transient.rk4 import integrate
+from epicyclic.analyses.transient.scenario import Scenario, moving_of
+from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.inertia import (
     centrifugal_stiffness,
     euler_matrix,
@@ -154,3 +156,63 @@ def test_a_planar_train_spun_up_carries_the_torque_of_its_inertia(carrier_torque
         assert start == pytest.approx(extra, rel=1e-3)
         drift = found.mesh_force.sel(mesh=name).values - float(found.mesh_force.sel(mesh=name)[0])
         assert np.abs(drift).max() < 0.1 * abs(extra)  # it stays: only s^2 changes the centrifugal load
+
+
+def test_an_unbalance_lags_its_acceleration() -> None:
+    """m e d2/dt2 exp(i theta) = m e (i w' - w^2) exp(i theta): the force of the line and its part per s'."""
+    deviations = {"sun": {"unbalance": {"amount": 0.02, "phase": 0.3}}}
+    system = planar(deviations=deviations)
+    (line,) = (line for line in system.lines if line.causes == ("deviations.main.sun.unbalance",))
+    x, y = (system.dofs.names.index(f"main/sun/{d}") for d in "xy")
+    spin, relative = 200.0, 150.0  # rad/s, in space and in the frame of the carrier
+    assert float(line.frequency) == pytest.approx(relative / (2 * np.pi), rel=1e-12)
+    turned = np.exp(1j * relative * np.array([0.0, 0.01, 0.017]))
+    force, ramp = ((part[x] * turned).real + 1j * (part[y] * turned).real for part in (line.force[2], line.ramp_force))
+    np.testing.assert_allclose(force, 0.02 * spin**2 * turned * np.exp(0.3j), rtol=1e-12)
+    np.testing.assert_allclose(ramp, -0.02j * spin * turned * np.exp(0.3j), rtol=1e-12)
+
+
+def test_a_displaced_rigid_seat_is_the_limit_of_a_stiff_one() -> None:
+    """Bearings that run out on a ramp: if rigid, inertia of the planets joins the right side, if stiff, it follows."""
+    forces = []
+    for radial in (float("inf"), 1e12):
+        system = planar_with_bearing(radial)
+        tone = float(system.tones[0])
+        scenario = Scenario(duration=0.06, speed=(0.5, 1.0))
+        start = at_equilibrium(moving_of(system, scenario, contact="linear", step=1e-5))
+        for line in system.lines:  # planets on stiff bearings begin as they go on, with the rate of the run-out
+            rate = -(2j * np.pi * float(line.frequency) * 0.5 * line.link_gap).real
+            for name, value in zip(system.links.name, rate, strict=True):
+                start[1, system.dofs.names.index(name.replace("/bearing", ""))] += value
+        found = epicyclic.transient(
+            system, mesh_frequency=(0.5 * tone, tone), duration=0.06, contact="linear", start=start, decimate=8
+        )
+        forces.append(found.mesh_force.values[:, 276:])  # dampers of the meshes have settled the start
+    moved = np.ptp(forces[0], axis=1).max()
+    assert moved > 5.0
+    # the bearings give by 4e7 / 1e12 of what the teeth do, and go on ringing from the start, undamped
+    assert np.abs(forces[1] - forces[0]).max() < 2e-3 * moved
+
+
+def planar_with_bearing(radial: float) -> System:
+    document = {
+        "format": 1,
+        "title": "a set whose planet bearings run out",
+        "stages": {
+            "main": {
+                "planets": 3,
+                "module": 0.004,
+                "sun": {"teeth": 24, "mass": 2.0, "inertia": 0.002},
+                "planet": {"teeth": 24, "mass": 40.0, "inertia": 0.003, "bearing": {"radial": radial}},
+                "ring": {"teeth": 72, "mass": 5.0, "inertia": 0.5},
+                "carrier": {"mass": 6.0, "inertia": 0.05},
+                "meshes": {
+                    "sun-planet": {"stiffness": 3e7, "damping": 2e4},
+                    "planet-ring": {"stiffness": 4e7, "damping": 2e4},
+                },
+            }
+        },
+        "operation": {"held": ["ring"], "speed": {"sun": 600.0}, "torque": {"sun": 300.0}},
+        "deviations": {"planet": {"bearing_run_out": {"amplitude": 2e-5, "phase": 0.4}}},
+    }
+    return epicyclic.assemble(epicyclic.load(document))
