@@ -54,8 +54,8 @@ def sweep(
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
-    orders : highest mesh order whose amplitude is told; shaft lines are told around so many mesh orders, at most 32
-        lines in all.
+    orders : highest mesh order whose amplitude is told, 1 to 100; shaft lines are told around so many mesh orders, and
+        combinations of mesh frequencies up to so many, at most 32 of each.
     tolerance : relative residual of the harmonics kept [1]; those dropped are below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -12,7 +12,7 @@ from .lattice import Point
 
 __all__ = ["Told", "told_lines"]
 
-# Lines told at most: a row of each for every mesh and speed has to stay a small array.
+# Lines of a kind told at most: a row of each for every mesh and speed has to stay a small array.
 _MOST = 32
 
 
@@ -28,34 +28,53 @@ class Told:
 
 
 def told_lines(lines: Excitation, stages: Sequence[str], *, orders: int, shafts: bool) -> Told:
-    """Lines around as many mesh orders as leave at most 32 of them; with one tone its multiples are not among them.
+    """At most 32 combinations of several mesh frequencies, and at most 32 shaft lines around mesh orders.
 
+    With one tone its multiples are no combinations.  If even the shaft lines alone are more, they are all told.
     stages : (D,) name of each tone.  orders : mesh orders told at most.  shafts : whether shaft lines count.
     """
     names = ["mesh"] if len(lines.tones) == 1 else [f"{stage} mesh" for stage in stages]
     found: dict[Fraction, str] = {}
-    for shell in range(orders + 1):
-        more = dict(found)
-        for frequency, label in _shell(lines, names, shell, shafts=shafts):
-            more.setdefault(frequency, label)
-        if len(more) > _MOST and shell > 0:
-            break
-        found = more
+    if len(lines.tones) > 1:
+        found |= _grown(lambda shell: _combinations(lines, names, shell), range(1, orders + 1))
+    if shafts:
+        sides = _grown(lambda shell: _sidebands(lines, names, shell), range(orders + 1))
+        found = {**sides, **found}
     ordered = sorted(found.items())
     return Told(frequency=tuple(f for f, _ in ordered), label=tuple(label for _, label in ordered))
 
 
-def _shell(lines: Excitation, names: Sequence[str], shell: int, *, shafts: bool) -> Iterator[tuple[Fraction, str]]:
-    """Frequency and label of everything at points with |a_1| + .. + |a_D| = shell."""
-    D = len(lines.tones)
-    points = [p for p in product(range(-shell, shell + 1), repeat=D) if sum(map(abs, p)) == shell]
-    for point in points:
-        tone = sum((a * f for a, f in zip(point, lines.tones, strict=True)), Fraction(0))
-        if D > 1 and tone > 0:
+def _grown(shell_of: Callable[[int], Iterator[tuple[Fraction, str]]], shells: Sequence[int]) -> dict[Fraction, str]:
+    """Frequency -> label, shell after shell, as long as there are not too many."""
+    found: dict[Fraction, str] = {}
+    for shell in shells:
+        more = dict(found)
+        for frequency, label in shell_of(shell):
+            more.setdefault(frequency, label)
+        if found and len(more) > _MOST:
+            break
+        found = more
+    return found
+
+
+def _combinations(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+    for point, tone in _shell(lines, shell):
+        if tone > 0:
             yield tone, _label("", point, names)
-        for shaft in lines.shaft if shafts else ():
+
+
+def _sidebands(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+    for point, tone in _shell(lines, shell):
+        for shaft in lines.shaft:
             if shaft.frequency + tone != 0:
                 yield abs(shaft.frequency + tone), _label("; ".join(shaft.causes), point, names)
+
+
+def _shell(lines: Excitation, shell: int) -> Iterator[tuple[Point, Fraction]]:
+    """Points with |a_1| + .. + |a_D| = shell, and their frequencies."""
+    for point in product(range(-shell, shell + 1), repeat=len(lines.tones)):
+        if sum(map(abs, point)) == shell:
+            yield point, sum((a * f for a, f in zip(point, lines.tones, strict=True)), Fraction(0))
 
 
 def _label(cause: str, point: Point, names: Sequence[str]) -> str:
