@@ -121,6 +121,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "dynamic_factor": ("1", "dynamic factor K_v, largest per mean mesh force"),
     "mesh_force_order": ("N", "amplitude of the mesh force at each order of its mesh frequency"),
     "mesh_force_line": ("N", "amplitude of the mesh force at each shaft line, sideband or combination"),
+    "mesh_tone": ("1", "mesh frequency of the mesh in orders of the first mesh's"),
     "line_order": ("1", "frequency of the line in orders of the first mesh frequency"),
     "link_force_mean": ("N, N m for rx ry rz", "mean force or moment in a bearing, support or coupling"),
     "link_force_rms": ("N, N m for rx ry rz", "RMS of the dynamic force or moment in a bearing, support or coupling"),

@@ -3,6 +3,7 @@
 Depends on: results (the names of variables).  Importing this room imports plotly.
 """
 
+from .bearings import bearing_forces
 from .campbell import campbell
 from .curves import curves, study
 from .energy import energy_shares
@@ -15,8 +16,10 @@ from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
+from .waterfall import waterfall
 
 __all__ = [
+    "bearing_forces",
     "campbell",
     "curves",
     "energy_shares",
@@ -33,4 +36,5 @@ __all__ = [
     "study",
     "train_front",
     "train_section",
+    "waterfall",
 ]

@@ -54,6 +54,7 @@ class Table:
     labels : names along every dimension but speed.  values : arrays by name, speeds last, nan where nothing was found.
     harmonics : (P,) 0 where nothing was found.  status : (P,) what became of the point.
     lowest : (m, P) smallest force of every mesh row, slices apart [N].  told, layout : what is told.
+    tones : (D,) mesh frequencies in orders of the first mesh's.
     """
 
     labels: Mapping[str, Sequence[Any]]
@@ -63,6 +64,7 @@ class Table:
     lowest: Array
     told: Told
     layout: Layout
+    tones: Array
 
     def put(self, place: Index, found: Mapping[str, Array], good: NDArray[np.bool_]) -> None:
         """Write the measures of points `place` (P,), nan where they are not good."""
@@ -110,6 +112,7 @@ def blank(system: System, lines: Excitation, count: int, *, orders: int, shafts:
         lowest=np.full((len(system.meshes.name), count), np.nan),
         told=told,
         layout=layout,
+        tones=np.array([float(tone / lines.tone) for tone in lines.tones]),
     )
 
 
@@ -136,6 +139,7 @@ def labelled(
     variables = {name: ((*_ROWS[name], "speed"), values) for name, values in table.values.items()}
     used = {dim for dims, _ in variables.values() for dim in dims}
     coords: dict[Hashable, Any] = {dim: list(names) for dim, names in table.labels.items() if dim in used}
+    coords["mesh_tone"] = ("mesh", table.tones[table.layout.axis])
     if "line" in used:
         coords["line_order"] = ("line", np.array([float(f) for f in table.told.frequency]) / tone)
     return dataset(

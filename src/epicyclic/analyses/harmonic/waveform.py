@@ -130,7 +130,7 @@ def motion_signal(ready: Response, block: Block) -> Signal:
 
 
 def sampled(waves: Array, tone: Fraction) -> Signal:
-    """The signal of samples (rows, P, Nt) over one cycle of a tone [Hz at the operating speed]; Nt odd holds no alias."""
+    """The signal of samples (rows, P, Nt) over one cycle of a tone [Hz at the operating speed], Nt odd."""
     count = waves.shape[-1]
     amplitude = np.fft.rfft(waves)[:, :, None] * (2 / count)
     amplitude[..., 0] /= 2

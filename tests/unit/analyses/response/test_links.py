@@ -1,4 +1,4 @@
-"""Forces of bearings, supports and couplings: in balance with the motion of every body, static where nothing moves fast."""
+"""Forces of bearings, supports and couplings: in balance with the motion of every body, static where all is slow."""
 
 from __future__ import annotations
 

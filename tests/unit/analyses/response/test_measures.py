@@ -111,7 +111,7 @@ def test_measures_are_those_of_the_record_in_time(
     duration = cycles / (float(TONE) * speed)
     force, q = (record(found, cycles, 128, what) for what in ("force", "displacement"))
     # two solutions of residual 1e-10, rows dropped up to 3e-9; sums over some hundred rows: 1e-7 of the signal
-    close = {"rtol": 1e-7}
+    close: Any = {"rtol": 1e-7}
     np.testing.assert_allclose(result.mesh_force_mean, force.mean(axis=1), **close)
     np.testing.assert_allclose(result.mesh_force_rms, force.std(axis=1), **close)
     assert np.all(result.mesh_force_peak >= force.max(axis=1) * (1 - 1e-7))
