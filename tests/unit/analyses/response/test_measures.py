@@ -15,10 +15,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.analyses.harmonic.links import lateral
-from epicyclic.analyses.harmonic.measures import dynamic_factor, line_amplitudes, mean, mean_square
+from epicyclic.analyses.harmonic.measures import (
+    Signals,
+    dynamic_factor,
+    line_amplitudes,
+    mean,
+    mean_square,
+    measured,
+)
 from epicyclic.analyses.harmonic.periodic import Periodic, periodic
+from epicyclic.analyses.harmonic.response import response
+from epicyclic.analyses.harmonic.steady import steady
 from epicyclic.analyses.harmonic.sweep import sweep
-from epicyclic.analyses.harmonic.table import blank
+from epicyclic.analyses.harmonic.table import blank, labelled
 from epicyclic.analyses.harmonic.waveform import sampled
 from epicyclic.errors import ModelError
 from epicyclic.results import load_result, save_result, to_json
@@ -156,6 +165,26 @@ def test_without_shaft_lines_the_extremes_are_reached(case: Any) -> None:
     assert np.all(result.mesh_force_peak_to_peak <= 2 * result.mesh_force_order.sum("order") * (1 + 1e-4))
 
 
+@pytest.mark.parametrize("build", [with_shafts, with_two_tones])
+def test_one_speed_tells_what_a_sweep_does(case: Any, build: Callable[[Any], System]) -> None:
+    system = build(case)
+    alone = steady(system, relative_speed=1.3)
+    result = sweep(system, relative_speed=[1.3], tolerance=1e-8).isel(speed=0)
+    names = ["link_force_mean", "link_force_rms", "link_force_peak", "link_force_peak_to_peak"]
+    for name in [*names, "bearing_force_mean", "bearing_force_rms", "bearing_force_peak", "dynamic_factor"]:
+        np.testing.assert_array_equal(alone[name], result[name])
+    # the harmonics of the first tone are a part of all that moves; of 137 Hz and 3/7 of it a combination stands still
+    still = 1e-12 if build is with_shafts else 1e-6
+    np.testing.assert_allclose(alone.link_force_harmonic[:, 0].real, alone.link_force_mean, rtol=still)
+    part = np.sqrt((np.abs(alone.link_force_harmonic[:, 1:].values) ** 2).sum(axis=1) / 2)
+    assert np.all(part <= alone.link_force_rms * (1 + 1e-12))
+    theta = alone.mesh_phase.values
+    wave = np.exp(2j * np.pi * np.outer(alone.harmonic, theta))
+    np.testing.assert_allclose(
+        alone.link_force, (alone.link_force_harmonic.values @ wave).real, atol=1e-9 * float(alone.link_force_peak.max())
+    )
+
+
 def test_samples_make_the_same_signal() -> None:
     """Parseval, and what a time-domain solver would hand over."""
     rng = np.random.default_rng(3)
@@ -170,6 +199,42 @@ def test_samples_make_the_same_signal() -> None:
     np.testing.assert_allclose(line_amplitudes(tone, [5 * TONE, 4 * TONE, TONE / 2])[0, :, 0], [2, 0, 0], atol=1e-14)
     slope = mean_square(tone, derivative=1)[0, 0] / (2 * np.pi * 5 * 137) ** 2
     assert slope == pytest.approx(2.0, rel=1e-13)  # 2^2 / 2
+
+
+def test_an_integration_fills_the_same_table(case: Any) -> None:
+    """What a solver in time hands over: samples of one cycle, integrated from the state at its beginning."""
+    system, speed, count = linked(case, [case.line(TONE, [3e-6, 2e-6j], push=40)]), 1.3, 129
+    found = periodic(system, relative_speed=speed, samples=count, tolerance=1e-11)
+    period = 1 / (137 * speed)
+    velocity = derived(found.displacement, period, 1)
+    times = np.arange(count + 1) * period / count
+    q, force = case.motion(system, speed).integrate(times, found.displacement[:, 0], velocity[:, 0], rtol=1e-10)
+    table = blank(system, response(system).lines, 2, orders=12, shafts=False)
+    signals = Signals(
+        speed=np.array([speed]),
+        force=sampled(force[:, None, :-1], TONE),
+        motion=sampled(q[:, None, :-1], TONE),
+        links=sampled(link_record(system, q[:, :-1], period, speed)[:, None], TONE),
+    )
+    table.put(np.array([1]), measured(signals, table.layout), np.array([True]))
+    expected = sweep(system, relative_speed=[speed], tolerance=1e-11)
+    for name, values in table.values.items():
+        assert np.isnan(values[..., 0]).all()
+        if name != "residual":
+            wanted = expected[name].values[..., 0]
+            # rtol 1e-10 leaves some 1e-8 of the signal, twice derived 1e-5 of it
+            np.testing.assert_allclose(values[..., 1], wanted, atol=1e-5 * np.abs(wanted).max(), err_msg=name)
+    status = np.array(["", "ok"], dtype=object)
+    result = labelled(
+        replace(table, status=status),
+        system,
+        speed=np.array([np.nan, speed]),
+        tone=137.0,
+        verb="sweep",
+        options={},
+        warnings=[],
+    )
+    assert set(result.variables) == set(expected.variables)
 
 
 def test_no_excitation_no_dynamic_factor(case: Any) -> None:
@@ -210,8 +275,6 @@ def with_shafts_of(case: Any, count: int) -> System:
 
 
 def test_a_blank_table_is_nan(case: Any) -> None:
-    from epicyclic.analyses.harmonic.response import response
-
     system = with_shafts(case)
     table = blank(system, response(system).lines, 3, orders=4, shafts=True)
     assert table.values["mesh_force_order"].shape == (2, 4, 3)
