@@ -201,7 +201,13 @@ def _sweep(sweep: xr.Dataset, modes: xr.Dataset | None) -> str:
         )
         parts.append(_figure("waterfall", plots.waterfall(sweep, modes), caption))
     if "bearing_force_peak" in sweep.variables:
-        parts.append(_figure("bearings", plots.bearing_forces(sweep, modes), "In the axes of the coordinates."))
+        parts.append(
+            _figure(
+                "bearings",
+                plots.bearing_forces(sweep, modes),
+                "Length of the lateral force of a link; links that carry the same share a curve.",
+            )
+        )
     return "".join(parts)
 
 
