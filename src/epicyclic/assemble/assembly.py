@@ -5,17 +5,19 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..gears.phasing import HALF, Phase
 from ..gears.series import series_in_time
 from ..system.elimination import eliminate
 from ..system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix, mass_diagonal
 from ..system.symmetry import commutes, reduced_operator, turn_operator
-from ..system.system import Dofs, LinkRows, MeshRows, Symmetry, System
+from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Mesh
 from ..train.train import Train
@@ -91,6 +93,7 @@ def assemble(train: Train) -> System:
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
+        far=_far_flanks(structure, T) if structure.far_of.size else None,
     )
 
 
@@ -170,6 +173,20 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
         cos_base_helix=np.cos([m.base_helix for m in meshes]),
         slice=tuple(row.number for row in structure.meshes),
     )
+
+
+def _far_flanks(structure: Structure, T: Array) -> FarFlanks:
+    """The flanks that carry no mean load.
+
+    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `gears.phasing`: the far flank
+    moves the other way, with a lead less by sense (1/2 + 2 c_a).
+    """
+    meshes = [structure.meshes[i].mesh for i in structure.far_of]
+    mirrored = [
+        replace(m, lead=(Phase.of(m.lead) - m.sense * (Phase.of(HALF) + m.tooth_shift)).value, sense=-m.sense)
+        for m in meshes
+    ]
+    return FarFlanks(mesh=structure.far_of, B=(structure.far @ T).T, variation=_variations(mirrored))
 
 
 def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: Array, M: Array) -> Array:

@@ -41,9 +41,10 @@ class FullModel:
 
 @dataclass(slots=True)
 class _Parts:
-    """What one frequency collects, in unreduced rows."""
+    """What one frequency collects, in unreduced rows.  Errors of a mesh itself stand on its loaded flank alone."""
 
     mesh: ComplexArray
+    far: ComplexArray
     link: ComplexArray
     rigid: ComplexArray
     force: ComplexArray
@@ -80,10 +81,12 @@ def _at(
     elif frequency == 0:
         vector = vector.real.astype(complex)
     if frequency not in lines:
-        sizes = structure.mesh.shape[0], structure.link.shape[0], structure.rigid.shape[0], structure.mesh.shape[1]
-        m, p, c, n = sizes
         lines[frequency] = _Parts(
-            np.zeros(m, complex), np.zeros(p, complex), np.zeros(c, complex), np.zeros((3, n), complex)
+            mesh=np.zeros(len(structure.mesh), complex),
+            far=np.zeros(len(structure.far), complex),
+            link=np.zeros(len(structure.link), complex),
+            rigid=np.zeros(len(structure.rigid), complex),
+            force=np.zeros((3, structure.mesh.shape[1]), complex),
         )
     parts = lines[frequency]
     if cause not in parts.causes:
@@ -99,6 +102,7 @@ def _add_displacement(lines: dict[Fraction, _Parts], item: Displacement, structu
     columns = slice(6 * body, 6 * body + 6)
     if item.rows == "mesh":
         parts.mesh -= structure.mesh[:, columns] @ vector
+        parts.far -= structure.far[:, columns] @ vector
         return
     sign = -1.0 if item.rows == "own" else 1.0
     wanted = set(item.links)
@@ -198,4 +202,5 @@ def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullM
         force=force @ model.T,
         causes=tuple(sorted(parts.causes)),
         group_gap=link[law],
+        far_gap=parts.far - structure.far @ shift,
     )

@@ -14,6 +14,7 @@ from .phases import orders, phases
 from .section import train_section
 from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
+from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
 from .waterfall import waterfall
@@ -33,6 +34,8 @@ __all__ = [
     "orders",
     "phases",
     "speed_sweep",
+    "stability_map",
+    "stability_over_speed",
     "study",
     "train_front",
     "train_section",

@@ -26,6 +26,7 @@ __all__ = [
     "check",
     "modes",
     "sharing",
+    "stability",
     "static",
     "steady",
     "stiffness",
@@ -131,12 +132,58 @@ def sweep(
     train = None if isinstance(source, System) else train_of(source, overrides=overrides)
     system = system_of(source if train is None else train, overrides=overrides if train is None else None)
     if start is not None or stop is not None or points is not None:
-        options["mesh_frequency"] = _frequencies(system, train, (start, stop), points or 200)
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
+    return run(system, **options)
+
+
+def stability(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    points: int | None = None,
+    over: str | None = None,
+    values: Sequence[Any] | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Floquet multipliers over speed, and over a second parameter where one is named, with boundaries by averaging.
+
+    Further options are those of `epicyclic.analyses.stability.stability.stability`, and of
+    `epicyclic.studies.stability.stability_map` with a second parameter.
+
+    Parameters
+    ----------
+    start, stop, points : mesh frequencies as of `sweep`.
+    over : path in the model file, or ``variation`` or ``damping``, a factor; values : those it takes.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or says no speed; one of `over` and `values` without the other.
+    """
+    from ..analyses.stability.stability import stability as run
+
+    if (over is None) != (values is None):
+        raise ModelError("a path and its values go together", path="over, values", given=f"{over}, {values}")
+    system = system_of(source, overrides=overrides)
+    if over is not None and values is not None:
+        from .stability import stability_map
+
+        speeds = options.pop("mesh_frequency", None)
+        speeds = _frequencies(system, start, stop, points or 100) if speeds is None else speeds
+        return stability_map(source, over, values, speeds, overrides=overrides, **options)
+    if start is not None or stop is not None or points is not None:
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
     return run(system, **options)
 
 
 def _frequencies(
-    system: System, train: Train | None, ends: tuple[float | str | None, float | str | None], points: int
+    system: System,
+    start: float | str | None,
+    stop: float | str | None,
+    points: int,
+    *,
+    train: Train | None = None,
 ) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
@@ -152,7 +199,7 @@ def _frequencies(
     known = [tone, *(omega[omega > 0] / (2 * np.pi))]
     start, stop = (
         None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
-        for end, path in zip(ends, ("--from", "--to"), strict=True)
+        for end, path in ((start, "--from"), (stop, "--to"))
     )
     low = 0.2 * min(known) if start is None else start
     high = max(1.2 * max(known), low) if stop is None else stop
@@ -172,6 +219,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "stability": stability,
 }
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from .laws import LawGroup, Laws, stacked
 
-__all__ = ["Dofs", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
+__all__ = ["Dofs", "FarFlanks", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -70,6 +70,20 @@ class MeshRows:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FarFlanks:
+    """Rows of the flanks that carry no mean load, of the meshes whose backlash is finite.
+
+    A far flank presses where B^T q - backlash - e > 0; stiffness, damping, backlash and tone are those of its mesh.
+
+    mesh : (c,) which mesh row it belongs to.  B : (n, c).  variation : (c, L) complex, as of `MeshRows`.
+    """
+
+    mesh: NDArray[np.int64]
+    B: Array
+    variation: ComplexArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinkRows:
     """The linear rows already inside K and C, kept for energies and forces.
 
@@ -101,6 +115,7 @@ class Line:
         inertia, gravity, unbalance, loads; mesh errors are in `gap` alone.
     causes : the paths in the file that put something into it.
     group_gap : (R,) complex, the error of each row of the groups, in order; empty where there are none.
+    far_gap : (c,) complex, the error of each far flank [m]; empty where all are zero.
     """
 
     frequency: Fraction
@@ -109,6 +124,7 @@ class Line:
     force: ComplexArray
     causes: tuple[str, ...] = ()
     group_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    far_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -142,6 +158,7 @@ class System:
         whatever needs M asks `require_inertia` first.
     groups : links with a law (play, rolling elements, spline); linear analyses take `analyses.linear.linearised`.
     body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
+    far : the far flanks, seen by analyses in which teeth part; None without finite backlash.
     """
 
     dofs: Dofs
@@ -164,6 +181,20 @@ class System:
     missing_inertia: tuple[str, ...] = ()
     groups: tuple[LawGroup, ...] = ()
     body_turns: tuple[Fraction, ...] = ()
+    far: FarFlanks | None = None
+
+    @property
+    def far_flanks(self) -> FarFlanks:
+        """The far flanks, none of them where no backlash is finite."""
+        n, L = len(self.force), self.meshes.variation.shape[1]
+        return self.far or FarFlanks(
+            mesh=np.zeros(0, np.int64), B=np.zeros((n, 0)), variation=np.zeros((0, L), complex)
+        )
+
+    def flank_gaps(self, line: Line) -> ComplexArray:
+        """Errors of all mesh rows and then of all far flanks, (m + c,) [m]."""
+        far = self.far_flanks.mesh.size
+        return np.concatenate([line.gap, line.far_gap if line.far_gap.size else np.zeros(far, complex)])
 
     @property
     def laws(self) -> Laws:
