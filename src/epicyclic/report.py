@@ -195,7 +195,23 @@ def _sharing(sharing: xr.Dataset) -> str:
 
 
 def _sweep(sweep: xr.Dataset, modes: xr.Dataset | None) -> str:
-    return _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+    parts = [
+        _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+    ]
+    if "mesh_force_order" in sweep.variables:
+        caption = (
+            "The largest amplitude of all meshes; a resonance is where a line crosses a natural frequency and glows."
+        )
+        parts.append(_figure("waterfall", plots.waterfall(sweep, modes), caption))
+    if "bearing_force_peak" in sweep.variables:
+        parts.append(
+            _figure(
+                "bearings",
+                plots.bearing_forces(sweep, modes),
+                "Length of the lateral force of a link; links that carry the same share a curve.",
+            )
+        )
+    return "".join(parts)
 
 
 def _studies(datasets: Datasets, figures: Mapping[str, go.Figure]) -> str:

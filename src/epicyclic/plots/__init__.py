@@ -3,6 +3,7 @@
 Depends on: results (the names of variables).  Importing this room imports plotly.
 """
 
+from .bearings import bearing_forces
 from .campbell import campbell
 from .curves import curves, study
 from .energy import energy_shares
@@ -17,8 +18,10 @@ from .sharing import load_history, load_sharing, mesh_forces
 from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
+from .waterfall import waterfall
 
 __all__ = [
+    "bearing_forces",
     "campbell",
     "curves",
     "energy_shares",
@@ -38,4 +41,5 @@ __all__ = [
     "study",
     "train_front",
     "train_section",
+    "waterfall",
 ]
