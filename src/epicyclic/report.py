@@ -28,7 +28,7 @@ from .plots.transient import ramps
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "transient")
+_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "modulation", "transient")
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -120,6 +120,9 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(anchor="sharing", title="Load sharing", body=_sharing(datasets["sharing"]))
     if "sweep" in datasets:
         yield Section(anchor="sweep", title="Speed sweep", body=_sweep(datasets["sweep"], modes))
+    if "modulation" in datasets:
+        body = _figure("modulation", plots.modulation(datasets["modulation"]))
+        yield Section(anchor="modulation", title="Vibration at the ring", body=body)
     if "transient" in datasets:
         yield Section(anchor="transient", title="Motion over time", body=_transient(datasets["transient"]))
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
@@ -195,7 +198,23 @@ def _sharing(sharing: xr.Dataset) -> str:
 
 
 def _sweep(sweep: xr.Dataset, modes: xr.Dataset | None) -> str:
-    return _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+    parts = [
+        _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+    ]
+    if "mesh_force_order" in sweep.variables:
+        caption = (
+            "The largest amplitude of all meshes; a resonance is where a line crosses a natural frequency and glows."
+        )
+        parts.append(_figure("waterfall", plots.waterfall(sweep, modes), caption))
+    if "bearing_force_peak" in sweep.variables:
+        parts.append(
+            _figure(
+                "bearings",
+                plots.bearing_forces(sweep, modes),
+                "Length of the lateral force of a link; links that carry the same share a curve.",
+            )
+        )
+    return "".join(parts)
 
 
 def _transient(result: xr.Dataset) -> str:

@@ -14,7 +14,7 @@ import epicyclic
 from epicyclic.analyses.harmonic.periodic import Periodic, periodic
 from epicyclic.analyses.transient.adaptive import scale_of, stride
 from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
-from epicyclic.analyses.transient.outputs import mesh_force
+from epicyclic.analyses.transient.outputs import link_force, mesh_force
 from epicyclic.analyses.transient.program import constant
 from epicyclic.system.system import System
 
@@ -159,6 +159,12 @@ def test_a_run_settles_to_the_steady_response(name: str, speed: float) -> None:
     late = found.time.values > settle
     exact = told(known, found.time.values[late])
     size = np.abs(exact - exact.mean(axis=1, keepdims=True)).max()
+    steady = epicyclic.steady(system, relative_speed=speed)
+    reach = 1e-3 * steady.link_force_peak_to_peak.max() + 1e-9 * steady.link_force_peak.max()
+    links = found.link_force[:, late]
+    # the peak is a bound over all phases of the shafts, which five mesh cycles do not reach
+    assert (abs(links).max("time") <= steady.link_force_peak + reach).all()
+    assert (links.max("time") - links.min("time") <= steady.link_force_peak_to_peak + 2 * reach).all()
     # what is left of the transient, e^-12 = 6e-6 of it, and fixed steps: 0.35^4 / 120 at the highest mode
     assert np.abs(found.mesh_force.values[:, late] - exact).max() < 3e-4 * size
 
@@ -178,3 +184,16 @@ def test_a_slow_ramp_follows_the_sweep() -> None:
         far.append(float(np.abs(np.array(rms) / steady - 1).max()))
     assert far[1] < 0.03  # the curve bends within the 2 Hz of a window
     assert far[0] > 1.5 * far[1]
+
+
+def test_link_forces_of_a_state_are_those_of_the_steady_response() -> None:
+    system, speed = at_mesh_orders("xu2020")
+    known = epicyclic.steady(system, relative_speed=speed, samples=64)
+    place = known.displacement.values / system.dofs.radius[:, None]
+    orders = np.fft.fftfreq(64, 1 / 64)
+    rates = np.fft.ifft(np.fft.fft(place) * 2j * np.pi * orders * speed * float(system.tones[0])).real
+    moving = motion(system, program=constant(speed), contact="linear")
+    times = np.arange(64) / (64 * speed * float(system.tones[0]))
+    found = link_force(moving, times, np.stack([place.T, rates.T], axis=1))
+    # the same sums from samples and from harmonics
+    np.testing.assert_allclose(found, known.link_force.values, rtol=1e-9, atol=1e-9 * np.abs(found).max())

@@ -3,12 +3,14 @@
 Depends on: results (the names of variables).  Importing this room imports plotly.
 """
 
+from .bearings import bearing_forces
 from .campbell import campbell
 from .curves import curves, study
 from .energy import energy_shares
 from .frequencies import frequencies
 from .front import train_front
 from .members import members
+from .modulation import modulation
 from .phases import orders, phases
 from .section import train_section
 from .shapes import mode_shapes
@@ -17,8 +19,10 @@ from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
 from .transient import spectrogram, transient_forces
+from .waterfall import waterfall
 
 __all__ = [
+    "bearing_forces",
     "campbell",
     "curves",
     "energy_shares",
@@ -29,6 +33,7 @@ __all__ = [
     "mesh_forces",
     "mesh_stiffness",
     "mode_shapes",
+    "modulation",
     "orders",
     "phases",
     "spectrogram",
@@ -39,4 +44,5 @@ __all__ = [
     "train_front",
     "train_section",
     "transient_forces",
+    "waterfall",
 ]

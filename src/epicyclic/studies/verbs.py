@@ -25,6 +25,7 @@ __all__ = [
     "campbell",
     "check",
     "modes",
+    "modulation",
     "sharing",
     "stability",
     "static",
@@ -110,8 +111,8 @@ def sweep(
     source: Source,
     *,
     overrides: Overrides | None = None,
-    start: float | None = None,
-    stop: float | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
     points: int | None = None,
     **options: Any,
 ) -> xr.Dataset:
@@ -119,18 +120,21 @@ def sweep(
 
     Parameters
     ----------
-    start, stop : lowest and highest mesh frequency, of the first mesh [Hz]; None: a fifth of the lowest, 1.2 times
-        the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
+    start, stop : lowest and highest mesh frequency, of the first mesh [Hz], or text with a unit: "600 Hz", "100 rpm" of
+        the first member whose speed the model gives, "50 %" of the operating speed.  None: a fifth of the lowest, 1.2
+        times the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
 
     Raises
     ------
     ModelError : the model is wrong, or says no speed, torque or damping.
     """
     from ..analyses.harmonic.sweep import sweep as run
+    from ..system.system import System
 
-    system = system_of(source, overrides=overrides)
+    train = None if isinstance(source, System) else train_of(source, overrides=overrides)
+    system = system_of(source if train is None else train, overrides=overrides if train is None else None)
     if start is not None or stop is not None or points is not None:
-        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
     return run(system, **options)
 
 
@@ -179,6 +183,16 @@ def _history(path: str | Path) -> Any:
     )
 
 
+def modulation(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Vibration at a fixed place beside the ring, its lines by family and cause.
+
+    Options are those of `epicyclic.studies.modulation.modulation`.
+    """
+    from .modulation import modulation as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
 def stability(
     source: Source,
     *,
@@ -220,17 +234,30 @@ def stability(
     return run(system, **options)
 
 
-def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
+def _frequencies(
+    system: System,
+    start: float | str | None,
+    stop: float | str | None,
+    points: int,
+    *,
+    train: Train | None = None,
+) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
 
     from ..analyses.modes.eigen import eigen
     from ..analyses.statics.record import reference_tone
+    from .speeds import mesh_frequency
 
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=_SPEED_HINT)
     omega = eigen(system).omega
-    known = [float(reference_tone(system)), *(omega[omega > 0] / (2 * np.pi))]
+    tone = float(reference_tone(system))
+    known = [tone, *(omega[omega > 0] / (2 * np.pi))]
+    start, stop = (
+        None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
+        for end, path in ((start, "--from"), (stop, "--to"))
+    )
     low = 0.2 * min(known) if start is None else start
     high = max(1.2 * max(known), low) if stop is None else stop
     if not 0 < low <= high:
@@ -249,6 +276,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "modulation": modulation,
     "stability": stability,
     "transient": transient,
 }
