@@ -26,7 +26,19 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, modulation, sharing, stability, static, steady, stiffness, sweep
+    from .studies.verbs import (
+        campbell,
+        check,
+        modes,
+        modulation,
+        sharing,
+        stability,
+        static,
+        steady,
+        stiffness,
+        sweep,
+        transient,
+    )
     from .system.system import System
     from .train.train import Train
 
@@ -51,6 +63,7 @@ __all__ = [
     "stiffness",
     "sweep",
     "to_json",
+    "transient",
     "vary",
     "write_report",
 ]
@@ -67,7 +80,19 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "modulation", "sharing", "stability", "static", "steady", "stiffness", "sweep"),
+        (
+            "campbell",
+            "check",
+            "modes",
+            "modulation",
+            "sharing",
+            "stability",
+            "static",
+            "steady",
+            "stiffness",
+            "sweep",
+            "transient",
+        ),
         "studies.verbs",
     ),
 }

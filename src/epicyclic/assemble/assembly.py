@@ -70,7 +70,8 @@ def assemble(train: Train) -> System:
     given = np.array([row.damping for row in structure.links])
     damping = given + (train.damping.stiffness or 0.0) * stiffness
     alpha = train.damping.mass or 0.0
-    skew = _housing_dampers(structure, given)
+    turning = _housing_dampers(structure, given)
+    skew = structure.link.T @ turning @ structure.link
     model = FullModel(
         T=T,
         S=S,
@@ -97,7 +98,7 @@ def assemble(train: Train) -> System:
         Kg=T.T @ Kg @ T,
         Cskew=T.T @ skew @ T,
         meshes=meshes,
-        links=_link_rows(structure, L[~law], damping[~law]),
+        links=_link_rows(structure, L[~law], damping[~law], turning[np.ix_(~law, ~law)]),
         force=_torques(train, structure) @ T,
         tones=tones,
         lines=excitation_lines(train, structure, model),
@@ -159,21 +160,19 @@ def _add_carried(Kg: Array, train: Train, structure: Structure, mass: Array) -> 
 
 
 def _housing_dampers(structure: Structure, damping: Array) -> Array:
-    """K-like terms of dampers to the housing in a turning frame: they act on the absolute velocity.
+    """K-like terms of dampers to the housing in a turning frame, between link rows: they act on the absolute velocity.
 
     With c on x' and y' of one support: K[x,y] = -c Omega, K[y,x] = +c Omega; likewise rx, ry.
     """
-    size = structure.link.shape[1]
-    skew = np.zeros((size, size))
+    turning = np.zeros((len(structure.links), len(structure.links)))
     pairs: dict[tuple[str, int], dict[int, int]] = {}
     for i, row in enumerate(structure.links):
         if row.to_housing and damping[i] and row.direction in (0, 1, 3, 4) and structure.frame_speed[row.first]:
             pairs.setdefault((row.link, row.direction // 3), {})[row.direction % 3] = i
     for pair in pairs.values():
-        x, y = structure.link[pair[0]], structure.link[pair[1]]
         factor = damping[pair[0]] * structure.frame_speed[structure.links[pair[0]].first]
-        skew += factor * (np.outer(y, x) - np.outer(x, y))
-    return skew
+        turning[pair[1], pair[0]], turning[pair[0], pair[1]] = factor, -factor
+    return turning
 
 
 def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
@@ -265,7 +264,7 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
     )
 
 
-def _link_rows(structure: Structure, L: Array, damping: Array) -> LinkRows:
+def _link_rows(structure: Structure, L: Array, damping: Array, turning: Array) -> LinkRows:
     rows = [row for row in structure.links if not row.law]
     return LinkRows(
         name=tuple(f"{row.link}/{DIRECTIONS[row.direction]}" for row in rows),
@@ -273,6 +272,7 @@ def _link_rows(structure: Structure, L: Array, damping: Array) -> LinkRows:
         B=L.T,
         stiffness=np.array([row.stiffness for row in rows]),
         damping=damping,
+        skew=turning if turning.any() else np.zeros((0, 0)),
     )
 
 

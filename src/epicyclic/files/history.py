@@ -27,7 +27,7 @@ class TorqueTable:
 
 
 def read_history(path: str | Path) -> TorqueTable:
-    """Read ``time [s], sun [N m], ...``: comma or semicolon, point as decimal mark, empty lines and # lines passed over.
+    """Read ``time [s], sun [N m], ...``, comma or semicolon between, decimal points; empty and # lines are passed over.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def _columns(cells: list[str], where: str) -> list[tuple[str, float]]:
 def _row(cells: list[str], columns: list[tuple[str, float]], where: str) -> tuple[float, ...]:
     if len(cells) != len(columns):
         raise ModelError(
-            "another number of columns than the header", path=where, given=len(cells), allowed=len(columns)
+            "another number of columns than the header", path=where, given=len(cells), allowed=str(len(columns))
         )
     values = []
     for cell, (name, scale) in zip(cells, columns, strict=True):

@@ -3,6 +3,7 @@
 Depends on: results (the names of variables).  Importing this room imports plotly.
 """
 
+from .bearings import bearing_forces
 from .campbell import campbell
 from .contact import contact_sweep
 from .curves import curves, study
@@ -18,8 +19,11 @@ from .sharing import load_history, load_sharing, mesh_forces
 from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
+from .transient import spectrogram, transient_forces
+from .waterfall import waterfall
 
 __all__ = [
+    "bearing_forces",
     "campbell",
     "contact_sweep",
     "curves",
@@ -34,10 +38,13 @@ __all__ = [
     "modulation",
     "orders",
     "phases",
+    "spectrogram",
     "speed_sweep",
     "stability_map",
     "stability_over_speed",
     "study",
     "train_front",
     "train_section",
+    "transient_forces",
+    "waterfall",
 ]

@@ -64,4 +64,5 @@ _LONG: Mapping[str, Callable[[Callable[[float], None]], Callable[..., None]]] = 
     "static": _share,
     "sweep": _count,
     "stability": _count,
+    "transient": _share,
 }

@@ -34,6 +34,7 @@ __all__ = [
     "sweep",
     "system_of",
     "train_of",
+    "transient",
 ]
 
 Overrides = Mapping[str, Any]
@@ -110,8 +111,8 @@ def sweep(
     source: Source,
     *,
     overrides: Overrides | None = None,
-    start: float | None = None,
-    stop: float | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
     points: int | None = None,
     contact_loss: bool = False,
     **options: Any,
@@ -120,8 +121,9 @@ def sweep(
 
     Parameters
     ----------
-    start, stop : lowest and highest mesh frequency, of the first mesh [Hz]; None: a fifth of the lowest, 1.2 times
-        the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
+    start, stop : lowest and highest mesh frequency, of the first mesh [Hz], or text with a unit: "600 Hz", "100 rpm" of
+        the first member whose speed the model gives, "50 %" of the operating speed.  None: a fifth of the lowest, 1.2
+        times the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
     contact_loss : teeth part and touch again, on either flank: run-up, coast-down and all branches; options then are
         those of `epicyclic.analyses.contact.sweep.contact_sweep`.
 
@@ -131,11 +133,58 @@ def sweep(
     """
     from ..analyses.contact.sweep import contact_sweep
     from ..analyses.harmonic.sweep import sweep as linear
+    from ..system.system import System
 
-    system = system_of(source, overrides=overrides)
+    train = None if isinstance(source, System) else train_of(source, overrides=overrides)
+    system = system_of(source if train is None else train, overrides=overrides if train is None else None)
     if start is not None or stop is not None or points is not None:
-        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
     return contact_sweep(system, **options) if contact_loss else linear(system, **options)
+
+
+def transient(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    torque: str | Path | None = None,
+    start: Any = "equilibrium",
+    **options: Any,
+) -> xr.Dataset:
+    """Motion over time; further options are those of `epicyclic.analyses.transient.transient.transient`.
+
+    Parameters
+    ----------
+    torque : a CSV file, ``time [s], sun [N m], ...``, of external torques of members.
+    start : ``equilibrium``, ``rest``, a state, a result of this verb, or the .nc file of one.
+
+    Raises
+    ------
+    ModelError : the model, the file or an option is wrong.
+    """
+    from ..analyses.transient.transient import transient as run
+
+    if torque is not None:
+        options["history"] = _history(torque)
+    if isinstance(start, (str, Path)) and Path(start).suffix == ".nc":
+        from ..results import load_result
+
+        start = load_result(start)
+    return run(system_of(source, overrides=overrides), start=start, **options)
+
+
+def _history(path: str | Path) -> Any:
+    """Torques of a CSV file as the analysis takes them."""
+    import numpy as np
+
+    from ..analyses.transient.scenario import History
+    from ..files.history import read_history
+
+    table = read_history(path)
+    return History(
+        time=np.array(table.time),
+        torque={name: np.array(values) for name, values in table.torque.items()},
+        where=tuple(f"{path}, line {line}" for line in table.line),
+    )
 
 
 def modulation(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
@@ -189,17 +238,30 @@ def stability(
     return run(system, **options)
 
 
-def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
+def _frequencies(
+    system: System,
+    start: float | str | None,
+    stop: float | str | None,
+    points: int,
+    *,
+    train: Train | None = None,
+) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
 
     from ..analyses.modes.eigen import eigen
     from ..analyses.statics.record import reference_tone
+    from .speeds import mesh_frequency
 
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=_SPEED_HINT)
     omega = eigen(system).omega
-    known = [float(reference_tone(system)), *(omega[omega > 0] / (2 * np.pi))]
+    tone = float(reference_tone(system))
+    known = [tone, *(omega[omega > 0] / (2 * np.pi))]
+    start, stop = (
+        None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
+        for end, path in ((start, "--from"), (stop, "--to"))
+    )
     low = 0.2 * min(known) if start is None else start
     high = max(1.2 * max(known), low) if stop is None else stop
     if not 0 < low <= high:
@@ -220,6 +282,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "sweep": sweep,
     "modulation": modulation,
     "stability": stability,
+    "transient": transient,
 }
 
 

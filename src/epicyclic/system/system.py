@@ -96,6 +96,9 @@ class LinkRows:
 
     name : (p,) ``main/sun/support/x`` ; link : (p,) ``main/sun/support``.  B : (n, p).
     stiffness [N/m or N m/rad], damping : (p,).
+    skew : (p, p) what the turning of the frame adds to dampers to the housing at s = 1, Cskew = B skew B^T
+        [N/m, N m/rad]; empty where there is none.
+    preload : (p,) what the force is beside k (B^T q - e) [N, N m], of a law taken by its tangent; empty where none.
     """
 
     name: tuple[str, ...]
@@ -103,6 +106,8 @@ class LinkRows:
     B: Array
     stiffness: Array
     damping: Array
+    skew: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    preload: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -20,6 +20,7 @@ from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .modulation import modulation_tables
 from .stability import stability_tables
 from .tables import listed, number
+from .transient import transient_tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -116,4 +117,5 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "contact_sweep": contact_tables,
     "modulation": modulation_tables,
     "stability": stability_tables,
+    "transient": transient_tables,
 }

@@ -11,7 +11,7 @@ from ..transient.motion import motion
 from ..transient.outputs import flank_force
 from ..transient.program import constant
 from ..transient.rk4 import integrate, steps_for
-from .levels import Levels
+from .levels import Levels, carried
 from .measures import Measures, of_record
 from .newton import dynamic_size
 from .solution import Solution, judged, solution
@@ -63,8 +63,9 @@ def settled(levels: Levels, start: Array, speed: float, *, harmonics: int) -> So
         state = record[-1]
         for cycles in (1, 2):
             part = cycles * samples
-            if _repeats(record[-1 - 2 * part : -1, 0]):
-                found = _periodic(levels, record[-1 - part : -1, 0], speed, cycles, harmonics)
+            y = _without_drift(levels, record[-1 - 2 * part :, 0])
+            if _repeats(y):
+                found = _periodic(levels, y[part:], speed, cycles, harmonics)
                 if found is not None:
                     return found
     times = cycle * np.arange(len(record)) / samples
@@ -72,9 +73,18 @@ def settled(levels: Levels, start: Array, speed: float, *, harmonics: int) -> So
     return Record(speed=speed, last=state, measures=of_record(system, force, record[:, 0]))
 
 
-def _repeats(q: Array) -> bool:
+def _without_drift(levels: Levels, q: Array) -> Array:
+    """Coordinates y (N, n) of a record q (N + 1, n); what turns freely and drifts comes back to where it began."""
+    modal = levels.ready.modal
+    y = q @ np.linalg.inv(modal.shapes).T
+    drift = np.where(modal.rigid, y[-1] - y[0], 0.0)
+    result: Array = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
+    return result
+
+
+def _repeats(y: Array) -> bool:
     """Whether the second half of a record (N, n) is nearly the first."""
-    one, two = np.split(q, 2)
+    one, two = np.split(y, 2)
     return bool(np.linalg.norm(one - two) < _NEAR * np.linalg.norm(two - two.mean(axis=0)))
 
 
@@ -87,21 +97,19 @@ def _alone(levels: Levels, speed: float) -> System:
     return replace(system, G=system.G / speed, Kg=system.Kg / speed**2, Cskew=system.Cskew / speed)
 
 
-def _periodic(levels: Levels, q: Array, speed: float, cycles: int, harmonics: int) -> Solution | None:
+def _periodic(levels: Levels, record: Array, speed: float, cycles: int, harmonics: int) -> Solution | None:
     """The stable solution next to the last cycles (N, n) of a motion, None where there is none."""
     given = levels.problem(harmonics, cycles=cycles)
-    modal = given.modal
-    amplitude = 2 * np.fft.rfft(q, axis=0)[: len(given.omega)] / len(q)
+    amplitude = 2 * np.fft.rfft(record, axis=0)[: len(given.omega)] / len(record)
     amplitude[0] /= 2
-    x = amplitude @ np.linalg.pinv(modal.shapes).T
-    y = np.stack([x.real, x.imag])
+    y = np.stack([amplitude.real, amplitude.imag])
     y[1, 0] = 0.0
-    y[:, 0, modal.rigid] = 0.0
+    y[:, 0, given.modal.rigid] = 0.0
     found = solution(levels, y, speed, given=given, harmonics=harmonics, kind="period 2" if cycles == 2 else "periodic")
     if found is None:
         return None
-    J = min(len(found.given.omega), len(given.omega))
-    if np.linalg.norm(found.state.y[:, :J] - y[:, :J]) > _NEAR * dynamic_size(y):
+    reached = carried(found.given, given, found.state.y)
+    if np.linalg.norm(reached - y) > _NEAR * dynamic_size(y):
         return None
     found = judged(levels, found)
     return found if found.stable else None

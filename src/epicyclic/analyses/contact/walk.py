@@ -8,7 +8,7 @@ time from there settles on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -84,6 +84,8 @@ def _along(levels: Levels, speed: float, last: Solution | Record | None, at: Cro
     if other is None:
         start = last.last if isinstance(last, Record) else instant(here)
         other = settled(levels, _pushed(start), speed, harmonics=here.harmonics)
+        if isinstance(other, Solution) and other.kind == "periodic" and left == "symmetry breaking":
+            other = replace(other, kind="symmetry broken")
     return Met(motion=other, run=at.run, left=left)
 
 

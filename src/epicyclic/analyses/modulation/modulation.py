@@ -16,7 +16,7 @@ from ..harmonic.extremes import force_extremes
 from ..harmonic.periodic import TOLERANCE, solved
 from ..harmonic.response import Block, Response
 from ..harmonic.steady import tension
-from ..harmonic.waveform import force_spectrum
+from ..harmonic.waveform import force_signal
 from .labels import Teller, without_faults
 from .lines import Lines, lines_of, synthesised
 from .place import Place, place_of
@@ -311,9 +311,7 @@ def _passages(place: Place, speed: float) -> Array:
 
 
 def _warnings(ready: Response, block: Block, asked: _Sensor, seen: _Seen) -> list[str]:
-    force = force_spectrum(ready, block, shifted=False)
-    shafts = None if block.shaft is None else force_spectrum(ready, block, shifted=True)
-    found = tension(ready.system, force_extremes(ready, block, force, shafts, axis=ready.lines.axis)[0])
+    found = tension(ready.system, force_extremes(force_signal(ready, block), axis=ready.lines.axis)[0])
     if asked.window.remainder > 1e-2:
         last = len(asked.window.coefficients) - 1
         found.append(f"the window is cut at {last} harmonics: {asked.window.remainder:.1%} of it left out")

@@ -12,7 +12,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import ComplexArray, System
 from ..harmonic.response import Block, Response
-from ..harmonic.waveform import Spectrum, force_spectrum, motion_spectrum, whole
+from ..harmonic.waveform import Spectrum, force_spectrum, motion_spectrum
 from .place import Place
 from .windows import Window
 
@@ -74,7 +74,8 @@ def _part(
 ) -> tuple[NDArray[np.object_], int, Index, Index, ComplexArray, ComplexArray]:
     """Steps, their unit, shaft numbers, points, forces and motion of one kind of rows."""
     steps, unit = ready.steps(block.kept, shifted=shifted)
-    force = whole(force_spectrum(ready, block, shifted=shifted), faces(ready.system.meshes))
+    force = force_spectrum(ready, block, shifted=shifted)
+    total = faces(ready.system.meshes).total(force.amplitude)
     motion = motion_spectrum(ready, block, shifted=shifted)
     lines, points = steps.shape[0], force.points
     moved = np.zeros((6, lines, len(points)), complex)
@@ -84,7 +85,7 @@ def _part(
         unit,
         np.repeat(np.arange(lines) if shifted else np.full(1, -1), len(points)),
         np.tile(points, (lines, 1)),
-        force.amplitude[place.meshes, 0].reshape(len(place.meshes), -1),
+        total[place.meshes, 0].reshape(len(place.meshes), -1),
         moved.reshape(6, -1),
     )
 

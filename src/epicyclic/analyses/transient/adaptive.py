@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from ...system.system import Array
 from .motion import Motion, Numbers
 from .numeric import acceleration, drive
 
-__all__ = ["Adaptive", "TOLERANCE", "scale_of", "stride"]
+__all__ = ["TOLERANCE", "Adaptive", "scale_of", "stride"]
 
 Adaptive = Literal["dop853", "radau"]
 TOLERANCE = 1e-8
@@ -21,15 +22,14 @@ _FLOOR = 1e-3
 
 
 def scale_of(moving: Motion) -> Array:
-    """Size of modal coordinates and rates, (2, n): what a load as large as that at the start would give the softest mode."""
+    """Size of modal coordinates and rates, (2, n): what the load at the start gives the mode it moves most."""
     N = moving.numbers
     at = drive(N, float(N.time[0]), float(N.time[0]))
     F = N.mean.size
     push = np.abs(at.push) + np.abs((at.k * np.abs(at.error[:F])) @ np.abs(N.pulls[:F]))
     elastic = N.squared > 0
-    omega = np.sqrt(
-        np.where(elastic, N.squared, np.min(N.squared[elastic], initial=1.0 if not elastic.any() else np.inf))
-    )
+    lowest = np.min(N.squared[elastic]) if elastic.any() else 1.0
+    omega = np.sqrt(np.where(elastic, N.squared, lowest))
     rate = max(float(np.max(push / omega, initial=0.0)), 1e-12)
     return np.stack([rate / omega, np.full(omega.size, rate)])
 
@@ -45,7 +45,7 @@ def stride(
     jumps = N.time[:-1][np.diff(N.time) == 0]
     bounds = [times[0], *np.unique(jumps[(jumps > times[0]) & (jumps < times[-1])]), times[-1]]
     y = state.ravel()
-    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+    for low, high in pairwise(bounds):
         before = np.nextafter(high, low)  # what holds up to the jump, not behind it
 
         def slope(t: float, flat: Array, last: float = before) -> Array:
@@ -53,15 +53,16 @@ def stride(
 
         wanted = times[(times > low) & (times <= high)]
         moments = wanted if wanted.size and wanted[-1] == high else np.append(wanted, high)
-        found = solve_ivp(
-            slope,
-            (low, high),
-            y,
-            method=_NAME[method],
-            t_eval=moments,
-            rtol=tolerance,
-            atol=tolerance * _FLOOR * scale.ravel(),
-        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = solve_ivp(
+                slope,
+                (low, high),
+                y,
+                method=_NAME[method],
+                t_eval=moments,
+                rtol=tolerance,
+                atol=tolerance * _FLOOR * scale.ravel(),
+            )
         block = np.full((moments.size, 2 * n), np.nan)
         block[: found.y.shape[1]] = found.y.T
         y = block[-1]

@@ -207,7 +207,7 @@ def _numbers(system: System, squared: Array, shapes: Array, held: Held, given: P
         squared=squared,
         rate=empty,
         damp=_stack([system.C, system.G], shapes, np.sqrt(top)),
-        stiff=_stack([system.Kg, system.Cskew, system.euler], shapes, top),
+        stiff=_prescribed(_stack([system.Kg, system.Cskew, system.euler], shapes, top), system, shapes, squared == 0),
         gaps=gaps,
         pulls=pulls,
         linear=np.concatenate([meshes.stiffness, np.zeros(own.size)]),
@@ -247,6 +247,21 @@ def _stack(matrices: list[Array], shapes: Array, scale: float) -> Array:
     return result
 
 
+def _prescribed(stiff: Array, system: System, shapes: Array, rigid: NDArray[np.bool_]) -> Array:
+    """Operators whose Euler terms leave the nominal motion alone: what drives the train follows its inertia.
+
+    Displaced bodies change the inertia of the whole by a part of 1e-5 or so; with a torque that is not told of it the
+    train would run away from its prescribed speed, slowly and for ever.
+    """
+    if not system.spin_up.size:
+        return stiff
+    along = np.where(rigid, shapes.T @ system.spin_up, 0.0)
+    size = np.linalg.norm(along)
+    if size > 0:
+        stiff[2] -= np.outer(stiff[2] @ along, along) / size**2
+    return stiff
+
+
 def _gap_lines(system: System, m: int, far: int, linear: bool) -> tuple[Array, ComplexArray]:
     """Frequencies (J,) and errors (J, M) of the lines that have any."""
     groups = system.group_rows.shape[1]
@@ -258,7 +273,9 @@ def _gap_lines(system: System, m: int, far: int, linear: bool) -> tuple[Array, C
 
     found = [(float(line.frequency), gaps(line)) for line in system.lines]
     found = [(frequency, values) for frequency, values in found if values.any()]
-    return np.array([f for f, _ in found]), np.array([v for _, v in found], complex).reshape(-1, m + far + groups)
+    return np.array([f for f, _ in found]), np.array([v for _, v in found], complex).reshape(
+        len(found), m + far + groups
+    )
 
 
 def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
@@ -269,7 +286,7 @@ def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
         every = np.concatenate([line.force, ramp[None]])
         if every.any():
             found.append((float(line.frequency), every @ shapes))
-    forces = np.array([v for _, v in found], complex).reshape(-1, 4, len(shapes))
+    forces = np.array([v for _, v in found], complex).reshape(len(found), 4, len(shapes))
     return np.array([f for f, _ in found]), np.ascontiguousarray(forces.transpose(1, 0, 2))
 
 

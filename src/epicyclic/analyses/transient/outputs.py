@@ -60,14 +60,18 @@ def _waves(frequency: Array, amplitude: ComplexArray, speed: Array, tau: Array) 
 
 
 def link_force(moving: Motion, times: Array, states: Array) -> Array:
-    """Force of the spring and damper of every linear link row, (p, T) [N, N m]."""
+    """Force k (B^T q - e) + c d/dt(...) + s skew B^T q + preload of every linear link row, (p, T) [N, N m]."""
     links, lines = moving.system.links, moving.system.lines
     frequency = np.array([float(line.frequency) for line in lines])
     error = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(links.name))
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
     e, rate = _waves(frequency, error, speed, tau)
-    stretch, moves = links.B.T @ states[:, 0].T - e, links.B.T @ states[:, 1].T - rate
-    force: Array = links.stiffness[:, None] * stretch + links.damping[:, None] * moves
+    stretch, moves = links.B.T @ states[:, 0].T, links.B.T @ states[:, 1].T - rate
+    force: Array = links.stiffness[:, None] * (stretch - e) + links.damping[:, None] * moves
+    if links.skew.size:
+        force += speed * (links.skew @ stretch)
+    if links.preload.size:
+        force += links.preload[:, None]
     return force
 
 

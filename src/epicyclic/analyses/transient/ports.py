@@ -6,7 +6,7 @@ given back at the ports, in the ratio of the kinematics: the sum of torque times
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from ...system.system import Array, System
 from ..modes.basis import mean_modes
 from ..statics.linear import linearised
 
-__all__ = ["Ports", "balancing", "driving", "member_coordinates", "ports_of"]
+__all__ = ["Ports", "balancing", "driving", "member_coordinates", "ports_of", "unit_torque"]
 
 Index = NDArray[np.int64]
 
@@ -24,21 +24,23 @@ Index = NDArray[np.int64]
 _ROUNDING = 1e-9
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ports:
-    """Coordinates rz at which a torque acts, and the rigid motions they hold in balance."""
+    """Where torque acts, and what it must balance.
 
-    __slots__ = ("places", "rigid", "system")
+    system.  places : coordinates rz with a torque at the operating point.  rigid : (n, r) motions that strain nothing.
+    """
 
-    def __init__(self, system: System) -> None:
-        squared, shapes = mean_modes(linearised(system))
-        self.system, self.rigid = system, shapes[:, squared == 0]
-        turns = np.array([direction == "rz" for direction in system.dofs.direction])
-        self.places: Index = np.flatnonzero(turns & (system.force != 0))
+    system: System
+    places: Index
+    rigid: Array
 
 
 def ports_of(system: System) -> Ports:
     """The ports of a System: where the torques of the operating point act."""
-    return Ports(system)
+    squared, shapes = mean_modes(linearised(system))
+    turns = np.array([direction == "rz" for direction in system.dofs.direction])
+    return Ports(system=system, places=np.flatnonzero(turns & (system.force != 0)), rigid=shapes[:, squared == 0])
 
 
 def driving(ports: Ports) -> Index:
@@ -48,7 +50,9 @@ def driving(ports: Ports) -> Index:
         return ports.places
     turn = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
     speed = np.array([float(turn.get(body, 0)) for body in system.dofs.body])
-    return ports.places[(system.force * speed)[ports.places] > 0]
+    power = (system.force * speed)[ports.places]
+    places: Index = ports.places[power > 0]
+    return places
 
 
 def balancing(ports: Ports, load: Array, places: Index) -> Array | None:
@@ -94,9 +98,8 @@ def member_coordinates(system: System, name: str) -> Index:
     return np.array(sorted(set(places)), dtype=np.int64)
 
 
-def unit_torque(system: System, places: Sequence[int]) -> Array:
+def unit_torque(system: System, index: Index) -> Array:
     """One newton metre on a member, (n,): on its halves as the operating torque is, evenly where there is none."""
-    index = np.array(places, dtype=np.int64)
     load = np.zeros(len(system.force))
     total = system.force[index].sum()
     load[index] = system.force[index] / total if total else 1.0 / index.size

@@ -54,7 +54,7 @@ class Scenario:
 def moving_of(system: System, scenario: Scenario, *, contact: Contact, step: float) -> Motion:
     """The motion of a System under a scenario.
 
-    Torque is balanced at the ports of the operating point: a history by the members it does not give, and the inertia of
+    Torque is balanced at the ports of the operating point: a history by the members it does not give, the inertia of
     the nominal motion by the members that drive.  A jump of the torque falls on a multiple of `step` [s].
 
     Raises

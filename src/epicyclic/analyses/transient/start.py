@@ -46,6 +46,7 @@ def at_equilibrium(moving: Motion, *, start: float = 0.0) -> Array:
             + N.squared * np.abs(y)
             + (N.linear * stretch[: N.mean.size]) @ np.abs(N.pulls[: N.mean.size])
         )
+        left[moving.rigid] = 0.0  # nothing holds these, and the loads balance on them
         if np.all(np.abs(left) <= _SETTLED * (size + np.max(size, initial=0.0))):
             return from_modal(moving, np.stack([y, still]))
         y = y + _newton(moving, at, y, left)

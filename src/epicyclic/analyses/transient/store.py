@@ -66,7 +66,8 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
     ModelError : segments lie there and are not asked for, or are of another run; or the folder cannot be written.
     """
     about = folder / _ABOUT
-    if about.is_file():
+    begun = (folder / f"{0:06d}.npy").is_file()
+    if about.is_file() and (begun or resume):
         if not resume:
             raise ModelError(
                 "an interrupted run lies there", path=str(folder), allowed="resume (--resume), or delete the folder"
@@ -81,7 +82,7 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
                 path=str(folder),
                 allowed="the command it was begun with, or delete the folder",
             )
-    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    elif folder.exists() and not about.is_file() and (not folder.is_dir() or any(folder.iterdir())):
         raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder")
     else:
         try:

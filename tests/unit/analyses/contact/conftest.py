@@ -93,9 +93,8 @@ def _coupled(*, tones: int = 1, drag: float = 100.0, load: float = 60.0, far: bo
     B, F = random.standard_normal((n, m)), random.standard_normal((n, m))
     skew = random.standard_normal((n, n))
     damper, root = random.standard_normal((n, 2)), random.standard_normal((n, n))
-    swing: NDArray[np.complex128] = (
-        0.15 * (random.standard_normal((m, 3)) + 1j * random.standard_normal((m, 3))) / np.arange(1, 4)
-    )
+    real, imaginary = random.standard_normal((2, m, 3)) / np.arange(1, 4)
+    swing: NDArray[np.complex128] = 0.15 * np.asarray(real + 1j * imaginary, complex)
     own = (Fraction(137), Fraction(59))[:tones]
     turn = random.standard_normal((n, n))
 
