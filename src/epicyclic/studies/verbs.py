@@ -131,7 +131,6 @@ def sweep(
     ------
     ModelError : the model is wrong, or says no speed, torque or damping.
     """
-    from ..analyses.contact.sweep import contact_sweep
     from ..analyses.harmonic.sweep import sweep as linear
     from ..system.system import System
 
@@ -139,7 +138,11 @@ def sweep(
     system = system_of(source if train is None else train, overrides=overrides if train is None else None)
     if start is not None or stop is not None or points is not None:
         options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
-    return contact_sweep(system, **options) if contact_loss else linear(system, **options)
+    if contact_loss:
+        from ..analyses.contact.sweep import contact_sweep
+
+        return contact_sweep(system, **options)
+    return linear(system, **options)
 
 
 def transient(

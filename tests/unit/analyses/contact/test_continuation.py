@@ -21,7 +21,7 @@ from epicyclic.system.system import System
 Array = NDArray[np.float64]
 
 
-# The pair of Kahraman & Singh, J. Sound Vib. 142 (1990), by one harmonic and the mean: u = m + A cos.
+# A pair with clearance by one harmonic and its mean, u = m + A cos, as [kahraman1990] solves it; numbers are our own.
 STIFFNESS, NATURAL, ZETA, LOAD, PUSH = 2e8, 1000.0, 0.05, 2000.0, 400.0
 
 
