@@ -93,8 +93,8 @@ def _coupled(*, tones: int = 1, drag: float = 100.0, load: float = 60.0, far: bo
     B, F = random.standard_normal((n, m)), random.standard_normal((n, m))
     skew = random.standard_normal((n, n))
     damper, root = random.standard_normal((n, 2)), random.standard_normal((n, n))
-    real, imaginary = random.standard_normal((2, m, 3)) / np.arange(1, 4)
-    swing: NDArray[np.complex128] = 0.15 * np.asarray(real + 1j * imaginary, complex)
+    swing = np.zeros((m, 3), complex)
+    swing.real, swing.imag = 0.15 * random.standard_normal((2, m, 3)) / np.arange(1, 4)
     own = (Fraction(137), Fraction(59))[:tones]
     turn = random.standard_normal((n, n))
 

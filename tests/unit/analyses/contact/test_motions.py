@@ -15,6 +15,8 @@ from epicyclic.analyses.contact.remedy import broken_symmetry, searched, two_cyc
 from epicyclic.analyses.contact.settling import Record, instant, settled
 from epicyclic.analyses.contact.solution import Solution, apart, judged, solution
 from epicyclic.analyses.harmonic.response import response
+from epicyclic.assemble import assemble
+from epicyclic.files import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -186,3 +188,18 @@ def test_a_motion_that_never_repeats_is_recorded(made: Any) -> None:
     assert isinstance(reached, Record)
     # the periodic motion has 1715 N there and is unstable
     assert 1500 < reached.measures.rms.max() < 1800
+
+
+def test_a_train_that_turns_freely_and_drifts_settles(made: Any) -> None:
+    pytest.importorskip("numba")
+    system = assemble(load("xu2020"))
+    speed = 1700.0 / float(system.tones[0])
+    levels, at = found(system, speed, harmonics=16)
+    modal = levels.ready.modal
+    assert modal.rigid.sum() == 1
+    start = instant(at)
+    # every gear gains a little speed: nothing is stretched by it, and nothing holds it
+    start[1] += 2000 * np.abs(start[0]).max() * modal.shapes[:, modal.rigid][:, 0] / np.abs(modal.shapes).max()
+    reached = settled(levels, start, speed, harmonics=16)
+    assert isinstance(reached, Solution)
+    assert not apart(at, reached)
