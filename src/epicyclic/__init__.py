@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, sharing, static, steady, stiffness, sweep
+    from .studies.verbs import campbell, check, modes, sensitivity, sharing, static, steady, stiffness, sweep
     from .system.system import System
     from .train.train import Train
 
@@ -43,6 +43,7 @@ __all__ = [
     "load_result",
     "modes",
     "save_result",
+    "sensitivity",
     "sharing",
     "static",
     "steady",
@@ -65,7 +66,8 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "sharing", "static", "steady", "stiffness", "sweep"), "studies.verbs"
+        ("campbell", "check", "modes", "sensitivity", "sharing", "static", "steady", "stiffness", "sweep"),
+        "studies.verbs",
     ),
 }
 

@@ -20,6 +20,7 @@ import typer
 
 from .commands.audit import audit
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
+from .commands.sensitivity import sensitivity
 from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
 
 __all__ = ["app", "main"]
@@ -34,6 +35,7 @@ app = typer.Typer(
 )
 
 app.command()(audit)
+app.command()(sensitivity)
 
 
 class Method(StrEnum):

@@ -127,6 +127,13 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),
     "run_out": ("um", "run-out"),
+    # sensitivity
+    "derivative": ("", "derivative by the value in the model file"),
+    "sensitivity": ("1", "percent per percent of the value in the model file"),
+    "parameter_value": ("", "value in the model file, as written"),
+    "parameter_unit": ("", "unit of the value as written"),
+    "ranked_by": ("", "whether the paths are ranked by this one"),
+    "mesh_force_amplitude": ("N", "amplitude of one mesh order of the mesh force"),
     # audit; numbers are in the unit of their row
     "drive": ("", "drive audited"),
     "place": ("", "place in the source"),

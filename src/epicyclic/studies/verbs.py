@@ -25,6 +25,7 @@ __all__ = [
     "campbell",
     "check",
     "modes",
+    "sensitivity",
     "sharing",
     "static",
     "steady",
@@ -132,6 +133,13 @@ def sweep(
     return run(system, **options)
 
 
+def sensitivity(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """What moves a natural frequency or a mesh force most; options of `epicyclic.studies.sensitivity.sensitivity`."""
+    from .sensitivity import sensitivity as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
 def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
@@ -161,6 +169,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "sensitivity": sensitivity,
 }
 
 

@@ -56,9 +56,7 @@ def _one(modes: Modes, dK: Array, dM: Array) -> Array:
     return result
 
 
-def whirl_derivatives(
-    system: System, modes: Whirl, changes: Sequence[Numbers], *, relative_speed: float
-) -> Array:
+def whirl_derivatives(system: System, modes: Whirl, changes: Sequence[Numbers], *, relative_speed: float) -> Array:
     """Derivatives of the undamped frequencies at a speed, gyroscopic and centripetal terms included.
 
     M q'' + s G q' + (K + s^2 Kg) q = 0 with G skew: mu' = -phi^H (mu^2 M' + mu s G' + K' + s^2 Kg') phi /

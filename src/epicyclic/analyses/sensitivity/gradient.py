@@ -279,7 +279,7 @@ def _two_sided(values: ComplexArray, points: Index) -> tuple[ComplexArray, Index
 
 
 def unsettled(ready: Response, basis: Basis, block: Block, change: Numbers) -> Array:
-    """What a change leaves unbalanced on a rigid mode, relative to the forces there, (P,): 0 where the mode stays free.
+    """What a change leaves unbalanced on a rigid mode, relative to the forces it brings (P,): 0 where that stays free.
 
     A motion that a change takes hold of (radii that fit no one centre distance) has no derivative of the response.
     """
@@ -293,8 +293,11 @@ def unsettled(ready: Response, basis: Basis, block: Block, change: Numbers) -> A
     force = (system.meshes.stiffness[:, None] * gap + product(made, solved.gap)[:, :, 0]).T
     still = [r for r, line in enumerate(system.lines) if line.frequency == 0]
     pushed = change.force + change.line_force[still, 0].real.sum(axis=0)
-    held = q @ change.K.T + frame**2 * (q @ change.Kg.T) + frame * (q @ change.Cskew.T) + force @ change.B.T
     rigid = Phi[:, basis.rigid]
-    size = (np.abs(pushed) + np.abs(held)) @ np.abs(rigid)
-    left: Array = np.abs((pushed - held) @ rigid)
-    return np.asarray((left / np.where(size > 0, size, 1.0)).max(axis=1))
+    left, size = pushed @ rigid, np.full(block.speed.size, np.abs(pushed).sum())
+    terms = ((change.K, q), (change.Kg, frame**2 * q), (change.Cskew, frame * q), (change.B, force))
+    for matrix, motion in terms:
+        left = left - (motion @ matrix.T) @ rigid
+        size = size + np.abs(matrix).sum() * np.abs(motion).max(axis=1)
+    limit = size[:, None] * np.abs(rigid).max(axis=0)
+    return np.asarray((np.abs(left) / np.where(limit > 0, limit, 1.0)).max(axis=1))

@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 
-__all__ = ["Numbers", "combined", "mean_stiffness_change", "none", "numbers", "with_lines"]
+__all__ = ["Numbers", "combined", "mean_stiffness_change", "moves", "none", "numbers", "with_lines"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,6 +80,11 @@ def combined(weights: Sequence[float], parts: Sequence[Numbers]) -> Numbers:
         return np.asarray(sum(weight * getattr(part, name) for weight, part in zip(weights, parts, strict=True)))
 
     return replace(first, **{field.name: total(field.name) for field in fields(Numbers)})
+
+
+def moves(change: Numbers) -> bool:
+    """Whether anything changes at all."""
+    return any(bool(getattr(change, field.name).any()) for field in fields(Numbers))
 
 
 def mean_stiffness_change(system: System, change: Numbers) -> Array:
