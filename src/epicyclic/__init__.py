@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, sensitivity, sharing, static, steady, stiffness, sweep
+    from .studies.verbs import campbell, check, modes, sensitivity, sharing, static, steady, stiffness, sweep, track
     from .system.system import System
     from .train.train import Train
 
@@ -50,6 +50,7 @@ __all__ = [
     "stiffness",
     "sweep",
     "to_json",
+    "track",
     "vary",
     "write_report",
 ]
@@ -66,7 +67,7 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "sensitivity", "sharing", "static", "steady", "stiffness", "sweep"),
+        ("campbell", "check", "modes", "sensitivity", "sharing", "static", "steady", "stiffness", "sweep", "track"),
         "studies.verbs",
     ),
 }

@@ -21,6 +21,7 @@ import typer
 from .commands.audit import audit
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
 from .commands.sensitivity import sensitivity
+from .commands.track import track
 from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
 
 __all__ = ["app", "main"]
@@ -36,6 +37,7 @@ app = typer.Typer(
 
 app.command()(audit)
 app.command()(sensitivity)
+app.command()(track)
 
 
 class Method(StrEnum):

@@ -27,7 +27,7 @@ from .plots.sharing import worst
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep")
+_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "sensitivity", "track")
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -119,6 +119,13 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(anchor="sharing", title="Load sharing", body=_sharing(datasets["sharing"]))
     if "sweep" in datasets:
         yield Section(anchor="sweep", title="Speed sweep", body=_sweep(datasets["sweep"], modes))
+    if "sensitivity" in datasets:
+        yield Section(anchor="sensitivity", title="Sensitivity", body=_sensitivity(datasets["sensitivity"]))
+    if "track" in datasets:
+        caption = "Thick: double roots. Shapes that share nothing cross; coupled ones veer and exchange their motion."
+        yield Section(
+            anchor="track", title="Modes followed", body=_figure("track", plots.loci(datasets["track"]), caption)
+        )
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 
@@ -193,6 +200,11 @@ def _sharing(sharing: xr.Dataset) -> str:
 
 def _sweep(sweep: xr.Dataset, modes: xr.Dataset | None) -> str:
     return _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+
+
+def _sensitivity(data: xr.Dataset) -> str:
+    caption = "What 1 % more of each number of the model does; a bar between two values: a repeated root splits."
+    return _figure("sensitivity", plots.tornado(data), caption)
 
 
 def _studies(datasets: Datasets, figures: Mapping[str, go.Figure]) -> str:

@@ -8,6 +8,7 @@ from .curves import curves, study
 from .energy import energy_shares
 from .frequencies import frequencies
 from .front import train_front
+from .loci import loci
 from .members import members
 from .phases import orders, phases
 from .section import train_section
@@ -15,6 +16,7 @@ from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
+from .tornado import tornado
 
 __all__ = [
     "campbell",
@@ -23,6 +25,7 @@ __all__ = [
     "frequencies",
     "load_history",
     "load_sharing",
+    "loci",
     "members",
     "mesh_forces",
     "mesh_stiffness",
@@ -31,6 +34,7 @@ __all__ = [
     "phases",
     "speed_sweep",
     "study",
+    "tornado",
     "train_front",
     "train_section",
 ]

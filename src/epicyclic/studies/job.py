@@ -64,4 +64,5 @@ _LONG: Mapping[str, Callable[[Callable[[float], None]], Callable[..., None]]] = 
     "sharing": _share,
     "static": _share,
     "sweep": _count,
+    "track": _share,
 }

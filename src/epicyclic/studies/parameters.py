@@ -62,7 +62,7 @@ def all_parameters(train: Train) -> list[Parameter]:
 
 
 def parameter_at(train: Train, text: str) -> Parameter:
-    """The parameter at a path, shorthands allowed; ``PATH[2]`` is one entry of a list, or one planet's of a common value.
+    """The parameter at a path, shorthands allowed; ``PATH[2]`` is an entry of a list, or one planet's of all.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def parameter_at(train: Train, text: str) -> Parameter:
     number = numbers[0]
     if any(other != number for other in numbers):
         raise ModelError("stands at values that differ", path=text, given=", ".join(at), allowed="one of these paths")
-    if at[0].rpartition(".")[2] in _COUNTS or number.whole and at[0].rpartition(".")[2] in _TABLES:
+    if at[0].rpartition(".")[2] in _COUNTS or (number.whole and at[0].rpartition(".")[2] in _TABLES):
         raise ModelError("a whole number: nothing between two of them, so no derivative", path=text)
     if number.many and not index:
         raise ModelError("a list", path=text, allowed=f"one of its entries, {path}[1] .. {path}[{len(number.values)}]")

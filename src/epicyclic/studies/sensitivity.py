@@ -1,4 +1,4 @@
-"""Which number on the drawing moves a natural frequency or a mesh force most: derivatives by any path of a model file."""
+"""Which number on the drawing moves a frequency or a mesh force most: derivatives by any path of a model file."""
 
 from __future__ import annotations
 
@@ -97,6 +97,7 @@ class _Answer:
 
     dim : mode or mesh.  unit : of the values.  value : (t,).  derivative : (changes, t).  target : (t,) those the
     ranking is by.  problem : (changes,) why a derivative is missing.
+    subject : what the ranking is by, in words.
     """
 
     dim: str
@@ -108,6 +109,7 @@ class _Answer:
     variables: dict[str, tuple[str, Any]]
     coords: dict[Hashable, Any]
     options: dict[str, Any]
+    subject: str
 
 
 def _check(of: str, *, mode: int | None, mesh: str | None, harmonic: int | None, mesh_frequency: float | None) -> None:
@@ -176,7 +178,15 @@ def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: flo
         },
         coords={"mode": np.arange(1, hertz.size + 1)},
         options={"of": "frequency", "mode": first + 1, "relative_speed": relative_speed},
+        subject=_mode_words(target, float(hertz[first]), kinds.kind[first]),
     )
+
+
+def _mode_words(target: NDArray[np.bool_], hertz: float, kind: str) -> str:
+    """``modes 4 to 5, one root, 1091.16 Hz, translational``."""
+    low, high = (int(place) + 1 for place in np.flatnonzero(target)[[0, -1]])
+    modes = f"mode {low}" if low == high else f"modes {low} to {high}, one root"
+    return f"{modes}, {hertz:.6g} Hz, {kind}"
 
 
 def _speed(system: System, mesh_frequency: float | None, relative_speed: float | None) -> float:
@@ -198,6 +208,8 @@ def _forces(
     found = force_derivatives(system, changes, relative_speed=speed, harmonic=harmonic)
     value = found.value[:, 0]
     first = names.index(mesh) if mesh is not None else int(np.argmax(np.nan_to_num(value)))
+    hertz = speed * float(system.tones[system.meshes.tone[0]])
+    words = "the RMS of the dynamic mesh force" if harmonic is None else f"mesh order {harmonic} of the mesh force"
     held = "takes hold of a motion that is free (radii that fit no one centre distance do this)"
     return _Answer(
         dim="mesh",
@@ -212,9 +224,10 @@ def _forces(
             "of": "force",
             "mesh": names[first],
             "relative_speed": speed,
-            "mesh_frequency": speed * float(system.tones[system.meshes.tone[0]]),
+            "mesh_frequency": hertz,
             "harmonic": harmonic,
         },
+        subject=f"{words} of {names[first]}, {value[first]:.5g} N at a mesh frequency of {hertz:.5g} Hz",
     )
 
 
@@ -234,11 +247,11 @@ def _labelled(
     relative, derivative = (np.where(still, 0.0, values) for values in (relative, answer.derivative))
     with np.errstate(invalid="ignore"):
         size = np.nanmax(np.where(answer.target, np.abs(relative), -1.0), axis=1, initial=-1.0)
-    rank = np.argsort(-size, kind="stable")
+    rank = np.argsort(-size, kind="stable").tolist()
     if everything:
         idle = np.all(derivative == 0, axis=1)
-        left = left | {parameters[i].path: "moves nothing" for i in np.flatnonzero(idle)}
-        rank = rank[~idle[rank]]
+        left = left | {parameters[i].path: "moves nothing" for i in np.flatnonzero(idle).tolist()}
+        rank = [i for i in rank if not idle[i]]
     result = dataset(
         {
             **answer.variables,
@@ -256,4 +269,4 @@ def _labelled(
         warnings=system.warnings,
         units={"derivative": f"{answer.unit} per unit of the value"},
     )
-    return result.assign_attrs(left_out=json.dumps(left))
+    return result.assign_attrs(subject=answer.subject, left_out=json.dumps(left))

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["track"]
 
 Array = NDArray[np.float64]
+_WIDE = 10
 
 
 def track(
@@ -88,11 +89,18 @@ def track(
         both = above.mean_stiffness - below.mean_stiffness, above.M - below.M
         return both[0] / (2 * step), both[1] / (2 * step)
 
-    path = follow(at, np.linspace(low, high, points).tolist())
+    path = follow(at, _values(low, high, points))
     met = events(path, slope)
     start_modes = at(low)
     kinds = sort_modes(first, start_modes.squared, start_modes.vectors).kind
     return _labelled(train, parameter, path, met, kinds, modes or len(kinds))
+
+
+def _values(low: float, high: float, points: int) -> list[float]:
+    """Values to begin with, over a wide range in equal ratios."""
+    wide = low * high > 0 and max(low / high, high / low) > _WIDE
+    spaced = np.geomspace(low, high, points) if wide else np.linspace(low, high, points)
+    return [low, *spaced[1:-1].tolist(), high]
 
 
 def _system(train: Train, parameter: Parameter, value: float) -> System:

@@ -32,6 +32,7 @@ __all__ = [
     "stiffness",
     "sweep",
     "system_of",
+    "track",
     "train_of",
 ]
 
@@ -140,6 +141,13 @@ def sensitivity(source: Source, *, overrides: Overrides | None = None, **options
     return run(train_of(source, overrides=overrides), **options)
 
 
+def track(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Natural frequencies along a number of the model file; options of `epicyclic.studies.tracking.track`."""
+    from .tracking import track as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
 def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
@@ -170,6 +178,7 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "sharing": sharing,
     "sweep": sweep,
     "sensitivity": sensitivity,
+    "track": track,
 }
 
 

@@ -13,7 +13,7 @@ from .tables import number, table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["sensitivity_tables"]
+__all__ = ["sensitivity_tables", "track_tables"]
 
 
 def sensitivity_tables(result: xr.Dataset) -> list[Table]:
@@ -34,27 +34,11 @@ def sensitivity_tables(result: xr.Dataset) -> list[Table]:
     }
     if any(str(text) != "ok" for text in result.status.values):
         columns["status"] = list(map(str, result.status.values))
-    tables = [table(_title(result, dim, chosen), columns)]
+    tables = [table(f"What moves {result.attrs['subject']}", columns)]
     left = {p: why for p, why in json.loads(result.attrs.get("left_out", "{}")).items() if why != "moves nothing"}
     if left:
         tables.append(table("Without a derivative", {"path": list(left), "why": list(left.values())}))
     return tables
-
-
-def _title(result: xr.Dataset, dim: str, chosen: np.ndarray) -> str:
-    names = [str(result[dim].values[i]) for i in chosen]
-    if dim == "mode":
-        first = int(chosen[0])
-        modes = f"mode {names[0]}" if len(names) == 1 else f"modes {names[0]} to {names[-1]}, one root"
-        return (
-            f"What moves {modes}, {number(float(result.frequency.values[first]))} Hz, {result.mode_kind.values[first]}"
-        )
-    options = json.loads(str(result.attrs["options"]))
-    name, words = "mesh_force_rms", "the RMS of the dynamic mesh force"
-    if "mesh_force_amplitude" in result:
-        name, words = "mesh_force_amplitude", f"mesh order {options['harmonic']} of the mesh force"
-    force = number(float(result[name].values[chosen[0]]))
-    return f"What moves {words} of {names[0]}, {force} N at a mesh frequency of {number(options['mesh_frequency'])} Hz"
 
 
 def _span(values: np.ndarray) -> str:
@@ -70,3 +54,32 @@ def _most(row: np.ndarray, names: np.ndarray) -> str:
         return ""
     at = int(np.nanargmax(np.abs(row)))
     return f"{names[at]}: {number(float(row[at]))} %"
+
+
+def track_tables(result: xr.Dataset) -> list[Table]:
+    """Where loci meet, and the frequencies at a few values."""
+    options = json.loads(str(result.attrs["options"]))
+    over = f"{options['over']} [{options['unit']}]" if options["unit"] else options["over"]
+    veers = result.event_kind.values == "veering"
+    events: dict[str, Any] = {
+        "what": list(map(str, result.event_kind.values)),
+        "at": list(result.event_value.values),
+        "frequency [Hz]": list(result.event_frequency.values),
+        "modes": list(map(str, result.event_first.values)),
+        "and modes": list(map(str, result.event_second.values)),
+        "gap [Hz]": list(np.where(veers, result.event_gap.values, np.nan)),
+        "coupling factor": list(np.where(veers, result.coupling_factor.values, 0.0)),
+        "veering index": list(np.where(veers, result.veering_index.values, 0.0)),
+    }
+    values = result.parameter.values
+    picked = np.unique(np.linspace(0, values.size - 1, 5).round().astype(int))
+    columns: dict[str, Any] = {
+        "mode": list(map(int, result.mode.values)),
+        "kind": list(map(str, result.mode_kind.values)),
+        "multiplicity": list(map(int, result.multiplicity.values)),
+    }
+    frequency = result.frequency.transpose("mode", "parameter").values
+    for at in picked:
+        columns[f"at {values[at]:.4g} [Hz]"] = list(frequency[:, at])
+    met = [table(f"Where modes meet along {over}", events)] if result.sizes.get("event") else []
+    return [*met, table(f"Natural frequencies over {over}, modes followed from the first value", columns)]

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
-from .sensitivity import sensitivity_tables
+from .sensitivity import sensitivity_tables, track_tables
 from .tables import listed, number
 
 if TYPE_CHECKING:
@@ -112,4 +112,5 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "sharing": sharing_tables,
     "sweep": sweep_tables,
     "sensitivity": sensitivity_tables,
+    "track": track_tables,
 }

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.optimize
@@ -45,7 +46,8 @@ Locus = NDArray[np.int64]
 class Event:
     """Two loci meet.
 
-    kind : crossing or veering.  value : of the parameter.  squared : mean omega^2 there.  first, second : groups of loci.
+    kind : crossing or veering.  value : of the parameter.  squared : mean omega^2 there.
+    first, second : groups of loci.
     gap : smallest difference of omega^2.  coupling : of the two shapes [rad^2/s^2 per unit].
     index : 0 of loci that have nothing to do with each other, 1 of two that exchange their shapes with no other taking
         part [dubois2011].
@@ -82,7 +84,7 @@ def follow(at: Callable[[float], State], values: Sequence[float], *, depth: int 
 
 
 def matched(before: State, here: State) -> tuple[State, float]:
-    """The state `here` in the order of the loci of `before`, its repeated eigenspaces turned to them; the least likeness.
+    """`here` in the order of the loci of `before`, repeated eigenspaces turned to them, and the least likeness.
 
     Likeness of a mode is the share of its kinetic energy in the eigenspace it is found in.
     """
@@ -137,7 +139,7 @@ def _places(path: list[State]) -> list[float]:
     for first, second in _neighbours(mean):
         d, size = mean[first] - mean[second], _MET * (mean[first] + mean[second])
         near = np.abs(d) <= size
-        for k in np.flatnonzero((d[:-1] * d[1:] < 0) & ~near[:-1] & ~near[1:]):
+        for k in np.flatnonzero((d[:-1] * d[1:] < 0) & ~near[:-1] & ~near[1:]).tolist():
             found[float(x[k] - d[k] * (x[k + 1] - x[k]) / (d[k + 1] - d[k]))] = None
         for k in _least(d):
             value = _vertex(x[k - 1 : k + 2], d[k - 1 : k + 2] ** 2)
@@ -219,9 +221,8 @@ def events(path: list[State], slope: Callable[[float], tuple[Array, Array]]) -> 
 
 def _zeros(d: Array, size: Array) -> list[int]:
     """Places where a difference changes its sign, the smaller of the two or the one between them that is 0."""
-    found, k = [], 0
-    clear = np.flatnonzero(np.abs(d) > size)
-    for k, after in zip(clear[:-1], clear[1:], strict=True):
+    found = []
+    for k, after in pairwise(np.flatnonzero(np.abs(d) > size)):
         if d[k] * d[after] < 0:
             run = np.arange(k, after + 1)
             found.append(int(run[np.argmin(np.abs(d[run]))]))
@@ -266,6 +267,8 @@ def _share(form: Array, state: State, mine: list[int], other: list[int]) -> floa
     rest = np.setdiff1d(np.arange(len(form)), mine)
     away = state.squared[rest] - own
     safe = np.abs(away) > 0
-    turning = np.where(safe, (form[np.ix_(mine, rest)] ** 2).sum(axis=0) / np.where(safe, away, 1.0) ** 2, 0.0)
+    turning = np.where(
+        safe, (form[np.ix_(np.array(mine), rest)] ** 2).sum(axis=0) / np.where(safe, away, 1.0) ** 2, 0.0
+    )
     total = float(turning.sum())
     return float(turning[np.isin(rest, other)].sum()) / total if total > 0 else 0.0

@@ -47,8 +47,9 @@ class Part:
 
     kernel, solved : of the forward solution.  shifted : whether of shaft orders.
     force : (m, B, J) and beyond : (m, B, T) forward mesh forces; gap : (m, B, J).
-    z : (O, B, J, n) complex, energy-weighted modal.  pull : (O, m, B, J) dQ/d(mesh force) in all, row weights taken out.
-    press : (O, m, B, J) dQ/d(gap), likewise.  tail : (O, m, B, T) dQ/d(mesh force) of the rows dropped.
+    z : (U, B, J, n) complex, energy-weighted modal.
+    pull : (U, m, B, J) dQ/d(mesh force) in all, row weights taken out.
+    press : (U, m, B, J) dQ/d(gap), likewise.  tail : (U, m, B, T) dQ/d(mesh force) of the rows dropped.
     """
 
     kernel: Kernel
@@ -139,17 +140,18 @@ def _part(
     shifted = solved is block.shaft
     made, meshes = ready.kernel(block.kept, shifted=shifted), ready.system.meshes
     forward = force_spectrum(ready, block, shifted=shifted).amplitude.reshape(*seed.shape)
-    J, O = len(made.lattice.points), some.size
+    J, U = len(made.lattice.points), some.size
     mine = faces(meshes).row == some[:, None]
-    own = np.where(mine[:, :, None, None], seed[None], 0.0)  # (O, m, B, J + T)
+    own = np.where(mine[:, :, None, None], seed[None], 0.0)  # (U, m, B, J + T)
     weight = row_weights(made)
-    kept, tail = own[..., :J] / weight, own[..., J:]
+    kept = np.asarray(own[..., :J] / weight, complex)
+    tail: ComplexArray = own[..., J:]
     rate = 1j * meshes.damping[:, None, None] * solved.frequency
-    beyond = _complex(tail_adjoint(made, stacked(_flat(tail)))).reshape(len(meshes.name), O, -1, J)
+    beyond = _complex(tail_adjoint(made, stacked(_flat(tail)))).reshape(len(meshes.name), U, -1, J)
     beyond = beyond.transpose(1, 0, 2, 3) / weight
 
     def to_gap(pull: ComplexArray) -> ComplexArray:
-        varying = _complex(product(made, stacked(_flat(pull)))).reshape(len(meshes.name), O, -1, J)
+        varying = _complex(product(made, stacked(_flat(pull)))).reshape(len(meshes.name), U, -1, J)
         result: ComplexArray = (
             meshes.stiffness[:, None, None] * pull + varying.transpose(1, 0, 2, 3) - rate * pull + beyond
         )
@@ -157,8 +159,8 @@ def _part(
 
     found = _solve(ready, turned, block, made, solved, to_gap(kept), tolerance)
     B = solved.frequency.shape[0]
-    z = (found.y[:, 0] + 1j * found.y[:, 1]).reshape(O, B, J, -1)
-    pull = kept - _complex(found.gap).reshape(-1, O, B, J).transpose(1, 0, 2, 3)
+    z = (found.y[:, 0] + 1j * found.y[:, 1]).reshape(U, B, J, -1)
+    pull = kept - _complex(found.gap).reshape(-1, U, B, J).transpose(1, 0, 2, 3)
     return Part(
         kernel=made,
         solved=solved,
@@ -183,14 +185,14 @@ def _solve(
     tolerance: float,
 ) -> Solved:
     """A* z = B press, one system for every output and point."""
-    O, m, B, J = press.shape
-    force = np.einsum("nm,ombj->objn", ready.system.meshes.B, press).reshape(O * B, J, -1)
+    U, m, B, J = press.shape
+    force = np.einsum("nm,ombj->objn", ready.system.meshes.B, press).reshape(U * B, J, -1)
     frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
     rows = Rows(
-        frequency=np.tile(solved.frequency, (O, 1)),
-        beyond=np.zeros((O * B, len(made.dropped))),
-        frame=np.tile(np.repeat(frame, B // block.speed.size), O),
-        error=np.zeros((m, O * B, J), complex),
+        frequency=np.tile(solved.frequency, (U, 1)),
+        beyond=np.zeros((U * B, len(made.dropped))),
+        frame=np.tile(np.repeat(frame, B // block.speed.size), U),
+        error=np.zeros((m, U * B, J), complex),
         force=force,
     )
     # what the adjoint puts on dropped rows is no residual of anything
@@ -202,9 +204,9 @@ def _solve(
 
 
 def _flat(values: ComplexArray) -> ComplexArray:
-    """(O, m, B, K) -> (m, O B, K)."""
-    O, m, B, K = values.shape
-    return values.transpose(1, 0, 2, 3).reshape(m, O * B, K)
+    """(U, m, B, K) -> (m, U B, K)."""
+    U, m, B, K = values.shape
+    return values.transpose(1, 0, 2, 3).reshape(m, U * B, K)
 
 
 def stacked(values: ComplexArray) -> Array:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from .transpose import row_weights
 __all__ = ["Basis", "Gradient", "basis_of", "gradient", "unsettled"]
 
 Index = NDArray[np.int64]
+Values = NDArray[Any]  # complex of any kind
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,12 +54,12 @@ def basis_of(ready: Response) -> Basis:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Gradient:
-    """dQ/d(number) of O meshes at P speeds; coordinates n are modal (`Basis`).
+    """dQ/d(number) of U meshes at P speeds; coordinates n are modal (`Basis`).
 
-    M, C, K, mean : (O, P, n, n); `mean` of K + B k B^T, by which modal damping changes.  frame : (P,) factor of G and
-    Cskew, squared of Kg.  B : (O, P, n, m).  stiffness, damping : (O, P, m).  variation : (O, P, m, L) complex.
-    force : (O, P, n).  zeta : (O, P).  tones : (O, P, D) [1/Hz] and lines : (O, P, R) by frequency [1/Hz].
-    line_gap : (O, P, R, m), line_force : (O, P, R, 3, n) complex, dQ = Re(conj(gradient) d number).
+    M, C, K, mean : (U, P, n, n); `mean` of K + B k B^T, by which modal damping changes.  frame : (P,) factor of G and
+    Cskew, squared of Kg.  B : (U, P, n, m).  stiffness, damping : (U, P, m).  variation : (U, P, m, L) complex.
+    force : (U, P, n).  zeta : (U, P).  tones : (U, P, D) [1/Hz] and lines : (U, P, R) by frequency [1/Hz].
+    line_gap : (U, P, R, m), line_force : (U, P, R, 3, n) complex, dQ = Re(conj(gradient) d number).
     """
 
     M: Array
@@ -77,7 +79,7 @@ class Gradient:
     line_force: ComplexArray
 
     def along(self, ready: Response, basis: Basis, change: Numbers) -> Array:
-        """dQ along a parameter that changes the numbers so, (O, P)."""
+        """dQ along a parameter that changes the numbers so, (U, P)."""
         Phi = basis.shapes
 
         def modal(matrix: Array) -> Array:
@@ -115,17 +117,16 @@ def gradient(ready: Response, basis: Basis, block: Block, parts: Sequence[Part])
 
 def _of_part(ready: Response, basis: Basis, block: Block, part: Part) -> Gradient:
     system, P = ready.system, block.speed.size
-    n, m = system.meshes.B.shape
-    O, B, J, _ = part.z.shape
+    U, B, J, _ = part.z.shape
     S = B // P
     weight = row_weights(part.kernel)[:, None]
     w = part.solved.frequency[:, :, None]
-    x = (part.solved.y[:, 0] + 1j * part.solved.y[:, 1]) / basis.weight
+    x = np.asarray((part.solved.y[:, 0] + 1j * part.solved.y[:, 1]) / basis.weight, complex)
     z = part.z / basis.weight * weight
 
-    def outer(left: ComplexArray, right: ComplexArray) -> Array:
-        """Re sum over rows of conj(left) right^T, (O, P, left, right)."""
-        a, b = left.reshape(O, P, S * J, -1), right.reshape(-1, P, S * J, right.shape[-1])
+    def outer(left: Values, right: Values) -> Array:
+        """Re sum over rows of conj(left) right^T, (U, P, left, right)."""
+        a, b = left.reshape(U, P, S * J, -1), right.reshape(-1, P, S * J, right.shape[-1])
         both = np.concatenate([a.real, a.imag], axis=2).swapaxes(2, 3) @ np.concatenate([b.real, b.imag], axis=2)
         return np.asarray(both)
 
@@ -133,7 +134,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: Part) -> Gradien
     K, C = -outer(z, x), -outer(z, 1j * w * x)
     M = outer(z, w**2 * x)
     mean, damped_mass = _modal_damping(basis, system.zeta or 0.0, C)
-    pull = (part.pull * weight[:, 0]).transpose(0, 2, 3, 1)  # (O, B, J, m), weights in
+    pull = (part.pull * weight[:, 0]).transpose(0, 2, 3, 1)  # (U, B, J, m), weights in
     press = (part.press * weight[:, 0]).transpose(0, 2, 3, 1)
     force, gap = part.force.transpose(1, 2, 0), part.gap.transpose(1, 2, 0)
     k, c = system.meshes.stiffness, system.meshes.damping
@@ -162,7 +163,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: Part) -> Gradien
 
 
 def _spread(values: Array, P: int) -> Array:
-    """Sums over the shaft lines of each point, (O, P S, ..) -> (O, P, ..)."""
+    """Sums over the shaft lines of each point, (U, P S, ..) -> (U, P, ..)."""
     summed: Array = values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2)
     return summed
 
@@ -178,7 +179,7 @@ def _modal_damping(basis: Basis, zeta: float, C: Array) -> tuple[Array, Array]:
 def _frequencies(
     ready: Response, basis: Basis, block: Block, part: Part, solution: tuple[ComplexArray, ComplexArray, ComplexArray]
 ) -> tuple[Array, Array]:
-    """dQ by the tones (O, P, D) and by the frequency of each shaft line (O, P, R) [1/Hz]."""
+    """dQ by the tones (U, P, D) and by the frequency of each shaft line (U, P, R) [1/Hz]."""
     system, (x, z, pull) = ready.system, solution
     P, Phi, w = block.speed.size, basis.shapes, part.solved.frequency[:, :, None]
     frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
@@ -209,9 +210,9 @@ def _lines(
 ) -> tuple[ComplexArray, ComplexArray, Array]:
     """dQ by the errors and forces of every line, and by the steady force."""
     lines, (press, z) = ready.system.lines, adjoint
-    O, P, n, m = z.shape[0], block.speed.size, z.shape[-1], press.shape[-1]
-    gaps, forces = np.zeros((O, P, len(lines), m), complex), np.zeros((O, P, len(lines), 3, n), complex)
-    steady = np.zeros((O, P, n))
+    U, P, n, m = z.shape[0], block.speed.size, z.shape[-1], press.shape[-1]
+    gaps, forces = np.zeros((U, P, len(lines), m), complex), np.zeros((U, P, len(lines), 3, n), complex)
+    steady = np.zeros((U, P, n))
     row = {tuple(point): i for i, point in enumerate(part.kernel.lattice.points.tolist())}
     number = {id(line): r for r, line in enumerate(lines)}
     powers = np.stack([np.ones_like(block.speed), block.speed, block.speed**2], axis=1)
@@ -236,9 +237,9 @@ def _lines(
 
 
 def _variation(part: Part, ready: Response, P: int) -> ComplexArray:
-    """dQ by the harmonics of every mesh, (O, P, m, L): correlation of pull and gap along the tone of the mesh."""
+    """dQ by the harmonics of every mesh, (U, P, m, L): correlation of pull and gap along the tone of the mesh."""
     meshes, made = ready.system.meshes, part.kernel
-    O, m, B, J = part.pull.shape
+    U, m, B, _ = part.pull.shape
     L = meshes.variation.shape[1]
     pull, gap = np.concatenate([part.pull, part.tail], axis=3), part.gap
     points, known = np.concatenate([made.lattice.points, made.dropped]), made.lattice.points
@@ -247,7 +248,7 @@ def _variation(part: Part, ready: Response, P: int) -> ComplexArray:
         gap, known = _two_sided(gap, known)
     place = {tuple(point): i for i, point in enumerate(known.tolist())}
     padded = np.concatenate([gap, np.zeros((m, B, 1))], axis=2)
-    result = np.zeros((O, P, m, L), complex)
+    result = np.zeros((U, P, m, L), complex)
     for axis in range(made.lattice.tones):
         mine = np.flatnonzero(ready.lines.axis == axis)
         for order in range(1, L + 1):

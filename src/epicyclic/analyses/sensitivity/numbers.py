@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -76,7 +77,7 @@ def combined(weights: Sequence[float], parts: Sequence[Numbers]) -> Numbers:
         if len({getattr(part, name).shape for part in parts}) > 1:
             raise ModelError("moves, meshes or lines of excitation appear or vanish here: no derivative")
 
-    def total(name: str) -> Array:
+    def total(name: str) -> Any:
         return np.asarray(sum(weight * getattr(part, name) for weight, part in zip(weights, parts, strict=True)))
 
     return replace(first, **{field.name: total(field.name) for field in fields(Numbers)})
