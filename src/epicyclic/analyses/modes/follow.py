@@ -23,7 +23,7 @@ __all__ = ["Event", "Locus", "State", "events", "follow", "groups_of", "matched"
 _SURE = 0.8
 # Meeting loci are looked at again until the difference of their omega^2 is this part of it.
 _MET = 1e-9
-_LOOKS = 10
+_LOOKS = 30
 # Of a veering at least so much of the turning of the shapes is an exchange between the two.
 _EXCHANGED = 0.5
 
@@ -140,7 +140,9 @@ def _places(path: list[State]) -> list[float]:
         d, size = mean[first] - mean[second], _MET * (mean[first] + mean[second])
         near = np.abs(d) <= size
         for k in np.flatnonzero((d[:-1] * d[1:] < 0) & ~near[:-1] & ~near[1:]).tolist():
+            # the chord finds a crossing in a few steps; halves close in on two loci that only seem to change places
             found[float(x[k] - d[k] * (x[k + 1] - x[k]) / (d[k + 1] - d[k]))] = None
+            found[float(x[k] + x[k + 1]) / 2] = None
         for k in _least(d):
             value = _vertex(x[k - 1 : k + 2], d[k - 1 : k + 2] ** 2)
             if abs(value - x[k]) > 1e-3 * min(abs(x[k] - x[k - 1]), abs(x[k + 1] - x[k])) and not near[k]:
