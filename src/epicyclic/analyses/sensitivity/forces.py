@@ -22,6 +22,8 @@ __all__ = ["ForceDerivatives", "StiffnessGradient", "force_derivatives", "stiffn
 Index = NDArray[np.int64]
 # Relative residual asked for: what may be dropped is 30 times that, and a derivative feels it some 10 times more.
 _TOLERANCE = 1e-10
+# Of the adjoint solution nothing is dropped, and its residual counts once.
+_ADJOINT = 100.0
 # A change leaves rounding and the error of its own difference quotient on a free motion; a spring on it leaves 1e-3.
 _FREE = 1e-6
 
@@ -156,7 +158,7 @@ def _gradients(
     turned = adjoint(ready.modal)
     for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
         known = measure(ready, block, harmonic=harmonic)
-        for some, parts in adjoint_parts(ready, turned, block, known, meshes=wanted, tolerance=tolerance):
+        for some, parts in adjoint_parts(ready, turned, block, known, meshes=wanted, tolerance=_ADJOINT * tolerance):
             rows = np.flatnonzero(np.isin(wanted, some))
             yield block, rows, known.square[some], gradient(ready, basis, block, parts)
 

@@ -246,25 +246,33 @@ def _variation(part: Part, ready: Response, P: int) -> ComplexArray:
     if made.lattice.mirrored:  # both a and -a of a real signal, its mean once
         pull, points = _two_sided(pull, points)
         gap, known = _two_sided(gap, known)
-    place = {tuple(point): i for i, point in enumerate(known.tolist())}
     padded = np.concatenate([gap, np.zeros((m, B, 1))], axis=2)
     result = np.zeros((U, P, m, L), complex)
     for axis in range(made.lattice.tones):
         mine = np.flatnonzero(ready.lines.axis == axis)
+        mine_pull, mine_gap = pull[:, mine].conj(), padded[mine]
         for order in range(1, L + 1):
             step = np.zeros(points.shape[1], np.int64)
             step[axis] = order
-            below, above = (
-                np.array([place.get(tuple(p), len(known)) for p in (points + turn * step).tolist()], np.int64)
-                for turn in (-1, 1)
-            )
-            down, up = (
-                np.einsum("omba,mba->obm", pull[:, mine].conj(), padded[mine][:, :, at]) for at in (below, above)
-            )
-            # of a real signal `up` is the conjugate of `down`, each counted for half of every row: 4 / 2
-            total = 2 * down.conj() if made.lattice.mirrored else (down.conj() + up) / 2
+            # of a real signal the harmonic above is the conjugate of that below, each counted for half of every row
+            down = np.einsum("omba,mba->obm", mine_pull, mine_gap[:, :, _places(known, points - step)])
+            if made.lattice.mirrored:
+                total = 2 * down.conj()
+            else:
+                up = np.einsum("omba,mba->obm", mine_pull, mine_gap[:, :, _places(known, points + step)])
+                total = (down.conj() + up) / 2
             result[:, :, mine, order - 1] = _complex_spread(meshes.stiffness[mine] * total, P)
     return result
+
+
+def _places(known: Index, points: Index) -> Index:
+    """Place of each point (K, D) among the known ones, their number where it is none of them."""
+    reach = int(max(np.abs(known).max(initial=0), np.abs(points).max(initial=0)))
+    powers = (2 * reach + 1) ** np.arange(known.shape[1])
+    keys, wanted = known @ powers, points @ powers
+    rank = np.argsort(keys)
+    found = rank[np.clip(np.searchsorted(keys[rank], wanted), 0, keys.size - 1)]
+    return np.asarray(np.where(keys[found] == wanted, found, keys.size), np.int64)
 
 
 def _complex_spread(values: ComplexArray, P: int) -> ComplexArray:
