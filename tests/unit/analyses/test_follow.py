@@ -121,6 +121,6 @@ def test_mistuned_planets_turn_crossings_into_veerings(build: Any) -> None:
         for value in crossings:
             near = [event for event in met if abs(event.value / value - 1) < 0.02]
             assert sum(event.kind == "crossing" for event in near) == left
-            # where three loci turn at once, the gap of two of them need not double to both sides
+            # where three loci turn at once, the gap of two of them need not be least there
             assert not left or sum(event.kind == "veering" and event.index > 0.99 for event in near) == 1
-        assert sum(event.kind == "veering" for event in met) >= 4
+        assert sum(event.kind == "veering" for event in met) >= 3

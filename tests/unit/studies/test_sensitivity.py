@@ -116,8 +116,9 @@ def test_repeated_roots_split_into_the_set_told(path: str) -> None:
         assert np.abs(mine - wanted).max() <= AGREE * np.abs(found.derivative.values[0]).max()
 
 
-def test_gyroscopic_frequencies() -> None:
-    path, speed = "stages.main.planet.bearing.radial", 20.0
+@pytest.mark.parametrize("path", ["stages.main.planet.bearing.radial", "stages.main.planet.mass"])
+def test_gyroscopic_frequencies(path: str) -> None:
+    speed = 20.0
     found = epicyclic.sensitivity("ren2021", paths=[path], relative_speed=speed)
     parameter = parameter_at(epicyclic.load("ren2021"), path)
 

@@ -24,6 +24,8 @@ _SURE = 0.8
 # Meeting loci are looked at again until the difference of their omega^2 is this part of it.
 _MET = 1e-9
 _LOOKS = 30
+# A gap is least where it grows to both sides by so much.
+_RISE = 1.25
 # Of a veering at least so much of the turning of the shapes is an exchange between the two.
 _EXCHANGED = 0.5
 
@@ -163,10 +165,10 @@ def _neighbours(mean: Array) -> list[tuple[int, int]]:
 
 
 def _least(d: Array) -> list[int]:
-    """Places inside where a difference that keeps its sign is smallest and from which it doubles to both sides."""
+    """Places inside where a difference that keeps its sign is smallest and from which it grows to both sides."""
     size, found = np.abs(d), []
     for k in np.flatnonzero((size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])) + 1:
-        left, right = (np.flatnonzero(side > 2 * size[k]) for side in (size[:k], size[k:]))
+        left, right = (np.flatnonzero(side > _RISE * size[k]) for side in (size[:k], size[k:]))
         if left.size and right.size:
             dip = slice(int(left[-1]) + 1, int(k + right[0]))
             if int(np.argmin(size[dip])) + dip.start == k and np.all(d[dip] * d[k] > 0):
@@ -199,8 +201,8 @@ def groups_of(squared: Array) -> list[tuple[int, ...]]:
 def events(path: list[State], slope: Callable[[float], tuple[Array, Array]]) -> list[Event]:
     """Crossings and veerings along a path of `follow`, in its order.
 
-    A veering counts where the gap doubles to both sides within the path and the two shapes exchange mostly with each
-    other.
+    A veering counts where the gap grows by a quarter to both sides within the path and the two shapes exchange mostly
+    with each other.
 
     Parameters
     ----------

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.harmonic import balance
 from epicyclic.analyses.harmonic.kernel import product, tail
-from epicyclic.analyses.harmonic.response import Response, response
+from epicyclic.analyses.harmonic.response import Block, Response, _block, response
 from epicyclic.analyses.harmonic.steady import periodic
 from epicyclic.analyses.harmonic.sweep import sweep
+from epicyclic.analyses.sensitivity.adjoint import adjoint_parts, measure
 from epicyclic.analyses.sensitivity.forces import force_derivatives, stiffness_gradient
+from epicyclic.analyses.sensitivity.gradient import basis_of, gradient
 from epicyclic.analyses.sensitivity.numbers import Numbers, none
 from epicyclic.analyses.sensitivity.transpose import adjoint, row_weights, tail_adjoint
 from epicyclic.errors import ModelError
@@ -199,6 +201,29 @@ def test_single_numbers_are_the_same_derivatives(case: Any) -> None:
     single += [found.mass[..., 1], found.zeta, found.speed_factor, found.mesh_damping[..., 1]]
     for mine, other in zip(single, along, strict=True):
         assert mine == pytest.approx(other, rel=1e-10)  # the same sums in another order
+
+
+@pytest.mark.parametrize("name", ["stiffness", "variation", "B", "K"])
+def test_what_the_dropped_rows_feel_counts(case: Any, name: str) -> None:
+    """With three harmonics kept the forces on dropped ones are large, and the derivative is that of all of them."""
+    system = system_of(case)
+    change = one(system, name)
+
+    def solved(h: float) -> tuple[Response, Block, Array]:
+        ready = response(moved(system, change, h))
+        block = _block(ready, np.zeros(1, np.int64), np.array([SPEED]), kept=(3, 0), tolerance=1e-13, before=None)
+        return ready, block, measure(ready, block, harmonic=None).square[:, 0]
+
+    ready, block, _ = solved(0.0)
+    assert block.residual[0] > 0.01
+    parts = adjoint_parts(
+        ready, adjoint(ready.modal), block, measure(ready, block, harmonic=None), meshes=np.arange(2), tolerance=1e-13
+    )
+    basis = basis_of(ready)
+    ((_, both),) = parts
+    found = gradient(ready, basis, block, both).along(ready, basis, change)[:, 0]
+    wanted = difference(lambda h: solved(h)[2])
+    assert np.abs(found - wanted).max() <= 1e-8 * np.abs(wanted).max()  # five-point, and 1e-13 / 1e-4 of the solution
 
 
 def blocks(case: Any) -> list[tuple[Response, Any, bool]]:
