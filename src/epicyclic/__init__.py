@@ -26,7 +26,21 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, sensitivity, sharing, static, steady, stiffness, sweep, track
+    from .studies.verbs import (
+        campbell,
+        check,
+        modes,
+        modulation,
+        sensitivity,
+        sharing,
+        stability,
+        static,
+        steady,
+        stiffness,
+        sweep,
+        track,
+        transient,
+    )
     from .system.system import System
     from .train.train import Train
 
@@ -42,15 +56,18 @@ __all__ = [
     "load",
     "load_result",
     "modes",
+    "modulation",
     "save_result",
     "sensitivity",
     "sharing",
+    "stability",
     "static",
     "steady",
     "stiffness",
     "sweep",
     "to_json",
     "track",
+    "transient",
     "vary",
     "write_report",
 ]
@@ -67,7 +84,21 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "sensitivity", "sharing", "static", "steady", "stiffness", "sweep", "track"),
+        (
+            "campbell",
+            "check",
+            "modes",
+            "modulation",
+            "sensitivity",
+            "sharing",
+            "stability",
+            "static",
+            "steady",
+            "stiffness",
+            "sweep",
+            "track",
+            "transient",
+        ),
         "studies.verbs",
     ),
 }

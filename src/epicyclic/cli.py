@@ -19,9 +19,12 @@ from typing import Annotated, Any
 import typer
 
 from .commands.audit import audit
+from .commands.modulation import modulation
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
 from .commands.sensitivity import sensitivity
+from .commands.stability import stability
 from .commands.track import track
+from .commands.transient import transient
 from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
 
 __all__ = ["app", "main"]
@@ -38,6 +41,9 @@ app = typer.Typer(
 app.command()(audit)
 app.command()(sensitivity)
 app.command()(track)
+app.command()(modulation)
+app.command()(stability)
+app.command()(transient)
 
 
 class Method(StrEnum):
@@ -178,21 +184,33 @@ def sweep(
     sets: Sets = None,
     as_json: Json = False,
     output: Output = None,
-    start: Annotated[str | None, typer.Option("--from", help='Lowest mesh frequency, e.g. "20 Hz".')] = None,
-    stop: Annotated[str | None, typer.Option("--to", help='Highest mesh frequency, e.g. "0.6 kHz".')] = None,
+    start: Annotated[
+        str | None, typer.Option("--from", help='Lowest mesh frequency or speed: "20 Hz", "50 rpm", "50 %".')
+    ] = None,
+    stop: Annotated[str | None, typer.Option("--to", help='Highest, e.g. "0.6 kHz", "2000 rpm".')] = None,
     points: Annotated[
         int | None, typer.Option("--points", min=1, max=100_000, help="Number of speeds.", show_default="200")
     ] = None,
+    orders: Annotated[
+        int, typer.Option("--orders", min=1, max=100, help="Mesh orders whose amplitudes are told.")
+    ] = 12,
     frame_speed: Annotated[
         FrameSpeed, typer.Option("--frame-speed", help="Let the frame turn with the speed, or as at operation.")
     ] = FrameSpeed.kinematic,
 ) -> None:
-    """Steady vibration over speed."""
+    """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
+
+    A speed in rpm is that of the first member whose speed the model gives; % is of the operating speed.
+    """
     with reported():
-        low, high = (
-            None if text is None else frequency(text, option) for text, option in ((start, "--from"), (stop, "--to"))
-        )
-    run_verb("sweep", model, sets, as_json, output, start=low, stop=high, points=points, frame_speed=frame_speed.value)
+        low, high = (_end(text, option) for text, option in ((start, "--from"), (stop, "--to")))
+    options: dict[str, Any] = {"points": points, "orders": orders, "frame_speed": frame_speed.value}
+    run_verb("sweep", model, sets, as_json, output, start=low, stop=high, **options)
+
+
+def _end(text: str | None, option: str) -> float | str | None:
+    """An end of a range: Hz as a number, rpm and % as they stand, for whoever knows the train."""
+    return text if text is None or text.rstrip().endswith(("rpm", "%")) else frequency(text, option)
 
 
 @app.command()

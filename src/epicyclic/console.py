@@ -24,6 +24,7 @@ __all__ = [
     "progress_bar",
     "put_out",
     "reported",
+    "seconds",
     "target_of",
     "write_result",
 ]
@@ -92,6 +93,23 @@ def frequency(text: str, option: str) -> float:
         value = 0.0
     if not 0.0 < value < 1e9:
         raise ModelError("not a frequency", path=option, given=text, allowed='a positive mesh frequency, e.g. "20 Hz"')
+    return value
+
+
+def seconds(text: str, option: str) -> float:
+    """Read a time [s] with or without its unit.
+
+    Raises
+    ------
+    ModelError : not a time of zero or more in s, ms or min.
+    """
+    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?\d+)?)\s*(s|ms|min)?\s*", text)
+    try:
+        value = float(found[1]) * {"ms": 1e-3, "min": 60.0}.get(found[2] or "s", 1.0) if found else -1.0
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < 1e9:
+        raise ModelError("not a time", path=option, given=text, allowed='a time, e.g. "0.5 s" or "20 ms"')
     return value
 
 

@@ -23,11 +23,25 @@ from .plots.frequencies import groups, mesh_tones
 from .plots.members import members_of
 from .plots.series import engineering, short_names
 from .plots.sharing import worst
+from .plots.transient import ramps
 
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "sensitivity", "track")
+_KNOWN = (
+    "check",
+    "modes",
+    "campbell",
+    "stiffness",
+    "static",
+    "steady",
+    "sharing",
+    "sweep",
+    "modulation",
+    "transient",
+    "sensitivity",
+    "track",
+)
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -126,6 +140,11 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(
             anchor="track", title="Modes followed", body=_figure("track", plots.loci(datasets["track"]), caption)
         )
+    if "modulation" in datasets:
+        body = _figure("modulation", plots.modulation(datasets["modulation"]))
+        yield Section(anchor="modulation", title="Vibration at the ring", body=body)
+    if "transient" in datasets:
+        yield Section(anchor="transient", title="Motion over time", body=_transient(datasets["transient"]))
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 
@@ -199,7 +218,31 @@ def _sharing(sharing: xr.Dataset) -> str:
 
 
 def _sweep(sweep: xr.Dataset, modes: xr.Dataset | None) -> str:
-    return _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+    parts = [
+        _figure("sweep", plots.speed_sweep(sweep, modes), "Dotted: natural frequencies in the colour of their kind.")
+    ]
+    if "mesh_force_order" in sweep.variables:
+        caption = (
+            "The largest amplitude of all meshes; a resonance is where a line crosses a natural frequency and glows."
+        )
+        parts.append(_figure("waterfall", plots.waterfall(sweep, modes), caption))
+    if "bearing_force_peak" in sweep.variables:
+        parts.append(
+            _figure(
+                "bearings",
+                plots.bearing_forces(sweep, modes),
+                "Length of the lateral force of a link; links that carry the same share a curve.",
+            )
+        )
+    return "".join(parts)
+
+
+def _transient(result: xr.Dataset) -> str:
+    forces = _figure("transient", plots.transient_forces(result), "Left and right drawn once where they coincide.")
+    if not ramps(result):
+        return forces
+    caption = "Dotted: multiples of the mesh frequency; where one is dark it passes a natural frequency."
+    return forces + _figure("spectrogram", plots.spectrogram(result), caption)
 
 
 def _sensitivity(data: xr.Dataset) -> str:

@@ -106,7 +106,9 @@ def test_wrong_usage_is_status_2(command: Command, arguments: tuple[str, ...]) -
         (("sharing", "lin1999-n4"), ""),
         (("campbell", "lin1999-n4"), "operation.speed"),
         (("sweep", "lin1999-n4", "--from", "20 Hz"), "operation.speed"),
-        (("sweep", "ren2021", "--from", "20 rpm"), "--from"),
+        (("sweep", "ren2021", "--from", "20 min"), "--from"),
+        (("sweep", "ren2021", "--from", "-20 rpm"), "--from"),
+        (("sweep", "lin1999-n4", "--from", "20 rpm"), "operation.speed"),
         (("sweep", "ren2021", "--from", "600", "--to", "20"), "600"),
         (("report", "ren2021", "-o", "report.pdf"), ".html"),
         (("schema", "-o", "schema.txt"), ".json"),
@@ -173,6 +175,8 @@ def test_output_file(command: Command, tmp_path: Path, suffix: str) -> None:
         ),
         (("static", "ren2021", "--turns", "1", "--of", "main.sun", "--samples", "4"), ("main/sun-planet/1/left",)),
         (("sweep", "ren2021", "--from", "20 Hz", "--to", "0.03 kHz", "--points", "3"), ("3 speeds, 20 to 30 Hz", "ok")),
+        (("sweep", "ren2021", "--from", "50 rpm", "--to", "100 %", "--points", "2"), ("13.6562 to 27.3125 Hz", "K_v")),
+        (("steady", "ren2021"), ("K_v", "main/planet/1/bearing")),
     ],
 )
 def test_tables(command: Command, arguments: tuple[str, ...], shown: tuple[str, ...]) -> None:

@@ -5,17 +5,26 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..gears.phasing import HALF, Phase
 from ..gears.series import series_in_time
 from ..system.elimination import eliminate
-from ..system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix, mass_diagonal
+from ..system.inertia import (
+    carried_stiffness,
+    centrifugal_stiffness,
+    euler_matrix,
+    gyroscopic_matrix,
+    mass_diagonal,
+    spin_up_load,
+)
 from ..system.symmetry import commutes, reduced_operator, turn_operator
-from ..system.system import Dofs, LinkRows, MeshRows, Symmetry, System
+from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Mesh
 from ..train.train import Train
@@ -55,14 +64,25 @@ def assemble(train: Train) -> System:
     G = gyroscopic_matrix(*bodies, structure.frame_speed, structure.spin)
     Kg = centrifugal_stiffness(*bodies, structure.frame_speed, structure.spin)
     _add_carried(Kg, train, structure, mass)
+    euler = euler_matrix(*bodies, structure.frame_speed, structure.spin)
     law = np.array([row.law for row in structure.links], dtype=bool)
     stiffness = np.array([0.0 if row.law else row.stiffness for row in structure.links])
     given = np.array([row.damping for row in structure.links])
     damping = given + (train.damping.stiffness or 0.0) * stiffness
     alpha = train.damping.mass or 0.0
-    skew = _housing_dampers(structure, given)
+    turning = _housing_dampers(structure, given)
+    skew = structure.link.T @ turning @ structure.link
     model = FullModel(
-        T=T, S=S, mass=mass, G=G, Kg=Kg, mass_damping=alpha, link_stiffness=stiffness, link_damping=damping, skew=skew
+        T=T,
+        S=S,
+        mass=mass,
+        G=G,
+        Kg=Kg,
+        euler=euler,
+        mass_damping=alpha,
+        link_stiffness=stiffness,
+        link_damping=damping,
+        skew=skew,
     )
     M = (T.T * mass.ravel()) @ T
     L = structure.link @ T
@@ -78,7 +98,7 @@ def assemble(train: Train) -> System:
         Kg=T.T @ Kg @ T,
         Cskew=T.T @ skew @ T,
         meshes=meshes,
-        links=_link_rows(structure, L[~law], damping[~law]),
+        links=_link_rows(structure, L[~law], damping[~law], turning[np.ix_(~law, ~law)]),
         force=_torques(train, structure) @ T,
         tones=tones,
         lines=excitation_lines(train, structure, model),
@@ -90,6 +110,10 @@ def assemble(train: Train) -> System:
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
+        euler=T.T @ euler @ T,
+        spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, _centres(train)) @ T,
+        stage_turns=_stage_turns(train),
+        far=_far_flanks(structure, T) if structure.far_of.size else None,
     )
 
 
@@ -107,6 +131,12 @@ def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
     )
     mass, inertia, tilt = np.where(absent, 0.0, values).T
     return mass_diagonal(mass, inertia, tilt), missing
+
+
+def _centres(train: Train) -> Array:
+    """Centre of every body in its own axes, (nb, 2) [m]."""
+    own = [complex(*body.centre) * np.exp(-1j * body.angle) for body in train.bodies]
+    return np.array([(place.real, place.imag) for place in own])
 
 
 def _path(member: str) -> str:
@@ -130,21 +160,19 @@ def _add_carried(Kg: Array, train: Train, structure: Structure, mass: Array) -> 
 
 
 def _housing_dampers(structure: Structure, damping: Array) -> Array:
-    """K-like terms of dampers to the housing in a turning frame: they act on the absolute velocity.
+    """K-like terms of dampers to the housing in a turning frame, between link rows: they act on the absolute velocity.
 
     With c on x' and y' of one support: K[x,y] = -c Omega, K[y,x] = +c Omega; likewise rx, ry.
     """
-    size = structure.link.shape[1]
-    skew = np.zeros((size, size))
+    turning = np.zeros((len(structure.links), len(structure.links)))
     pairs: dict[tuple[str, int], dict[int, int]] = {}
     for i, row in enumerate(structure.links):
         if row.to_housing and damping[i] and row.direction in (0, 1, 3, 4) and structure.frame_speed[row.first]:
             pairs.setdefault((row.link, row.direction // 3), {})[row.direction % 3] = i
     for pair in pairs.values():
-        x, y = structure.link[pair[0]], structure.link[pair[1]]
         factor = damping[pair[0]] * structure.frame_speed[structure.links[pair[0]].first]
-        skew += factor * (np.outer(y, x) - np.outer(x, y))
-    return skew
+        turning[pair[1], pair[0]], turning[pair[0], pair[1]] = factor, -factor
+    return turning
 
 
 def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
@@ -170,7 +198,32 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
         backlash=np.array([m.backlash for m in meshes]),
         cos_base_helix=np.cos([m.base_helix for m in meshes]),
         slice=tuple(row.number for row in structure.meshes),
+        ends=tuple((m.a, m.b) for m in meshes),
+        internal=tuple(m.internal for m in meshes),
+        direction=np.array([m.direction for m in meshes]),
     )
+
+
+def _stage_turns(train: Train) -> dict[str, Fraction]:
+    """Speed of the axes of every stage, exact [rev/s]."""
+    if train.kinematics.speed is None:
+        return {}
+    turns = train.kinematics.frame_speed or {}
+    return {stage: Fraction(turns.get(stage, 0)) / 60 for stage in train.planets}
+
+
+def _far_flanks(structure: Structure, T: Array) -> FarFlanks:
+    """The flanks that carry no mean load.
+
+    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `gears.phasing`: the far flank
+    moves the other way, with a lead less by sense (1/2 + 2 c_a).
+    """
+    meshes = [structure.meshes[i].mesh for i in structure.far_of]
+    mirrored = [
+        replace(m, lead=(Phase.of(m.lead) - m.sense * (Phase.of(HALF) + m.tooth_shift)).value, sense=-m.sense)
+        for m in meshes
+    ]
+    return FarFlanks(mesh=structure.far_of, B=(structure.far @ T).T, variation=_variations(mirrored))
 
 
 def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: Array, M: Array) -> Array:
@@ -211,7 +264,7 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
     )
 
 
-def _link_rows(structure: Structure, L: Array, damping: Array) -> LinkRows:
+def _link_rows(structure: Structure, L: Array, damping: Array, turning: Array) -> LinkRows:
     rows = [row for row in structure.links if not row.law]
     return LinkRows(
         name=tuple(f"{row.link}/{DIRECTIONS[row.direction]}" for row in rows),
@@ -219,6 +272,7 @@ def _link_rows(structure: Structure, L: Array, damping: Array) -> LinkRows:
         B=L.T,
         stiffness=np.array([row.stiffness for row in rows]),
         damping=damping,
+        skew=turning if turning.any() else np.zeros((0, 0)),
     )
 
 

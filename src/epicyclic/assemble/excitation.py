@@ -23,7 +23,7 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FullModel:
-    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg of the full coordinates.
+    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg, E of the full coordinates.
 
     link_stiffness : (p,) 0 in rows that follow a law, whose force is no part of the right side.
     """
@@ -33,6 +33,7 @@ class FullModel:
     mass: Array
     G: Array
     Kg: Array
+    euler: Array
     mass_damping: float
     link_stiffness: Array
     link_damping: Array
@@ -41,12 +42,14 @@ class FullModel:
 
 @dataclass(slots=True)
 class _Parts:
-    """What one frequency collects, in unreduced rows."""
+    """What one frequency collects, in unreduced rows.  Errors of a mesh itself stand on its loaded flank alone."""
 
     mesh: ComplexArray
+    far: ComplexArray
     link: ComplexArray
     rigid: ComplexArray
     force: ComplexArray
+    ramp: ComplexArray
     causes: list[str] = field(default_factory=list)
 
 
@@ -80,10 +83,13 @@ def _at(
     elif frequency == 0:
         vector = vector.real.astype(complex)
     if frequency not in lines:
-        sizes = structure.mesh.shape[0], structure.link.shape[0], structure.rigid.shape[0], structure.mesh.shape[1]
-        m, p, c, n = sizes
         lines[frequency] = _Parts(
-            np.zeros(m, complex), np.zeros(p, complex), np.zeros(c, complex), np.zeros((3, n), complex)
+            mesh=np.zeros(len(structure.mesh), complex),
+            far=np.zeros(len(structure.far), complex),
+            link=np.zeros(len(structure.link), complex),
+            rigid=np.zeros(len(structure.rigid), complex),
+            force=np.zeros((3, structure.mesh.shape[1]), complex),
+            ramp=np.zeros(structure.mesh.shape[1], complex),
         )
     parts = lines[frequency]
     if cause not in parts.causes:
@@ -99,6 +105,7 @@ def _add_displacement(lines: dict[Fraction, _Parts], item: Displacement, structu
     columns = slice(6 * body, 6 * body + 6)
     if item.rows == "mesh":
         parts.mesh -= structure.mesh[:, columns] @ vector
+        parts.far -= structure.far[:, columns] @ vector
         return
     sign = -1.0 if item.rows == "own" else 1.0
     wanted = set(item.links)
@@ -137,9 +144,13 @@ def _add_load(lines: dict[Fraction, _Parts], load: Load, structure: Structure, t
     frequency, sense = (relative, 1) if load.turns else (structure.frame_turn[body], -1)
     # A load turning with the body is given in the body's own axes; one fixed in space in the housing's.
     phase = load.phase if load.turns else item.angle
-    _add_force(
-        lines, load.path, body, (force, moment), (frequency, sense, phase), structure, int(load.speed_squared) * 2
-    )
+    motion = frequency, sense, phase
+    _add_force(lines, load.path, body, (force, moment), motion, structure, int(load.speed_squared) * 2)
+    spin = structure.spin[body]
+    if load.speed_squared and spin:
+        # an eccentric mass lags its own acceleration: m e w' stands a quarter turn behind m e w^2
+        behind = np.array([force[1], -force[0], 0.0]) / spin, np.array([moment[1], -moment[0], 0.0]) / spin
+        _add_force(lines, load.path, body, behind, motion, structure, None)
 
 
 def _add_force(
@@ -149,8 +160,9 @@ def _add_force(
     wrench: tuple[Array, Array],
     motion: tuple[Fraction, int, float],
     structure: Structure,
-    power: int,
+    power: int | None,
 ) -> None:
+    """Add a force that scales with that power of the speed, or with its rate of change (None)."""
     frequency, sense, phase = motion
     for force, moment, across in _parts_of(*wrench):
         if not (force.any() or moment.any()):
@@ -162,7 +174,8 @@ def _add_force(
         else:
             vector[2], vector[5] = force[2], moment[2]
         parts, amplitude = _at(lines, frequency if across else Fraction(0), vector, path, structure)
-        parts.force[power, 6 * body : 6 * body + 6] += amplitude
+        target = parts.ramp if power is None else parts.force[power]
+        target[6 * body : 6 * body + 6] += amplitude
 
 
 def _add_gravity(lines: dict[Fraction, _Parts], structure: Structure, train: Train, model: FullModel) -> None:
@@ -190,6 +203,8 @@ def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullM
     inertia = model.mass.ravel()
     force[1] -= 1j * omega * model.mass_damping * inertia * shift
     force[2] += omega**2 * inertia * shift - 1j * omega * (model.G @ shift) - model.Kg @ shift
+    # s'' of a displaced body has a part in s' too, and the frame that turns faster carries it along
+    ramp = parts.ramp - 1j * omega * inertia * shift - model.euler @ shift
     law = np.array([row.law for row in structure.links], dtype=bool)
     return Line(
         frequency=frequency,
@@ -198,4 +213,6 @@ def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullM
         force=force @ model.T,
         causes=tuple(sorted(parts.causes)),
         group_gap=link[law],
+        ramp_force=ramp @ model.T,
+        far_gap=parts.far - structure.far @ shift,
     )

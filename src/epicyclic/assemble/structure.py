@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -44,6 +44,7 @@ class Structure:
 
     index : body name -> number.  frame_speed, spin : (nb,) [rad/s].  frame_turn : (nb,) exact frame speed [rev/s].
     mesh : (m, 6 nb), of the rows `meshes`, slices counted one by one; mesh_ends : (m, 2) body indices.
+    far : (c, 6 nb), of the far flanks of the mesh rows far_of (c,), those with a finite backlash.
     link, links : (p, 6 nb) elastic rows and what they are, those with a law among them.  rigid, rigids, pivots : the
         same of what is eliminated.
     """
@@ -56,6 +57,8 @@ class Structure:
     meshes: tuple[MeshRow, ...]
     mesh: Array
     mesh_ends: NDArray[np.int64]
+    far: Array
+    far_of: NDArray[np.int64]
     link: Array
     links: tuple[LinkRow, ...]
     rigid: Array
@@ -91,9 +94,12 @@ def structure_of(train: Train) -> Structure:
     places = np.array([(*body.centre, body.station) for body in train.bodies])
     meshes = mesh_rows(train.meshes)
     ends = np.array([(index[row.mesh.a], index[row.mesh.b]) for row in meshes], np.int64).reshape(-1, 2)
-    parts = _link_ends(rows, owners, places) + _mesh_ends([row.mesh for row in meshes], ends, places, len(rows))
-    matrix = _matrix(len(rows) + len(meshes), parts, np.array([body.angle for body in train.bodies]))
-    mesh, matrix = matrix[len(rows) :], matrix[: len(rows)]
+    far_of = np.flatnonzero([math.isfinite(row.mesh.backlash) for row in meshes])
+    flanks = [row.mesh for row in meshes] + [replace(meshes[i].mesh, flank=-meshes[i].mesh.flank) for i in far_of]
+    parts = _link_ends(rows, owners, places)
+    parts += _mesh_ends(flanks, np.concatenate([ends, ends[far_of]]), places, len(rows))
+    matrix = _matrix(len(rows) + len(flanks), parts, np.array([body.angle for body in train.bodies]))
+    matrix, mesh, far = np.split(matrix, [len(rows), len(rows) + len(meshes)])
     _check_frames(rows, owners, matrix, (frame_turn, spin_turn))
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row, hard in zip(rows, rigid, strict=True) if hard)
@@ -106,6 +112,8 @@ def structure_of(train: Train) -> Structure:
         meshes=meshes,
         mesh=mesh,
         mesh_ends=ends,
+        far=far,
+        far_of=far_of,
         link=matrix[~rigid],
         links=tuple(row for row, hard in zip(rows, rigid, strict=True) if not hard),
         rigid=matrix[rigid],

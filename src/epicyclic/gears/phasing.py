@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-__all__ = ["Angle", "Phase", "contact_of_mate", "contact_place", "driver_tooth", "mate_tooth", "shift_term"]
+__all__ = ["HALF", "Angle", "Phase", "contact_of_mate", "contact_place", "driver_tooth", "mate_tooth", "shift_term"]
 
 QUARTER = Fraction(1, 4)
 HALF = Fraction(1, 2)

@@ -3,6 +3,7 @@
 Depends on: results (the names of variables).  Importing this room imports plotly.
 """
 
+from .bearings import bearing_forces
 from .campbell import campbell
 from .curves import curves, study
 from .energy import energy_shares
@@ -10,15 +11,20 @@ from .frequencies import frequencies
 from .front import train_front
 from .loci import loci
 from .members import members
+from .modulation import modulation
 from .phases import orders, phases
 from .section import train_section
 from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
+from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
 from .tornado import tornado
+from .transient import spectrogram, transient_forces
+from .waterfall import waterfall
 
 __all__ = [
+    "bearing_forces",
     "campbell",
     "curves",
     "energy_shares",
@@ -30,11 +36,17 @@ __all__ = [
     "mesh_forces",
     "mesh_stiffness",
     "mode_shapes",
+    "modulation",
     "orders",
     "phases",
+    "spectrogram",
     "speed_sweep",
+    "stability_map",
+    "stability_over_speed",
     "study",
     "tornado",
     "train_front",
     "train_section",
+    "transient_forces",
+    "waterfall",
 ]

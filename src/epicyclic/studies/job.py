@@ -65,4 +65,6 @@ _LONG: Mapping[str, Callable[[Callable[[float], None]], Callable[..., None]]] = 
     "static": _share,
     "sweep": _count,
     "track": _share,
+    "stability": _count,
+    "transient": _share,
 }

@@ -25,8 +25,10 @@ __all__ = [
     "campbell",
     "check",
     "modes",
+    "modulation",
     "sensitivity",
     "sharing",
+    "stability",
     "static",
     "steady",
     "stiffness",
@@ -34,6 +36,7 @@ __all__ = [
     "system_of",
     "track",
     "train_of",
+    "transient",
 ]
 
 Overrides = Mapping[str, Any]
@@ -110,8 +113,8 @@ def sweep(
     source: Source,
     *,
     overrides: Overrides | None = None,
-    start: float | None = None,
-    stop: float | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
     points: int | None = None,
     **options: Any,
 ) -> xr.Dataset:
@@ -119,16 +122,115 @@ def sweep(
 
     Parameters
     ----------
-    start, stop : lowest and highest mesh frequency, of the first mesh [Hz]; None: a fifth of the lowest, 1.2 times
-        the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
+    start, stop : lowest and highest mesh frequency, of the first mesh [Hz], or text with a unit: "600 Hz", "100 rpm" of
+        the first member whose speed the model gives, "50 %" of the operating speed.  None: a fifth of the lowest, 1.2
+        times the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
 
     Raises
     ------
     ModelError : the model is wrong, or says no speed, torque or damping.
     """
     from ..analyses.harmonic.sweep import sweep as run
+    from ..system.system import System
 
+    train = None if isinstance(source, System) else train_of(source, overrides=overrides)
+    system = system_of(source if train is None else train, overrides=overrides if train is None else None)
+    if start is not None or stop is not None or points is not None:
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
+    return run(system, **options)
+
+
+def transient(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    torque: str | Path | None = None,
+    start: Any = "equilibrium",
+    **options: Any,
+) -> xr.Dataset:
+    """Motion over time; further options are those of `epicyclic.analyses.transient.transient.transient`.
+
+    Parameters
+    ----------
+    torque : a CSV file, ``time [s], sun [N m], ...``, of external torques of members.
+    start : ``equilibrium``, ``rest``, a state, a result of this verb, or the .nc file of one.
+
+    Raises
+    ------
+    ModelError : the model, the file or an option is wrong.
+    """
+    from ..analyses.transient.transient import transient as run
+
+    if torque is not None:
+        options["history"] = _history(torque)
+    if isinstance(start, (str, Path)) and Path(start).suffix == ".nc":
+        from ..results import load_result
+
+        start = load_result(start)
+    return run(system_of(source, overrides=overrides), start=start, **options)
+
+
+def _history(path: str | Path) -> Any:
+    """Torques of a CSV file as the analysis takes them."""
+    import numpy as np
+
+    from ..analyses.transient.scenario import History
+    from ..files.history import read_history
+
+    table = read_history(path)
+    return History(
+        time=np.array(table.time),
+        torque={name: np.array(values) for name, values in table.torque.items()},
+        where=tuple(f"{path}, line {line}" for line in table.line),
+    )
+
+
+def modulation(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Vibration at a fixed place beside the ring, its lines by family and cause.
+
+    Options are those of `epicyclic.studies.modulation.modulation`.
+    """
+    from .modulation import modulation as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
+def stability(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    points: int | None = None,
+    over: str | None = None,
+    values: Sequence[Any] | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Floquet multipliers over speed, and over a second parameter where one is named, with boundaries by averaging.
+
+    Further options are those of `epicyclic.analyses.stability.stability.stability`, and of
+    `epicyclic.studies.stability.stability_map` with a second parameter.
+
+    Parameters
+    ----------
+    start, stop, points : mesh frequencies as of `sweep`.
+    over : path in the model file, or ``variation`` or ``damping``, a factor; values : those it takes.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or says no speed; one of `over` and `values` without the other.
+    """
+    from ..analyses.stability.stability import stability as run
+
+    if (over is None) != (values is None):
+        raise ModelError("a path and its values go together", path="over, values", given=f"{over}, {values}")
     system = system_of(source, overrides=overrides)
+    if over is not None and values is not None:
+        from .stability import stability_map
+
+        speeds = options.pop("mesh_frequency", None)
+        speeds = _frequencies(system, start, stop, points or 100) if speeds is None else speeds
+        return stability_map(source, over, values, speeds, overrides=overrides, **options)
     if start is not None or stop is not None or points is not None:
         options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
     return run(system, **options)
@@ -148,17 +250,30 @@ def track(source: Source, *, overrides: Overrides | None = None, **options: Any)
     return run(train_of(source, overrides=overrides), **options)
 
 
-def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
+def _frequencies(
+    system: System,
+    start: float | str | None,
+    stop: float | str | None,
+    points: int,
+    *,
+    train: Train | None = None,
+) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
 
     from ..analyses.modes.eigen import eigen
     from ..analyses.statics.record import reference_tone
+    from .speeds import mesh_frequency
 
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=_SPEED_HINT)
     omega = eigen(system).omega
-    known = [float(reference_tone(system)), *(omega[omega > 0] / (2 * np.pi))]
+    tone = float(reference_tone(system))
+    known = [tone, *(omega[omega > 0] / (2 * np.pi))]
+    start, stop = (
+        None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
+        for end, path in ((start, "--from"), (stop, "--to"))
+    )
     low = 0.2 * min(known) if start is None else start
     high = max(1.2 * max(known), low) if stop is None else stop
     if not 0 < low <= high:
@@ -179,6 +294,9 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "sweep": sweep,
     "sensitivity": sensitivity,
     "track": track,
+    "modulation": modulation,
+    "stability": stability,
+    "transient": transient,
 }
 
 

@@ -7,6 +7,7 @@ with one column of B a mesh row, f_m = k_m(t) <B^T q - e>_m + c_m d/dt(...), all
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from .laws import LawGroup, Laws, stacked
 
-__all__ = ["Dofs", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
+__all__ = ["Dofs", "FarFlanks", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -47,6 +48,9 @@ class MeshRows:
     name, pair, stage, branch (0 = none), side ("" = none) : (m,) labels.
     slice : (m,) number along the face from the left, from 1, of a mesh cut into slices (name ``.../3``); 0 = a whole
         mesh.  None at all = every row is a whole mesh.  The slices of one mesh stand together.
+    ends : (m,) names of the bodies a and b.  internal : (m,) whether b is a ring.  direction : (m,) polar angle, in the
+        axes of the stage, from the centre of a to the pitch point [rad]; of a ring mesh that of the contact seen from
+        the ring's centre.  These three are empty where nobody has said them.
     B : (n, m).  stiffness : (m,) mean, normal [N/m].
     variation : (m, L) complex, with the phase in it, f the tone of the mesh:
         k_m(t) = stiffness (1 + Re sum_l variation[m, l-1] exp(2 pi i l f t)).
@@ -67,6 +71,23 @@ class MeshRows:
     backlash: Array
     cos_base_helix: Array
     slice: tuple[int, ...] = ()
+    ends: tuple[tuple[str, str], ...] = ()
+    internal: tuple[bool, ...] = ()
+    direction: Array = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FarFlanks:
+    """Rows of the flanks that carry no mean load, of the meshes whose backlash is finite.
+
+    A far flank presses where B^T q - backlash - e > 0; stiffness, damping, backlash and tone are those of its mesh.
+
+    mesh : (c,) which mesh row it belongs to.  B : (n, c).  variation : (c, L) complex, as of `MeshRows`.
+    """
+
+    mesh: NDArray[np.int64]
+    B: Array
+    variation: ComplexArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,6 +96,9 @@ class LinkRows:
 
     name : (p,) ``main/sun/support/x`` ; link : (p,) ``main/sun/support``.  B : (n, p).
     stiffness [N/m or N m/rad], damping : (p,).
+    skew : (p, p) what the turning of the frame adds to dampers to the housing at s = 1, Cskew = B skew B^T
+        [N/m, N m/rad]; empty where there is none.
+    preload : (p,) what the force is beside k (B^T q - e) [N, N m], of a law taken by its tangent; empty where none.
     """
 
     name: tuple[str, ...]
@@ -82,6 +106,8 @@ class LinkRows:
     B: Array
     stiffness: Array
     damping: Array
+    skew: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    preload: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,6 +122,8 @@ class Line:
         inertia, gravity, unbalance, loads; mesh errors are in `gap` alone.
     causes : the paths in the file that put something into it.
     group_gap : (R,) complex, the error of each row of the groups, in order; empty where there are none.
+    far_gap : (c,) complex, the error of each far flank [m]; empty where all are zero.
+    ramp_force : (n,) complex, further force per s' while the speed changes [N s]; empty where there is none.
     """
 
     frequency: Fraction
@@ -104,6 +132,8 @@ class Line:
     force: ComplexArray
     causes: tuple[str, ...] = ()
     group_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    far_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    ramp_force: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,6 +167,10 @@ class System:
         whatever needs M asks `require_inertia` first.
     groups : links with a law (play, rolling elements, spline); linear analyses take `analyses.linear.linearised`.
     body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
+    stage_turns : the same of the axes of every stage, by its name.
+    far : the far flanks, seen by analyses in which teeth part; None without finite backlash.
+    euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
+    spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
     """
 
     dofs: Dofs
@@ -159,6 +193,23 @@ class System:
     missing_inertia: tuple[str, ...] = ()
     groups: tuple[LawGroup, ...] = ()
     body_turns: tuple[Fraction, ...] = ()
+    stage_turns: Mapping[str, Fraction] = field(default_factory=dict)
+    far: FarFlanks | None = None
+    euler: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    spin_up: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def far_flanks(self) -> FarFlanks:
+        """The far flanks, none of them where no backlash is finite."""
+        n, L = len(self.force), self.meshes.variation.shape[1]
+        return self.far or FarFlanks(
+            mesh=np.zeros(0, np.int64), B=np.zeros((n, 0)), variation=np.zeros((0, L), complex)
+        )
+
+    def flank_gaps(self, line: Line) -> ComplexArray:
+        """Errors of all mesh rows and then of all far flanks, (m + c,) [m]."""
+        far = self.far_flanks.mesh.size
+        return np.concatenate([line.gap, line.far_gap if line.far_gap.size else np.zeros(far, complex)])
 
     @property
     def laws(self) -> Laws:

@@ -26,6 +26,8 @@ def _forces(result: xr.Dataset) -> Table:
     }
     if "mesh_force_bound" in result:
         columns["bound over all shaft phases [N]"] = list(result.mesh_force_bound.values)
+    if "dynamic_factor" in result:
+        columns["K_v"] = list(result.dynamic_factor.values)
     if "face_load_factor" in result:
         columns["largest per mean along the face"] = list(result.face_load_factor.values)
     if "contact_lost" in result:
@@ -43,34 +45,66 @@ def sharing_tables(result: xr.Dataset) -> list[Table]:
 
 
 def sweep_tables(result: xr.Dataset) -> list[Table]:
+    """Largest values over the speeds, and where: mesh forces, lateral bearing forces, accelerations."""
     frequency = result.mesh_frequency.values.ravel()
-    rms = result.mesh_force_rms.transpose("mesh", "speed").values
-    peak = result.mesh_force_peak.transpose("mesh", "speed").values
-    rows = []
-    for mesh, series, top in zip(result.mesh.values, rms, peak, strict=True):
-        if np.isfinite(series).any():
-            at = int(np.nanargmax(series))
-            rows.append((str(mesh), float(series[at]), float(frequency[at]), float(np.nanmax(top))))
-    headings = ("mesh", "largest rms [N]", "at mesh frequency [Hz]", "largest force [N]")
     status = result.status.values.astype(str)
     points = dict(zip(*np.unique(status, return_counts=True), strict=True))
-    columns = {heading: [row[i] for row in rows] for i, heading in enumerate(headings)}
     title = f"{len(frequency)} speeds, {number(frequency.min())} to {number(frequency.max())} Hz"
-    return [
-        table(f"Dynamic mesh forces, {title}", columns),
-        table("Points", {"status": list(map(str, points)), "points": [int(count) for count in points.values()]}),
-    ]
+    meshes = _largest(result, "mesh", "mesh_force_rms", "largest rms [N]")
+    meshes["largest force [N]"] = _largest(result, "mesh", "mesh_force_peak", "force")["force"]
+    meshes |= _largest(result, "mesh", "dynamic_factor", "largest K_v", at="K_v at [Hz]")
+    tables = [table(f"Dynamic mesh forces, {title}", meshes)]
+    if "bearing_force_peak" in result:
+        bearings = _largest(result, "bearing", "bearing_force_peak", "largest [N]")
+        bearings["largest dynamic rms [N]"] = _largest(result, "bearing", "bearing_force_rms", "rms")["rms"]
+        tables.append(table("Radial forces in bearings, supports and couplings", _loaded(bearings, "largest [N]")))
+    if "body_acceleration_rms" in result:
+        bodies = _largest(result, "body", "body_acceleration_rms", "largest rms [m/s2]")
+        tables.append(table("Accelerations of the bodies' centres", _loaded(bodies, "largest rms [m/s2]")))
+    counts: dict[str, Any] = {"status": list(map(str, points)), "points": [int(count) for count in points.values()]}
+    return [*tables, table("Points", counts)]
+
+
+def _largest(
+    result: xr.Dataset, dim: str, variable: str, heading: str, at: str = "at mesh frequency [Hz]"
+) -> dict[str, Any]:
+    """Names, largest value of a variable over the speeds, and where it is; nothing where no speed has one."""
+    values = result[variable].transpose(dim, "speed").values
+    known = np.isfinite(values).any(axis=1)
+    place = np.where(np.isfinite(values), values, -np.inf).argmax(axis=1)
+    frequency = result.mesh_frequency.values.ravel()
+    return {
+        dim: list(map(str, result[dim].values)),
+        heading: list(np.where(known, values[range(len(values)), place], np.nan)),
+        at: list(np.where(known, frequency[place], np.nan)),
+    }
+
+
+def _loaded(columns: dict[str, Any], heading: str) -> dict[str, Any]:
+    """The rows of a table whose value is more than rounding, 1e-9 of the largest."""
+    values = np.nan_to_num(np.array(columns[heading], dtype=float))
+    shown = np.flatnonzero(values > 1e-9 * values.max(initial=0.0))
+    return {name: [column[i] for i in shown] for name, column in columns.items()}
 
 
 def steady_tables(result: xr.Dataset) -> list[Table]:
-    if not result.sizes.get("line"):
-        return [_forces(result)]
-    columns: dict[str, Any] = {
-        "cause": list(map(str, result.line.values)),
-        "frequency [Hz]": list(result.line_frequency.values),
-        "largest amplitude of a mesh force [N]": list(result.line_amplitude.max("mesh").values),
-    }
-    return [_forces(result), table("Shaft frequencies", columns)]
+    tables = [_forces(result)]
+    if "bearing_force_peak" in result:
+        bearings: dict[str, Any] = {
+            "bearing": list(map(str, result.bearing.values)),
+            "mean [N]": list(result.bearing_force_mean.values),
+            "dynamic rms [N]": list(result.bearing_force_rms.values),
+            "largest [N]": list(result.bearing_force_peak.values),
+        }
+        tables.append(table("Radial forces in bearings, supports and couplings", _loaded(bearings, "largest [N]")))
+    if result.sizes.get("line"):
+        columns: dict[str, Any] = {
+            "cause": list(map(str, result.line.values)),
+            "frequency [Hz]": list(result.line_frequency.values),
+            "largest amplitude of a mesh force [N]": list(result.line_amplitude.max("mesh").values),
+        }
+        tables.append(table("Shaft frequencies", columns))
+    return tables
 
 
 def static_tables(result: xr.Dataset) -> list[Table]:

@@ -16,8 +16,11 @@ from rich.table import Table
 
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
+from .modulation import modulation_tables
 from .sensitivity import sensitivity_tables, track_tables
+from .stability import stability_tables
 from .tables import listed, number
+from .transient import transient_tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,4 +116,7 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "sweep": sweep_tables,
     "sensitivity": sensitivity_tables,
     "track": track_tables,
+    "modulation": modulation_tables,
+    "stability": stability_tables,
+    "transient": transient_tables,
 }

@@ -43,6 +43,7 @@ class Mesh:
     lead : gamma, phase lead of the contact in mesh cycles, in [0, 1) (exact Fraction where it is rational).
     sense : D; sigma(t) = sense * (f_mesh t + lead).
     damping : along the normal [N s/m].  backlash : normal [m], inf = the far flank never touches.
+    tooth_shift : 2 c of gear a, how far its tooth is thicker or thinner there than half a pitch [pitches].
     contact_ratio, overlap_ratio : transverse and overlap contact ratio [1], nan where the data are not given.
     slices : pieces along the face from left to right; empty where the mesh is one row. Stiffness, variation, lead and
         damping above are those of the whole, which the slices add up to.
@@ -70,6 +71,7 @@ class Mesh:
     sense: int = 1
     damping: float = 0.0
     backlash: float = float("inf")
+    tooth_shift: float = 0.0
     contact_ratio: float = float("nan")
     overlap_ratio: float = float("nan")
     slices: tuple[MeshSlice, ...] = ()

@@ -17,6 +17,7 @@ from epicyclic.plots.energy import gathered
 from epicyclic.plots.frequencies import groups
 from epicyclic.plots.parts import faces, parts
 from epicyclic.plots.style import DASHES, PALETTE, branch_colour
+from epicyclic.plots.waterfall import crests, rays
 
 Datasets = dict[str, xr.Dataset]
 
@@ -40,6 +41,8 @@ def every_figure(datasets: Datasets) -> dict[str, go.Figure]:
         found["history"] = plots.load_history(datasets["sharing"])
         found["forces"] = plots.mesh_forces(datasets["sharing"])
         found["sweep"] = plots.speed_sweep(datasets["sweep"], modes)
+        found["waterfall"] = plots.waterfall(datasets["sweep"], modes)
+        found["bearings"] = plots.bearing_forces(datasets["sweep"], modes)
     return found
 
 
@@ -51,7 +54,7 @@ def test_every_axis_with_numbers_says_its_unit(ren: Datasets) -> None:
     for name, drawn in every_figure(ren).items():
         titles = [axis.title.text for axis in drawn.select_yaxes() if axis.title.text]
         titles += [axis.title.text for axis in drawn.select_xaxes() if axis.title.text]
-        if name in ("front", "section", "stiffness", "campbell", "history", "forces", "sweep"):
+        if name in ("front", "section", "stiffness", "campbell", "history", "forces", "sweep", "waterfall", "bearings"):
             assert titles, name
         for title in titles:
             assert title == "mode" or re.search(r"\[.+\]$", title), (name, title)
@@ -256,6 +259,57 @@ def test_lost_contact_is_said(ren: Datasets) -> None:
     data["contact_lost"] = data.contact_lost.copy(data=np.arange(12) < 2)
     notes = [note.text for note in plots.mesh_forces(data).layout.annotations]
     assert "contact lost in 2 of 12 meshes" in notes
+
+
+def test_the_waterfall_has_a_ray_for_every_line(ren: Datasets) -> None:
+    sweep = ren["sweep"]
+    every = rays(sweep)
+    assert [ray.order for ray in every] == pytest.approx([0.0435, 1, 1.0435, *range(2, 13)])
+    first = every[1]
+    assert first.label == "1× mesh"
+    expected = sweep.mesh_force_order.sel(order=1).max("mesh").values
+    np.testing.assert_array_equal(first.amplitude, expected)
+    at = int(np.nanargmax(expected))
+    assert first.mesh[at] == str(sweep.mesh.values[sweep.mesh_force_order.sel(order=1).values[:, at].argmax()])
+    found = crests(every, sweep.mesh_frequency.values, ren["modes"])
+    natural = np.array([one.frequency for one in groups(ren["modes"])])
+    assert 1 <= len(found) <= 5
+    assert found[0].amplitude == max(one.amplitude for one in found)
+    for one in found:
+        assert np.abs(natural / one.y - 1).min() < 0.06
+        assert one.y / one.x == pytest.approx(float(one.label.partition("×")[0])) or "run_out" in one.label
+    drawn = plots.waterfall(sweep, ren["modes"])
+    shades = [trace for trace in drawn.data if trace.marker.coloraxis == "coloraxis"]
+    strongest = max(shades, key=lambda trace: max(trace.marker.color))
+    # in kN, as a logarithm, to four digits
+    assert 10 ** max(strongest.marker.color) == pytest.approx(float(np.nanmax(expected)) / 1e3, rel=1e-2)
+    alone = plots.waterfall(sweep, mesh=str(sweep.mesh.values[0]))
+    assert "main/" in alone.layout.title.text
+
+
+def test_lines_of_one_frequency_are_one_ray(ren: Datasets) -> None:
+    sweep = ren["sweep"].assign_coords(line_order=("line", [1.0, 1.0435]))
+    (first,) = [ray for ray in rays(sweep) if ray.order == 1.0]
+    both = np.maximum(sweep.mesh_force_order.sel(order=1).max("mesh"), sweep.mesh_force_line[:, 0].max("mesh"))
+    np.testing.assert_array_equal(first.amplitude, both.values)
+
+
+def test_a_mesh_of_another_tone_has_its_own_rays(ren: Datasets) -> None:
+    tones = np.where(np.arange(ren["sweep"].sizes["mesh"]) < 6, 1.0, 0.3)
+    found = {ray.order: ray.label for ray in rays(ren["sweep"].assign_coords(mesh_tone=("mesh", tones)))}
+    assert found[0.3] == found[1.0] == "1× main mesh"
+    assert found[0.6] == "2× main mesh"
+    assert len(found) == 12 + 12 + 2 - 1  # 10 x 0.3 is 3 x 1
+
+
+def test_bearings_that_carry_the_same_are_one_curve(ren: Datasets) -> None:
+    drawn = plots.bearing_forces(ren["sweep"], ren["modes"])
+    names = [trace.name for trace in drawn.data if trace.showlegend is not False and trace.y[0] is not None]
+    assert [name for name in names if "bearing" in name] == ["planet 1, 2, 3 bearing"]
+    assert "ring left, right support" in names
+    curve = next(trace for trace in drawn.data if trace.name == "planet 1, 2, 3 bearing")
+    expected = ren["sweep"].bearing_force_peak[0].values / 1e3
+    np.testing.assert_allclose(numbers(curve.y), expected, rtol=1e-3)
 
 
 def test_sweep_marks_natural_frequencies_operating_point_and_failures(ren: Datasets) -> None:

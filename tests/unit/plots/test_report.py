@@ -75,7 +75,7 @@ def test_the_page_asks_for_nothing_outside(ren: Datasets) -> None:
     # plotly.js itself is there once; what is left has no address but the source's doi
     assert html.count(get_plotlyjs()) == 1
     rest = html.replace(get_plotlyjs(), "")
-    assert rest.count("Plotly.newPlot(") == 14
+    assert rest.count("Plotly.newPlot(") == 16
     assert re.findall(r"(?:https?:)?//[a-z]+\.[a-z]+", rest.replace("https://plot.ly", "")) == []
     assert len(html) < 8e6
 

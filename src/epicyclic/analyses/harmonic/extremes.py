@@ -1,35 +1,43 @@
-"""Largest and smallest values of a steady response over all phases of its tones and shaft lines."""
+"""Largest and smallest values of signals over all phases of their tones and shaft lines."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from .response import Block, Response
-from .waveform import Spectrum, on_torus, own_waves, peak, samples_needed
+from .waveform import Signal, on_torus, own_waves, peak
 
-__all__ = ["force_extremes", "strokes"]
+__all__ = ["Range", "force_extremes", "ranges"]
+
+Index = NDArray[np.int64]
 
 # Phases of each tone on the grid: least, by the number of tones.
 _GRID = {1: 128, 2: 48, 3: 32}
 
 
-def force_extremes(
-    ready: Response, block: Block, force: Spectrum, shafts: Spectrum | None, *, axis: NDArray[np.int64]
-) -> tuple[Array, Array]:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Range:
+    """Smallest and largest value of every row (rows, P), and largest length of pairs of rows (pairs, P)."""
+
+    low: Array
+    high: Array
+    length: Array
+
+
+def force_extremes(force: Signal, *, axis: Index) -> tuple[Array, Array]:
     """Smallest and largest mesh force over the torus of the tone phases with all shaft lines at their worst, (m, P).
 
     max over theta_1 .. theta_D of f + sum |A_s|: reached if the tones and lines take all combinations of phases.
     axis : (m,) the tone each force follows.
     """
-    counts = _counts(ready, block)
-    value = on_torus(force, counts, block.kept[-1])[:, :, 0]
-    reach = 0.0 if shafts is None else np.abs(on_torus(shafts, counts, block.kept[-1])).sum(axis=2)
+    value, reach = _waves(force)
     return -_largest(axis, reach - value), _largest(axis, reach + value)
 
 
-def _largest(own: NDArray[np.int64], values: Array) -> Array:
+def _largest(own: Index, values: Array) -> Array:
     """Largest over the torus (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh."""
     if values.ndim == 3:
         return peak(values)
@@ -41,29 +49,50 @@ def _largest(own: NDArray[np.int64], values: Array) -> Array:
     return result
 
 
-def strokes(ready: Response, block: Block, motion: Spectrum, shafts: Spectrum | None) -> Array:
-    """Half the way every coordinate goes at most, (n, P): over the phase of one tone exact.
+def ranges(signal: Signal, pairs: Index | None = None) -> Range:
+    """Smallest and largest value of every row, shaft lines at their worst, and largest length of pairs of rows (k, 2).
 
-    Several tones add their ways, combinations and their shaft lines the sum of their amplitudes: a bound.
+    Over the phase of one tone exact but for the shaft lines, of which each takes its worst phase.  Several tones add
+    their largest values, combinations and shaft lines the sum of their amplitudes: a bound.
     """
-    counts = _counts(ready, block)
-    if len(counts) == 1:
-        value: Array = on_torus(motion, counts, 0)[:, :, 0]
-        reach = 0.0 if shafts is None else np.abs(on_torus(shafts, counts, 0)).sum(axis=2)
-        return (peak(value + reach) + peak(reach - value)) / 2
-    combined = np.count_nonzero(motion.points, axis=1) > 1
-    total: Array = np.abs(motion.amplitude[..., combined]).sum(axis=(2, 3))
-    if shafts is not None:
-        total = total + np.abs(shafts.amplitude).sum(axis=(2, 3))
-    for axis, count in enumerate(counts):
-        own = own_waves(motion, axis, np.arange(count) / count)[:, :, 0]
-        total = total + (peak(own) + peak(-own)) / 2
-    return total
+    pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
+    if signal.orders.points.shape[1] == 1:
+        value, reach = _waves(signal)
+        size = np.abs(value) + reach
+        length = peak(np.hypot(size[pairs[:, 0]], size[pairs[:, 1]]))
+        return Range(low=-peak(reach - value), high=peak(reach + value), length=length)
+    low, high = _added(signal)
+    most = np.maximum(-low, high)
+    return Range(low=low, high=high, length=np.hypot(most[pairs[:, 0]], most[pairs[:, 1]]))
 
 
-def _counts(ready: Response, block: Block) -> list[int]:
-    """Grid points of every tone's phase."""
-    *harmonics, _ = block.kept
-    D = len(harmonics)
+def _waves(signal: Signal) -> tuple[Array, Array | float]:
+    """Value of the tones over the grid of their phases (rows, P, N_1, ..), and what shaft lines may add to it."""
+    counts = _counts(signal)
+    value: Array = on_torus(signal.orders, counts, signal.cross)[:, :, 0]
+    if signal.lines is None:
+        return value, 0.0
+    return value, np.abs(on_torus(signal.lines, counts, signal.cross)).sum(axis=2)
+
+
+def _added(signal: Signal) -> tuple[Array, Array]:
+    """Smallest and largest values of the tones one by one, added, with everything else at its worst, (rows, P)."""
+    orders = signal.orders
+    combined = np.count_nonzero(orders.points, axis=1) > 1
+    other: Array = np.abs(orders.amplitude[..., combined]).sum(axis=(2, 3))
+    if signal.lines is not None:
+        other = other + np.abs(signal.lines.amplitude).sum(axis=(2, 3))
+    low, high = -other, other
+    for axis, count in enumerate(_counts(signal)):
+        own = own_waves(orders, axis, np.arange(count) / count, mean=axis == 0)[:, :, 0]
+        low, high = low - peak(-own), high + peak(own)
+    return low, high
+
+
+def _counts(signal: Signal) -> list[int]:
+    """Grid points of every tone's phase: enough for the harmonics of the tone, with one tone four times that."""
+    points = signal.orders.points
+    D = points.shape[1]
+    own = np.count_nonzero(points, axis=1) <= 1
     least, times = _GRID.get(D, 16), 4 if D == 1 else 1
-    return [max(least, times * samples_needed(ready, H)) for H in harmonics]
+    return [max(least, times * (2 * int(np.abs(points[own, j]).max(initial=0)) + 1)) for j in range(D)]

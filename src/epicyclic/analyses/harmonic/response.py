@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from math import lcm
+from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...system.system import Array, System
 from ..modes.basis import Modal, modal_form
 from ..statics.linear import linearised
 from .balance import Guess, Rows, Solved, solve
+from .comb import Comb, Integers, comb, row_steps, unit_of
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
 from .kernel import Kernel, kernel
 
@@ -22,7 +23,6 @@ __all__ = ["Block", "FrameSpeed", "Kept", "Response", "respond", "response"]
 
 FrameSpeed = Literal["kinematic", "operating"]
 Index = NDArray[np.int64]
-Integers = NDArray[np.object_]
 Kept = tuple[int, ...]
 """Harmonics of each tone, and the cross order of combinations."""
 
@@ -35,20 +35,6 @@ _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Fold:
-    """Which rows, of mesh orders and then of every shaft line, have exactly equal frequency, to the sign.
-
-    merged : whether any have.  line : (K,) number of the distinct frequency; backwards : (K,) it is minus that.
-    moving : (K or lines,) 1, 0 for a row (a line, where merged) of frequency 0.
-    """
-
-    merged: bool
-    line: Index
-    backwards: NDArray[np.bool_]
-    moving: Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Response:
     """A System ready to be solved at any speed.  frame_speed : whether G, Kg follow the speed or stay."""
 
@@ -58,7 +44,7 @@ class Response:
     frame_speed: FrameSpeed = "kinematic"
     kernels: dict[tuple[Kept, bool], Kernel] = field(default_factory=dict)
     frequencies: dict[tuple[Kept, bool], tuple[Array, Array]] = field(default_factory=dict)
-    folds: dict[tuple[Kept, bool], Fold] = field(default_factory=dict)
+    combs: dict[tuple[Kept, bool, bool], Comb] = field(default_factory=dict)
 
     @property
     def omega(self) -> Array:
@@ -80,11 +66,9 @@ class Response:
         """
         made = self.kernel(kept, shifted=shifted)
         shafts = [shaft.frequency for shaft in self.lines.shaft]
-        unit = lcm(*(f.denominator for f in (*self.lines.tones, *shafts)))
-        points = np.concatenate([made.lattice.points, made.dropped]).astype(object)
-        at = points @ np.array([int(tone * unit) for tone in self.lines.tones], dtype=object)
-        shifts = np.array([int(f * unit) for f in shafts] if shifted else [0], dtype=object)
-        return np.add.outer(shifts, at), unit
+        unit = unit_of(self.lines.tones, shafts)
+        points = np.concatenate([made.lattice.points, made.dropped])
+        return row_steps(points, self.lines.tones, shafts if shifted else [Fraction(0)], unit), unit
 
     def frequency(self, kept: Kept, *, shifted: bool) -> tuple[Array, Array]:
         """Angular frequency of every row (S, J) and of every row dropped (S, T) at the operating speed [rad/s].
@@ -99,19 +83,17 @@ class Response:
             self.frequencies[key] = omega[:, :J], omega[:, J:]
         return self.frequencies[key]
 
-    def fold(self, kept: Kept, *, shafts: bool) -> Fold:
-        """Rows of equal frequency, kept and dropped ones, compared exactly."""
-        key = (kept, shafts)
-        if key not in self.folds:
-            kinds = (False, True) if shafts else (False,)
-            steps = np.concatenate([self.steps(kept, shifted=shifted)[0].ravel() for shifted in kinds])
-            distinct, line = np.unique(np.abs(steps), return_inverse=True)
-            merged = distinct.size < steps.size
-            moving = (distinct if merged else steps) != 0
-            self.folds[key] = Fold(
-                merged=merged, line=line, backwards=(steps < 0).astype(bool), moving=moving.astype(float)
-            )
-        return self.folds[key]
+    def comb(self, kept: Kept, *, shafts: bool, dropped: bool) -> Comb:
+        """Frequencies of the rows kept, with the rows `dropped` or not, of mesh orders and of `shafts` or not."""
+        key = (kept, shafts, dropped)
+        if key not in self.combs:
+            parts, unit = [], 1
+            for shifted in (False, True)[: 1 + shafts]:
+                steps, unit = self.steps(kept, shifted=shifted)
+                J = len(self.kernel(kept, shifted=shifted).lattice.points)
+                parts.append((steps if dropped else steps[:, :J]).ravel())
+            self.combs[key] = comb(np.concatenate(parts), unit)
+        return self.combs[key]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -14,15 +14,16 @@ from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ..statics.linear import linearised
 from .extremes import force_extremes
+from .links import lateral, link_signal
+from .measures import dynamic_factor, link_measures, mean, mean_square
 from .periodic import TOLERANCE, Periodic, ShaftLine, counted, periodic, periodic_by_tone, solved
 from .response import Block, Response
 from .superposition import superposed
 from .waveform import (
     Spectrum,
-    force_spectrum,
-    mean_square,
+    force_signal,
     mesh_axis,
-    motion_spectrum,
+    motion_signal,
     on_torus,
     own_waves,
     samples_needed,
@@ -67,13 +68,12 @@ def steady(
     )
     system = ready.system
     face, axis = faces(system.meshes), mesh_axis(ready)
-    rows, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
-    shaft_rows = None if block.shaft is None else force_spectrum(ready, block, shifted=True)
-    force, shafts = whole(rows, face), None if shaft_rows is None else whole(shaft_rows, face)
-    low, high = force_extremes(ready, block, force, shafts, axis=axis)
-    lowest = force_extremes(ready, block, rows, shaft_rows, axis=ready.lines.axis)[0] if face.cut.any() else low
+    rows, moved = force_signal(ready, block), motion_signal(ready, block)
+    every, motion = whole(rows, face), moved.orders
+    force, shafts = every.orders, every.lines
+    low, high = force_extremes(every, axis=axis)
+    lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else low
     radius = system.dofs.radius[:, None]
-    square = mean_square(ready, block, [force] if shafts is None else [force, shafts])
     combined, labels = _combinations(ready, force, motion, relative_speed)
     return dataset(
         {
@@ -85,15 +85,18 @@ def steady(
                 radius * _orders(motion, 0, block.harmonics + _length(ready)),
             ),
             **combined,
-            "mesh_force_rms": ("mesh", np.sqrt(square[:, 0])),
+            "mesh_force_rms": ("mesh", np.sqrt(mean_square(every)[:, 0])),
             "mesh_force_bound": ("mesh", high[:, 0]),
             "mesh_force_minimum": ("mesh", low[:, 0]),
+            "dynamic_factor": ("mesh", dynamic_factor(high, mean(every))[:, 0]),
+            **_link_variables(ready, block, theta),
             **_line_variables(ready, block, shafts, theta),
             "residual": ((), block.residual[0]),
         },
         {
             "mesh": list(face.name),
             "dof": list(system.dofs.names),
+            **_link_names(system),
             "mesh_phase": theta,
             "harmonic": np.arange(block.harmonics + _length(ready) + 1),
             **labels,
@@ -105,6 +108,32 @@ def steady(
         provenance=system.provenance,
         warnings=[*system.warnings, *tension(system, lowest)],
     )
+
+
+def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, Any]:
+    """Forces of the links at multiples of the first mesh frequency, and what is told of them with all frequencies."""
+    if not ready.system.links.name:
+        return {}
+    links, pairs = link_signal(ready, block), lateral(ready.system)
+    found = {name: values[:, 0] for name, values in link_measures(links, pairs).items()}
+    by_bearing = {
+        name: ("bearing", values) for name, values in found.items() if name.startswith("bearing") and values.size
+    }
+    return {
+        "link_force": (("link_row", "mesh_phase"), own_waves(links.orders, 0, theta)[:, 0, 0].real),
+        "link_force_harmonic": (
+            ("link_row", "harmonic"),
+            _orders(links.orders, 0, block.harmonics + _length(ready)),
+        ),
+        **{name: ("link_row", values) for name, values in found.items() if name.startswith("link")},
+        **by_bearing,
+    }
+
+
+def _link_names(system: System) -> dict[Hashable, Any]:
+    links, pairs = system.links, lateral(system)
+    names: dict[Hashable, Any] = {"link_row": list(links.name)} if links.name else {}
+    return {**names, "bearing": [links.link[x] for x in pairs[:, 0]]} if len(pairs) else names
 
 
 def tension(system: System, lowest: Array) -> list[str]:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,10 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from .extremes import force_extremes, strokes
+from .extremes import force_extremes
+from .links import link_signal
+from .measures import Signals, measured
 from .response import Block, FrameSpeed, Response, respond, response
 from .steady import tension
-from .waveform import force_spectrum, mean_square, mesh_axis, motion_spectrum, whole
+from .table import Table, blank, labelled
+from .waveform import force_signal, motion_signal, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,22 +25,8 @@ if TYPE_CHECKING:
 __all__ = ["sweep"]
 
 _POINTS = 200
+_ORDERS = 100
 _ACCEPTED = 100.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Curves:
-    """What a sweep fills in: of whole meshes (w, P) [N], lowest of every row (m, P), (n, P) [m], (P,)."""
-
-    rms: Array
-    peak: Array
-    minimum: Array
-    lowest: Array
-    amplitude: Array
-    residual: Array
-    harmonics: NDArray[np.int64]
-    cross: NDArray[np.int64]
-    status: NDArray[np.object_]
 
 
 def sweep(
@@ -48,10 +36,11 @@ def sweep(
     relative_speed: ArrayLike | None = None,
     frame_speed: FrameSpeed = "kinematic",
     shaft_orders: bool = True,
+    orders: int = 12,
     tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """RMS, peak and minimum of every mesh force and amplitude of every coordinate over speed, for linear contact.
+    """Mesh forces, bearing forces and motion over speed, for linear contact: see `measures` for what each number is.
 
     With shaft orders the RMS is that of all time (Parseval), and the peak and the minimum are bounds over all
     relative phases, max over theta of f0 + sum |A_s|: teeth meet at discrete phases, so a bound may lie up to
@@ -65,6 +54,8 @@ def sweep(
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
+    orders : highest mesh order whose amplitude is told, 1 to 100; shaft lines are told around so many mesh orders, and
+        combinations of mesh frequencies up to so many, at most 32 of each.
     tolerance : relative residual of the harmonics kept [1]; those dropped are below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
 
@@ -73,19 +64,31 @@ def sweep(
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
+    if not 1 <= orders <= _ORDERS:
+        raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
     ready = response(system, frame_speed=frame_speed)
     speed = _speeds(ready, mesh_frequency, relative_speed)
-    curves = _blank(system, speed.size)
+    table = blank(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
+    cross = np.zeros(speed.size, dtype=np.int64)
     usable = np.isfinite(speed) & (speed > 0)
-    curves.status[~usable] = "speed is not a number above zero"
+    table.status[~usable] = "speed is not a number above zero"
     places, done = np.flatnonzero(usable), int((~usable).sum())
     for block in respond(ready, speed[usable], tolerance=tolerance, shaft_orders=shaft_orders):
-        _fill(ready, block, places[block.index], curves, accepted=_ACCEPTED * tolerance)
+        _fill(ready, block, places[block.index], table, accepted=_ACCEPTED * tolerance)
+        cross[places[block.index]] = block.kept[-1]
         done += block.index.size
         if progress is not None:
             progress(done, speed.size)
-    options = {"frame_speed": frame_speed, "shaft_orders": shaft_orders, "tolerance": tolerance}
-    return _labelled(ready, speed, curves, options)
+    return labelled(
+        table,
+        ready.system,
+        speed=speed,
+        tone=float(ready.lines.tone),
+        verb="sweep",
+        options={"frame_speed": frame_speed, "shaft_orders": shaft_orders, "orders": orders, "tolerance": tolerance},
+        warnings=[*ready.system.warnings, *tension(system, table.lowest)],
+        further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
+    )
 
 
 def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
@@ -102,77 +105,26 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
     return np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
 
 
-def _blank(system: System, count: int) -> _Curves:
-    m, n = len(faces(system.meshes).name), system.force.size
-    return _Curves(
-        rms=np.full((m, count), np.nan),
-        peak=np.full((m, count), np.nan),
-        minimum=np.full((m, count), np.nan),
-        lowest=np.full((len(system.meshes.name), count), np.nan),
-        amplitude=np.full((n, count), np.nan),
-        residual=np.full(count, np.nan),
-        harmonics=np.zeros(count, dtype=np.int64),
-        cross=np.zeros(count, dtype=np.int64),
-        status=np.full(count, "", dtype=object),
-    )
-
-
-def _fill(ready: Response, block: Block, place: NDArray[np.int64], curves: _Curves, *, accepted: float) -> None:
-    """Write the curves of one block, nan where it found no answer."""
+def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: Table, *, accepted: float) -> None:
+    """Write the measures of one block, nan where it found no answer."""
     face = faces(ready.system.meshes)
-    rows, motion = (find(ready, block, shifted=False) for find in (force_spectrum, motion_spectrum))
-    line_rows, moving = None, None
-    if block.shaft is not None:
-        line_rows, moving = (find(ready, block, shifted=True) for find in (force_spectrum, motion_spectrum))
-    force, lines = whole(rows, face), None if line_rows is None else whole(line_rows, face)
-    low, high = force_extremes(ready, block, force, lines, axis=mesh_axis(ready))
-    lowest = force_extremes(ready, block, rows, line_rows, axis=ready.lines.axis)[0] if face.cut.any() else low
-    square = mean_square(ready, block, [force] if lines is None else [force, lines])
-    good = block.residual <= accepted
-    curves.residual[place], curves.harmonics[place] = block.residual, block.harmonics
-    curves.cross[place] = block.kept[-1]
-    curves.status[place] = [_status(value, accepted) for value in block.residual]
-    for target, values in (
-        (curves.rms, np.sqrt(square)),
-        (curves.peak, high),
-        (curves.minimum, low),
-        (curves.lowest, lowest),
-        (curves.amplitude, ready.system.dofs.radius[:, None] * strokes(ready, block, motion, moving)),
-    ):
-        target[:, place] = np.where(good, values, np.nan)
+    rows = force_signal(ready, block)
+    signals = Signals(
+        speed=block.speed,
+        force=whole(rows, face),
+        motion=motion_signal(ready, block),
+        links=link_signal(ready, block) if ready.system.links.name else None,
+    )
+    with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
+        found, good = measured(signals, table.layout), block.residual <= accepted
+    table.put(place, found, good)
+    lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
+    table.lowest[:, place] = np.where(good, lowest, np.nan)
+    table.values["residual"][place], table.harmonics[place] = block.residual, block.harmonics
+    table.status[place] = [_status(value, accepted) for value in block.residual]
 
 
 def _status(residual: float, accepted: float) -> str:
     if not np.isfinite(residual):
         return "not finite"
     return "ok" if residual <= accepted else "not converged"
-
-
-def _labelled(ready: Response, speed: Array, curves: _Curves, options: dict[str, Any]) -> xr.Dataset:
-    from ...results import dataset
-
-    system = ready.system
-    several = {"cross_order": ("speed", curves.cross)} if len(ready.lines.tones) > 1 else {}
-    return dataset(
-        {
-            **several,
-            "mesh_force_rms": (("mesh", "speed"), curves.rms),
-            "mesh_force_peak": (("mesh", "speed"), curves.peak),
-            "mesh_force_minimum": (("mesh", "speed"), curves.minimum),
-            "amplitude": (("dof", "speed"), curves.amplitude),
-            "status": ("speed", curves.status),
-            "harmonics": ("speed", curves.harmonics),
-            "residual": ("speed", curves.residual),
-        },
-        {
-            "mesh": list(faces(system.meshes).name),
-            "dof": list(system.dofs.names),
-            "speed": speed,
-            "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
-        },
-        verb="sweep",
-        options=options,
-        provenance=system.provenance,
-        warnings=[*system.warnings, *tension(system, curves.lowest)],
-        units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
-    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -12,22 +13,29 @@ from numpy.typing import NDArray
 from ...system.faces import Faces, faces
 from ...system.system import Array, ComplexArray
 from .balance import Solved
+from .comb import Comb, comb, row_steps
 from .kernel import product, tail
 from .lattice import Lattice, bundle
 from .response import Block, Response
 
 __all__ = [
     "Envelopes",
+    "Signal",
     "Spectrum",
+    "by_speed",
+    "complex_rows",
     "envelopes",
+    "force_signal",
     "force_spectrum",
-    "mean_square",
     "mesh_axis",
+    "motion_signal",
     "motion_spectrum",
     "on_torus",
     "own_waves",
     "peak",
+    "sampled",
     "samples_needed",
+    "solved_rows",
     "whole",
 ]
 
@@ -49,6 +57,29 @@ class Spectrum:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Signal:
+    """Rows at all their frequencies; whoever solves for them, by whatever method, `measures` reads them from this.
+
+    orders : at the points of the tones, S = 1.  lines : around the shaft frequencies, None without.
+    comb : the frequencies of all of them, the rows of `orders` first, speeds not counted.
+    cross : combinations of several tones beyond that cross order are left out of values over the phases.
+    """
+
+    orders: Spectrum
+    lines: Spectrum | None
+    comb: Comb
+    cross: int = 0
+
+    @property
+    def values(self) -> ComplexArray:
+        """(rows, P, R) amplitudes in the order of the comb."""
+        rows, P = self.orders.amplitude.shape[:2]
+        parts = [self.orders] if self.lines is None else [self.orders, self.lines]
+        joined: ComplexArray = np.concatenate([part.amplitude.reshape(rows, P, -1) for part in parts], axis=2)
+        return joined
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Envelopes:
     """Everything but the multiples of one tone, gathered modulo that tone.
 
@@ -63,22 +94,63 @@ class Envelopes:
 
 def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Mesh force k(t) (B^T q - e) + c d/dt(...) [N], rows dropped included."""
-    solved = _solved(block, shifted)
+    solved = solved_rows(block, shifted=shifted)
     made, meshes = ready.kernel(block.kept, shifted=shifted), ready.system.meshes
     gap = solved.gap
-    force = _complex(product(made, gap) + meshes.stiffness[:, None, None] * gap)
+    force = complex_rows(product(made, gap) + meshes.stiffness[:, None, None] * gap)
     if meshes.damping.any():
-        force += 1j * meshes.damping[:, None, None] * solved.frequency * _complex(gap)
+        force += 1j * meshes.damping[:, None, None] * solved.frequency * complex_rows(gap)
     return Spectrum(
-        amplitude=_by_speed(np.concatenate([force, _complex(tail(made, gap))], axis=2), block),
+        amplitude=by_speed(np.concatenate([force, complex_rows(tail(made, gap))], axis=2), block),
         points=np.concatenate([made.lattice.points, made.dropped]),
         mirrored=not shifted,
     )
 
 
-def whole(rows: Spectrum, face: Faces) -> Spectrum:
+def force_signal(ready: Response, block: Block) -> Signal:
+    """Force of every mesh row [N] at all frequencies."""
+    shafts = block.shaft is not None
+    return Signal(
+        orders=force_spectrum(ready, block, shifted=False),
+        lines=force_spectrum(ready, block, shifted=True) if shafts else None,
+        comb=ready.comb(block.kept, shafts=shafts, dropped=True),
+        cross=block.kept[-1],
+    )
+
+
+def motion_signal(ready: Response, block: Block) -> Signal:
+    """Every coordinate [m, rad] at all frequencies kept."""
+    shafts = block.shaft is not None
+    return Signal(
+        orders=motion_spectrum(ready, block, shifted=False),
+        lines=motion_spectrum(ready, block, shifted=True) if shafts else None,
+        comb=ready.comb(block.kept, shafts=shafts, dropped=False),
+        cross=block.kept[-1],
+    )
+
+
+def sampled(waves: Array, tone: Fraction) -> Signal:
+    """The signal of samples (rows, P, Nt) over one cycle of a tone [Hz at the operating speed], Nt odd."""
+    count = waves.shape[-1]
+    amplitude = np.fft.rfft(waves)[:, :, None] * (2 / count)
+    amplitude[..., 0] /= 2
+    if count % 2 == 0:
+        amplitude[..., -1] /= 2
+    points = np.arange(amplitude.shape[-1])[:, None]
+    steps = row_steps(points, [tone], [Fraction(0)], tone.denominator)
+    return Signal(
+        orders=Spectrum(amplitude=amplitude, points=points, mirrored=True),
+        lines=None,
+        comb=comb(steps.ravel(), tone.denominator),
+    )
+
+
+def whole(rows: Signal, face: Faces) -> Signal:
     """Forces of whole meshes from those of their slices."""
-    return replace(rows, amplitude=face.total(rows.amplitude))
+    if len(face.first) == len(face.row):
+        return rows
+    lines = None if rows.lines is None else replace(rows.lines, amplitude=face.total(rows.lines.amplitude))
+    return replace(rows, orders=replace(rows.orders, amplitude=face.total(rows.orders.amplitude)), lines=lines)
 
 
 def mesh_axis(ready: Response) -> Index:
@@ -89,44 +161,30 @@ def mesh_axis(ready: Response) -> Index:
 
 def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Coordinates [m, rad]."""
-    P, _, J, n = _solved(block, shifted).y.shape
-    q = (ready.modal.shapes @ _solved(block, shifted).y.reshape(-1, n).T).reshape(n, P, 2 * J)
+    P, _, J, n = solved_rows(block, shifted=shifted).y.shape
+    q = (ready.modal.shapes @ solved_rows(block, shifted=shifted).y.reshape(-1, n).T).reshape(n, P, 2 * J)
     points = ready.kernel(block.kept, shifted=shifted).lattice.points
-    return Spectrum(amplitude=_by_speed(_complex(q), block), points=points, mirrored=not shifted)
+    return Spectrum(amplitude=by_speed(complex_rows(q), block), points=points, mirrored=not shifted)
 
 
-def _solved(block: Block, shifted: bool) -> Solved:
+def solved_rows(block: Block, *, shifted: bool) -> Solved:
+    """The rows of mesh orders, or of shaft orders."""
     solved = block.shaft if shifted else block.mesh
     if solved is None:
         raise ValueError("no shaft lines were solved")
     return solved
 
 
-def _complex(both: Array) -> ComplexArray:
+def complex_rows(both: Array) -> ComplexArray:
+    """(..., 2 J) real and imaginary parts side by side as (..., J)."""
     half = both.shape[-1] // 2
     value: ComplexArray = both[..., :half] + 1j * both[..., half:]
     return value
 
 
-def _by_speed(values: ComplexArray, block: Block) -> ComplexArray:
+def by_speed(values: ComplexArray, block: Block) -> ComplexArray:
+    """(rows, P S, K) as (rows, P, S, K)."""
     return values.reshape(values.shape[0], block.speed.size, -1, values.shape[-1])
-
-
-def mean_square(ready: Response, block: Block, spectra: Sequence[Spectrum]) -> Array:
-    """Mean square of mesh forces over all time without the mean, (m, P), by Parseval.
-
-    spectra : of mesh orders, and of shaft orders where they count.  Amplitudes of exactly equal frequency are one line.
-    """
-    rows, P = spectra[0].amplitude.shape[:2]
-    values = np.concatenate([spectrum.amplitude.reshape(rows, P, -1) for spectrum in spectra], axis=2)
-    fold = ready.fold(block.kept, shafts=len(spectra) > 1)
-    if fold.merged:
-        values[:, :, fold.backwards] = values[:, :, fold.backwards].conj()
-        lines = np.zeros((rows, P, fold.moving.size), complex)
-        np.add.at(lines.transpose(2, 0, 1), fold.line, values.transpose(2, 0, 1))
-        values = lines
-    square: Array = (values.real**2 + values.imag**2) @ fold.moving / 2
-    return square
 
 
 def own_waves(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:

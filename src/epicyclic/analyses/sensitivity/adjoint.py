@@ -16,9 +16,10 @@ from ...errors import ConvergenceError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray
 from ..harmonic.balance import Rows, Solved, solve
+from ..harmonic.comb import Comb
 from ..harmonic.kernel import Kernel, product
 from ..harmonic.response import Block, Response
-from ..harmonic.waveform import force_spectrum, mesh_axis, whole
+from ..harmonic.waveform import complex_rows, force_signal, force_spectrum, mesh_axis, whole
 from ..modes.basis import Modal
 from .transpose import row_weights, tail_adjoint
 
@@ -73,35 +74,29 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> Measure:
         exactly equal frequency added first.
     """
     face, P = faces(ready.system.meshes), block.speed.size
-    kinds = (False,) if block.shaft is None else (False, True)
-    spectra = [whole(force_spectrum(ready, block, shifted=shifted), face) for shifted in kinds]
-    rows = len(face.name)
-    values = np.concatenate([spectrum.amplitude.reshape(rows, P, -1) for spectrum in spectra], axis=2)
+    signal = whole(force_signal(ready, block), face)
+    values, kept = signal.values, signal.orders.points.shape[0]
     if harmonic is None:
-        seed = _moving(ready, block, values)
+        seed = _moving(signal.comb, values)
     else:
-        at = _own_order(spectra[0].points, mesh_axis(ready), harmonic)
+        at = _own_order(signal.orders.points, mesh_axis(ready), harmonic)
         seed = np.zeros_like(values)
-        seed[:, :, : at.shape[1]] = np.where(at[:, None], values[:, :, : at.shape[1]], 0.0)
+        seed[:, :, :kept] = np.where(at[:, None], values[:, :, :kept], 0.0)
     square = (seed.conj() * values).real.sum(axis=2) / 2
-    parts: list[ComplexArray] = []
-    place = 0
-    for spectrum in spectra:
-        S, K = spectrum.amplitude.shape[2:]
-        parts.append(seed[:, :, place : place + S * K].reshape(rows, P * S, K)[face.row])
-        place += S * K
-    return Measure(square=square, mesh=parts[0], shaft=parts[1] if len(parts) > 1 else None)
+    rows = seed[face.row]
+    shaft = None
+    if signal.lines is not None:
+        S = signal.lines.amplitude.shape[2]
+        shaft = rows[:, :, kept:].reshape(len(rows), P * S, -1)
+    return Measure(square=square, mesh=rows[:, :, :kept], shaft=shaft)
 
 
-def _moving(ready: Response, block: Block, values: ComplexArray) -> ComplexArray:
-    fold = ready.fold(block.kept, shafts=block.shaft is not None)
-    if not fold.merged:
-        return values * fold.moving
-    turned = np.where(fold.backwards, values.conj(), values)
-    lines = np.zeros((*values.shape[:2], fold.moving.size), complex)
-    np.add.at(lines.transpose(2, 0, 1), fold.line, turned.transpose(2, 0, 1))
-    seed = (lines * fold.moving)[:, :, fold.line]
-    return np.where(fold.backwards, seed.conj(), seed)
+def _moving(comb: Comb, values: ComplexArray) -> ComplexArray:
+    """What every row adds to its line, without the mean."""
+    if comb.merged:
+        lines = comb.folded(values)[:, :, comb.line]
+        values = np.where(comb.backwards, lines.conj(), lines)
+    return np.where(comb.still, 0.0, values)
 
 
 def _own_order(points: Index, axis: Index, harmonic: int) -> NDArray[np.bool_]:
@@ -147,11 +142,11 @@ def _part(
     kept = np.asarray(own[..., :J] / weight, complex)
     tail: ComplexArray = own[..., J:]
     rate = 1j * meshes.damping[:, None, None] * solved.frequency
-    beyond = _complex(tail_adjoint(made, stacked(_flat(tail)))).reshape(len(meshes.name), U, -1, J)
+    beyond = complex_rows(tail_adjoint(made, stacked(_flat(tail)))).reshape(len(meshes.name), U, -1, J)
     beyond = beyond.transpose(1, 0, 2, 3) / weight
 
     def to_gap(pull: ComplexArray) -> ComplexArray:
-        varying = _complex(product(made, stacked(_flat(pull)))).reshape(len(meshes.name), U, -1, J)
+        varying = complex_rows(product(made, stacked(_flat(pull)))).reshape(len(meshes.name), U, -1, J)
         result: ComplexArray = (
             meshes.stiffness[:, None, None] * pull + varying.transpose(1, 0, 2, 3) - rate * pull + beyond
         )
@@ -160,14 +155,14 @@ def _part(
     found = _solve(ready, turned, block, made, solved, to_gap(kept), tolerance)
     B = solved.frequency.shape[0]
     z = (found.y[:, 0] + 1j * found.y[:, 1]).reshape(U, B, J, -1)
-    pull = kept - _complex(found.gap).reshape(-1, U, B, J).transpose(1, 0, 2, 3)
+    pull = kept - complex_rows(found.gap).reshape(-1, U, B, J).transpose(1, 0, 2, 3)
     return Part(
         kernel=made,
         solved=solved,
         shifted=shifted,
         force=forward[..., :J],
         beyond=forward[..., J:],
-        gap=_complex(solved.gap),
+        gap=complex_rows(solved.gap),
         z=z,
         pull=pull,
         press=to_gap(pull),
@@ -212,9 +207,3 @@ def _flat(values: ComplexArray) -> ComplexArray:
 def stacked(values: ComplexArray) -> Array:
     """Real and imaginary parts side by side along the last axis."""
     return np.concatenate([values.real, values.imag], axis=-1)
-
-
-def _complex(both: Array) -> ComplexArray:
-    half = both.shape[-1] // 2
-    value: ComplexArray = both[..., :half] + 1j * both[..., half:]
-    return value

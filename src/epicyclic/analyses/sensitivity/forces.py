@@ -225,6 +225,6 @@ def _check_frequencies(ready: Response, block: Block, change: Numbers) -> None:
             change.line_frequency[place[id(line)]] - np.dot(point, axes) + (base if turned else -base)
             for point, turned, line in shaft.members
         ]
-    merged = ready.fold(block.kept, shafts=block.shaft is not None).merged
+    merged = ready.comb(block.kept, shafts=block.shaft is not None, dropped=True).merged
     if merged or np.abs(off).max(initial=0.0) > limit * float(known.max(initial=0.0)):
         raise ModelError("frequencies that meet at this speed part when it changes: no derivative")

@@ -13,7 +13,7 @@ from ...system.symmetry import commutes
 from ...system.system import Array, Line, LinkRows, System
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 
-__all__ = ["linearised"]
+__all__ = ["linearised", "mean_stretch"]
 
 
 def linearised(system: System) -> System:
@@ -42,7 +42,7 @@ def linearised(system: System) -> System:
         system,
         K=system.K + K,
         C=system.C + C,
-        links=_links(system, tangent, turns),
+        links=_links(system, tangent, turns, mean.group_force[0] - tangent @ stretch),
         force=system.force + rows @ (tangent @ stretch - mean.group_force[0]),
         lines=tuple(_line(line, rows, tangent, lag, turns, system) for line in system.lines),
         warnings=(*system.warnings, *_notes(system, stretch, tangent, turns)),
@@ -50,6 +50,12 @@ def linearised(system: System) -> System:
     )
     held = tuple(replace(s, holds=s.holds and commutes(s.operator, result.mean_stiffness)) for s in system.symmetries)
     return replace(result, symmetries=held)
+
+
+def mean_stretch(system: System) -> Array:
+    """Stretch of every row of the groups under what stands still, (R,) [m]; errors as of `linearised`."""
+    stretch: Array = _mean_state(system).group_stretch[0]
+    return stretch
 
 
 def _mean_state(system: System) -> Equilibrium:
@@ -84,17 +90,19 @@ def _axes(group: LawGroup, stretch: Array) -> Array:
     return np.array([[x, -y], [y, x]])
 
 
-def _links(system: System, tangent: Array, turns: list[Array]) -> LinkRows:
-    """The links of the system and two for every group."""
+def _links(system: System, tangent: Array, turns: list[Array], beside: Array) -> LinkRows:
+    """The links of the system and two for every group, whose force is the tangent's and what is `beside` (R,) [N]."""
     links, laws = system.links, system.laws
     names: list[str] = []
     columns, stiffness, damping = [links.B], [links.stiffness], [links.damping]
+    preload = [links.preload if links.preload.size else np.zeros(len(links.name))]
     for group, axes, first in zip(system.groups, turns, laws.first, strict=True):
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
         names += [f"{group.name}/radial", f"{group.name}/tangential"] if len(axes) == 2 else group.rows
         columns.append(group.B @ axes)
         stiffness.append(values)
+        preload.append(axes.T @ beside[first : first + len(axes)])
         damping.append(np.diag(axes.T @ np.diag(group.damping) @ axes) + group.lag * values)
     return LinkRows(
         name=(*links.name, *names),
@@ -102,7 +110,14 @@ def _links(system: System, tangent: Array, turns: list[Array]) -> LinkRows:
         B=np.concatenate(columns, axis=1),
         stiffness=np.concatenate(stiffness),
         damping=np.concatenate(damping),
+        skew=_padded(links.skew, sum(map(len, stiffness))),
+        preload=np.concatenate(preload),
     )
+
+
+def _padded(skew: Array, size: int) -> Array:
+    """A matrix between rows with zeros for rows that are added behind; empty where it is."""
+    return np.pad(skew, (0, size - len(skew))) if skew.size else skew
 
 
 def _line(line: Line, rows: Array, tangent: Array, lag: Array, turns: list[Array], system: System) -> Line:

@@ -169,17 +169,34 @@ def sweep(gears: Gears, found: xr.Dataset, *, tone: float = 27.3125, points: int
     status = np.full(points, "ok", dtype="<U20")
     status[120] = "not converged"
     rms[:, 120] = np.nan
+    bearings = [f"main/planet/{i}/bearing" for i in dict.fromkeys(mesh["branch"] for mesh in pairs)]
+    bearings += ["main/sun/support", "main/ring/left/support", "main/ring/right/support"]
+    radial = np.array([165e3 + 3 * rms[0]] * (len(bearings) - 3) + [0.5 * rms[0], 0.8 * rms[1], 0.8 * rms[1]])
+    orders = np.stack([rms * math.sqrt(2) / order**2 for order in range(1, 13)], axis=1)
     return dataset(
         {
             "mesh_force_rms": (("mesh", "speed"), rms),
             "mesh_force_peak": (("mesh", "speed"), 48.2e3 + 1.6 * rms),
             "mesh_force_minimum": (("mesh", "speed"), 48.2e3 - 1.6 * rms),
+            "dynamic_factor": (("mesh", "speed"), 1 + 1.6 * rms / 48.2e3),
+            "mesh_force_order": (("mesh", "order", "speed"), orders),
+            "mesh_force_line": (("mesh", "line", "speed"), 0.1 * orders[:, :2]),
+            "bearing_force_peak": (("bearing", "speed"), radial),
+            "bearing_force_rms": (("bearing", "speed"), 0.1 * radial),
             "status": ("speed", status),
             "harmonics": ("speed", np.full(points, 12)),
             "residual": ("speed", np.full(points, 1e-9)),
             "mesh_frequency": ("speed", hertz),
         },
-        coords={"mesh": array(mesh["name"] for mesh in pairs), "speed": hertz / tone},
+        coords={
+            "mesh": array(mesh["name"] for mesh in pairs),
+            "speed": hertz / tone,
+            "order": np.arange(1, 13),
+            "line": array(["deviations.main.sun.run_out", "deviations.main.sun.run_out +1 mesh"]),
+            "line_order": ("line", [0.0435, 1.0435]),
+            "mesh_tone": ("mesh", np.ones(len(pairs))),
+            "bearing": array(bearings),
+        },
         verb="sweep",
         units={"speed": "1"},
         provenance=provenance(gears),

@@ -1,0 +1,168 @@
+"""Scenarios as programs: a speed that stays or ramps, torque that ramps, steps or follows a history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...errors import ModelError
+from ...system.system import Array, System
+from .motion import Contact, Motion, motion
+from .ports import Ports, balancing, driving, member_coordinates, ports_of, unit_torque
+from .program import program
+
+__all__ = ["History", "Scenario", "moving_of"]
+
+# Torques of a history that are all given must balance so far, as those of a model file.
+_BALANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class History:
+    """External torque of members over time, linear between the times, held before the first and after the last.
+
+    time : (K,) rising [s].  torque : member -> (K,) [N m], the whole external torque on it.
+    where : (K,) what to call each instant in messages.
+    """
+
+    time: Array
+    torque: Mapping[str, Array]
+    where: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Scenario:
+    """What happens: from time 0 to `duration` [s].
+
+    speed : relative speeds at the beginning and at the end, a straight line between them.
+    ramp : time [s] in which all operating torques grow from zero; 0: they act at once.
+    step : factor of all operating torques, and from when [s].  history : instead, torques of members.
+    phase : integral of the relative speed before time 0 [s].
+    """
+
+    duration: float
+    speed: tuple[float, float] = (1.0, 1.0)
+    ramp: float = 0.0
+    step: tuple[float, float] | None = None
+    history: History | None = None
+    phase: float = 0.0
+    notes: list[str] = field(default_factory=list)
+
+
+def moving_of(system: System, scenario: Scenario, *, contact: Contact, step: float) -> Motion:
+    """The motion of a System under a scenario.
+
+    Torque is balanced at the ports of the operating point: a history by the members it does not give, the inertia of
+    the nominal motion by the members that drive.  A jump of the torque falls on a multiple of `step` [s].
+
+    Raises
+    ------
+    ModelError : a time or factor out of range, torques that cannot balance.
+    """
+    ports = ports_of(system)
+    loads, time, level = _loads(ports, scenario, step)
+    ends = np.array([0.0, scenario.duration])
+    moments = np.concatenate([time, ends[(ends[:, None] != time).all(axis=1)]])
+    order = np.argsort(moments, kind="stable")
+    levels = np.stack([np.interp(moments, time, column) for column in level.T], axis=1) if level.size else None
+    if levels is not None:
+        levels[: time.size] = level  # interpolation would lose one side of a jump
+        levels = levels[order]
+    moments = moments[order]
+    speed = np.interp(moments, ends, scenario.speed)
+    return motion(
+        system,
+        program=program(moments, speed, levels, phase=scenario.phase - _before(moments, speed)),
+        contact=contact,
+        loads=loads,
+        spin=_spin(ports, system) if scenario.speed[0] != scenario.speed[1] else None,
+    )
+
+
+def _before(moments: Array, speed: Array) -> float:
+    """Integral of the speed from the first knot to time 0."""
+    early = moments <= 0
+    return float(np.trapezoid(speed[early], moments[early])) if early.sum() > 1 else 0.0
+
+
+def _spin(ports: Ports, system: System) -> Array:
+    """Torques at the ports that speed the train up by s' = 1/s."""
+    load = system.spin_up if system.spin_up.size else np.zeros(len(system.force))
+    for places in (driving(ports), ports.places):
+        found = balancing(ports, load, places)
+        if found is not None:
+            return found
+    raise ModelError(
+        "a changing speed needs a torque, to know which member drives", path="operation.torque", allowed="a torque"
+    )
+
+
+def _loads(ports: Ports, scenario: Scenario, step: float) -> tuple[Array, Array, Array]:
+    """Loads (C, n) on top of the operating torques, times (K,), levels (K, C)."""
+    if scenario.history is not None:
+        return _history(ports, scenario.history)
+    force = ports.system.force
+    if scenario.step is not None:
+        factor, begin = scenario.step
+        at = round(begin / step) * step
+        if not (np.isfinite(factor) and 0 <= begin <= scenario.duration):
+            raise ModelError(
+                "the torque step is out of range",
+                path="torque_step",
+                given=f"{factor:g} at {begin:g} s",
+                allowed=f"a factor, and a time between 0 and {scenario.duration:g} s",
+            )
+        late = max(scenario.duration, at) + 1.0
+        return force[None], np.array([-1.0, at, at, late]), np.array([[0.0], [0.0], [factor - 1], [factor - 1]])
+    if scenario.ramp:
+        if not 0 < scenario.ramp < np.inf:
+            raise ModelError("out of range", path="torque_ramp", given=scenario.ramp, allowed="a time above zero")
+        late = max(scenario.duration, scenario.ramp) + 1.0
+        return force[None], np.array([0.0, scenario.ramp, late]), np.array([[-1.0], [0.0], [0.0]])
+    return np.zeros((0, force.size)), np.array([0.0]), np.zeros((1, 0))
+
+
+def _history(ports: Ports, history: History) -> tuple[Array, Array, Array]:
+    system = ports.system
+    places = {name: member_coordinates(system, name) for name in history.torque}
+    given = np.concatenate(list(places.values()))
+    if np.unique(given).size < given.size:
+        raise ModelError("a member stands in two columns", path="torque", given=", ".join(places))
+    units = np.array([unit_torque(system, index) for index in places.values()])
+    torque = np.stack([np.asarray(values, dtype=float) for values in history.torque.values()], axis=1)
+    operating = np.array([system.force[index].sum() for index in places.values()])
+    reaction = np.setdiff1d(ports.places, given)
+    taken = [balancing(ports, unit, reaction) for unit in units]
+    if any(part is None for part in taken):
+        _require_balance(ports, units, torque, history)
+        taken = [_least(ports, unit, given) for unit in units]
+    loads = units + np.array([part for part in taken if part is not None])
+    time, level = np.asarray(history.time, dtype=float), torque - operating
+    # held outside, on one more line each
+    time = np.concatenate([[min(time[0], 0.0) - 1.0], time, [time[-1] + max(1.0, time[-1])]])
+    return loads, time, np.concatenate([level[:1], level, level[-1:]])
+
+
+def _require_balance(ports: Ports, units: Array, torque: Array, history: History) -> None:
+    """Where no port is left over, the torques given must balance at every time."""
+    work = torque @ (units @ ports.rigid)
+    size = np.abs(torque) @ np.abs(units @ ports.rigid)
+    wrong = np.flatnonzero((np.abs(work) > _BALANCE * size).any(axis=1))
+    if wrong.size:
+        at = int(wrong[0])
+        raise ModelError(
+            "the torques do not balance, and no member is left to take what is missing",
+            path=history.where[at] if history.where else f"time {float(history.time[at]):g} s",
+            given=", ".join(f"{name} {values[at]:g} N m" for name, values in history.torque.items()),
+            allowed="torques in the ratio of the speeds, or one member fewer",
+        )
+
+
+def _least(ports: Ports, unit: Array, given: np.ndarray) -> Array:
+    """The least torques on the members given that balance a column; they cancel in torques that balance."""
+    found = balancing(ports, unit, given)
+    if found is None:
+        raise ModelError("no torque at these members can hold the train", path="torque", allowed="members that drive")
+    return found

@@ -1,0 +1,255 @@
+"""The motion of a train over time as a labelled Dataset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import Array, System
+from ..statics.record import positive, reference_tone
+from .motion import Contact, Motion, from_modal
+from .outputs import flank_force, group_force, link_force, mesh_force
+from .program import phase_at, speed_at
+from .rk4 import steps_for
+from .run import METHODS, Method, Plan, run
+from .scenario import History, Scenario, moving_of
+from .start import at_equilibrium, at_rest
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Start", "transient"]
+
+Start = Literal["equilibrium", "rest"]
+
+_CYCLES = 100
+# Numbers that a result may hold: 1.6 GB.
+_MOST = 200_000_000
+# Samples whose forces are worked out at a time.
+_BLOCK = 4096
+
+
+def transient(
+    system: System,
+    *,
+    duration: float | None = None,
+    cycles: float | None = None,
+    mesh_frequency: float | tuple[float, float] | None = None,
+    torque_ramp: float | None = None,
+    torque_step: tuple[float, float] | None = None,
+    history: History | None = None,
+    start: Start | Array | xr.Dataset = "equilibrium",
+    samples: int = 32,
+    decimate: int = 1,
+    contact: Contact = "unilateral",
+    method: Method = "rk4",
+    folder: str | Path | None = None,
+    resume: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Mesh forces and displacements over time, from any start, through ramps of speed and torque; teeth may part.
+
+    The speed is prescribed, and the coordinates are small motions about it.  All phases are counted in the angle
+    turned, so that meshes and shafts stay in step while the speed changes; inertia of the nominal motion, Euler and
+    Coriolis terms included.  Torques stay in balance: see `scenario.moving_of`.
+
+    Parameters
+    ----------
+    duration : [s], or cycles : of the first mesh; neither: that of the history, else 100 mesh cycles.
+    mesh_frequency : of the first mesh [Hz], or at the beginning and at the end, with a straight line between; that of
+        the operating point where None.
+    torque_ramp : all operating torques grow from zero in so long [s].  torque_step : factor of them, and from when [s].
+    history : torques of members over time.
+    start : ``equilibrium``: what neither moves nor accelerates at time 0; ``rest``: nothing displaced; a state (2, n)
+        q, q'; or a result of this verb, whose end is the beginning.
+    samples : per mesh cycle at the highest speed, at least.  decimate : keep every so many of them.
+    contact : ``unilateral``, or ``linear`` as in the steady response.
+    method : ``rk4``, fixed steps, compiled where numba is installed; ``dop853``, ``radau``: scipy's, tolerance 1e-8.
+    folder : keeps what is done there, so that a run that was stopped goes on with ``resume``, to the same bits.
+    progress : called with the share done, 0..1.
+
+    Raises
+    ------
+    ModelError : an option out of range, no mesh frequency, torques out of balance, a result too large.
+    ConvergenceError : no equilibrium to start from.
+    """
+    tone = _tone(system)
+    speed = _speeds(mesh_frequency, tone)
+    scenario = Scenario(
+        duration=_duration(duration, cycles, history, speed, tone),
+        speed=speed,
+        ramp=torque_ramp or 0.0,
+        step=torque_step,
+        history=history,
+        phase=_phase_of(start),
+    )
+    if sum(given is not None for given in (torque_ramp, torque_step, history)) > 1:
+        raise ModelError("give one of torque_ramp, torque_step and history", path="torque")
+    fine = 1.0 / (positive("samples", samples, 32) * tone * max(speed))
+    moving, plan = _planned(system, scenario, contact, method, fine, positive("decimate", decimate, 1))
+    state = _state(moving, start)
+    found = run(moving, plan, state, folder=None if folder is None else Path(folder), resume=resume, progress=progress)
+    options: dict[str, Any] = {
+        "duration": scenario.duration, "mesh_frequency": [value * tone for value in speed], "contact": contact,
+        "method": method, "samples": samples, "decimate": decimate, "step": plan.step,
+        "start": start if isinstance(start, str) else "state",
+        **({"torque_ramp": torque_ramp} if torque_ramp else {}),
+        **({"torque_step": list(torque_step)} if torque_step else {}),
+        **({"history": list(history.torque)} if history else {}),
+    }  # fmt: skip
+    return _labelled(moving, plan, found, tone, options)
+
+
+def _phase_of(start: object) -> float:
+    """Where a result that is the start has left the phase [s]; 0 of other starts."""
+    end: Any = start
+    return float(end["end_phase"]) if hasattr(start, "attrs") and "end_phase" in end else 0.0
+
+
+def _tone(system: System) -> float:
+    tone = float(reference_tone(system)) if system.tones and len(system.meshes.tone) else 0.0
+    if tone <= 0:
+        raise ModelError(
+            "motion in time needs a mesh frequency above zero",
+            path="operation.speed",
+            allowed="the speed of one member",
+        )
+    return tone
+
+
+def _speeds(mesh_frequency: float | tuple[float, float] | None, tone: float) -> tuple[float, float]:
+    ends = np.atleast_1d(np.asarray(tone if mesh_frequency is None else mesh_frequency, dtype=float))
+    if ends.size not in (1, 2) or not (np.all(np.isfinite(ends)) and np.all(ends >= 0) and np.any(ends > 0)):
+        raise ModelError(
+            "out of range", path="mesh_frequency", given=str(mesh_frequency), allowed="one or two frequencies from 0 Hz"
+        )
+    return float(ends[0] / tone), float(ends[-1] / tone)
+
+
+def _duration(
+    duration: float | None, cycles: float | None, history: History | None, speed: tuple[float, float], tone: float
+) -> float:
+    """Length of the run [s]; mesh cycles are counted at the mean speed."""
+    if duration is not None and cycles is not None:
+        raise ModelError("give duration or cycles, not both", path="duration")
+    if duration is None and cycles is None and history is not None:
+        duration = float(history.time[-1])
+    length = (_CYCLES if cycles is None else cycles) / (tone * sum(speed) / 2) if duration is None else duration
+    if not (math.isfinite(length) and length > 0):
+        raise ModelError("out of range", path="duration", given=length, allowed="a time above zero")
+    return length
+
+
+def _planned(
+    system: System, scenario: Scenario, contact: Contact, method: Method, fine: float, decimate: int
+) -> tuple[Motion, Plan]:
+    """The motion and the plan of its run; samples every `fine` seconds or less, every `decimate`-th kept."""
+    if method not in METHODS:
+        raise ModelError("no such method", path="method", given=method, allowed=", ".join(METHODS))
+    width = len(faces(system.meshes).name) + 3 * len(system.force) + len(system.links.name) + 2
+    # so many that the last one falls on the end
+    count = max(1, math.ceil(scenario.duration / (fine * decimate) * (1 - 1e-12)))
+    fine = scenario.duration / (count * decimate)
+    if (count + 1) * width > _MOST:
+        raise ModelError(
+            f"a result of {count + 1} instants is too large",
+            path="decimate",
+            given=decimate,
+            allowed=f"{math.ceil(decimate * (count + 1) * width / _MOST)} or more, or a shorter run",
+        )
+    trial = moving_of(system, scenario, contact=contact, step=fine)
+    steps = steps_for(trial, fine)
+    moving = trial if scenario.step is None else moving_of(system, scenario, contact=contact, step=fine / steps)
+    return moving, Plan(method=method, step=fine / steps, keep=steps * decimate, count=count)
+
+
+def _state(moving: Motion, start: object) -> Array:
+    """The state (2, n) to begin with."""
+    if isinstance(start, str):
+        if start not in ("equilibrium", "rest"):
+            raise ModelError("no such start", path="start", given=start, allowed="equilibrium, rest, a state, a result")
+        return at_equilibrium(moving) if start == "equilibrium" else at_rest(moving)
+    dofs = moving.system.dofs
+    if hasattr(start, "attrs"):
+        result: Any = start
+        if "end_displacement" not in result or list(map(str, result["dof"].values)) != list(dofs.names):
+            raise ModelError("is not a transient of this train", path="start", allowed="a result of `transient`")
+        state = np.stack([result["end_displacement"].values, result["end_velocity"].values]) / dofs.radius
+    else:
+        state = np.asarray(start, dtype=float)
+    if state.shape != (2, len(dofs.names)) or not np.isfinite(state).all():
+        raise ModelError(
+            "not a state", path="start", given=str(state.shape), allowed=f"(2, {len(dofs.names)}) finite numbers"
+        )
+    return state
+
+
+def _labelled(moving: Motion, plan: Plan, found: Array, tone: float, options: dict[str, Any]) -> xr.Dataset:
+    from ...results import dataset
+
+    system, face, times = moving.system, faces(moving.system.meshes), plan.times(0, plan.count)
+    outputs: dict[str, list[Array]] = {"mesh": [], "q": [], "link": [], "group": []}
+    lost = np.zeros(len(system.meshes.name), dtype=bool)
+    for first in range(0, len(found), _BLOCK):
+        at, states = times[first : first + _BLOCK], from_modal(moving, found[first : first + _BLOCK])
+        with np.errstate(invalid="ignore"):
+            outputs["mesh"].append(face.total(mesh_force(moving, at, states)))
+            flanks = flank_force(moving, at, states)[: len(system.meshes.name)]
+            lost |= (flanks <= 0).any(axis=1)
+            outputs["link"].append(link_force(moving, at, states))
+            if system.groups:
+                outputs["group"].append(group_force(moving, at, states))
+        outputs["q"].append((states[:, 0] * system.dofs.radius).T)
+    speed = speed_at(moving.program, times)
+    finite = np.isfinite(found).all(axis=(1, 2))
+    last = from_modal(moving, found[int(np.flatnonzero(finite)[-1])]) * system.dofs.radius
+    status = "ok" if finite.all() else f"not finite after {times[int(np.flatnonzero(finite)[-1])]:.6g} s"
+    groups = {"group_force": (("group", "time"), np.concatenate(outputs["group"], axis=1))} if system.groups else {}
+    result = dataset(
+        {
+            "mesh_force": (("mesh", "time"), np.concatenate(outputs["mesh"], axis=1)),
+            "displacement": (("dof", "time"), np.concatenate(outputs["q"], axis=1)),
+            "link_force": (("link_row", "time"), np.concatenate(outputs["link"], axis=1)),
+            **groups,
+            "relative_speed": ("time", speed),
+            "contact_lost": ("mesh", face.any(lost)),
+            "end_displacement": ("dof", last[0]),
+            "end_velocity": ("dof", last[1]),
+            "end_phase": ((), float(phase_at(moving.program, times[-1:])[0])),
+            "status": ((), status),
+        },
+        {
+            "mesh": list(face.name),
+            "dof": list(system.dofs.names),
+            "link_row": list(system.links.name),
+            **({"group": [group.name for group in system.groups]} if system.groups else {}),
+            "time": times,
+            "mesh_frequency": ("time", speed * tone),
+        },
+        verb="transient",
+        options=options,
+        provenance=system.provenance,
+        warnings=[*system.warnings, *moving.warnings, *_notes(system, face.name, face.any(lost), options, status)],
+    )
+    result["time"].attrs.update({"units": "s", "long_name": "time"})
+    return result
+
+
+def _notes(system: System, names: tuple[str, ...], lost: np.ndarray, options: dict[str, Any], status: str) -> list[str]:
+    """Physical warnings of a run."""
+    notes = [] if system.damped else ["nothing is damped: what a start or a step sets moving never dies away"]
+    if lost.any():
+        which = ", ".join(name for name, open_ in zip(names, lost, strict=True) if open_)
+        pulled = options["contact"] == "linear"
+        notes.append(f"tensile mesh force in the linear model: {which}" if pulled else f"contact lost in {which}")
+        if not pulled and np.isinf(system.meshes.backlash).any():
+            notes.append("no backlash is given: the far flanks are taken as never touching")
+    if status != "ok":
+        notes.append(f"the motion grows without bound, {status}: unstable at this speed, or the step is too long")
+    return notes

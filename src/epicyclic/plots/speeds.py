@@ -1,0 +1,70 @@
+"""What figures over speed share: the abscissa, natural frequencies, the operating point, speeds without a solution."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+
+from .frequencies import groups
+from .series import Array, numbers, texts
+from .style import INK, WARNING, mode_colour, translucent
+
+__all__ = ["abscissa", "mark_failed", "mark_natural", "mark_operating"]
+
+
+def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
+    """Mesh frequency of the first stage [Hz], or speed [%], and the title of the axis."""
+    if "mesh_frequency" in sweep.variables:
+        tones = sweep["mesh_frequency"]
+        first = tones.isel(stage=0) if "stage" in tones.dims else tones
+        return np.asarray(first.values, dtype=np.float64), "mesh frequency [Hz]"
+    return 100 * numbers(sweep, "speed"), "speed [% of the operating speed]"
+
+
+def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
+    """Points that did not converge, as crosses on the axis."""
+    bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
+    if bad:
+        look = {"symbol": "x", "size": 9, "color": WARNING}
+        at = [float(x[place]) for place in bad]
+        points = go.Scatter(
+            x=at,
+            y=[0.0] * len(at),
+            mode="markers",
+            marker=look,
+            name="no convergence",
+            cliponaxis=False,
+            legendgroup="marks",
+        )
+        drawn.add_trace(points)
+
+
+def mark_natural(drawn: go.Figure, modes: xr.Dataset | None, x: Array) -> None:
+    """Natural frequencies in range, as lines behind the curves, in the colour of their kind."""
+    if modes is None or not len(x):
+        return
+    seen: set[str] = set()
+    for one in groups(modes):
+        if not float(x.min()) <= one.frequency <= float(x.max()):
+            continue
+        colour = translucent(mode_colour(one.kind), 0.75)
+        line = {"color": colour, "width": 1.1, "dash": "dot"}
+        drawn.add_vline(x=one.frequency, line=line, layer="below", row="all", col="all")
+        if one.kind not in seen:
+            key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{one.kind} mode", legendgroup="marks")
+            drawn.add_trace(key)
+            seen.add(one.kind)
+
+
+def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
+    """The operating speed, where it lies in the range, as a line."""
+    speed = numbers(sweep, "speed", "speed")
+    if not len(speed) or not speed.min() <= 1 <= speed.max():
+        return
+    rank = np.argsort(speed)
+    at = float(np.interp(1.0, speed[rank], x[rank]))
+    line = {"color": INK, "width": 1.5}
+    drawn.add_vline(x=at, line=line, row="all", col="all")
+    key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name="operating point", legendgroup="marks")
+    drawn.add_trace(key)

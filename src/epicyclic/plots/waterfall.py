@@ -1,0 +1,268 @@
+"""Spectrum of the mesh forces over speed: order lines in the plane of speed and frequency, coloured by amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+from numpy.typing import NDArray
+
+from .frequencies import groups
+from .series import Array, compact, engineering, numbers, texts
+from .speeds import abscissa, mark_operating
+from .style import GRID, INK, figure, mode_colour, note, translucent
+
+__all__ = ["Crest", "Ray", "crests", "rays", "waterfall"]
+
+# Drawn at most: lines, and marked resonances.  Amplitudes below this part of the largest are not drawn.
+_LINES, _MARKS, _LEAST = 30, 5, 1e-3
+_COLOURS = [[0.0, "#DCE6EE"], [0.35, "#8FC1E3"], [0.6, "#0072B2"], [0.8, "#5B3F8C"], [1.0, "#D55E00"]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ray:
+    """One line: frequency = order x mesh frequency.  amplitude : (P,) largest of all meshes [N], mesh : (P,) which."""
+
+    order: float
+    label: str
+    amplitude: Array
+    mesh: list[str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Crest:
+    """A largest amplitude along a ray: at mesh frequency x, frequency y [Hz], amplitude [N]."""
+
+    x: float
+    y: float
+    amplitude: float
+    label: str
+    mesh: str
+
+
+def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str | None = None) -> go.Figure:
+    """Amplitudes of the mesh force [kN] over mesh frequency and frequency [Hz], and the strongest resonances.
+
+    Parameters
+    ----------
+    sweep : Dataset of `sweep` with mesh_force_order (mesh, order, speed), and mesh_force_line where there are lines.
+    modes : Dataset of `modes`, whose frequencies are drawn as lines.
+    mesh : the mesh shown, the largest amplitude of all where not said.
+    """
+    x, unit = abscissa(sweep)
+    every = rays(sweep if mesh is None else sweep.sel(mesh=[mesh]))
+    top = max((float(np.nanmax(ray.amplitude, initial=0.0)) for ray in every), default=0.0)
+    strong = sorted(every, key=lambda ray: -float(np.nanmax(ray.amplitude, initial=0.0)))[:_LINES]
+    shown = [ray for ray in strong if float(np.nanmax(ray.amplitude, initial=0.0)) > _LEAST * top]
+    drawn = figure(
+        "Order spectrum of the mesh forces over speed" + (f": {mesh}" if mesh else ""),
+        x=unit,
+        y="frequency [Hz]",
+        height=620,
+    )
+    highest = _highest(shown, x, top, modes)
+    for ray in shown:
+        _draw(drawn, ray, x, top, highest)
+    _natural(drawn, modes, highest)
+    _label(drawn, crests(shown, x, modes), x, highest)
+    mark_operating(drawn, sweep, x)
+    if len(x):
+        drawn.update_xaxes(range=[float(x.min()), float(x.max())])
+    drawn.update_yaxes(range=[0, highest])
+    return drawn.update_layout(coloraxis=_scale(top), margin={"r": 130, "t": 70}, legend=_LEGEND, showlegend=True)
+
+
+_LEGEND = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.14, "yanchor": "top"}
+
+
+def rays(sweep: xr.Dataset) -> list[Ray]:
+    """Every line of the spectrum over the largest of the meshes, lines of one frequency as one, orders rising."""
+    names = np.array(texts(sweep, "mesh"))
+    found: dict[float, list[tuple[str, Array, list[str]]]] = {}
+    for order, label, rows in _lines(sweep):
+        values, own = rows
+        best = np.where(np.isnan(values), -1.0, values).argmax(axis=0)
+        largest = values[best, np.arange(values.shape[1])]
+        found.setdefault(round(order, 9), []).append((label, largest, list(names[own][best])))
+    return [_ray(order, same) for order, same in sorted(found.items())]
+
+
+def _ray(order: float, same: list[tuple[str, Array, list[str]]]) -> Ray:
+    values = np.stack([np.nan_to_num(largest, nan=-1.0) for _, largest, _ in same])
+    best = values.argmax(axis=0)
+    amplitude = np.array([same[i][1][k] for k, i in enumerate(best)])
+    mesh = [same[i][2][k] for k, i in enumerate(best)]
+    return Ray(order=order, label=same[0][0], amplitude=amplitude, mesh=mesh)
+
+
+def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray[np.int64]]]]:
+    """Order, label, amplitudes (k, P) and which meshes they are of (k,), line by line."""
+    if "mesh_force_order" in sweep.variables:
+        values = sweep["mesh_force_order"].transpose("order", "mesh", "speed").values
+        tones = numbers(sweep, "mesh_tone") if "mesh_tone" in sweep.variables else np.ones(sweep.sizes["mesh"])
+        stages = [name.split("/")[0] for name in texts(sweep, "mesh")]
+        for tone in dict.fromkeys(tones.tolist()):
+            own = np.flatnonzero(tones == tone)
+            where = f" {stages[own[0]]}" if len(set(tones.tolist())) > 1 else ""
+            for order, rows in zip(numbers(sweep, "order"), values, strict=True):
+                yield order * tone, f"{order:g}×{where} mesh", (rows[own], own)
+    if "mesh_force_line" in sweep.variables:
+        values = sweep["mesh_force_line"].transpose("line", "mesh", "speed").values
+        for order, label, rows in zip(numbers(sweep, "line_order"), texts(sweep, "line"), values, strict=True):
+            yield order, label, (rows, np.arange(len(rows)))
+
+
+def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[Crest]:
+    """The strongest local maxima along the rays, in order of their amplitude; of neighbours only the stronger one.
+
+    modes : Dataset of `modes`; only maxima within 5 % of a natural frequency count then.
+    """
+    natural = np.array([one.frequency for one in groups(modes)]) if modes is not None else None
+    found = []
+    rank = np.argsort(x)
+    for ray in shown:
+        values = np.nan_to_num(ray.amplitude[rank], nan=0.0)
+        inner = np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1
+        for place in rank[inner]:
+            at, value = float(x[place]), float(ray.amplitude[place])
+            if natural is None or np.any(np.abs(natural - ray.order * at) < 0.05 * natural):
+                found.append(Crest(x=at, y=ray.order * at, amplitude=value, label=ray.label, mesh=ray.mesh[place]))
+    kept: list[Crest] = []
+    reach = 0.04 * float(np.ptp(x)) if len(x) else 0.0
+    for one in sorted(found, key=lambda crest: -crest.amplitude):
+        if len(kept) < _MARKS and all(abs(one.x - other.x) > reach for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _highest(shown: list[Ray], x: Array, top: float, modes: xr.Dataset | None) -> float:
+    """Where the axis ends: above the natural frequencies, or what is strong."""
+    strong = [
+        float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
+    ]
+    natural = [one.frequency for one in groups(modes)] if modes is not None else []
+    reach = max(strong, default=0.0)
+    return 1.08 * (min(max(reach, 1.0), 1.15 * max(natural)) if natural else max(reach, 1.0))
+
+
+def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> None:
+    """A thin line all along, and marks where there is something, larger and darker with the amplitude."""
+    rank = np.argsort(x)
+    ends = np.array([x.min(), x.max()])
+    ray_line = {"color": GRID, "width": 1}
+    drawn.add_trace(
+        go.Scatter(
+            x=compact(ends),
+            y=compact(ray.order * ends),
+            mode="lines",
+            line=ray_line,
+            showlegend=False,
+            hoverinfo="skip",
+        )
+    )
+    there = [i for i in rank if ray.amplitude[i] > _LEAST * top and ray.order * x[i] <= highest]
+    if not there:
+        return
+    size = np.log10(ray.amplitude[there] / (_LEAST * top)) / -np.log10(_LEAST)
+    drawn.add_trace(
+        go.Scatter(
+            x=compact(x[there]),
+            y=compact(ray.order * x[there]),
+            mode="markers",
+            marker={
+                "color": compact(np.log10(ray.amplitude[there] / 1e3), digits=4),
+                "size": compact(2 + 7 * size, digits=2),
+                "coloraxis": "coloraxis",
+                "line": {"width": 0},
+            },
+            customdata=[[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i]] for i in there],
+            hovertemplate=f"{ray.label}: %{{customdata[0]}} kN, %{{customdata[1]}}<br>%{{y:.5g}} Hz at %{{x:.5g}} Hz"
+            "<extra></extra>",
+            showlegend=False,
+        )
+    )
+
+
+def _scale(top: float) -> dict[str, object]:
+    """Colours of the logarithm of the amplitude, ticks in kN."""
+    high = np.log10(top / 1e3) if top > 0 else 0.0
+    low = high + np.log10(_LEAST)
+    ticks = _ticks(float(low), float(high))
+    return {
+        "colorscale": _COLOURS,
+        "cmin": float(low),
+        "cmax": float(high),
+        "colorbar": {
+            "title": {"text": "amplitude [kN]", "side": "right"},
+            "tickvals": [float(np.log10(tick)) for tick in ticks],
+            "ticktext": [engineering(tick) for tick in ticks],
+            "len": 0.9,
+            "thickness": 14,
+        },
+    }
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """1, 2, 5 of every decade between two logarithms; 1 alone where these are too many."""
+    decades = range(int(np.floor(low)), int(np.ceil(high)) + 1)
+    fine = [step * 10.0**decade for decade in decades for step in (1, 2, 5)]
+    inside = [tick for tick in fine if low <= np.log10(tick) <= high]
+    return inside if len(inside) <= 10 else [tick for tick in inside if np.isclose(np.log10(tick) % 1, 0)]
+
+
+def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None:
+    """Natural frequencies as lines in the colour of their kind."""
+    seen: set[str] = set()
+    for one in groups(modes) if modes is not None else []:
+        if not 0 < one.frequency <= highest:
+            continue
+        line = {"color": translucent(mode_colour(one.kind), 0.6), "width": 1.1, "dash": "dot"}
+        drawn.add_hline(y=one.frequency, line=line, layer="below")
+        if one.kind not in seen:
+            drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{one.kind} mode"))
+            seen.add(one.kind)
+
+
+def _label(drawn: go.Figure, found: list[Crest], x: Array, highest: float) -> None:
+    """The strongest resonances, ringed and named."""
+    shown = [one for one in found if one.y <= highest]
+    if not shown:
+        return
+    drawn.add_trace(
+        go.Scatter(
+            x=compact(np.array([one.x for one in shown])),
+            y=compact(np.array([one.y for one in shown])),
+            mode="markers",
+            marker={"symbol": "circle-open", "size": 16, "color": INK, "line": {"width": 2}},
+            name="strongest resonances",
+            text=[f"{one.label}, {one.mesh}" for one in shown],
+            hoverinfo="text",
+        )
+    )
+    for one in shown:
+        words = f"{_short(one.label)}: {engineering(one.amplitude / 1e3, 3)} kN"
+        # beside the ray, which rises: to the lower right, at the right and the lower edge to the upper left
+        outer = one.x > x.min() + 0.75 * np.ptp(x) or one.y < 0.06 * highest
+        note(
+            drawn,
+            words,
+            x=one.x,
+            y=one.y,
+            xshift=-10 if outer else 10,
+            yshift=8 if outer else -8,
+            xanchor="right" if outer else "left",
+            yanchor="bottom" if outer else "top",
+            bgcolor="rgba(255,255,255,0.75)",
+            font={"size": 12, "color": INK},
+        )
+
+
+def _short(label: str) -> str:
+    """A label that fits beside a mark: causes cut to their ends."""
+    cause, _, rest = label.partition(" ")
+    if "." not in cause:
+        return label
+    return ".".join(cause.rstrip(";").split(".")[-2:]) + (f" {rest}" if rest and ";" not in label else "")

@@ -1,0 +1,58 @@
+"""Ends of a sweep: mesh frequencies, speeds of the member given, shares of the operating speed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import epicyclic
+from epicyclic.errors import ModelError
+from epicyclic.studies.speeds import mesh_frequency
+from epicyclic.train.train import Train
+
+TONE = 27.3125
+
+
+@pytest.fixture(scope="module")
+def ren() -> Train:
+    return epicyclic.load("ren2021")
+
+
+@pytest.mark.parametrize(
+    ("value", "hertz"),
+    [
+        (20.0, 20.0),
+        ("20 Hz", 20.0),
+        ("0.6kHz", 600.0),
+        (" 2e1 Hz ", 20.0),
+        ("100 rpm", TONE),  # what the model gives the sun
+        ("50 rpm", TONE / 2),
+        ("150 %", 1.5 * TONE),
+    ],
+)
+def test_every_way_to_say_a_speed(ren: Train, value: float | str, hertz: float) -> None:
+    assert mesh_frequency(value, path="--from", tone=TONE, train=ren) == pytest.approx(hertz, rel=1e-15)
+
+
+@pytest.mark.parametrize("value", ["", "rpm", "-3 rpm", "0 %", "1.2.3 Hz", "20", "nan Hz", "20 min", "1e400 rpm"])
+def test_what_is_no_speed(ren: Train, value: str) -> None:
+    with pytest.raises(ModelError, match=r"--to.*rpm"):
+        mesh_frequency(value, path="--to", tone=TONE, train=ren)
+
+
+def test_rpm_needs_a_member_that_turns() -> None:
+    with pytest.raises(ModelError, match="which member"):
+        mesh_frequency("100 rpm", path="--from", tone=TONE, train=None)
+    still = epicyclic.load("lin1999-n4")
+    with pytest.raises(ModelError, match=r"operation\.speed"):
+        mesh_frequency("100 rpm", path="--from", tone=TONE, train=still)
+
+
+def test_a_sweep_in_rpm_is_that_in_hertz(ren: Train) -> None:
+    one = epicyclic.sweep(ren, start="50 rpm", stop="200 %", points=3)
+    np.testing.assert_allclose(one.speed, [0.5, 1.25, 2.0], rtol=1e-12)
+    system = epicyclic.assemble(ren)
+    other = epicyclic.sweep(system, start=TONE / 2, stop="200 %", points=3)
+    np.testing.assert_array_equal(one.dynamic_factor, other.dynamic_factor)
+    with pytest.raises(ModelError, match="which member"):
+        epicyclic.sweep(system, start="50 rpm")
