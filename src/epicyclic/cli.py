@@ -197,6 +197,9 @@ def sweep(
     frame_speed: Annotated[
         FrameSpeed, typer.Option("--frame-speed", help="Let the frame turn with the speed, or as at operation.")
     ] = FrameSpeed.kinematic,
+    contact_loss: Annotated[
+        bool, typer.Option("--contact-loss", help="Teeth part and touch again: run-up, coast-down, all branches.")
+    ] = False,
 ) -> None:
     """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
 
@@ -204,7 +207,8 @@ def sweep(
     """
     with reported():
         low, high = (_end(text, option) for text, option in ((start, "--from"), (stop, "--to")))
-    options: dict[str, Any] = {"points": points, "orders": orders, "frame_speed": frame_speed.value}
+    options: dict[str, Any] = {"points": points, "frame_speed": frame_speed.value}
+    options |= {"contact_loss": True} if contact_loss else {"orders": orders}
     run_verb("sweep", model, sets, as_json, output, start=low, stop=high, **options)
 
 

@@ -28,19 +28,10 @@ from .plots.transient import ramps
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
+_CONTACT = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
 _KNOWN = (
-    "check",
-    "modes",
-    "campbell",
-    "stiffness",
-    "static",
-    "steady",
-    "sharing",
-    "sweep",
-    "modulation",
-    "transient",
-    "sensitivity",
-    "track",
+    *("check", "modes", "campbell", "stiffness", "static", "steady", "sharing"),
+    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track"),
 )
 Datasets = Mapping[str, xr.Dataset]
 
@@ -140,6 +131,9 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(
             anchor="track", title="Modes followed", body=_figure("track", plots.loci(datasets["track"]), caption)
         )
+    if "contact_sweep" in datasets:
+        drawn = _figure("contact-sweep", plots.contact_sweep(datasets["contact_sweep"]), _CONTACT)
+        yield Section(anchor="contact-sweep", title="Speed sweep with contact loss", body=drawn)
     if "modulation" in datasets:
         body = _figure("modulation", plots.modulation(datasets["modulation"]))
         yield Section(anchor="modulation", title="Vibration at the ring", body=body)

@@ -176,6 +176,10 @@ def test_output_file(command: Command, tmp_path: Path, suffix: str) -> None:
         (("static", "ren2021", "--turns", "1", "--of", "main.sun", "--samples", "4"), ("main/sun-planet/1/left",)),
         (("sweep", "ren2021", "--from", "20 Hz", "--to", "0.03 kHz", "--points", "3"), ("3 speeds, 20 to 30 Hz", "ok")),
         (("sweep", "ren2021", "--from", "50 rpm", "--to", "100 %", "--points", "2"), ("13.6562 to 27.3125 Hz", "K_v")),
+        (
+            ("sweep", "xu2020", "--from", "1560 Hz", "--to", "1700 Hz", "--points", "3", "--contact-loss"),
+            ("with contact loss, 3 speeds, 1560 to 1700 Hz", "down: largest rms", "What moves", "Points", "ok"),
+        ),
         (("steady", "ren2021"), ("K_v", "main/planet/1/bearing")),
     ],
 )

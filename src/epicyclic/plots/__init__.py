@@ -5,6 +5,7 @@ Depends on: results (the names of variables).  Importing this room imports plotl
 
 from .bearings import bearing_forces
 from .campbell import campbell
+from .contact import contact_sweep
 from .curves import curves, study
 from .energy import energy_shares
 from .frequencies import frequencies
@@ -26,6 +27,7 @@ from .waterfall import waterfall
 __all__ = [
     "bearing_forces",
     "campbell",
+    "contact_sweep",
     "curves",
     "energy_shares",
     "frequencies",

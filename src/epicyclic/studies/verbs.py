@@ -116,6 +116,7 @@ def sweep(
     start: float | str | None = None,
     stop: float | str | None = None,
     points: int | None = None,
+    contact_loss: bool = False,
     **options: Any,
 ) -> xr.Dataset:
     """Steady response over speed; further options are those of `epicyclic.analyses.harmonic.sweep.sweep`.
@@ -125,19 +126,25 @@ def sweep(
     start, stop : lowest and highest mesh frequency, of the first mesh [Hz], or text with a unit: "600 Hz", "100 rpm" of
         the first member whose speed the model gives, "50 %" of the operating speed.  None: a fifth of the lowest, 1.2
         times the highest of the natural frequencies and the mesh frequency.  points : number of speeds, 200 where None.
+    contact_loss : teeth part and touch again, on either flank: run-up, coast-down and all branches; options then are
+        those of `epicyclic.analyses.contact.sweep.contact_sweep`.
 
     Raises
     ------
     ModelError : the model is wrong, or says no speed, torque or damping.
     """
-    from ..analyses.harmonic.sweep import sweep as run
+    from ..analyses.harmonic.sweep import sweep as linear
     from ..system.system import System
 
     train = None if isinstance(source, System) else train_of(source, overrides=overrides)
     system = system_of(source if train is None else train, overrides=overrides if train is None else None)
     if start is not None or stop is not None or points is not None:
         options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
-    return run(system, **options)
+    if contact_loss:
+        from ..analyses.contact.sweep import contact_sweep
+
+        return contact_sweep(system, **options)
+    return linear(system, **options)
 
 
 def transient(

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from .contact import contact_tables
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .modulation import modulation_tables
@@ -116,6 +117,7 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "sweep": sweep_tables,
     "sensitivity": sensitivity_tables,
     "track": track_tables,
+    "contact_sweep": contact_tables,
     "modulation": modulation_tables,
     "stability": stability_tables,
     "transient": transient_tables,

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,8 @@ class Problem:
     grid : lattice points and samples.  omega : (J,) a . w_tone at s = 1 [rad/s].
     error : (2 J, R) rows of e of every flank, the backlash in the mean [m].
     force : (3, 2, J, n) external modal forces for s^0, s^1, s^2.  stiffness : (N, R) of every flank [N/m].
+    tones : (D,) angular frequencies of the phases of `grid` at s = 1 [rad/s].
+    cycles : mesh cycles in a period, of which `omega` and the phases of `grid` are.
     """
 
     modal: Modal
@@ -61,7 +64,9 @@ class Problem:
     error: Array
     force: Array
     stiffness: Array
+    tones: Array
     frame_speed: FrameSpeed = "kinematic"
+    cycles: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,6 +75,8 @@ class State:
 
     y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1 as of `_inverse`.
     touching : (N, R) whether each flank presses.  norm : |R|.
+    acting : (N, R) part of its sample in which each damper acts.  edge : (N, R) how that part rises with the gap, times
+        the gap rate [1/s]; both None without dampers of meshes.
     """
 
     y: Array
@@ -78,6 +85,8 @@ class State:
     inverse: tuple[Array, Array]
     touching: NDArray[np.bool_]
     norm: float
+    acting: Array | None = None
+    edge: Array | None = None
 
 
 def unknowns(problem: Problem) -> tuple[int, int, int]:
@@ -85,20 +94,38 @@ def unknowns(problem: Problem) -> tuple[int, int, int]:
     return 2, len(problem.omega), problem.modal.squared.size
 
 
-def mesh_problem(ready: Response, *, harmonics: int, cross: int = 0, samples: int | None = None) -> Problem:
+def mesh_problem(
+    ready: Response,
+    *,
+    harmonics: int | tuple[int, ...],
+    cross: int = 0,
+    samples: int | None = None,
+    cycles: int = 1,
+) -> Problem:
     """The balance of mesh orders: multiples of every tone up to `harmonics`, combinations up to `cross`.
 
     Parameters
     ----------
-    samples : of the phase of each tone; None takes 8 per harmonic.
+    harmonics : of every tone, or of each (D,).  samples : of the mesh cycle of each tone; None takes 8 per harmonic.
+    cycles : mesh cycles of a period; more than one for motions that repeat after as many, with fractional orders.
     """
     tones = len(ready.lines.tones)
-    points = kept_points((harmonics,) * tones, cross, mirrored=True).points
-    counts = (samples or _SAMPLES * harmonics,) * tones
-    return problem(ready, points, ready.omega, counts, [(point, False, line) for point, line in ready.lines.mesh])
+    kept = (harmonics,) * tones if isinstance(harmonics, int) else harmonics
+    points = kept_points(tuple(cycles * each for each in kept), cross, mirrored=True).points
+    counts = tuple(cycles * (samples or _SAMPLES * each) for each in kept)
+    lines = [(tuple(cycles * order for order in point), False, line) for point, line in ready.lines.mesh]
+    return problem(ready, points, ready.omega / cycles, counts, lines, cycles=cycles)
 
 
-def problem(ready: Response, points: Index, tones: Array, counts: tuple[int, ...], lines: Sequence[Placed]) -> Problem:
+def problem(
+    ready: Response,
+    points: Index,
+    tones: Array,
+    counts: tuple[int, ...],
+    lines: Sequence[Placed],
+    *,
+    cycles: int = 1,
+) -> Problem:
     """The balance on given lattice points.
 
     Parameters
@@ -106,6 +133,7 @@ def problem(ready: Response, points: Index, tones: Array, counts: tuple[int, ...
     points : (J, D), one of a and -a, the origin first.
     tones : (D,) at s = 1 [rad/s], the mesh tones first, then slow ones.
     counts : (D,) samples of each phase.  lines : (point, whether the conjugate counts there, line).
+    cycles : mesh cycles in a period of `tones`.
     """
     made, net = flanks(ready), grid(points, counts)
     error, force = _excitation(ready, points, made, lines)
@@ -116,8 +144,10 @@ def problem(ready: Response, points: Index, tones: Array, counts: tuple[int, ...
         omega=points @ tones,
         error=error,
         force=force,
-        stiffness=_stiffness(made, net.phases),
+        stiffness=_stiffness(made, cycles * net.phases),
+        tones=tones,
         frame_speed=ready.frame_speed,
+        cycles=cycles,
     )
 
 
@@ -152,16 +182,19 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
     """The residual of a motion y (2, J, n) at relative speed s; flanks touch where said (N, R), or where they press."""
     w = speed * given.omega
     inverse = _inverse(given.modal, w)
-    pressed, touching = _pressed(given, y, w, touching)
-    unbalanced = _couple(given, y, speed) + _pull(given, pressed) - _force(given, speed)
+    gap = _gaps(given, y)
+    law = _law(given, gap - given.error, speed, touching)
+    unbalanced = _couple(given, y, speed) + _pull(given, _beyond_mean(given, law.force, gap, w)) - _force(given, speed)
     residual = y + _times(inverse, unbalanced)
     return State(
         y=y,
         speed=speed,
         residual=residual,
         inverse=inverse,
-        touching=touching,
+        touching=law.touching,
         norm=float(np.linalg.norm(residual)),
+        acting=law.acting,
+        edge=law.edge,
     )
 
 
@@ -171,9 +204,13 @@ def slope(given: Problem, at: State, step: Array) -> Array:
     gap = _gaps(given, step)
     value = given.grid.values(gap)
     tangent = np.where(at.touching, given.stiffness, 0.0) - made.linear
-    force = tangent * value
-    if made.damping.any():
-        force += (np.where(at.touching, made.damping, 0.0) - made.drag) * given.grid.values(_rate(gap, w))
+    if at.acting is None or at.edge is None:
+        force = tangent * value
+    else:
+        # where the contact opens or closes within a sample, c delta' a rises with both: a = 1/2 + delta / (|delta'| h)
+        rate = np.where((at.acting > 0) & (at.acting < 1), 0.5, at.acting)
+        force = (tangent + made.damping * at.edge) * value
+        force += (made.damping * rate - made.drag) * given.grid.values(_rate(gap, w))
     pulled = _couple(given, step, at.speed) + _pull(given, given.grid.rows(force))
     return step + _times(at.inverse, pulled)
 
@@ -193,9 +230,9 @@ def derivative(given: Problem, at: State) -> Array:
         moved += (factor[..., None] * part if factor.ndim else factor * part) @ matrix
     moved -= given.force[1] + 2 * s * given.force[2]
     made = given.flanks
-    if made.damping.any():
+    if at.acting is not None:
         gap = _gaps(given, y)
-        damper = np.where(at.touching, made.damping, 0.0) * given.grid.values(_rate(gap - given.error, omega))
+        damper = at.acting * made.damping * given.grid.values(_rate(gap - given.error, omega))
         damper -= made.drag * given.grid.values(_rate(gap, omega))
         moved += _pull(given, given.grid.rows(damper))
     return _times(at.inverse, moved)
@@ -204,29 +241,50 @@ def derivative(given: Problem, at: State) -> Array:
 def flank_force(given: Problem, at: State) -> Array:
     """Force of every flank over the grid of phases, (N, R) [N]."""
     gap = _gaps(given, at.y) - given.error
-    return _law(given, gap, at.speed * given.omega, None)[0]
+    return _law(given, gap, at.speed, None).force
 
 
-def _pressed(given: Problem, y: Array, w: Array, said: NDArray[np.bool_] | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Rows (2 J, R) of the forces of the flanks without what the mean system holds, and which flanks touch when."""
-    made, gap = given.flanks, _gaps(given, y)
-    force, touching = _law(given, gap - given.error, w, said)
+class _Law(NamedTuple):
+    """Forces of the flanks (N, R) [N], and the rest as of `State`."""
+
+    force: Array
+    touching: NDArray[np.bool_]
+    acting: Array | None
+    edge: Array | None
+
+
+def _law(given: Problem, opened: Array, speed: float, said: NDArray[np.bool_] | None) -> _Law:
+    """k delta + c delta' where delta > 0 (or where said), from the rows (2 J, R) of delta.
+
+    A damper that acts at once makes the force jump where teeth meet, and a sum over samples with it: it acts for the
+    part of its sample in which the gap, gone on in a line, is closed.  That leaves the force continuous.
+    """
+    delta = given.grid.values(opened)
+    touching = delta > 0 if said is None else said
+    force = np.where(touching, given.stiffness * delta, 0.0)
+    if not given.flanks.damping.any():
+        return _Law(force, touching, None, None)
+    rate = given.grid.values(_rate(opened, speed * given.omega))
+    acting, edge = touching.astype(float), np.zeros_like(delta)
+    if said is None:
+        sample = (2 * np.pi / (speed * given.tones * given.grid.counts))[given.flanks.axis]
+        way = np.abs(rate) * sample
+        part = np.divide(delta, way, out=np.full_like(delta, np.inf), where=way > 0)
+        inside = np.abs(part) < 0.5
+        acting = np.where(inside, 0.5 + np.where(inside, part, 0.0), acting)
+        edge = np.where(inside, np.sign(rate) / sample, 0.0)
+    force += given.flanks.damping * rate * acting
+    return _Law(force, touching, acting, edge)
+
+
+def _beyond_mean(given: Problem, force: Array, gap: Array, w: Array) -> Array:
+    """Rows (2 J, R) of the forces of the flanks without what the mean system holds."""
+    made = given.flanks
     held = made.linear * gap
     if made.drag.any():
         held += made.drag * _rate(gap, w)
-    rows = given.grid.rows(force)
-    rows -= held
-    return rows, touching
-
-
-def _law(given: Problem, opened: Array, w: Array, said: NDArray[np.bool_] | None) -> tuple[Array, NDArray[np.bool_]]:
-    """k delta + c delta' where delta > 0 (or where said), from the rows (2 J, R) of delta: (N, R)."""
-    delta = given.grid.values(opened)
-    touching = delta > 0 if said is None else said
-    force = given.stiffness * delta
-    if given.flanks.damping.any():
-        force += given.flanks.damping * given.grid.values(_rate(opened, w))
-    return np.where(touching, force, 0.0), touching
+    rows: Array = given.grid.rows(force) - held
+    return rows
 
 
 def _rate(rows: Array, w: Array) -> Array:

@@ -15,6 +15,8 @@ __all__ = ["TOLERANCE", "Found", "dynamic_size", "linear_start", "solve", "solve
 TOLERANCE = 1e-6
 # Newton steps before a point counts as lost; halvings of one step; residual of its GMRES per residual now.
 _STEPS, _HALVINGS, _FORCING = 20, 6, 1e-3
+# Products with the derivative before a point counts as lost: three times what the hardest that succeed take.
+_WORK = 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,7 +42,7 @@ def solve(given: Problem, start: Array, speed: float, *, tolerance: float = TOLE
         size = dynamic_size(state.y)
         if state.norm <= tolerance * size:
             return Found(state=state, converged=True, steps=count, calls=calls)
-        if count == steps:
+        if count == steps or calls > _WORK:
             break
         move, used = solve_step(given, state, state.residual, target=0.1 * tolerance * size)
         calls += used

@@ -1,0 +1,307 @@
+"""Systems with flanks that part, and their equation of motion written out, nothing of the package's solvers in it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
+
+Array = NDArray[np.float64]
+DATA = Path(os.environ.get("EPICYCLIC_DATA", Path(__file__).parents[5] / "shared" / "data")) / "bench56.npz"
+TONE = 1000
+
+
+def _single(
+    *,
+    stiffness: float = 2e8,
+    natural: float = 1000.0,
+    zeta: float | None = 0.03,
+    variation: tuple[complex, ...] = (),
+    error: Mapping[int, complex] | None = None,
+    push: Mapping[int, complex] | None = None,
+    load: float = 2000.0,
+    backlash: float = np.inf,
+) -> System:
+    """One gear pair along its line of action: M u'' + C u' + f(u - e) = load + push, f of both flanks."""
+    B, swing = np.ones((1, 1)), np.array([variation], complex).reshape(1, -1)
+    error, push = error or {}, push or {}
+    far = np.isfinite(backlash)
+
+    def line(order: int) -> Line:
+        gap = np.array([error.get(order, 0.0)], complex)
+        force = np.zeros((3, 1), complex)
+        force[0, 0] = push.get(order, 0.0)
+        return Line(
+            frequency=Fraction(TONE * order),
+            gap=gap,
+            link_gap=np.zeros(0, complex),
+            force=force,
+            causes=("pair",),
+            far_gap=-gap if far else np.zeros(0, complex),
+        )
+
+    return System(
+        dofs=Dofs(
+            names=("pair/rz",),
+            body=("pair",),
+            direction=("rz",),
+            radius=np.ones(1),
+            bodies=("pair",),
+            expand=np.zeros((6, 1)),
+        ),
+        M=np.array([[stiffness / (2 * np.pi * natural) ** 2]]),
+        C=np.zeros((1, 1)),
+        G=np.zeros((1, 1)),
+        K=np.zeros((1, 1)),
+        Kg=np.zeros((1, 1)),
+        Cskew=np.zeros((1, 1)),
+        meshes=MeshRows(
+            name=("main/pair",),
+            pair=("pair",),
+            stage=("main",),
+            branch=(0,),
+            side=("",),
+            B=B,
+            stiffness=np.array([stiffness]),
+            variation=swing,
+            tone=np.zeros(1, np.int64),
+            damping=np.zeros(1),
+            backlash=np.array([backlash]),
+            cos_base_helix=np.ones(1),
+        ),
+        links=LinkRows(name=(), link=(), B=np.zeros((1, 0)), stiffness=np.zeros(0), damping=np.zeros(0)),
+        force=np.array([load]),
+        tones=(Fraction(TONE),),
+        lines=tuple(line(order) for order in sorted({*error, *push})),
+        zeta=zeta,
+        far=FarFlanks(mesh=np.array([0]), B=-B, variation=swing) if far else None,
+    )
+
+
+def _coupled(*, tones: int = 1, drag: float = 100.0, load: float = 60.0, far: bool = True) -> System:
+    """Two meshes on six coordinates, every term of the equation there, far flanks with rows of their own."""
+    random, n, m = np.random.default_rng(5), 6, 2
+    B, F = random.standard_normal((n, m)), random.standard_normal((n, m))
+    skew = random.standard_normal((n, n))
+    damper, root = random.standard_normal((n, 2)), random.standard_normal((n, n))
+    real, imaginary = random.standard_normal((2, m, 3)) / np.arange(1, 4)
+    swing: NDArray[np.complex128] = 0.15 * np.asarray(real + 1j * imaginary, complex)
+    own = (Fraction(137), Fraction(59))[:tones]
+    turn = random.standard_normal((n, n))
+
+    def line(tone: int, order: int) -> Line:
+        mine = np.arange(m) % tones == tone
+        gap = np.where(mine, 2e-5 * (random.standard_normal(m) + 1j * random.standard_normal(m)), 0)
+        force = random.standard_normal((3, n)) * np.array([[3.0], [2.0], [1.0]]) + 0j
+        return Line(
+            frequency=order * own[tone],
+            gap=gap,
+            link_gap=np.zeros(0, complex),
+            force=force,
+            far_gap=np.where(mine, 1e-5 * random.standard_normal(m), 0) + 0j if far else np.zeros(0, complex),
+        )
+
+    return System(
+        dofs=Dofs(
+            names=tuple(f"body/{i}" for i in range(n)),
+            body=("body",) * n,
+            direction=("x",) * n,
+            radius=np.ones(n),
+            bodies=("body",),
+            expand=np.zeros((6, n)),
+        ),
+        M=np.diag(random.uniform(0.5, 2.0, n)),
+        C=40.0 * damper @ damper.T,
+        G=60.0 * (skew - skew.T),
+        K=2e5 * (root @ root.T + np.eye(n)),
+        Kg=-200.0 * np.diag(random.uniform(0.5, 1.0, n)),
+        Cskew=50.0 * (turn - turn.T),
+        meshes=MeshRows(
+            name=("main/a", "main/b"),
+            pair=("pair",) * m,
+            stage=("main",) * m,
+            branch=(0,) * m,
+            side=("",) * m,
+            B=B,
+            stiffness=np.array([8e5, 6e5]),
+            variation=swing,
+            tone=np.arange(m) % tones,
+            damping=np.array([drag, 0.5 * drag]),
+            backlash=np.array([4e-5, 6e-5]) if far else np.full(m, np.inf),
+            cos_base_helix=np.ones(m),
+        ),
+        links=LinkRows(name=(), link=(), B=np.zeros((n, 0)), stiffness=np.zeros(0), damping=np.zeros(0)),
+        force=load * B.sum(axis=1),
+        tones=own,
+        lines=tuple(line(tone, order) for tone in range(tones) for order in (1, 2)),
+        zeta=0.02,
+        far=FarFlanks(mesh=np.arange(m), B=F, variation=swing[::-1]) if far else None,
+    )
+
+
+def _bench(scale: float = 0.35, backlash: float = 1e-4) -> System:
+    """The set of 56 coordinates with backlash on both sides.
+
+    Its torque of 2000 N m, 20 kN on each half of the sun, times `scale`.
+    """
+    if not DATA.is_file():
+        pytest.skip(f"{DATA} is absent (set EPICYCLIC_DATA)")
+    data = np.load(DATA)
+    n, m = data["N"].shape
+    frame = 2 * np.pi * TONE / 89
+    k, e = data["k_harmonics"], data["e_harmonics"]
+    variation: NDArray[np.complex128] = k[:, 1:] / k[:, :1].real
+    none = np.zeros((3, n), complex)
+    return System(
+        dofs=Dofs(
+            names=tuple(f"body/{i}" for i in range(n)),
+            body=("body",) * n,
+            direction=("x",) * n,
+            radius=np.ones(n),
+            bodies=("body",),
+            expand=np.zeros((6, n)),
+        ),
+        M=data["M"],
+        C=data["C"],
+        G=frame * data["G"],
+        K=data["K"],
+        Kg=-(frame**2) * data["Kw"],
+        Cskew=np.zeros((n, n)),
+        meshes=MeshRows(
+            name=tuple(f"mesh/{i}" for i in range(m)),
+            pair=("mesh",) * m,
+            stage=("main",) * m,
+            branch=(0,) * m,
+            side=("",) * m,
+            B=data["N"],
+            stiffness=k[:, 0].real,
+            variation=variation,
+            tone=np.zeros(m, np.int64),
+            damping=np.zeros(m),
+            backlash=np.full(m, backlash),
+            cos_base_helix=np.ones(m),
+        ),
+        links=LinkRows(name=(), link=(), B=np.zeros((n, 0)), stiffness=np.zeros(0), damping=np.zeros(0)),
+        force=scale * data["F"],
+        tones=(Fraction(TONE),),
+        lines=tuple(
+            Line(
+                frequency=Fraction(TONE * h),
+                gap=e[:, h],
+                link_gap=np.zeros(0, complex),
+                force=none,
+                far_gap=-e[:, h],
+            )
+            for h in (1, 2, 3)
+        ),
+        far=FarFlanks(mesh=np.arange(m), B=-data["N"], variation=variation),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Equation:
+    """M q'' + (C + s G) q' + (K + s Cskew + s^2 Kg) q + sum of flanks = F(t) of a System with one tone."""
+
+    system: System
+    speed: float
+
+    def flanks(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
+        """Forces of the loaded and of the far flanks, (m,) and (c,)."""
+        s, meshes, far, s_ = self.system, self.system.meshes, self.system.far_flanks, self.speed
+        tone = 2 * np.pi * float(s.tones[0]) * s_
+        orders = np.arange(1, meshes.variation.shape[1] + 1)
+        wave = np.exp(1j * tone * t * orders)
+        k = meshes.stiffness * (1 + (meshes.variation @ wave).real)
+        k_far = meshes.stiffness[far.mesh] * (1 + (far.variation @ wave).real)
+        e, rate = self._error(t)
+        gap, fast = meshes.B.T @ q - e[: len(k)], meshes.B.T @ v - rate[: len(k)]
+        gap_far = far.B.T @ q - meshes.backlash[far.mesh] - e[len(k) :]
+        fast_far = far.B.T @ v - rate[len(k) :]
+        loaded = np.where(gap > 0, k * gap + meshes.damping * fast, 0.0)
+        return loaded, np.where(gap_far > 0, k_far * gap_far + meshes.damping[far.mesh] * fast_far, 0.0)
+
+    def _error(self, t: float) -> tuple[Array, Array]:
+        total = np.zeros(len(self.system.meshes.name) + self.system.far_flanks.mesh.size)
+        rate = total.copy()
+        for line in self.system.lines:
+            w = 2 * np.pi * float(line.frequency) * self.speed
+            value = self.system.flank_gaps(line) * np.exp(1j * w * t)
+            total, rate = total + value.real, rate + (1j * w * value).real
+        return total, rate
+
+    def push(self, t: float) -> Array:
+        """External force, (n,)."""
+        s, force = self.speed, self.system.force.copy()
+        for line in self.system.lines:
+            wave = np.exp(2j * np.pi * float(line.frequency) * s * t)
+            force = force + ((line.force[0] + s * line.force[1] + s**2 * line.force[2]) * wave).real
+        return force
+
+    def slope(self) -> Callable[[float, Array], Array]:
+        system, s, n = self.system, self.speed, len(self.system.force)
+        inverse, C = np.linalg.inv(system.M), self.dampers()
+        rest = system.K + s * system.Cskew + s**2 * system.Kg
+        rate = C + s * system.G
+        near, far = system.meshes.B, system.far_flanks.B
+
+        def run(t: float, z: Array) -> Array:
+            q, v = z[:n], z[n:]
+            loaded, other = self.flanks(t, q, v)
+            return np.concatenate([v, inverse @ (self.push(t) - rate @ v - rest @ q - near @ loaded - far @ other)])
+
+        return run
+
+    def dampers(self) -> Array:
+        """C with modal damping of the mean system written out."""
+        system = self.system
+        if system.zeta is None:
+            return system.C
+        from scipy.linalg import eigh
+
+        squared, shapes = eigh(system.mean_stiffness, system.M)
+        back = system.M @ shapes
+        return np.asarray(system.C + (back * (2 * system.zeta * np.sqrt(np.abs(squared)))) @ back.T)
+
+    def run(self, start: Array, cycles: float, *, samples: int = 0, rtol: float = 1e-8, atol: float = 1e-13) -> Array:
+        """States over so many mesh cycles from a start (2n,), at the end or at equal steps: (2n, samples)."""
+        stop = cycles / (float(self.system.tones[0]) * self.speed)
+        times = np.linspace(0, stop, samples, endpoint=False) if samples else [stop]
+        found = solve_ivp(self.slope(), (0, stop), start, method="DOP853", t_eval=times, rtol=rtol, atol=atol)
+        result: Array = found.y
+        return result
+
+    def force(self, states: Array) -> Array:
+        """Mesh force of states (2n, N) over one mesh cycle, (m, N): far flanks negative."""
+        n = len(self.system.force)
+        times = np.arange(states.shape[1]) / states.shape[1] / (float(self.system.tones[0]) * self.speed)
+        rows = []
+        for t, z in zip(times, states.T, strict=True):
+            loaded, other = self.flanks(float(t), z[:n], z[n:])
+            np.subtract.at(loaded, self.system.far_flanks.mesh, other)
+            rows.append(loaded)
+        return np.array(rows).T
+
+
+@dataclass(frozen=True, slots=True)
+class Builders:
+    """What the tests build with."""
+
+    single: Callable[..., System] = _single
+    coupled: Callable[..., System] = _coupled
+    bench: Callable[..., System] = _bench
+    equation: type[_Equation] = _Equation
+    replace: Callable[..., System] = replace
+
+
+@pytest.fixture(scope="session")
+def made() -> Builders:
+    return Builders()
