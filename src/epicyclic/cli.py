@@ -21,7 +21,9 @@ import typer
 from .commands.audit import audit
 from .commands.modulation import modulation
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
+from .commands.sensitivity import sensitivity
 from .commands.stability import stability
+from .commands.track import track
 from .commands.transient import transient
 from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
 
@@ -37,6 +39,8 @@ app = typer.Typer(
 )
 
 app.command()(audit)
+app.command()(sensitivity)
+app.command()(track)
 app.command()(modulation)
 app.command()(stability)
 app.command()(transient)

@@ -31,7 +31,7 @@ _LOG = logging.getLogger(__name__)
 _CONTACT = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
 _KNOWN = (
     *("check", "modes", "campbell", "stiffness", "static", "steady", "sharing"),
-    *("sweep", "contact_sweep", "modulation", "transient"),
+    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track"),
 )
 Datasets = Mapping[str, xr.Dataset]
 
@@ -124,6 +124,13 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(anchor="sharing", title="Load sharing", body=_sharing(datasets["sharing"]))
     if "sweep" in datasets:
         yield Section(anchor="sweep", title="Speed sweep", body=_sweep(datasets["sweep"], modes))
+    if "sensitivity" in datasets:
+        yield Section(anchor="sensitivity", title="Sensitivity", body=_sensitivity(datasets["sensitivity"]))
+    if "track" in datasets:
+        caption = "Thick: double roots. Shapes that share nothing cross; coupled ones veer and exchange their motion."
+        yield Section(
+            anchor="track", title="Modes followed", body=_figure("track", plots.loci(datasets["track"]), caption)
+        )
     if "contact_sweep" in datasets:
         drawn = _figure("contact-sweep", plots.contact_sweep(datasets["contact_sweep"]), _CONTACT)
         yield Section(anchor="contact-sweep", title="Speed sweep with contact loss", body=drawn)
@@ -230,6 +237,11 @@ def _transient(result: xr.Dataset) -> str:
         return forces
     caption = "Dotted: multiples of the mesh frequency; where one is dark it passes a natural frequency."
     return forces + _figure("spectrogram", plots.spectrogram(result), caption)
+
+
+def _sensitivity(data: xr.Dataset) -> str:
+    caption = "What 1 % more of each number of the model does; a bar between two values: a repeated root splits."
+    return _figure("sensitivity", plots.tornado(data), caption)
 
 
 def _studies(datasets: Datasets, figures: Mapping[str, go.Figure]) -> str:

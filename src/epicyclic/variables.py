@@ -192,6 +192,23 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),
     "run_out": ("um", "run-out"),
+    # sensitivity
+    "derivative": ("", "derivative by the value in the model file"),
+    "sensitivity": ("1", "percent per percent of the value in the model file"),
+    "parameter_value": ("", "value in the model file, as written"),
+    "parameter_unit": ("", "unit of the value as written"),
+    "ranked_by": ("", "whether the paths are ranked by this one"),
+    "mesh_force_amplitude": ("N", "amplitude of one mesh order of the mesh force"),
+    # track
+    "parameter": ("", "value in the model file, as written"),
+    "event_kind": ("", "crossing or veering"),
+    "event_value": ("", "value at which two loci cross, or are closest"),
+    "event_frequency": ("Hz", "mean of the two natural frequencies there"),
+    "event_first": ("", "modes at the start of the one locus"),
+    "event_second": ("", "modes at the start of the other locus"),
+    "event_gap": ("Hz", "difference of the two natural frequencies there"),
+    "coupling_factor": ("1", "coupling of the two shapes by the parameter, percent of a frequency per percent"),
+    "veering_index": ("1", "0 of shapes that have nothing to do with each other, 1 of a pure exchange of two"),
     # audit; numbers are in the unit of their row
     "drive": ("", "drive audited"),
     "place": ("", "place in the source"),

@@ -10,6 +10,7 @@ from .curves import curves, study
 from .energy import energy_shares
 from .frequencies import frequencies
 from .front import train_front
+from .loci import loci
 from .members import members
 from .modulation import modulation
 from .phases import orders, phases
@@ -19,6 +20,7 @@ from .sharing import load_history, load_sharing, mesh_forces
 from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
+from .tornado import tornado
 from .transient import spectrogram, transient_forces
 from .waterfall import waterfall
 
@@ -31,6 +33,7 @@ __all__ = [
     "frequencies",
     "load_history",
     "load_sharing",
+    "loci",
     "members",
     "mesh_forces",
     "mesh_stiffness",
@@ -43,6 +46,7 @@ __all__ = [
     "stability_map",
     "stability_over_speed",
     "study",
+    "tornado",
     "train_front",
     "train_section",
     "transient_forces",

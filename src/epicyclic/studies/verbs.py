@@ -26,6 +26,7 @@ __all__ = [
     "check",
     "modes",
     "modulation",
+    "sensitivity",
     "sharing",
     "stability",
     "static",
@@ -33,6 +34,7 @@ __all__ = [
     "stiffness",
     "sweep",
     "system_of",
+    "track",
     "train_of",
     "transient",
 ]
@@ -241,6 +243,20 @@ def stability(
     return run(system, **options)
 
 
+def sensitivity(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """What moves a natural frequency or a mesh force most; options of `epicyclic.studies.sensitivity.sensitivity`."""
+    from .sensitivity import sensitivity as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
+def track(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Natural frequencies along a number of the model file; options of `epicyclic.studies.tracking.track`."""
+    from .tracking import track as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
 def _frequencies(
     system: System,
     start: float | str | None,
@@ -283,6 +299,8 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "sensitivity": sensitivity,
+    "track": track,
     "modulation": modulation,
     "stability": stability,
     "transient": transient,

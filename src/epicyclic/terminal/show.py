@@ -18,6 +18,7 @@ from .contact import contact_tables
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .modulation import modulation_tables
+from .sensitivity import sensitivity_tables, track_tables
 from .stability import stability_tables
 from .tables import listed, number
 from .transient import transient_tables
@@ -114,6 +115,8 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "steady": steady_tables,
     "sharing": sharing_tables,
     "sweep": sweep_tables,
+    "sensitivity": sensitivity_tables,
+    "track": track_tables,
     "contact_sweep": contact_tables,
     "modulation": modulation_tables,
     "stability": stability_tables,

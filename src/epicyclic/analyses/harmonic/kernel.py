@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray, System
 from .lattice import Bundle, Lattice, Point, bundle, kept_points
 
-__all__ = ["Axis", "Kernel", "kernel", "product", "tail"]
+__all__ = ["Axis", "Gather", "Kernel", "kernel", "product", "tail"]
 
 Index = NDArray[np.int64]
 

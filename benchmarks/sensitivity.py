@@ -1,0 +1,128 @@
+"""What derivatives of mesh forces cost beside the solution itself, and how exact they are.
+
+    python benchmarks/sensitivity.py [--quick]
+
+CPU seconds of one thread, medians of runs in this process; errors against five-point differences.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from known import bench56
+from numpy.typing import NDArray
+
+from epicyclic.analyses.harmonic.response import respond, response
+from epicyclic.analyses.harmonic.sweep import sweep
+from epicyclic.analyses.sensitivity.forces import stiffness_gradient
+from epicyclic.system.system import System
+
+Row = tuple[str, str, str, str]
+TOLERANCE = 1e-8
+
+
+def rows(quick: bool) -> list[Row]:
+    """The rows of the table."""
+    try:
+        system = bench56()
+    except FileNotFoundError as error:
+        return [("derivatives of mesh forces, 56 DOF", "skipped", "", f"{error}")]
+    found: list[Row] = []
+    for hertz in ([1646.0], list(np.linspace(300, 5000, 10 if quick else 40))):
+        found += _cost(system, np.array(hertz) / float(system.tones[0]))
+    off = _error(system, 0.93)
+    found.append(
+        ("  all 16 RMS by all 16 stiffnesses at 930 Hz, largest error", f"{off:.1e}", "<= 1e-07", _met(off <= 1e-7))
+    )
+    return [*found, *_drawing()]
+
+
+def _cost(system: System, speed: NDArray[np.float64]) -> list[Row]:
+    """Solutions, then with the derivatives of one mesh, then of all."""
+    repeats = 15 if speed.size == 1 else 3
+
+    def alone() -> object:
+        return list(respond(response(system), speed, tolerance=TOLERANCE))
+
+    def gradient(meshes: list[int] | None) -> Callable[[], object]:
+        return lambda: stiffness_gradient(system, relative_speed=speed, meshes=meshes, tolerance=TOLERANCE)
+
+    once, first, every = (_median(run, repeats) for run in (alone, gradient([0]), gradient(None)))
+    many = f"{speed.size} speeds" if speed.size > 1 else "one speed"
+    return [
+        (f"56 DOF, {many}: solution alone", f"{1e3 * once:.1f} ms", "", f"{1e3 * once / speed.size:.2f} ms a speed"),
+        (
+            "  one mesh RMS by all stiffnesses, dampers, masses, errors, speed",
+            f"+{100 * (first / once - 1):.0f} %",
+            "<= 100 %",
+            _met(first <= 2 * once),
+        ),
+        (
+            "  all 16 mesh RMS by all of them",
+            f"+{100 * (every / once - 1):.0f} %",
+            "",
+            f"+{100 * (every / once - 1) / 16:.0f} % a mesh; differences by 16 stiffnesses: +{100 * 32:.0f} %",
+        ),
+    ]
+
+
+def _error(system: System, speed: float) -> float:
+    """Largest difference to five-point differences, per the largest derivative."""
+    found = stiffness_gradient(system, relative_speed=[speed], tolerance=1e-10)
+    meshes, h = system.meshes, 1e-4
+    worst = 0.0
+    for j in range(len(meshes.name)):
+
+        def rms(share: float, j: int = j) -> NDArray[np.float64]:
+            stiffness = meshes.stiffness.copy()
+            stiffness[j] *= 1 + share
+            moved = replace(system, meshes=replace(meshes, stiffness=stiffness))
+            return np.asarray(sweep(moved, relative_speed=[speed], tolerance=1e-11).mesh_force_rms.values[:, 0])
+
+        wanted = (8 * (rms(h) - rms(-h)) - (rms(2 * h) - rms(-2 * h))) / (12 * h * meshes.stiffness[j])
+        worst = max(worst, float(np.abs(found.stiffness[:, 0, j] - wanted).max()))
+    return worst / float(np.abs(found.stiffness).max())
+
+
+def _drawing() -> list[Row]:
+    """All numbers of a model file at once."""
+    import epicyclic
+
+    train = epicyclic.load("ren2021")
+    both = []
+    for of in ("frequency", "force"):
+        took = _median(lambda of=of: epicyclic.sensitivity(train, of=of), 3)  # type: ignore[misc]
+        count = epicyclic.sensitivity(train, of=of).sizes["path"]
+        both.append((f"ren2021: {of} by every number of the file ({count} paths)", f"{took:.2f} s", "", ""))
+    return both
+
+
+def _median(run: Callable[[], object], repeats: int) -> float:
+    run()
+    spent = []
+    for _ in range(repeats):
+        clock = time.process_time()
+        run()
+        spent.append(time.process_time() - clock)
+    return statistics.median(spent)
+
+
+def _met(met: bool) -> str:
+    return "met" if met else "MISSED"
+
+
+if __name__ == "__main__":
+    for row in rows("--quick" in sys.argv[1:]):
+        sys.stdout.write(
+            "  ".join(text.ljust(width) for text, width in zip(row, (72, 10, 10, 0), strict=True)).rstrip()
+        )
+        sys.stdout.write("\n")

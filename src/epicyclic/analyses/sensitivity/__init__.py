@@ -1,0 +1,1 @@
+"""Derivatives of natural frequencies (closed form) and of mesh forces (adjoint of the harmonic balance)."""

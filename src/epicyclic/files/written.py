@@ -1,0 +1,56 @@
+"""Numbers as they stand in a model file: read apart into numbers and unit, and written back changed."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+__all__ = ["Written", "written"]
+
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
+_ONE = re.compile(rf"\s*({_NUMBER})\s*([^\d\s\[,].*?)?\s*")
+_MANY = re.compile(rf"\s*\[\s*({_NUMBER}(?:\s*,\s*{_NUMBER})*)\s*\]\s*([^\d\s\[,].*?)?\s*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Written:
+    """One number or a list, with the unit it is written in ("" for a bare number, which is SI).
+
+    values : the numbers in that unit.  many : whether a list stands there.  whole : whether it is an integer.
+    """
+
+    values: tuple[float, ...]
+    unit: str
+    many: bool
+    whole: bool = False
+
+    def text(self, values: tuple[float, ...]) -> object:
+        """What to write for other numbers; a list where there are several."""
+        if len(values) == 1 and not self.many:
+            return f"{values[0]!r} {self.unit}" if self.unit else values[0]
+        return f"[{', '.join(map(repr, values))}] {self.unit}" if self.unit else list(values)
+
+
+def written(value: object) -> Written | None:
+    """Read what stands in a file; None where it is no finite number or list of numbers."""
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, (int, float)):
+        return Written(values=(float(value),), unit="", many=False, whole=isinstance(value, int))
+    if isinstance(value, (list, tuple)):
+        return _listed(list(value))
+    if not isinstance(value, str):
+        return None
+    if one := _ONE.fullmatch(value):
+        return Written(values=(float(one[1]),), unit=one[2] or "", many=False)
+    if many := _MANY.fullmatch(value):
+        return Written(values=tuple(float(part) for part in many[1].split(",")), unit=many[2] or "", many=True)
+    return None
+
+
+def _listed(entries: list[object]) -> Written | None:
+    parts = [written(entry) for entry in entries]
+    found = [part for part in parts if part is not None and not part.many]
+    if not entries or len(found) < len(entries) or len({part.unit for part in found}) > 1:
+        return None
+    return Written(values=tuple(part.values[0] for part in found), unit=found[0].unit, many=True)
