@@ -11,7 +11,7 @@ imaginary parts; mean first.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..harmonic.lattice import Point, kept_points
 from ..harmonic.response import FrameSpeed, Response
 from ..modes.basis import Modal
 from .flanks import Flanks, flanks
-from .grid import Grid, grid
+from .grid import Transforms, grid
 
 __all__ = [
     "Placed",
@@ -31,6 +31,7 @@ __all__ = [
     "derivative",
     "evaluate",
     "flank_force",
+    "linearised",
     "mesh_problem",
     "problem",
     "slope",
@@ -56,7 +57,7 @@ class Problem:
 
     modal: Modal
     flanks: Flanks
-    grid: Grid
+    grid: Transforms
     omega: Array
     error: Array
     force: Array
@@ -167,15 +168,29 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
 
 def slope(given: Problem, at: State, step: Array) -> Array:
     """Derivative of the residual along a step of the motion (2, J, n)."""
+    return linearised(given, at)(step)
+
+
+def linearised(given: Problem, at: State) -> Callable[[Array], Array]:
+    """The derivative of the residual as an operator on steps (2, J, n); flanks that add nothing to it are left out."""
     made, w = given.flanks, at.speed * given.omega
-    gap = _gaps(given, step)
-    value = given.grid.values(gap)
     tangent = np.where(at.touching, given.stiffness, 0.0) - made.linear
-    force = tangent * value
-    if made.damping.any():
-        force += (np.where(at.touching, made.damping, 0.0) - made.drag) * given.grid.values(_rate(gap, w))
-    pulled = _couple(given, step, at.speed) + _pull(given, given.grid.rows(force))
-    return step + _times(at.inverse, pulled)
+    drag = np.where(at.touching, made.damping, 0.0) - made.drag if made.damping.any() else None
+    live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
+    gaps, pulls = np.ascontiguousarray(made.gaps[live].T), made.pulls[live]
+    tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
+
+    def apply(step: Array) -> Array:
+        gap = step.reshape(-1, step.shape[2]) @ gaps
+        force = given.grid.values(gap)
+        force *= tangent
+        if drag is not None:
+            force += drag * given.grid.values(_rate(gap, w))
+        pulled = _couple(given, step, at.speed)
+        pulled += (given.grid.rows(force) @ pulls).reshape(step.shape)
+        return step + _times(at.inverse, pulled)
+
+    return apply
 
 
 def derivative(given: Problem, at: State) -> Array:
@@ -214,19 +229,38 @@ def _pressed(given: Problem, y: Array, w: Array, said: NDArray[np.bool_] | None)
     held = made.linear * gap
     if made.drag.any():
         held += made.drag * _rate(gap, w)
-    rows = given.grid.rows(force)
+    live = _columns(touching.any(axis=0))
+    rows = np.zeros_like(gap)
+    rows[:, live] = given.grid.rows(force[:, live])
     rows -= held
     return rows, touching
 
 
 def _law(given: Problem, opened: Array, w: Array, said: NDArray[np.bool_] | None) -> tuple[Array, NDArray[np.bool_]]:
     """k delta + c delta' where delta > 0 (or where said), from the rows (2 J, R) of delta: (N, R)."""
-    delta = given.grid.values(opened)
-    touching = delta > 0 if said is None else said
-    force = given.stiffness * delta
+    force = np.zeros_like(given.stiffness)
+    touching = np.zeros(force.shape, bool)
+    near = _columns(_reaching(opened) if said is None else said.any(axis=0))
+    delta = given.grid.values(opened[:, near])
+    touching[:, near] = delta > 0 if said is None else said[:, near]
+    pushed = given.stiffness[:, near] * delta
     if given.flanks.damping.any():
-        force += given.flanks.damping * given.grid.values(_rate(opened, w))
-    return np.where(touching, force, 0.0), touching
+        pushed += given.flanks.damping[near] * given.grid.values(_rate(opened[:, near], w))
+    force[:, near] = np.where(touching[:, near], pushed, 0.0)
+    return force, touching
+
+
+def _columns(chosen: NDArray[np.bool_]) -> slice | Index:
+    """Places of the columns chosen, as a slice, of which numpy makes no copy, where they stand together."""
+    places = np.flatnonzero(chosen)
+    together = places.size == 0 or places[-1] - places[0] + 1 == places.size
+    return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
+
+
+def _reaching(opened: Array) -> NDArray[np.bool_]:
+    """Flanks (R,) whose delta, of rows (2 J, R), can rise above 0 at all: its mean and all amplitudes."""
+    J = len(opened) // 2
+    return opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0) > 0
 
 
 def _rate(rows: Array, w: Array) -> Array:
