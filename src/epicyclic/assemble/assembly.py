@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..gears.series import series_in_time
 from ..system.elimination import eliminate
-from ..system.inertia import carried_stiffness, centrifugal_stiffness, gyroscopic_matrix, mass_diagonal
+from ..system.inertia import (
+    carried_stiffness,
+    centrifugal_stiffness,
+    euler_matrix,
+    gyroscopic_matrix,
+    mass_diagonal,
+    spin_up_load,
+)
 from ..system.symmetry import commutes, reduced_operator, turn_operator
 from ..system.system import Dofs, LinkRows, MeshRows, Symmetry, System
 from ..train.bodies import DIRECTIONS
@@ -55,6 +62,7 @@ def assemble(train: Train) -> System:
     G = gyroscopic_matrix(*bodies, structure.frame_speed, structure.spin)
     Kg = centrifugal_stiffness(*bodies, structure.frame_speed, structure.spin)
     _add_carried(Kg, train, structure, mass)
+    euler = euler_matrix(*bodies, structure.frame_speed, structure.spin)
     law = np.array([row.law for row in structure.links], dtype=bool)
     stiffness = np.array([0.0 if row.law else row.stiffness for row in structure.links])
     given = np.array([row.damping for row in structure.links])
@@ -62,7 +70,16 @@ def assemble(train: Train) -> System:
     alpha = train.damping.mass or 0.0
     skew = _housing_dampers(structure, given)
     model = FullModel(
-        T=T, S=S, mass=mass, G=G, Kg=Kg, mass_damping=alpha, link_stiffness=stiffness, link_damping=damping, skew=skew
+        T=T,
+        S=S,
+        mass=mass,
+        G=G,
+        Kg=Kg,
+        euler=euler,
+        mass_damping=alpha,
+        link_stiffness=stiffness,
+        link_damping=damping,
+        skew=skew,
     )
     M = (T.T * mass.ravel()) @ T
     L = structure.link @ T
@@ -90,6 +107,8 @@ def assemble(train: Train) -> System:
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
+        euler=T.T @ euler @ T,
+        spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, _centres(train)) @ T,
     )
 
 
@@ -107,6 +126,12 @@ def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
     )
     mass, inertia, tilt = np.where(absent, 0.0, values).T
     return mass_diagonal(mass, inertia, tilt), missing
+
+
+def _centres(train: Train) -> Array:
+    """Centre of every body in its own axes, (nb, 2) [m]."""
+    own = [complex(*body.centre) * np.exp(-1j * body.angle) for body in train.bodies]
+    return np.array([(place.real, place.imag) for place in own])
 
 
 def _path(member: str) -> str:

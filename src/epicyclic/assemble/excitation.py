@@ -23,7 +23,7 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FullModel:
-    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg of the full coordinates.
+    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg, E of the full coordinates.
 
     link_stiffness : (p,) 0 in rows that follow a law, whose force is no part of the right side.
     """
@@ -33,6 +33,7 @@ class FullModel:
     mass: Array
     G: Array
     Kg: Array
+    euler: Array
     mass_damping: float
     link_stiffness: Array
     link_damping: Array
@@ -47,6 +48,7 @@ class _Parts:
     link: ComplexArray
     rigid: ComplexArray
     force: ComplexArray
+    ramp: ComplexArray
     causes: list[str] = field(default_factory=list)
 
 
@@ -83,7 +85,11 @@ def _at(
         sizes = structure.mesh.shape[0], structure.link.shape[0], structure.rigid.shape[0], structure.mesh.shape[1]
         m, p, c, n = sizes
         lines[frequency] = _Parts(
-            np.zeros(m, complex), np.zeros(p, complex), np.zeros(c, complex), np.zeros((3, n), complex)
+            np.zeros(m, complex),
+            np.zeros(p, complex),
+            np.zeros(c, complex),
+            np.zeros((3, n), complex),
+            np.zeros(n, complex),
         )
     parts = lines[frequency]
     if cause not in parts.causes:
@@ -137,9 +143,13 @@ def _add_load(lines: dict[Fraction, _Parts], load: Load, structure: Structure, t
     frequency, sense = (relative, 1) if load.turns else (structure.frame_turn[body], -1)
     # A load turning with the body is given in the body's own axes; one fixed in space in the housing's.
     phase = load.phase if load.turns else item.angle
-    _add_force(
-        lines, load.path, body, (force, moment), (frequency, sense, phase), structure, int(load.speed_squared) * 2
-    )
+    motion = frequency, sense, phase
+    _add_force(lines, load.path, body, (force, moment), motion, structure, int(load.speed_squared) * 2)
+    spin = structure.spin[body]
+    if load.speed_squared and spin:
+        # an eccentric mass lags its own acceleration: m e w' stands a quarter turn behind m e w^2
+        behind = np.array([force[1], -force[0], 0.0]) / spin, np.array([moment[1], -moment[0], 0.0]) / spin
+        _add_force(lines, load.path, body, behind, motion, structure, None)
 
 
 def _add_force(
@@ -149,8 +159,9 @@ def _add_force(
     wrench: tuple[Array, Array],
     motion: tuple[Fraction, int, float],
     structure: Structure,
-    power: int,
+    power: int | None,
 ) -> None:
+    """Add a force that scales with that power of the speed, or with its rate of change (None)."""
     frequency, sense, phase = motion
     for force, moment, across in _parts_of(*wrench):
         if not (force.any() or moment.any()):
@@ -162,7 +173,8 @@ def _add_force(
         else:
             vector[2], vector[5] = force[2], moment[2]
         parts, amplitude = _at(lines, frequency if across else Fraction(0), vector, path, structure)
-        parts.force[power, 6 * body : 6 * body + 6] += amplitude
+        target = parts.ramp if power is None else parts.force[power]
+        target[6 * body : 6 * body + 6] += amplitude
 
 
 def _add_gravity(lines: dict[Fraction, _Parts], structure: Structure, train: Train, model: FullModel) -> None:
@@ -190,6 +202,8 @@ def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullM
     inertia = model.mass.ravel()
     force[1] -= 1j * omega * model.mass_damping * inertia * shift
     force[2] += omega**2 * inertia * shift - 1j * omega * (model.G @ shift) - model.Kg @ shift
+    # s'' of a displaced body has a part in s' too, and the frame that turns faster carries it along
+    ramp = parts.ramp - 1j * omega * inertia * shift - model.euler @ shift
     law = np.array([row.law for row in structure.links], dtype=bool)
     return Line(
         frequency=frequency,
@@ -198,4 +212,5 @@ def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullM
         force=force @ model.T,
         causes=tuple(sorted(parts.causes)),
         group_gap=link[law],
+        ramp_force=ramp @ model.T,
     )

@@ -8,7 +8,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["carried_stiffness", "centrifugal_stiffness", "gyroscopic_matrix", "mass_diagonal"]
+__all__ = [
+    "carried_stiffness",
+    "centrifugal_stiffness",
+    "euler_matrix",
+    "gyroscopic_matrix",
+    "mass_diagonal",
+    "spin_up_load",
+]
 
 Array = NDArray[np.float64]
 X, Y, Z, RX, RY, RZ = range(6)
@@ -51,6 +58,41 @@ def centrifugal_stiffness(mass: Array, inertia: Array, tilt: Array, frame_speed:
     diagonal[:, X] = diagonal[:, Y] = -mass * frame_speed**2
     diagonal[:, RX] = diagonal[:, RY] = (inertia * spin - tilt * frame_speed) * frame_speed
     return np.diag(diagonal.ravel())
+
+
+def euler_matrix(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, spin: Array) -> Array:
+    """Stiffness-like Euler terms of every body while all speeds change, per relative acceleration s'.
+
+    E[x,y] = -m Omega', E[y,x] = +m Omega'; E[rx,ry] = I_p w' - I_d Omega', E[ry,rx] = -(same), with the accelerations
+    Omega' = s' Omega, w' = s' w at s' = 1.  Half the Coriolis terms in x and y; not so in the tilts, where the moment
+    that spins a body up stands along the axis of the frame and no longer along that of the tilted body.
+
+    Returns
+    -------
+    (6 nb, 6 nb) [kg/s, kg m^2/s]: s' E q stands on the left side.
+    """
+    E = np.zeros((6 * mass.size, 6 * mass.size))
+    base = 6 * np.arange(mass.size)
+    across = mass * frame_speed
+    E[base + X, base + Y], E[base + Y, base + X] = -across, across
+    tilting = inertia * spin - tilt * frame_speed
+    E[base + RX, base + RY], E[base + RY, base + RX] = tilting, -tilting
+    return E
+
+
+def spin_up_load(mass: Array, inertia: Array, frame_speed: Array, spin: Array, centre: Array) -> Array:
+    """Inertial load of the nominal motion on every coordinate per relative acceleration s', (6 nb,) [N s, N m s].
+
+    -I_p w' on rz, and -m Omega' z x r_c on a body whose centre stands off the axis: -m r_c Omega' on its y.
+
+    Parameters
+    ----------
+    centre : (nb, 2) place of each body's centre in its own axes [m].
+    """
+    load = np.zeros((mass.size, 6))
+    load[:, RZ] = -inertia * spin
+    load[:, X], load[:, Y] = mass * frame_speed * centre[:, 1], -mass * frame_speed * centre[:, 0]
+    return load.ravel()
 
 
 def carried_stiffness(K: Array, *, body: int, carrier: int, angle: float, preload: float, radius: float) -> None:

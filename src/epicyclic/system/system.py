@@ -111,6 +111,7 @@ class Line:
     causes : the paths in the file that put something into it.
     group_gap : (R,) complex, the error of each row of the groups, in order; empty where there are none.
     far_gap : (c,) complex, the error of each far flank [m]; empty where all are zero.
+    ramp_force : (n,) complex, further force per s' while the speed changes [N s]; empty where there is none.
     """
 
     frequency: Fraction
@@ -120,6 +121,7 @@ class Line:
     causes: tuple[str, ...] = ()
     group_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
     far_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    ramp_force: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -154,6 +156,8 @@ class System:
     groups : links with a law (play, rolling elements, spline); linear analyses take `analyses.linear.linearised`.
     body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
     far : the far flanks, seen by analyses in which teeth part; None without finite backlash.
+    euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
+    spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
     """
 
     dofs: Dofs
@@ -177,6 +181,8 @@ class System:
     groups: tuple[LawGroup, ...] = ()
     body_turns: tuple[Fraction, ...] = ()
     far: FarFlanks | None = None
+    euler: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    spin_up: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def far_flanks(self) -> FarFlanks:

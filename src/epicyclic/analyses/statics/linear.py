@@ -13,7 +13,7 @@ from ...system.symmetry import commutes
 from ...system.system import Array, Line, LinkRows, System
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 
-__all__ = ["linearised"]
+__all__ = ["linearised", "mean_stretch"]
 
 
 def linearised(system: System) -> System:
@@ -50,6 +50,12 @@ def linearised(system: System) -> System:
     )
     held = tuple(replace(s, holds=s.holds and commutes(s.operator, result.mean_stiffness)) for s in system.symmetries)
     return replace(result, symmetries=held)
+
+
+def mean_stretch(system: System) -> Array:
+    """Stretch of every row of the groups under what stands still, (R,) [m]; errors as of `linearised`."""
+    stretch: Array = _mean_state(system).group_stretch[0]
+    return stretch
 
 
 def _mean_state(system: System) -> Equilibrium:
