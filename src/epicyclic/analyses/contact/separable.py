@@ -40,6 +40,8 @@ class Separable:
     def values(self, rows: Array) -> Array:
         """(2 J, c) -> (N, c)."""
         orders, columns = self.wave.shape[1] // 2, rows.shape[1]
+        if not columns:
+            return np.zeros((len(self.wave) * len(self.turn) // 2, 0))
         box = np.zeros((2, len(self.unturn) // 2 * orders, columns))
         box[:, self.take] = rows.reshape(2, -1, columns)
         turned = self.turn @ box.reshape(self.turn.shape[1], -1)
@@ -50,6 +52,8 @@ class Separable:
     def rows(self, values: Array) -> Array:
         """(N, c) -> (2 J, c), orders beyond the points dropped."""
         orders, columns = self.wave.shape[1] // 2, values.shape[1]
+        if not columns:
+            return np.zeros((2 * len(self.points), 0))
         along = self.back @ values.reshape(len(self.wave), -1)
         turned = along.reshape(2, orders, -1, columns).transpose(2, 0, 1, 3).reshape(self.turn.shape[0], -1)
         box = (self.unturn @ turned).reshape(2, -1, columns)

@@ -6,6 +6,7 @@ wanted is a small set of tones of which each line is a combination with orders u
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -47,13 +48,13 @@ class _Place:
     slow: Point
 
 
-def slow_tones(ready: Response, *, most: int) -> SlowTones:
-    """Slow tones for the strongest shaft lines, strongest first; those of more than `most` tones are left."""
+def slow_tones(ready: Response, groups: Sequence[Shaft], *, most: int) -> SlowTones:
+    """Slow tones for groups of shaft lines, strongest first; those of more than `most` tones are left."""
     lines = ready.lines
     tones: list[Fraction] = []
     places: list[_Place] = []
     left: list[Shaft] = []
-    for shaft in sorted(lines.shaft, key=lambda shaft: -_strength(ready, shaft)):
+    for shaft in sorted(groups, key=lambda shaft: -_strength(ready, shaft)):
         found = _placed(lines, tones, shaft)
         if found is None:
             divided = _divided(tones, places, shaft)

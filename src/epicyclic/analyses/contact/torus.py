@@ -1,60 +1,296 @@
-"""experiment"""
+"""Contact loss with shaft orders: a balance on the torus of the mesh phases and a few slow phases.
+
+Points are combinations of mesh orders, as of mesh tones alone, and slow orders with |s_1| / H_1 + |s_2| / H_2 + .. <= 1.
+The solution of the mesh orders is where it starts; harmonics and slow orders grow until what is dropped is small.
+"""
+
 from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
+
+from ...system.faces import Faces, faces
 from ...system.system import Array
-from ..harmonic.gmres import gmres
+from ..harmonic.excitation import Shaft
 from ..harmonic.lattice import kept_points
 from ..harmonic.response import Response
-from .balance import Problem, evaluate, linearised, problem, unknowns
-from .newton import Found, dynamic_size
-from .precondition import preconditioner, receptance
-from .slow import SlowTones
+from .balance import Problem, State, problem, unknowns
+from .beyond import Beyond, beyond, dropped
+from .newton import TOLERANCE, Found, dynamic_size, linear_start, solve
+from .precondition import preconditioned
+from .slow import SlowTones, slow_tones
 
-def torus_points(harmonics, cross, slow):
-    mesh = kept_points(harmonics, cross, mirrored=False).points.tolist()
-    reach = [range(-H, H + 1) for H in slow]
-    orders = [s for s in product(*reach) if sum(abs(a) / H for a, H in zip(s, slow)) <= 1 + 1e-9]
-    pts = [(*a, *s) for a in mesh for s in orders]
-    pts = [p for p in pts if next((a for a in p if a), 1) > 0]
-    return np.array(sorted(pts, key=lambda p: (any(p), p)), dtype=np.int64)
+__all__ = ["DROPPED", "Size", "Torus", "TorusPoint", "embedded", "respond_torus", "torus"]
 
-def torus_problem(ready: Response, slow: SlowTones, harmonics, cross, orders, fine=8, slowfine=4):
-    pts = torus_points(harmonics, cross, orders)
-    tones = np.concatenate([ready.omega, 2*np.pi*np.array([float(t) for t in slow.tones])])
-    counts = (*(fine*H for H in harmonics), *(slowfine*H for H in orders))
-    D = len(orders)
-    lines = [((*p, *(0,)*D), False, line) for p, line in ready.lines.mesh] + list(slow.lines)
-    return problem(ready, pts, tones, counts, lines)
+Index = NDArray[np.int64]
 
-def embed(given, points, y):
-    place = {tuple(p): i for i, p in enumerate(given.grid.points.tolist())}
-    out = np.zeros(unknowns(given))
+# What may be dropped of the motion, relative to its dynamic part: forces then have that error at an instant and about
+# its square in their RMS.
+DROPPED = 1e-2
+# Most phases in all, by the number of mesh tones; samples per harmonic or order; first and last orders of a slow tone, by the number of them.
+_PHASES, _FINE, _FINE_SLOW = {1: 4, 2: 3}, 8, 4
+_FIRST, _LAST = {1: 3, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
+# Harmonics: least, most to begin with, most, the last two by the number of mesh tones; cross order: first, step, last.
+_LEAST, _BEGIN, _MOST = 12, {1: 32, 2: 16, 3: 12}, {1: 64, 2: 24, 3: 16}
+_CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
+# Factors of the shaft lines on the way to them where Newton's method fails at once.
+_RISING = (0.25, 0.5, 0.75, 1.0)
+# Speeds, as parts of the one wanted beside it, from which it is approached where that fails too.
+_NEARBY = (0.05, 0.035, 0.02, 0.01, 0.0)
+
+
+class Size(NamedTuple):
+    """Harmonics of each mesh tone, cross order of their combinations, highest order of each slow tone."""
+
+    harmonics: tuple[int, ...]
+    cross: int
+    orders: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Torus:
+    """A System ready to be solved with contact loss and shaft orders at any speed.
+
+    slow : the shaft lines as slow tones.  every : all groups of shaft lines that count.  face : whole meshes.
+    problems : those made so far, by size.
+    """
+
+    ready: Response
+    slow: SlowTones
+    every: tuple[Shaft, ...]
+    face: Faces
+    problems: dict[Size, tuple[Problem, Beyond]] = field(default_factory=dict)
+
+    @property
+    def flat(self) -> Torus:
+        """The mesh tones alone, all shaft lines left."""
+        return replace(self, slow=SlowTones(tones=(), highest=(), lines=(), left=self.every))
+
+    @property
+    def mesh_tones(self) -> int:
+        """Number of mesh tones."""
+        return len(self.ready.lines.tones)
+
+    @property
+    def tones(self) -> Array:
+        """Mesh tones and slow tones at the operating speed, (D,) [rad/s]."""
+        return np.concatenate([self.ready.omega, 2 * np.pi * np.array([float(tone) for tone in self.slow.tones])])
+
+    def problem(self, size: Size) -> tuple[Problem, Beyond]:
+        """The balance with so many rows and what it drops, made once."""
+        if size not in self.problems:
+            made = _problem(self, size)
+            self.problems[size] = made, beyond(made, self.tones, mesh=self.mesh_tones, orders=size.orders)
+        return self.problems[size]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TorusPoint:
+    """What became of one speed.
+
+    state : the motion, of `problem`.  size : rows kept.  converged : whether Newton's method did.
+    residual : of the rows kept; dropped : of the rows dropped, by kind (each mesh tone, combinations of mesh tones, each
+    slow tone); both relative to the dynamic part.  calls : products with the derivative.
+    """
+
+    problem: Problem
+    state: State
+    size: Size
+    converged: bool
+    residual: float
+    dropped: Array
+    calls: int
+
+    @property
+    def status(self) -> str:
+        """``ok``; ``coarse`` where more is dropped than wanted although no more may be kept; or what went wrong."""
+        if not np.isfinite(self.residual):
+            return "not finite"
+        if not self.converged:
+            return "not converged"
+        return "ok" if float(np.linalg.norm(self.dropped)) <= DROPPED else "coarse"
+
+
+def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None) -> Torus:
+    """Prepare a System for contact loss with shaft orders.
+
+    Parameters
+    ----------
+    shaft_orders : whether shaft lines count.
+    most : slow tones at most; None: 3 beside one mesh tone, 1 beside two, 0 beside more.  `Torus.slow.left` has the rest.
+    """
+    tones = len(ready.lines.tones)
+    room = max(0, _PHASES.get(tones, tones) - tones) if most is None else most
+    every = ready.lines.shaft if shaft_orders else ()
+    return Torus(ready=ready, slow=slow_tones(ready, every, most=room), every=every, face=faces(ready.system.meshes))
+
+
+def respond_torus(
+    given: Torus, speed: float, *, start: tuple[Index, Array] | None = None, tolerance: float = TOLERANCE
+) -> TorusPoint:
+    """The steady motion at one relative speed, all phases of mesh and slow tones at once.
+
+    Parameters
+    ----------
+    start : lattice points (J, D) and a motion (2, J, n) to start from, of mesh orders alone or of a whole torus: which
+        branch is found where there are several.  None: the solution of the mesh orders next to the linear one.
+    tolerance : relative residual of the rows kept.
+
+    Raises
+    ------
+    Nothing: a speed that fails comes back with its status.
+    """
+    size = _start(given, speed)
+    with np.errstate(all="ignore"):  # a motion that overflows ends as not finite
+        points, y = _mesh_orders(given, size, speed, tolerance) if start is None else start
+        point = _solved(given, size, speed, points, y, tolerance)
+        if start is None and not point.converged:
+            point = _approached(given, point, speed, tolerance)
+        while point.converged and float(np.linalg.norm(point.dropped)) > DROPPED:
+            larger = _larger(given, point)
+            if larger == point.size:
+                break
+            finer = _solved(given, larger, speed, point.problem.grid.points, point.state.y, tolerance)
+            finer = replace(finer, calls=finer.calls + point.calls)
+            if not finer.converged:
+                break  # the coarser solution stands, and says what it dropped
+            point = finer
+    return point
+
+
+def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
+    """The motion reached from a speed nearby, from above and then from below; the lost point where neither is."""
+    calls = lost.calls
+    for side in (1.0, -1.0):
+        near = [speed * (1 + side * part) for part in _NEARBY]
+        points, y = _mesh_orders(given, lost.size, near[0], tolerance)
+        for here in near:
+            point = _solved(given, lost.size, here, points, y, tolerance)
+            calls += point.calls
+            if not point.converged:
+                break
+            points, y = point.problem.grid.points, point.state.y
+        if point.converged:
+            return replace(point, calls=calls)
+    return replace(lost, calls=calls)
+
+
+def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
+    """The motion of the mesh orders alone, as far as Newton's method came."""
+    mesh, _ = given.problem(size._replace(orders=()))
+    found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned(given.face))
+    return mesh.grid.points, found.state.y
+
+
+def _solved(given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float) -> TorusPoint:
+    """One size: from the motion given, else with shaft lines that rise from a quarter, else from the linear motion."""
+    made, outside = given.problem(size)
+    step, start = preconditioned(given.face), embedded(made, points, y)
+    found = solve(made, start, speed, tolerance=tolerance, step=step)
+    calls = found.calls
+    if not found.converged and size.orders:
+        found = _risen(given, made, start, speed, tolerance)
+        calls += found.calls
+    if not found.converged:
+        again = solve(made, linear_start(made, speed), speed, tolerance=tolerance, step=step)
+        calls += again.calls
+        found = again if again.converged else found
+    scale = dynamic_size(found.state.y)
+    return TorusPoint(
+        problem=made,
+        state=found.state,
+        size=size,
+        converged=found.converged,
+        residual=found.state.norm / scale,
+        dropped=dropped(made, found.state, outside) / scale,
+        calls=calls,
+    )
+
+
+def _risen(given: Torus, made: Problem, start: Array, speed: float, tolerance: float) -> Found:
+    """Newton's method with a part of the shaft lines, and then with more and more of them."""
+    slow = made.grid.points[:, given.mesh_tones :].any(axis=1)
+    y, calls = start, 0
+    for factor in _RISING:
+        scale = np.where(slow, factor, 1.0)
+        dimmed = replace(
+            made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force
+        )
+        final = factor == _RISING[-1]
+        step = preconditioned(given.face)
+        found = solve(made if final else dimmed, y, speed, tolerance=tolerance if final else 1e-3, step=step)
+        y, calls = found.state.y, calls + found.calls
+        if not found.converged:
+            break
+    return replace(found, converged=found.converged and final, calls=calls)
+
+
+def embedded(given: Problem, points: Index, y: Array) -> Array:
+    """A motion on other lattice points, of fewer phases too; rows it has not are 0, those it has not here are left."""
     D = given.grid.points.shape[1]
-    for i, p in enumerate(points.tolist()):
-        k = place.get((*p, *(0,)*(D-len(p))))
-        if k is not None: out[:, k] = y[:, i]
-    return out
+    place = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
+    at = [place.get((*point, *(0,) * (D - len(point)))) for point in points.tolist()]
+    known = [i for i, where in enumerate(at) if where is not None]
+    result = np.zeros(unknowns(given))
+    result[:, [at[i] for i in known]] = y[:, known]
+    return result
 
-def solve(given: Problem, start, speed, tolerance=1e-6, steps=20, pre=True, forcing=1e-2, log=None):
-    state, calls = evaluate(given, start, speed), 0
-    comp = receptance(given, state) if pre else None
-    for count in range(steps+1):
-        size = dynamic_size(state.y)
-        if log is not None: log.append((state.norm/size, calls))
-        if state.norm <= tolerance*size: return Found(state=state, converged=True, steps=count, calls=calls)
-        op = linearised(given, state)
-        inv = preconditioner(given, state, comp) if pre else (lambda x: x)
-        sh = unknowns(given)
-        right = inv(state.residual)
-        rn=np.linalg.norm(right)
-        move, _, used = gmres(lambda x: inv(op(x.reshape(sh))).reshape(1,-1), right.reshape(1,-1), target=np.array([max(forcing*rn, .1*tolerance*size)]), restarts=1, basis=60)
-        calls += used
-        f=1.0
-        for _ in range(6):
-            trial = evaluate(given, state.y - f*move.reshape(sh), speed)
-            if trial.norm < (1-.1*f)*state.norm: break
-            f/=2
-        else: break
-        state=trial
-    return Found(state=state, converged=False, steps=count, calls=calls)
+
+def _start(given: Torus, speed: float) -> Size:
+    """Rows to begin with: harmonics that reach beyond the highest mode, slow orders that hold every line."""
+    lines, slow, D = given.ready.lines, given.slow, given.mesh_tones
+    highest = float(np.sqrt(given.ready.modal.squared.max(initial=0.0)))
+    with np.errstate(all="ignore"):
+        reach = np.nan_to_num(np.ceil(1.7 * highest / (abs(speed) * given.ready.omega)), nan=_LEAST, posinf=1e6)
+    harmonics = tuple(
+        int(max(min(max(_LEAST, wanted), _BEGIN.get(D, _LEAST)), top + 2))
+        for wanted, top in zip(reach, lines.highest, strict=True)
+    )
+    placed = [point[:D] for point, _, _ in slow.lines]
+    cross = max((sum(map(abs, point)) for point in placed if np.count_nonzero(point) > 1), default=0)
+    count = len(slow.tones)
+    orders = tuple(max(_FIRST.get(count, 2), top + 1) for top in slow.highest)
+    while any(_weight(point[D:], orders) > 1 for point, _, _ in slow.lines):
+        orders = tuple(order + 1 for order in orders)
+    return Size(harmonics, max(_CROSS, cross) if D > 1 else 0, orders)
+
+
+def _larger(given: Torus, point: TorusPoint) -> Size:
+    """More rows of the kinds that drop more than their part."""
+    size, D, count = point.size, given.mesh_tones, len(given.slow.tones)
+    poor = point.dropped > DROPPED / np.sqrt(point.dropped.size)
+    most, last, cross = _MOST.get(D, _LEAST), _LAST.get(count, 2), _CROSS_LAST.get(D, _CROSS)
+    return Size(
+        tuple(max(H, min(most, H + H // 2)) if poor[j] else H for j, H in enumerate(size.harmonics)),
+        max(size.cross, min(cross, size.cross + _STEP)) if poor[D] else size.cross,
+        tuple(max(H, min(last, H + 1)) if poor[D + 1 + i] else H for i, H in enumerate(size.orders)),
+    )
+
+
+def _problem(given: Torus, size: Size) -> Problem:
+    ready, extra = given.ready, len(size.orders)
+    mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
+    samples = _FINE * max(size.harmonics) // (1 if given.mesh_tones == 1 else 2)
+    counts = (samples,) * given.mesh_tones + tuple(_FINE_SLOW * order for order in size.orders)
+    points = _points(size)
+    lines = [*mesh, *given.slow.lines] if extra else mesh
+    return problem(ready, points, given.tones[: points.shape[1]], counts, lines)
+
+
+def _points(size: Size) -> Index:
+    """Points kept, (J, D): one of a and -a, the first order of none below 0, the origin first."""
+    mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
+    reach = product(*(range(-order, order + 1) for order in size.orders))
+    slow = [orders for orders in reach if _weight(orders, size.orders) <= 1]
+    every = [(*a, *s) for a in mesh for s in slow]
+    leading = [point for point in every if next((a for a in point if a), 1) > 0]
+    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
+
+
+def _weight(slow: tuple[int, ...], orders: tuple[int, ...]) -> float:
+    """|s_1| / H_1 + |s_2| / H_2 + .., without its rounding."""
+    return round(sum(abs(s) / order for s, order in zip(slow, orders, strict=True)), 9)
