@@ -250,7 +250,7 @@ def _law(given: Problem, opened: Array, w: Array, said: NDArray[np.bool_] | None
     return force, touching
 
 
-def _columns(chosen: NDArray[np.bool_]) -> slice | Index:
+def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
     """Places of the columns chosen, as a slice, of which numpy makes no copy, where they stand together."""
     places = np.flatnonzero(chosen)
     together = places.size == 0 or places[-1] - places[0] + 1 == places.size
@@ -260,7 +260,8 @@ def _columns(chosen: NDArray[np.bool_]) -> slice | Index:
 def _reaching(opened: Array) -> NDArray[np.bool_]:
     """Flanks (R,) whose delta, of rows (2 J, R), can rise above 0 at all: its mean and all amplitudes."""
     J = len(opened) // 2
-    return opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0) > 0
+    reach: Array = opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0)
+    return reach > 0
 
 
 def _rate(rows: Array, w: Array) -> Array:

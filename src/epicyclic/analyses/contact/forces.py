@@ -56,7 +56,8 @@ def net_force(given: Problem, force: NDArray[Number], rows: int) -> NDArray[Numb
 
 def mesh_total(face: Faces, rows: NDArray[Number]) -> NDArray[Number]:
     """Force of whole meshes (N, w) from that of their rows (N, m)."""
-    return face.total(rows, axis=1)
+    total: NDArray[Number] = face.total(rows, axis=1)
+    return total
 
 
 def path_phases(tones: tuple[Fraction, ...], samples: int) -> Array | None:
@@ -83,7 +84,7 @@ def summit(values: Array) -> Array:
     columns = values.shape[-1]
     flat = values.reshape(-1, columns)
     place = np.unravel_index(flat.argmax(axis=0), values.shape[:-1])
-    top = flat.max(axis=0)
+    top: Array = flat.max(axis=0)
     total, own = top.copy(), np.arange(columns)
     for axis, count in enumerate(values.shape[:-1]):
         sides = []

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
 from .balance import flank_force
@@ -22,6 +23,7 @@ class Outcome:
     """Forces of whole meshes (w,) and of their rows (m,), slices where a mesh is cut; on the loaded flank positive.
 
     force : (N, w), row_force : (N, m) over the phases of the grid, mean over the lines that are superposed [N].
+    reach : (N, w) by how much these change it at most [N].
     rms : (w,) of the part that varies, over all time [N].
     peak, minimum : (w,), row_peak : (m,) largest and least over all relative phases [N].
     open : (w,) share of time in which no slice of the mesh touches, row_open : (m,) of each.
@@ -30,6 +32,7 @@ class Outcome:
 
     force: Array
     row_force: Array
+    reach: Array
     rms: Array
     peak: Array
     minimum: Array
@@ -55,6 +58,7 @@ def outcome(given: Torus, point: TorusPoint, lines: Sequence[Superposed] = ()) -
     return Outcome(
         force=force,
         row_force=row_force,
+        reach=_reach(extra, len(force)) if extra else np.zeros_like(force),
         rms=np.sqrt(_variance(given, point, force, lines, extra)),
         peak=high,
         minimum=-low,
@@ -66,11 +70,16 @@ def outcome(given: Torus, point: TorusPoint, lines: Sequence[Superposed] = ()) -
 
 
 def _with_lines(values: Array, amplitudes: Sequence[ComplexArray], counts: tuple[int, ...]) -> Array:
-    """Largest value (c,) over all phases of values (N, c) and of the lines, whose amplitudes (Nm, c) know mesh phases."""
+    """Largest value (c,) over all phases of values (N, c) and of lines, whose amplitudes (Nm, c) know mesh phases."""
     if amplitudes:
-        reach = sum(np.abs(amplitude) for amplitude in amplitudes)
-        values = values + np.repeat(reach, len(values) // len(reach), axis=0)
+        values = values + _reach(amplitudes, len(values))
     return summit(values.reshape(*counts, -1))
+
+
+def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
+    """Sum of the magnitudes of lines (Nm, c) over all samples of the torus, (N, c)."""
+    reach: Array = np.sum([np.abs(amplitude) for amplitude in amplitudes], axis=0)
+    return np.repeat(reach, samples // len(reach), axis=0)
 
 
 def _variance(
@@ -101,7 +110,7 @@ def _along(amplitude: ComplexArray, theta: Array) -> ComplexArray:
     return values
 
 
-def _far(given: Torus, point: TorusPoint, far: Array) -> Array:
+def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
     """Share of time in which a far flank of each whole mesh touches."""
     face, owner = given.face, given.face.row[point.problem.flanks.mesh[len(given.face.row) :]]
     share = np.zeros(len(face.name))

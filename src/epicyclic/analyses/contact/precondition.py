@@ -1,8 +1,8 @@
 """Newton steps for flanks that part: at every lattice point the mean tangent stands for the closed flanks.
 
-Without what couples lattice points and modes the linearised balance is y + D^-1 pulls^T T gaps y = r, T the mean tangent
-less k0.  Its inverse is y = r - D^-1 pulls^T T (I + P T)^-1 gaps r, P = gaps D^-1 pulls^T the receptance of the meshes:
-a small matrix at every point.  With that as preconditioner GMRES needs about as many products as with closed flanks.
+Without what couples lattice points and modes the linearised balance is y + D^-1 pulls^T T gaps y = r, T the mean
+tangent less k0.  Its inverse is y = r - D^-1 pulls^T T (I + P T)^-1 gaps r, P = gaps D^-1 pulls^T the receptance of the
+meshes: a small matrix at every point.  So preconditioned GMRES needs about as many products as with closed flanks.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def preconditioned(face: Faces, *, forcing: float = _FORCING) -> Step:
             lambda x: inverse(product(x.reshape(shape))).reshape(1, -1),
             start.reshape(1, -1),
             target=np.array([max(forcing * size, target)]),
-            restarts=3,
+            restarts=2,
         )
         return found.reshape(shape), calls
 

@@ -1,7 +1,7 @@
 """Shaft lines as slow tones: the few frequencies whose small multiples, with mesh orders, are all the lines.
 
-Frequencies are exact, so every line is a multiple of one very low frequency, of an order no lattice could hold.  What is
-wanted is a small set of tones of which each line is a combination with orders up to 4, modulo the mesh frequencies.
+Frequencies are exact, so every line is a multiple of one very low frequency, of an order no lattice could hold.  What
+is wanted is a small set of tones of which each line is a combination with orders up to 4, modulo the mesh frequencies.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from itertools import product
 
 import numpy as np
 
-from ...system.system import Line
 from ..harmonic.excitation import Excitation, Shaft
 from ..harmonic.lattice import Point
 from ..harmonic.response import Response
@@ -87,7 +86,7 @@ def _strength(ready: Response, shaft: Shaft) -> float:
         (line.gap * meshes.stiffness) @ modal.pulls + modal.forces @ line.force.sum(axis=0)
         for _, _, line in shaft.members
     )
-    return float(np.linalg.norm((force / np.where(modal.rigid, np.inf, modal.squared))))
+    return float(np.linalg.norm(force / np.where(modal.rigid, np.inf, modal.squared)))
 
 
 def _placed(lines: Excitation, tones: list[Fraction], shaft: Shaft) -> _Place | None:
@@ -111,9 +110,7 @@ def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
     return None
 
 
-def _divided(
-    tones: list[Fraction], places: list[_Place], shaft: Shaft
-) -> tuple[list[Fraction], list[_Place]] | None:
+def _divided(tones: list[Fraction], places: list[_Place], shaft: Shaft) -> tuple[list[Fraction], list[_Place]] | None:
     """A tone divided so that a group becomes a small multiple of it, as all that stand on it already."""
     for i, tone in enumerate(tones):
         ratio = shaft.frequency / tone

@@ -90,14 +90,21 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[Superposed], opti
     found = outcome(given, point, lines)
     counts = point.problem.grid.counts
     axis = ready.lines.axis[face.first]
-    waves = {name: _over_phase(found.force, counts, axis, name) for name in ("mean", "min", "max")}
+    mean, least, most = (
+        _over_phase(force, counts, axis, what)
+        for force, what in (
+            (found.force, "mean"),
+            (found.force - found.reach, "min"),
+            (found.force + found.reach, "max"),
+        )
+    )
     combined, label = _combinations(given, point, found)
     along, slices = _along_the_face(given, found, counts)
     return dataset(
         {
-            "mesh_force": (("mesh", "mesh_phase"), waves["mean"]),
-            "mesh_force_least": (("mesh", "mesh_phase"), waves["min"]),
-            "mesh_force_most": (("mesh", "mesh_phase"), waves["max"]),
+            "mesh_force": (("mesh", "mesh_phase"), mean),
+            "mesh_force_least": (("mesh", "mesh_phase"), least),
+            "mesh_force_most": (("mesh", "mesh_phase"), most),
             "mesh_force_rms": ("mesh", found.rms),
             "mesh_force_bound": ("mesh", found.peak),
             "mesh_force_minimum": ("mesh", found.minimum),
@@ -126,7 +133,7 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[Superposed], opti
     )
 
 
-def _over_phase(force: Array, counts: tuple[int, ...], axis: Array, what: str) -> Array:
+def _over_phase(force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], what: str) -> Array:
     """Mean, min or max over all phases but the own one of each column, (c, N_own); mesh tones have equal counts."""
     box = force.reshape(*counts, -1)
     by_axis = [
@@ -195,7 +202,7 @@ def _warnings(point: TorusPoint, lines: Sequence[Superposed]) -> list[str]:
         if line.error < _NOTHING:
             continue
         said.append(
-            f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on flanks that part without it; its "
-            f"force is off by {line.error:.2g} of itself (RMS)"
+            f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on flanks that part without it; "
+            f"its force is off by {line.error:.2g} of itself (RMS)"
         )
     return said

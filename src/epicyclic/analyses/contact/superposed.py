@@ -15,7 +15,7 @@ from ...system.system import Array, ComplexArray
 from ..harmonic.excitation import Shaft
 from .balance import Placed, Problem, evaluate, problem
 from .precondition import preconditioned
-from .torus import Torus, TorusPoint
+from .torus import Torus, TorusPoint, mesh_points
 
 __all__ = ["Superposed", "exact", "superposed"]
 
@@ -27,10 +27,10 @@ _TOLERANCE = 1e-8
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Superposed:
-    """Response to the lines of one group, Re(amplitude exp(i w_s t)) with amplitudes over the N phases of the mesh tones.
+    """Response to the lines of one group, Re(amplitude exp(i w_s t)), amplitudes over N phases of the mesh tones.
 
     shaft : the lines.  stretch : (N, R) of delta of every flank [m].  force : (N, R) of its force [N].
-    motion : (N, n) of every coordinate.  error : RMS of what the law makes of the stretch otherwise, relative to the force.
+    motion : (N, n) of every coordinate.  error : RMS of what the law makes of the stretch otherwise, per the force.
     """
 
     shaft: Shaft
@@ -70,8 +70,8 @@ def _one(given: Torus, point: TorusPoint, shaft: Shaft) -> Superposed:
     y = -move
     opened = y.reshape(-1, y.shape[2]) @ made.flanks.gaps.T - made.error
     stretch = _amplitude(made, opened)
-    tangent = made.stiffness.reshape(len(stretch), _SAMPLES, -1)[:, 0]
-    force = tangent * stretch
+    tangent: Array = made.stiffness.reshape(len(stretch), _SAMPLES, -1)[:, 0]
+    force: ComplexArray = tangent * stretch
     if made.flanks.damping.any():
         w, J = speed * made.omega[:, None], len(made.omega)
         rate = np.concatenate([-w * opened[J:], w * opened[:J]])
@@ -102,15 +102,15 @@ def _error(point: TorusPoint, stretch: ComplexArray, force: ComplexArray) -> flo
 def _amplitude(made: Problem, rows: Array) -> ComplexArray:
     """Amplitude (N, c) at order 1 of the line's phase, of rows (2 J, c)."""
     values = made.grid.values(rows).reshape(-1, _SAMPLES, rows.shape[1])
-    found: ComplexArray = ((values[:, 0] - values[:, 2]) - 1j * (values[:, 1] - values[:, 3])) / 2
-    return found
+    amplitude = np.empty(values[:, 0].shape, complex)
+    amplitude.real, amplitude.imag = (values[:, 0] - values[:, 2]) / 2, (values[:, 3] - values[:, 1]) / 2
+    return amplitude
 
 
 def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
     """The balance of mesh orders around the frequency of the lines alone, with mean tangents over the slow phases."""
     ready, D = given.ready, given.mesh_tones
-    flat, _ = given.problem(point.size._replace(orders=()))
-    points = [(*a, s) for a in flat.grid.points.tolist() for s in (-1, 0, 1)]
+    points = [(*a, s) for a in mesh_points(point.size).tolist() for s in (-1, 0, 1)]
     leading = [p for p in points if next((a for a in p if a), 1) > 0]
     lines: list[Placed] = []
     for orders, minus, line in shaft.members:
@@ -121,10 +121,11 @@ def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
         ready,
         np.array(sorted(leading, key=lambda p: (any(p), p)), dtype=np.int64),
         np.append(given.tones[:D], 2 * np.pi * float(shaft.frequency)),
-        (*flat.grid.counts, _SAMPLES),
+        (*point.problem.grid.counts[:D], _SAMPLES),
         lines,
     )
-    share = point.state.touching.reshape(len(flat.stiffness), -1, flat.stiffness.shape[1]).mean(axis=1)
+    touching = point.state.touching
+    share = touching.reshape(len(made.stiffness) // _SAMPLES, -1, touching.shape[1]).mean(axis=1)
     error, force = made.error.copy(), made.force.copy()
     error[0], force[:, :, 0] = 0.0, 0.0  # backlash and steady forces belong to the mean
-    return replace(made, error=error, force=force, stiffness=np.repeat(flat.stiffness * share, _SAMPLES, axis=0))
+    return replace(made, error=error, force=force, stiffness=made.stiffness * np.repeat(share, _SAMPLES, axis=0))

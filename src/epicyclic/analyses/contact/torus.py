@@ -1,6 +1,6 @@
 """Contact loss with shaft orders: a balance on the torus of the mesh phases and a few slow phases.
 
-Points are combinations of mesh orders, as of mesh tones alone, and slow orders with |s_1| / H_1 + |s_2| / H_2 + .. <= 1.
+Points are combinations of mesh orders, as of mesh tones alone, with slow orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1.
 The solution of the mesh orders is where it starts; harmonics and slow orders grow until what is dropped is small.
 """
 
@@ -24,21 +24,25 @@ from .newton import TOLERANCE, Found, dynamic_size, linear_start, solve
 from .precondition import preconditioned
 from .slow import SlowTones, slow_tones
 
-__all__ = ["DROPPED", "Size", "Torus", "TorusPoint", "embedded", "respond_torus", "torus"]
+__all__ = ["DROPPED", "Size", "Torus", "TorusPoint", "embedded", "mesh_points", "respond_torus", "torus"]
 
 Index = NDArray[np.int64]
 
 # What may be dropped of the motion, relative to its dynamic part: forces then have that error at an instant and about
 # its square in their RMS.
 DROPPED = 1e-2
-# Most phases in all, by the number of mesh tones; samples per harmonic or order; first and last orders of a slow tone, by the number of them.
-_PHASES, _FINE, _FINE_SLOW = {1: 4, 2: 3}, 8, 4
+# Most phases in all, by the number of mesh tones; samples of a mesh phase, at least and per harmonic, by the same; per
+# slow order.  Twice as many where dampers of meshes make forces jump.
+_PHASES, _FEWEST, _FINE, _FINE_SLOW = {1: 4, 2: 3}, {1: 96}, {1: 8}, 4
+# First and last orders of a slow tone, by the number of them.
 _FIRST, _LAST = {1: 3, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
 # Harmonics: least, most to begin with, most, the last two by the number of mesh tones; cross order: first, step, last.
 _LEAST, _BEGIN, _MOST = 12, {1: 32, 2: 16, 3: 12}, {1: 64, 2: 24, 3: 16}
 _CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
 # Factors of the shaft lines on the way to them where Newton's method fails at once.
 _RISING = (0.25, 0.5, 0.75, 1.0)
+# Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
+_STEPS, _ON_THE_WAY = 10, 1e-3
 # Speeds, as parts of the one wanted beside it, from which it is approached where that fails too.
 _NEARBY = (0.05, 0.035, 0.02, 0.01, 0.0)
 
@@ -93,8 +97,8 @@ class TorusPoint:
     """What became of one speed.
 
     state : the motion, of `problem`.  size : rows kept.  converged : whether Newton's method did.
-    residual : of the rows kept; dropped : of the rows dropped, by kind (each mesh tone, combinations of mesh tones, each
-    slow tone); both relative to the dynamic part.  calls : products with the derivative.
+    residual : of the rows kept; dropped : of the rows dropped, by kind (each mesh tone, combinations of mesh tones,
+    each slow tone); both relative to the dynamic part.  calls : products with the derivative.
     """
 
     problem: Problem
@@ -121,7 +125,8 @@ def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None
     Parameters
     ----------
     shaft_orders : whether shaft lines count.
-    most : slow tones at most; None: 3 beside one mesh tone, 1 beside two, 0 beside more.  `Torus.slow.left` has the rest.
+    most : slow tones at most; None: 3 beside one mesh tone, 1 beside two, 0 beside more.  The rest is in
+        ``slow.left``.
     """
     tones = len(ready.lines.tones)
     room = max(0, _PHASES.get(tones, tones) - tones) if most is None else most
@@ -169,7 +174,7 @@ def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) 
         near = [speed * (1 + side * part) for part in _NEARBY]
         points, y = _mesh_orders(given, lost.size, near[0], tolerance)
         for here in near:
-            point = _solved(given, lost.size, here, points, y, tolerance)
+            point = _solved(given, lost.size, here, points, y, tolerance, rescue=False)
             calls += point.calls
             if not point.converged:
                 break
@@ -186,19 +191,17 @@ def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tu
     return mesh.grid.points, found.state.y
 
 
-def _solved(given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float) -> TorusPoint:
-    """One size: from the motion given, else with shaft lines that rise from a quarter, else from the linear motion."""
+def _solved(
+    given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
+) -> TorusPoint:
+    """One size: from the motion given, else with shaft lines that rise from a quarter."""
     made, outside = given.problem(size)
     step, start = preconditioned(given.face), embedded(made, points, y)
-    found = solve(made, start, speed, tolerance=tolerance, step=step)
+    found = solve(made, start, speed, tolerance=tolerance, steps=_STEPS, step=step)
     calls = found.calls
-    if not found.converged and size.orders:
+    if not found.converged and size.orders and rescue:
         found = _risen(given, made, start, speed, tolerance)
         calls += found.calls
-    if not found.converged:
-        again = solve(made, linear_start(made, speed), speed, tolerance=tolerance, step=step)
-        calls += again.calls
-        found = again if again.converged else found
     scale = dynamic_size(found.state.y)
     return TorusPoint(
         problem=made,
@@ -221,8 +224,8 @@ def _risen(given: Torus, made: Problem, start: Array, speed: float, tolerance: f
             made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force
         )
         final = factor == _RISING[-1]
-        step = preconditioned(given.face)
-        found = solve(made if final else dimmed, y, speed, tolerance=tolerance if final else 1e-3, step=step)
+        wanted, step = tolerance if final else _ON_THE_WAY, preconditioned(given.face)
+        found = solve(made if final else dimmed, y, speed, tolerance=wanted, steps=_STEPS, step=step)
         y, calls = found.state.y, calls + found.calls
         if not found.converged:
             break
@@ -233,10 +236,9 @@ def embedded(given: Problem, points: Index, y: Array) -> Array:
     """A motion on other lattice points, of fewer phases too; rows it has not are 0, those it has not here are left."""
     D = given.grid.points.shape[1]
     place = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
-    at = [place.get((*point, *(0,) * (D - len(point)))) for point in points.tolist()]
-    known = [i for i, where in enumerate(at) if where is not None]
+    at = np.array([place.get((*point, *(0,) * (D - len(point))), -1) for point in points.tolist()])
     result = np.zeros(unknowns(given))
-    result[:, [at[i] for i in known]] = y[:, known]
+    result[:, at[at >= 0]] = y[:, at >= 0]
     return result
 
 
@@ -267,18 +269,27 @@ def _larger(given: Torus, point: TorusPoint) -> Size:
     return Size(
         tuple(max(H, min(most, H + H // 2)) if poor[j] else H for j, H in enumerate(size.harmonics)),
         max(size.cross, min(cross, size.cross + _STEP)) if poor[D] else size.cross,
-        tuple(max(H, min(last, H + 1)) if poor[D + 1 + i] else H for i, H in enumerate(size.orders)),
+        tuple(
+            max(H, min(last, H + (2 if far else 1))) if much else H
+            for H, much, far in zip(size.orders, poor[D + 1 :], point.dropped[D + 1 :] > 1.5 * DROPPED, strict=True)
+        ),
     )
 
 
 def _problem(given: Torus, size: Size) -> Problem:
     ready, extra = given.ready, len(size.orders)
     mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
-    samples = _FINE * max(size.harmonics) // (1 if given.mesh_tones == 1 else 2)
-    counts = (samples,) * given.mesh_tones + tuple(_FINE_SLOW * order for order in size.orders)
+    D, damped = given.mesh_tones, bool(ready.system.meshes.damping.any())
+    samples = max(_FEWEST.get(D, 64), _FINE.get(D, 4) * max(size.harmonics)) * (2 if damped and D == 1 else 1)
+    counts = (samples,) * D + tuple(_FINE_SLOW * order for order in size.orders)
     points = _points(size)
     lines = [*mesh, *given.slow.lines] if extra else mesh
     return problem(ready, points, given.tones[: points.shape[1]], counts, lines)
+
+
+def mesh_points(size: Size) -> Index:
+    """Points of the mesh tones alone."""
+    return _points(size._replace(orders=()))
 
 
 def _points(size: Size) -> Index:
