@@ -18,7 +18,7 @@ from ...system.system import Array
 from ..harmonic.excitation import Shaft
 from ..harmonic.lattice import kept_points
 from ..harmonic.response import Response
-from .balance import Problem, State, problem, unknowns
+from .balance import Problem, State, evaluate, problem, unknowns
 from .beyond import Beyond, beyond, dropped
 from .newton import TOLERANCE, Found, dynamic_size, linear_start, solve
 from .precondition import preconditioned
@@ -43,8 +43,10 @@ _CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
 _RISING = (0.25, 0.5, 0.75, 1.0)
 # Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
 _STEPS, _ON_THE_WAY = 10, 1e-3
-# Speeds, as parts of the one wanted beside it, from which it is approached where that fails too.
-_NEARBY = (0.05, 0.035, 0.02, 0.01, 0.0)
+# Residual that is enough where dampers of meshes make forces jump: about what one sample that jumps is worth.
+_JUMP = 1e-4
+# Speeds, as parts of the one wanted beside it, from which it is approached where that fails too, and mesh orders alone.
+_NEARBY, _FAR = (0.05, 0.035, 0.02, 0.01, 0.0), (0.15, 0.11, 0.08, 0.05, 0.03, 0.01, 0.0)
 
 
 class Size(NamedTuple):
@@ -171,9 +173,9 @@ def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) 
     """The motion reached from a speed nearby, from above and then from below; the lost point where neither is."""
     calls = lost.calls
     for side in (1.0, -1.0):
-        near = [speed * (1 + side * part) for part in _NEARBY]
-        points, y = _mesh_orders(given, lost.size, near[0], tolerance)
-        for here in near:
+        points, y = _mesh_orders(given, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
+        for part in _NEARBY:
+            here = speed * (1 + side * part)
             point = _solved(given, lost.size, here, points, y, tolerance, rescue=False)
             calls += point.calls
             if not point.converged:
@@ -185,10 +187,20 @@ def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) 
 
 
 def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
-    """The motion of the mesh orders alone, as far as Newton's method came."""
+    """The motion of the mesh orders alone, as far as Newton's method came: from the linear one, or from near speeds."""
     mesh, _ = given.problem(size._replace(orders=()))
-    found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned(given.face))
-    return mesh.grid.points, found.state.y
+    first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned(given.face))
+    for side in (1.0, -1.0):
+        if found.converged:
+            break
+        y = linear_start(mesh, speed * (1 + side * _FAR[0]))
+        for part in _FAR:
+            step = preconditioned(given.face)
+            found = solve(mesh, y, speed * (1 + side * part), tolerance=tolerance, steps=_STEPS, step=step)
+            if not found.converged:
+                break
+            y = found.state.y
+    return mesh.grid.points, (found if found.converged else first).state.y
 
 
 def _solved(
@@ -197,35 +209,52 @@ def _solved(
     """One size: from the motion given, else with shaft lines that rise from a quarter."""
     made, outside = given.problem(size)
     step, start = preconditioned(given.face), embedded(made, points, y)
+    if points.shape[1] == given.mesh_tones and size.orders:
+        start = _with_lines(given, made, start, speed)
     found = solve(made, start, speed, tolerance=tolerance, steps=_STEPS, step=step)
     calls = found.calls
     if not found.converged and size.orders and rescue:
         found = _risen(given, made, start, speed, tolerance)
         calls += found.calls
     scale = dynamic_size(found.state.y)
+    enough = given.ready.system.meshes.damping.any() and found.state.norm <= _JUMP * scale
     return TorusPoint(
         problem=made,
         state=found.state,
         size=size,
-        converged=found.converged,
+        converged=found.converged or bool(enough),
         residual=found.state.norm / scale,
         dropped=dropped(made, found.state, outside) / scale,
         calls=calls,
     )
 
 
+def _with_lines(given: Torus, made: Problem, y: Array, speed: float) -> Array:
+    """A motion of mesh orders and the linear response to the shaft lines of flanks that touch when they do in it.
+
+    Slow errors are mostly followed by the bodies: on their own, before these have moved, they would part all flanks.
+    """
+    touching = evaluate(_dimmed(given, made, 0.0), y, speed).touching
+    state = evaluate(made, y, speed, touching=touching)
+    move, _ = preconditioned(given.face)(made, state, state.residual, 0.0)
+    return y - move
+
+
+def _dimmed(given: Torus, made: Problem, factor: float) -> Problem:
+    """The same with a part of the shaft lines."""
+    scale = np.where(made.grid.points[:, given.mesh_tones :].any(axis=1), factor, 1.0)
+    return replace(made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force)
+
+
 def _risen(given: Torus, made: Problem, start: Array, speed: float, tolerance: float) -> Found:
     """Newton's method with a part of the shaft lines, and then with more and more of them."""
     slow = made.grid.points[:, given.mesh_tones :].any(axis=1)
-    y, calls = start, 0
+    scale = np.where(slow, _RISING[0], 1.0)[:, None]
+    y, calls = scale * start, 0
     for factor in _RISING:
-        scale = np.where(slow, factor, 1.0)
-        dimmed = replace(
-            made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force
-        )
         final = factor == _RISING[-1]
-        wanted, step = tolerance if final else _ON_THE_WAY, preconditioned(given.face)
-        found = solve(made if final else dimmed, y, speed, tolerance=wanted, steps=_STEPS, step=step)
+        dimmed, wanted = (made, tolerance) if final else (_dimmed(given, made, factor), _ON_THE_WAY)
+        found = solve(dimmed, y, speed, tolerance=wanted, steps=_STEPS, step=preconditioned(given.face))
         y, calls = found.state.y, calls + found.calls
         if not found.converged:
             break
