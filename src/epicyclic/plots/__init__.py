@@ -6,6 +6,7 @@ Depends on: results (the names of variables).  Importing this room imports plotl
 from .campbell import campbell
 from .curves import curves, study
 from .energy import energy_shares
+from .envelope import force_envelopes
 from .frequencies import frequencies
 from .front import train_front
 from .members import members
@@ -20,6 +21,7 @@ __all__ = [
     "campbell",
     "curves",
     "energy_shares",
+    "force_envelopes",
     "frequencies",
     "load_history",
     "load_sharing",

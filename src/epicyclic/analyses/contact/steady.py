@@ -54,7 +54,7 @@ def contact_steady(
     if slow_tones is not None and not 0 <= slow_tones <= 3:
         raise ModelError("out of range", path="slow_tones", given=slow_tones, allowed="0 to 3")
     given = torus(response(system), shaft_orders=shaft_orders, most=slow_tones)
-    point, lines = settled(given, float(relative_speed))
+    given, point, lines = settled(given, float(relative_speed))
     if not point.converged:
         raise ConvergenceError(
             f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
@@ -66,21 +66,24 @@ def contact_steady(
 
 def settled(
     given: Torus, speed: float, *, start: tuple[NDArray[np.int64], Array] | None = None
-) -> tuple[TorusPoint, list[Superposed]]:
-    """The motion at one relative speed and the lines that are superposed on it; `start` as of `respond_torus`.
+) -> tuple[Torus, TorusPoint, list[Superposed]]:
+    """The torus used, the motion at one relative speed, and the lines superposed on it; `start` as of `respond_torus`.
 
     Where flanks touch whatever the phases of the shaft lines, mesh orders and superposed lines are the whole solution;
-    the torus is for speeds at which they part.
+    the torus is for speeds at which they part.  One that is not found is tried with one slow tone less, down to none.
     """
     if given.every and start is None:
         flat = respond_torus(given.flat, speed)
         if flat.status == "ok":
             lines = superposed(given.flat, flat)
             if exact(given, flat, lines):
-                return flat, lines
+                return given.flat, flat, lines
         start = flat.problem.grid.points, flat.state.y
     point = respond_torus(given, speed, start=start)
-    return point, superposed(given, point) if point.converged else []
+    while not point.converged and given.slow.tones:
+        given = given.fewer
+        point = respond_torus(given, speed, start=start)
+    return given, point, superposed(given, point) if point.converged else []
 
 
 def _labelled(given: Torus, point: TorusPoint, lines: Sequence[Superposed], options: dict[str, Any]) -> xr.Dataset:

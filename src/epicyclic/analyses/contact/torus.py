@@ -32,10 +32,10 @@ Index = NDArray[np.int64]
 # its square in their RMS.
 DROPPED = 1e-2
 # Most phases in all, by the number of mesh tones; samples of a mesh phase, at least and per harmonic, by the same; per
-# slow order.  Twice as many where dampers of meshes make forces jump.
+# slow order.  Twice as many without slow phases, and where dampers of meshes make forces jump.
 _PHASES, _FEWEST, _FINE, _FINE_SLOW = {1: 4, 2: 3}, {1: 96}, {1: 8}, 4
 # First and last orders of a slow tone, by the number of them.
-_FIRST, _LAST = {1: 3, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
+_FIRST, _LAST = {1: 4, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
 # Harmonics: least, most to begin with, most, the last two by the number of mesh tones; cross order: first, step, last.
 _LEAST, _BEGIN, _MOST = 12, {1: 32, 2: 16, 3: 12}, {1: 64, 2: 24, 3: 16}
 _CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
@@ -75,6 +75,12 @@ class Torus:
     def flat(self) -> Torus:
         """The mesh tones alone, all shaft lines left."""
         return replace(self, slow=SlowTones(tones=(), highest=(), lines=(), left=self.every))
+
+    @property
+    def fewer(self) -> Torus:
+        """One slow tone less."""
+        slow = slow_tones(self.ready, self.every, most=len(self.slow.tones) - 1)
+        return replace(self, slow=slow, problems={})
 
     @property
     def mesh_tones(self) -> int:
@@ -309,7 +315,9 @@ def _problem(given: Torus, size: Size) -> Problem:
     ready, extra = given.ready, len(size.orders)
     mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
     D, damped = given.mesh_tones, bool(ready.system.meshes.damping.any())
-    samples = max(_FEWEST.get(D, 64), _FINE.get(D, 4) * max(size.harmonics)) * (2 if damped and D == 1 else 1)
+    # averages over slow phases smooth what samples of a mesh phase miss of teeth that part
+    doubled = not extra or (damped and D == 1)
+    samples = max(_FEWEST.get(D, 64), _FINE.get(D, 4) * max(size.harmonics)) * (2 if doubled else 1)
     counts = (samples,) * D + tuple(_FINE_SLOW * order for order in size.orders)
     points = _points(size)
     lines = [*mesh, *given.slow.lines] if extra else mesh

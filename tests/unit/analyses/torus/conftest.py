@@ -38,14 +38,14 @@ def _train(
 ) -> System:
     """Rotations a, c and a shaft b with x, y, rotation; turning as a whole is free.
 
-    ratio : second mesh frequency per first, one for both where None.  slow : (frequency per mesh frequency, error [m] of
-    the first mesh; the second has half of it, turned).
+    ratio : second mesh frequency per first, one for both where None.
+    slow : (frequency per mesh frequency, error [m] of the first mesh; the second has half of it, turned).
     """
     B = np.array([[1.0, 0.0], [0.94, 0.34], [0.34, -0.94], [1.0, -0.8], [0.0, 1.0]])
     second = TONE if ratio is None else TONE * ratio
     tone = np.array([0, 0 if ratio is None else 1])
     stiffness = np.array([2.0e8, 1.6e8])
-    variation = swing * np.array([[1.0, 0.3j, 0.1], [np.exp(1j), 0.3, 0.1j]])
+    variation: NDArray[np.complex128] = swing * np.array([[1.0, 0.3j, 0.1], [np.exp(1j), 0.3, 0.1j]])
     lines = {TONE: [3e-6, 0.0 if ratio is not None else 2e-6j]}
     if ratio is not None:
         lines[second] = [0.0, 2e-6j]

@@ -1,4 +1,4 @@
-"""Contact loss on the torus of phases against time integration over a super-period, and what it must leave unchanged."""
+"""Contact loss on the torus of phases against time integration over a super-period, and what it leaves unchanged."""
 
 from __future__ import annotations
 
@@ -95,7 +95,9 @@ def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
     from epicyclic.analyses.contact.torus import _solved
 
     point = _solved(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
-    assert point.converged and point.problem is made and outside.kinds == len(point.dropped)
+    assert point.converged
+    assert point.problem is made
+    assert outside.kinds == len(point.dropped)
     return point
 
 
@@ -107,7 +109,8 @@ def test_the_preconditioner_changes_nothing_but_the_work(train: Train) -> None:
     start = y * np.where(np.arange(y.shape[1]) == 0, 1.0, 0.97)[:, None]
     with_it = solve(made, start, 2.3, step=preconditioned(given.face), tolerance=1e-9)
     without = solve(made, start, 2.3, tolerance=1e-9)
-    assert with_it.converged and without.converged
+    assert with_it.converged
+    assert without.converged
     # both stop at 1e-9 of the residual, which the inverse of the derivative, some tens here, makes larger
     size = np.linalg.norm(y[:, 1:])
     assert np.linalg.norm(with_it.state.y - without.state.y) < 1e-6 * size
@@ -164,7 +167,8 @@ def test_it_starts_from_what_it_is_given(train: Train) -> None:
 def test_a_speed_that_fails_says_so_and_raises_nothing(train: Train) -> None:
     given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
     lost = respond_torus(given, float("nan"))
-    assert lost.status == "not finite" and not lost.converged
+    assert lost.status == "not finite"
+    assert not lost.converged
     # and leaves the next one alone
     assert respond_torus(given, 1.0).status == "ok"
 

@@ -23,8 +23,8 @@ Train = Callable[..., System]
 @pytest.mark.parametrize("counts", [(12,), (12, 7), (12, 6, 5)])
 def test_transforms_are_the_sums_they_stand_for(counts: tuple[int, ...]) -> None:
     reach = [range(-4, 5), range(-2, 3), range(-2, 3)][: len(counts)]
-    points = [p for p in product(*reach) if next((a for a in p if a), 1) > 0]
-    points = np.array(sorted(points, key=lambda p: (any(p), p)))
+    leading = [p for p in product(*reach) if next((a for a in p if a), 1) > 0]
+    points = np.array(sorted(leading, key=lambda p: (any(p), p)), dtype=np.int64)
     made, J = grid(points, counts), len(points)
     rows = np.random.default_rng(1).normal(size=(2 * J, 3))
     rows[J] = 0.0
@@ -70,7 +70,9 @@ def test_the_strongest_line_gets_the_tone(train: Train) -> None:
 
 def test_without_shaft_orders_none_count(train: Train) -> None:
     given = torus(response(train(slow=[(F(1, 27), 1e-6)])), shaft_orders=False)
-    assert given.slow.tones == () and given.slow.left == () and given.every == ()
+    assert given.slow.tones == ()
+    assert given.slow.left == ()
+    assert given.every == ()
 
 
 def test_path_of_a_short_super_period_and_none_of_a_long_one() -> None:
