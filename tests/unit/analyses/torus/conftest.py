@@ -35,6 +35,7 @@ def _train(
     swing: float = 0.25,
     mesh_damping: float = 0.0,
     load: float = LOAD,
+    backlash: float = BACKLASH,
 ) -> System:
     """Rotations a, c and a shaft b with x, y, rotation; turning as a whole is free.
 
@@ -77,7 +78,7 @@ def _train(
             variation=variation,
             tone=tone,
             damping=np.full(2, mesh_damping),
-            backlash=np.full(2, BACKLASH),
+            backlash=np.full(2, backlash),
             cos_base_helix=np.ones(2),
         ),
         links=LinkRows(name=(), link=(), B=np.zeros((5, 0)), stiffness=np.zeros(0), damping=np.zeros(0)),
