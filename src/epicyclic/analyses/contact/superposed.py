@@ -15,7 +15,8 @@ from ...system.system import Array, ComplexArray
 from ..harmonic.excitation import Shaft
 from .balance import Placed, Problem, evaluate, problem
 from .precondition import preconditioned
-from .torus import Torus, TorusPoint, mesh_points
+from .sizes import mesh_points
+from .torus import Torus, TorusPoint
 
 __all__ = ["Superposed", "exact", "superposed"]
 

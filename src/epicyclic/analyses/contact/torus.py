@@ -7,8 +7,6 @@ The solution of the mesh orders is where it starts; harmonics and slow orders gr
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,24 +14,23 @@ from numpy.typing import NDArray
 from ...system.faces import Faces, faces
 from ...system.system import Array
 from ..harmonic.excitation import Shaft
-from ..harmonic.lattice import kept_points
 from ..harmonic.response import Response
 from .balance import Problem, State, evaluate, problem, unknowns
 from .beyond import Beyond, beyond, dropped
 from .newton import TOLERANCE, Found, dynamic_size, linear_start, solve
 from .precondition import preconditioned
+from .sizes import Size, points_of, weight
 from .slow import SlowTones, slow_tones
 
-__all__ = ["DROPPED", "Size", "Torus", "TorusPoint", "embedded", "mesh_points", "respond_torus", "torus"]
+__all__ = ["DROPPED", "Torus", "TorusPoint", "embedded", "respond_torus", "torus"]
 
 Index = NDArray[np.int64]
 
 # What may be dropped of the motion, relative to its dynamic part: forces then have that error at an instant and about
 # its square in their RMS.
 DROPPED = 1e-2
-# Most phases in all, by the number of mesh tones; samples of a mesh phase, at least and per harmonic, by the same; per
-# slow order.  Twice as many without slow phases, and where dampers of meshes make forces jump.
-_PHASES, _FEWEST, _FINE, _FINE_SLOW = {1: 4, 2: 3}, {1: 96}, {1: 8}, 4
+# Most phases in all, by the number of mesh tones; samples per slow order.
+_PHASES, _FINE_SLOW = {1: 4, 2: 3}, 4
 # First and last orders of a slow tone, by the number of them.
 _FIRST, _LAST = {1: 4, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
 # Harmonics: least, most to begin with, most, the last two by the number of mesh tones; cross order: first, step, last.
@@ -43,18 +40,24 @@ _CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
 _RISING = (0.25, 0.5, 0.75, 1.0)
 # Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
 _STEPS, _ON_THE_WAY = 10, 1e-3
+# Residual that tells what is dropped well enough; the rest is left to the size that is kept.
+_ROUGH = 1e-4
 # Residual that is enough where dampers of meshes make forces jump: about what one sample that jumps is worth.
 _JUMP = 1e-4
 # Speeds, as parts of the one wanted beside it, from which it is approached where that fails too, and mesh orders alone.
 _NEARBY, _FAR = (0.05, 0.035, 0.02, 0.01, 0.0), (0.15, 0.11, 0.08, 0.05, 0.03, 0.01, 0.0)
 
 
-class Size(NamedTuple):
-    """Harmonics of each mesh tone, cross order of their combinations, highest order of each slow tone."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prepared:
+    """The balance of one size: with few samples, whose derivative and first solution are cheap, and with enough.
 
-    harmonics: tuple[int, ...]
-    cross: int
-    orders: tuple[int, ...]
+    beyond : what the first one drops.
+    """
+
+    fine: Problem
+    coarse: Problem
+    beyond: Beyond
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +72,7 @@ class Torus:
     slow: SlowTones
     every: tuple[Shaft, ...]
     face: Faces
-    problems: dict[Size, tuple[Problem, Beyond]] = field(default_factory=dict)
+    problems: dict[Size, Prepared] = field(default_factory=dict)
 
     @property
     def flat(self) -> Torus:
@@ -92,11 +95,16 @@ class Torus:
         """Mesh tones and slow tones at the operating speed, (D,) [rad/s]."""
         return np.concatenate([self.ready.omega, 2 * np.pi * np.array([float(tone) for tone in self.slow.tones])])
 
-    def problem(self, size: Size) -> tuple[Problem, Beyond]:
-        """The balance with so many rows and what it drops, made once."""
+    def prepared(self, size: Size) -> Prepared:
+        """The balance with so many rows, made once."""
         if size not in self.problems:
-            made = _problem(self, size)
-            self.problems[size] = made, beyond(made, self.tones, mesh=self.mesh_tones, orders=size.orders)
+            few, many = _samples(self, size)
+            coarse = _problem(self, size, few)
+            self.problems[size] = Prepared(
+                fine=coarse if few == many else _problem(self, size, many),
+                coarse=coarse,
+                beyond=beyond(coarse, self.tones, mesh=self.mesh_tones, orders=size.orders),
+            )
         return self.problems[size]
 
 
@@ -160,19 +168,20 @@ def respond_torus(
     size = _start(given, speed)
     with np.errstate(all="ignore"):  # a motion that overflows ends as not finite
         points, y = _mesh_orders(given, size, speed, tolerance) if start is None else start
-        point = _solved(given, size, speed, points, y, tolerance)
+        rough = max(tolerance, _ROUGH)
+        point = _solved(given, size, speed, points, y, rough)
         if start is None and not point.converged:
-            point = _approached(given, point, speed, tolerance)
+            point = _approached(given, point, speed, rough)
         while point.converged and float(np.linalg.norm(point.dropped)) > DROPPED:
             larger = _larger(given, point)
             if larger == point.size:
                 break
-            finer = _solved(given, larger, speed, point.problem.grid.points, point.state.y, tolerance)
+            finer = _solved(given, larger, speed, point.problem.grid.points, point.state.y, rough)
             finer = replace(finer, calls=finer.calls + point.calls)
             if not finer.converged:
                 break  # the coarser solution stands, and says what it dropped
             point = finer
-    return point
+        return _corrected(given, point, tolerance) if point.converged else point
 
 
 def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
@@ -194,7 +203,7 @@ def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) 
 
 def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
     """The motion of the mesh orders alone, as far as Newton's method came: from the linear one, or from near speeds."""
-    mesh, _ = given.problem(size._replace(orders=()))
+    mesh = given.prepared(size._replace(orders=())).fine
     first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned(given.face))
     for side in (1.0, -1.0):
         if found.converged:
@@ -213,24 +222,50 @@ def _solved(
     given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
 ) -> TorusPoint:
     """One size: from the motion given, else with shaft lines that rise from a quarter."""
-    made, outside = given.problem(size)
-    step, start = preconditioned(given.face), embedded(made, points, y)
+    made = given.prepared(size)
+    start = embedded(made.coarse, points, y)
     if points.shape[1] == given.mesh_tones and size.orders:
-        start = _with_lines(given, made, start, speed)
-    found = solve(made, start, speed, tolerance=tolerance, steps=_STEPS, step=step)
+        start = _with_lines(given, made.coarse, start, speed)
+    found = solve(made.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=preconditioned(given.face))
     calls = found.calls
     if not found.converged and size.orders and rescue:
-        found = _risen(given, made, start, speed, tolerance)
+        found = _risen(given, made.coarse, start, speed, tolerance)
         calls += found.calls
-    scale = dynamic_size(found.state.y)
-    enough = given.ready.system.meshes.damping.any() and found.state.norm <= _JUMP * scale
     return TorusPoint(
-        problem=made,
+        problem=made.coarse,
         state=found.state,
         size=size,
-        converged=found.converged or bool(enough),
-        residual=found.state.norm / scale,
-        dropped=dropped(made, found.state, outside) / scale,
+        converged=_enough(given, found),
+        residual=found.state.norm / dynamic_size(found.state.y),
+        dropped=dropped(made.coarse, found.state, made.beyond) / dynamic_size(found.state.y),
+        calls=calls,
+    )
+
+
+def _enough(given: Torus, found: Found) -> bool:
+    jumps = bool(given.ready.system.meshes.damping.any())
+    return found.converged or (jumps and found.state.norm <= _JUMP * dynamic_size(found.state.y))
+
+
+def _corrected(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
+    """The residual of many samples brought down with the derivative of few, or where that fails with its own."""
+    made, y, speed = given.prepared(point.size), point.state.y, point.state.speed
+    own, calls = preconditioned(given.face), point.calls
+
+    def step(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+        return own(made.coarse, evaluate(made.coarse, at.y, speed), right, target)
+
+    for one in (step, own) if made.fine is not made.coarse else (own,):
+        found = solve(made.fine, y, speed, tolerance=tolerance, steps=_STEPS, step=one)
+        calls += found.calls
+        if found.converged:
+            break
+    return replace(
+        point,
+        problem=made.fine,
+        state=found.state,
+        converged=_enough(given, found),
+        residual=found.state.norm / dynamic_size(found.state.y),
         calls=calls,
     )
 
@@ -291,7 +326,7 @@ def _start(given: Torus, speed: float) -> Size:
     cross = max((sum(map(abs, point)) for point in placed if np.count_nonzero(point) > 1), default=0)
     count = len(slow.tones)
     orders = tuple(max(_FIRST.get(count, 2), top + 1) for top in slow.highest)
-    while any(_weight(point[D:], orders) > 1 for point, _, _ in slow.lines):
+    while any(weight(point[D:], orders) > 1 for point, _, _ in slow.lines):
         orders = tuple(order + 1 for order in orders)
     return Size(harmonics, max(_CROSS, cross) if D > 1 else 0, orders)
 
@@ -311,34 +346,23 @@ def _larger(given: Torus, point: TorusPoint) -> Size:
     )
 
 
-def _problem(given: Torus, size: Size) -> Problem:
+def _samples(given: Torus, size: Size) -> tuple[int, int]:
+    """Samples of every mesh phase, few and many; the teeth that part make forces of slow series."""
+    D, top = given.mesh_tones, max(size.harmonics)
+    few, many = max(64, 4 * top), max(192, 16 * top)
+    if len(size.orders) > 1:
+        many //= 2  # several slow phases smooth what samples of a mesh phase miss
+    if given.ready.system.meshes.damping.any() and D == 1:
+        few, many = 2 * few, 2 * many
+    if D > 1:
+        few = many = few if size.orders else 2 * few
+    return (few, many) if size.orders else (many, many)
+
+
+def _problem(given: Torus, size: Size, samples: int) -> Problem:
     ready, extra = given.ready, len(size.orders)
     mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
-    D, damped = given.mesh_tones, bool(ready.system.meshes.damping.any())
-    # averages over slow phases smooth what samples of a mesh phase miss of teeth that part
-    doubled = not extra or (damped and D == 1)
-    samples = max(_FEWEST.get(D, 64), _FINE.get(D, 4) * max(size.harmonics)) * (2 if doubled else 1)
-    counts = (samples,) * D + tuple(_FINE_SLOW * order for order in size.orders)
-    points = _points(size)
+    counts = (samples,) * given.mesh_tones + tuple(_FINE_SLOW * order for order in size.orders)
+    points = points_of(size)
     lines = [*mesh, *given.slow.lines] if extra else mesh
     return problem(ready, points, given.tones[: points.shape[1]], counts, lines)
-
-
-def mesh_points(size: Size) -> Index:
-    """Points of the mesh tones alone."""
-    return _points(size._replace(orders=()))
-
-
-def _points(size: Size) -> Index:
-    """Points kept, (J, D): one of a and -a, the first order of none below 0, the origin first."""
-    mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
-    reach = product(*(range(-order, order + 1) for order in size.orders))
-    slow = [orders for orders in reach if _weight(orders, size.orders) <= 1]
-    every = [(*a, *s) for a in mesh for s in slow]
-    leading = [point for point in every if next((a for a in point if a), 1) > 0]
-    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
-
-
-def _weight(slow: tuple[int, ...], orders: tuple[int, ...]) -> float:
-    """|s_1| / H_1 + |s_2| / H_2 + .., without its rounding."""
-    return round(sum(abs(s) / order for s, order in zip(slow, orders, strict=True)), 9)

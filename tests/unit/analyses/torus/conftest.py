@@ -46,7 +46,7 @@ def _train(
     second = TONE if ratio is None else TONE * ratio
     tone = np.array([0, 0 if ratio is None else 1])
     stiffness = np.array([2.0e8, 1.6e8])
-    variation: NDArray[np.complex128] = swing * np.array([[1.0, 0.3j, 0.1], [np.exp(1j), 0.3, 0.1j]])
+    variation = (swing * np.array([[1.0, 0.3j, 0.1], [np.exp(1j), 0.3, 0.1j]])).astype(np.complex128)
     lines = {TONE: [3e-6, 0.0 if ratio is not None else 2e-6j]}
     if ratio is not None:
         lines[second] = [0.0, 2e-6j]

@@ -14,8 +14,9 @@ from epicyclic.analyses.contact.balance import evaluate
 from epicyclic.analyses.contact.newton import solve
 from epicyclic.analyses.contact.outcome import outcome
 from epicyclic.analyses.contact.precondition import preconditioned
+from epicyclic.analyses.contact.sizes import Size
 from epicyclic.analyses.contact.superposed import exact, superposed
-from epicyclic.analyses.contact.torus import DROPPED, Size, Torus, TorusPoint, respond_torus, torus
+from epicyclic.analyses.contact.torus import DROPPED, Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.harmonic.response import response
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import mesh_force
@@ -92,14 +93,14 @@ def test_what_is_dropped_is_the_error_of_an_instant(train: Train) -> None:
 
 def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
     """A point with rows as said, without raising them."""
-    made, outside = given.problem(size)
+    made = given.prepared(size)
     start = respond_torus(given.flat, speed)
     from epicyclic.analyses.contact.torus import _solved
 
     point = _solved(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
     assert point.converged
-    assert point.problem is made
-    assert outside.kinds == len(point.dropped)
+    assert point.problem is made.coarse
+    assert made.beyond.kinds == len(point.dropped)
     return point
 
 
