@@ -154,9 +154,12 @@ def steady(
     as_json: Json = False,
     output: Output = None,
     relative_speed: RelativeSpeed = 1.0,
+    contact_loss: Annotated[
+        bool, typer.Option("--contact-loss", help="Teeth only push; they part and touch again.")
+    ] = False,
 ) -> None:
     """Steady vibration at one speed."""
-    run_verb("steady", model, sets, as_json, output, relative_speed=relative_speed)
+    run_verb("steady", model, sets, as_json, output, relative_speed=relative_speed, contact_loss=contact_loss)
 
 
 @app.command()

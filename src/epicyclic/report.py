@@ -119,6 +119,8 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
     for verb, name in (("static", "Static forces"), ("steady", "Steady response")):
         if verb in datasets and "mesh_force" in datasets[verb].variables:
             body = _figure(f"{verb}-forces", plots.mesh_forces(datasets[verb]))
+            if "mesh_force_most" in datasets[verb].variables:
+                body += _figure(f"{verb}-range", plots.force_envelopes(datasets[verb]))
             yield Section(anchor=verb, title=name, body=body)
     if "sharing" in datasets:
         yield Section(anchor="sharing", title="Load sharing", body=_sharing(datasets["sharing"]))

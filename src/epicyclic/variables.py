@@ -126,6 +126,15 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "passage": ("s", "time at which the planet first passes the sensor"),
     "window_gain": ("1", "gain of the path from a planet to the sensor"),
     "window_angle": ("rad", "angle of the planet, counted from the sensor"),
+    # steady with contact loss
+    "mesh_force_least": ("N", "least mesh force over the slow phases and other mesh tones"),
+    "mesh_force_most": ("N", "largest mesh force over the slow phases and other mesh tones"),
+    "open_share": ("1", "share of time in which the teeth are apart"),
+    "far_share": ("1", "share of time in which the far flanks touch"),
+    "dynamic_face_load_factor": ("1", "largest slice force at any time over mean of the slice forces"),
+    "slice_force_peak": ("N", "largest force of the slice"),
+    "slice_open_share": ("1", "share of time in which the slice is open"),
+    "residual_dropped": ("1", "motion that the harmonics and orders dropped would add, per dynamic motion"),
     # sweep
     "mesh_force_rms": ("N", "RMS of the dynamic mesh force"),
     "mesh_force_mean": ("N", "mean mesh force, what the mesh transmits"),

@@ -8,6 +8,7 @@ from .campbell import campbell
 from .contact import contact_sweep
 from .curves import curves, study
 from .energy import energy_shares
+from .envelope import force_envelopes
 from .frequencies import frequencies
 from .front import train_front
 from .loci import loci
@@ -30,6 +31,7 @@ __all__ = [
     "contact_sweep",
     "curves",
     "energy_shares",
+    "force_envelopes",
     "frequencies",
     "load_history",
     "load_sharing",

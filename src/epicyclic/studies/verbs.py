@@ -95,8 +95,20 @@ def static(source: Source, *, overrides: Overrides | None = None, **options: Any
     return run(system_of(source, overrides=overrides), **options)
 
 
-def steady(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
-    """Steady response at one speed; options of `epicyclic.analyses.harmonic.steady.steady`."""
+def steady(
+    source: Source, *, overrides: Overrides | None = None, contact_loss: bool = False, **options: Any
+) -> xr.Dataset:
+    """Steady response at one speed; options of `epicyclic.analyses.harmonic.steady.steady`.
+
+    Parameters
+    ----------
+    contact_loss : whether teeth may part and touch again; options are then those of
+        `epicyclic.analyses.contact.steady.contact_steady`.
+    """
+    if contact_loss:
+        from ..analyses.contact.steady import contact_steady
+
+        return contact_steady(system_of(source, overrides=overrides), **options)
     from ..analyses.harmonic.steady import steady as run
 
     return run(system_of(source, overrides=overrides), **options)

@@ -30,6 +30,10 @@ def _forces(result: xr.Dataset) -> Table:
         columns["K_v"] = list(result.dynamic_factor.values)
     if "face_load_factor" in result:
         columns["largest per mean along the face"] = list(result.face_load_factor.values)
+    if "dynamic_face_load_factor" in result:
+        columns["largest at any time per mean"] = list(result.dynamic_face_load_factor.values)
+    if "open_share" in result:
+        columns["apart, share of time"] = list(result.open_share.values)
     if "contact_lost" in result:
         columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
     return table("Mesh forces along the tooth normal", columns)

@@ -11,7 +11,7 @@ imaginary parts; mean first.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ from ..harmonic.lattice import Point, kept_points
 from ..harmonic.response import FrameSpeed, Response
 from ..modes.basis import Modal
 from .flanks import Flanks, flanks
-from .grid import Grid, grid
+from .grid import Transforms, grid
 
 __all__ = [
     "Placed",
@@ -32,6 +32,7 @@ __all__ = [
     "derivative",
     "evaluate",
     "flank_force",
+    "linearised",
     "mesh_problem",
     "problem",
     "slope",
@@ -59,7 +60,7 @@ class Problem:
 
     modal: Modal
     flanks: Flanks
-    grid: Grid
+    grid: Transforms
     omega: Array
     error: Array
     force: Array
@@ -200,19 +201,33 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
 
 def slope(given: Problem, at: State, step: Array) -> Array:
     """Derivative of the residual along a step of the motion (2, J, n)."""
+    return linearised(given, at)(step)
+
+
+def linearised(given: Problem, at: State) -> Callable[[Array], Array]:
+    """The derivative of the residual as an operator on steps (2, J, n); flanks that add nothing to it are left out."""
     made, w = given.flanks, at.speed * given.omega
-    gap = _gaps(given, step)
-    value = given.grid.values(gap)
-    tangent = np.where(at.touching, given.stiffness, 0.0) - made.linear
-    if at.acting is None or at.edge is None:
-        force = tangent * value
-    else:
+    tangent, drag = np.where(at.touching, given.stiffness, 0.0) - made.linear, None
+    if at.acting is not None and at.edge is not None:
         # where the contact opens or closes within a sample, c delta' a rises with both: a = 1/2 + delta / (|delta'| h)
         rate = np.where((at.acting > 0) & (at.acting < 1), 0.5, at.acting)
-        force = (tangent + made.damping * at.edge) * value
-        force += (made.damping * rate - made.drag) * given.grid.values(_rate(gap, w))
-    pulled = _couple(given, step, at.speed) + _pull(given, given.grid.rows(force))
-    return step + _times(at.inverse, pulled)
+        tangent = tangent + made.damping * at.edge
+        drag = made.damping * rate - made.drag
+    live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
+    gaps, pulls = np.ascontiguousarray(made.gaps[live].T), made.pulls[live]
+    tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
+
+    def apply(step: Array) -> Array:
+        gap = step.reshape(-1, step.shape[2]) @ gaps
+        force = given.grid.values(gap)
+        force *= tangent
+        if drag is not None:
+            force += drag * given.grid.values(_rate(gap, w))
+        pulled = _couple(given, step, at.speed)
+        pulled += (given.grid.rows(force) @ pulls).reshape(step.shape)
+        return step + _times(at.inverse, pulled)
+
+    return apply
 
 
 def derivative(given: Problem, at: State) -> Array:
@@ -259,32 +274,52 @@ def _law(given: Problem, opened: Array, speed: float, said: NDArray[np.bool_] | 
     A damper that acts at once makes the force jump where teeth meet, and a sum over samples with it: it acts for the
     part of its sample in which the gap, gone on in a line, is closed.  That leaves the force continuous.
     """
-    delta = given.grid.values(opened)
-    touching = delta > 0 if said is None else said
-    force = np.where(touching, given.stiffness * delta, 0.0)
+    near = _columns(_reaching(opened) if said is None else said.any(axis=0))
+    delta, force = given.grid.values(opened[:, near]), np.zeros_like(given.stiffness)
+    touching, pressed = np.zeros(force.shape, bool), delta > 0 if said is None else said[:, near]
+    touching[:, near] = pressed
+    pushed = np.where(pressed, given.stiffness[:, near] * delta, 0.0)
     if not given.flanks.damping.any():
+        force[:, near] = pushed
         return _Law(force, touching, None, None)
-    rate = given.grid.values(_rate(opened, speed * given.omega))
-    acting, edge = touching.astype(float), np.zeros_like(delta)
+    rate = given.grid.values(_rate(opened[:, near], speed * given.omega))
+    part, rise = pressed.astype(float), np.zeros_like(delta)
     if said is None:
-        sample = (2 * np.pi / (speed * given.tones * given.grid.counts))[given.flanks.axis]
+        sample = (2 * np.pi / (speed * given.tones * given.grid.counts))[given.flanks.axis[near]]
         way = np.abs(rate) * sample
-        part = np.divide(delta, way, out=np.full_like(delta, np.inf), where=way > 0)
-        inside = np.abs(part) < 0.5
-        acting = np.where(inside, 0.5 + np.where(inside, part, 0.0), acting)
-        edge = np.where(inside, np.sign(rate) / sample, 0.0)
-    force += given.flanks.damping * rate * acting
+        place = np.divide(delta, way, out=np.full_like(delta, np.inf), where=way > 0)
+        inside = np.abs(place) < 0.5
+        part = np.where(inside, 0.5 + np.where(inside, place, 0.0), part)
+        rise = np.where(inside, np.sign(rate) / sample, 0.0)
+    acting, edge = np.zeros_like(force), np.zeros_like(force)
+    acting[:, near], edge[:, near] = part, rise
+    force[:, near] = pushed + given.flanks.damping[near] * rate * part
     return _Law(force, touching, acting, edge)
 
 
 def _beyond_mean(given: Problem, force: Array, gap: Array, w: Array) -> Array:
     """Rows (2 J, R) of the forces of the flanks without what the mean system holds."""
-    made = given.flanks
-    held = made.linear * gap
+    made, live = given.flanks, _columns(force.any(axis=0))
+    rows = np.zeros_like(gap)
+    rows[:, live] = given.grid.rows(force[:, live])
+    rows -= made.linear * gap
     if made.drag.any():
-        held += made.drag * _rate(gap, w)
-    rows: Array = given.grid.rows(force) - held
+        rows -= made.drag * _rate(gap, w)
     return rows
+
+
+def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
+    """Places of the columns chosen, as a slice, of which numpy makes no copy, where they stand together."""
+    places = np.flatnonzero(chosen)
+    together = places.size == 0 or places[-1] - places[0] + 1 == places.size
+    return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
+
+
+def _reaching(opened: Array) -> NDArray[np.bool_]:
+    """Flanks (R,) whose delta, of rows (2 J, R), can rise above 0 at all: its mean and all amplitudes."""
+    J = len(opened) // 2
+    reach: Array = opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0)
+    return reach > 0
 
 
 def _rate(rows: Array, w: Array) -> Array:

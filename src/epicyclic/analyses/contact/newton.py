@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +11,11 @@ from ...system.system import Array
 from ..harmonic.gmres import gmres
 from .balance import Problem, State, evaluate, slope, unknowns
 
-__all__ = ["TOLERANCE", "Found", "dynamic_size", "linear_start", "solve", "solve_step"]
+__all__ = ["TOLERANCE", "Found", "Step", "dynamic_size", "linear_start", "solve", "solve_step"]
 
 TOLERANCE = 1e-6
+Step = Callable[[Problem, State, Array, float], tuple[Array, int]]
+"""Solves the linearised balance for a right side to a target, and counts the products."""
 # Newton steps before a point counts as lost; halvings of one step; residual of its GMRES per residual now.
 _STEPS, _HALVINGS, _FORCING = 20, 6, 1e-3
 # Products with the derivative before a point counts as lost: three times what the hardest that succeed take.
@@ -33,8 +36,16 @@ class Found:
     calls: int
 
 
-def solve(given: Problem, start: Array, speed: float, *, tolerance: float = TOLERANCE, steps: int = _STEPS) -> Found:
-    """Newton's method from a motion (2, J, n) at relative speed s."""
+def solve(
+    given: Problem,
+    start: Array,
+    speed: float,
+    *,
+    tolerance: float = TOLERANCE,
+    steps: int = _STEPS,
+    step: Step | None = None,
+) -> Found:
+    """Newton's method from a motion (2, J, n) at relative speed s, with `solve_step` or another one."""
     state, calls = evaluate(given, start, speed), 0
     for count in range(steps + 1):
         if not np.isfinite(state.norm):
@@ -44,13 +55,17 @@ def solve(given: Problem, start: Array, speed: float, *, tolerance: float = TOLE
             return Found(state=state, converged=True, steps=count, calls=calls)
         if count == steps or calls > _WORK:
             break
-        move, used = solve_step(given, state, state.residual, target=0.1 * tolerance * size)
+        move, used = (step or _step)(given, state, state.residual, 0.1 * tolerance * size)
         calls += used
         lower = _lowered(given, state, move)
         if lower is None:
             break
         state = lower
     return Found(state=state, converged=False, steps=count, calls=calls)
+
+
+def _step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+    return solve_step(given, at, right, target=target)
 
 
 def solve_step(given: Problem, at: State, right: Array, *, target: float = 0.0) -> tuple[Array, int]:

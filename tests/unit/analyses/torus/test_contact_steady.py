@@ -1,0 +1,170 @@
+"""The steady response with contact loss as a Dataset: against the linear one, with slices, from the command line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import epicyclic
+from epicyclic.analyses.contact.steady import contact_steady
+from epicyclic.analyses.contact.torus import respond_torus
+from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.system.faces import faces
+from epicyclic.system.system import System
+
+F = Fraction
+Train = Callable[..., System]
+
+# the ready herringbone set with all six directions of every half, cut along the face
+TILTS = {
+    "stages.main.sun.support.tilt": 5e7,
+    "stages.main.planet.bearing.tilt": 2e7,
+    "stages.main.ring.support.tilt": 1e9,
+    "stages.main.carrier.support.tilt": 1e8,
+    "stages.main.sun.neck.tilt": 2e8,
+    "stages.main.ring.neck.tilt": 2e8,
+    "stages.main.carrier.neck.tilt": 2e8,
+    "stages.main.carrier.tilt_inertia": "90 kg m^2",
+}
+
+
+def sliced(slices: int, **more: Any) -> System:
+    cut = {"stages.main.meshes": {pair: {"slices": slices} for pair in ("sun-planet", "planet-ring")}}
+    return epicyclic.assemble(epicyclic.load("xu2020", overrides={**cut, **TILTS, **more}))
+
+
+def at(system: System, frequency: float) -> float:
+    """Relative speed at a mesh frequency [Hz]."""
+    return frequency / float(system.tones[0])
+
+
+def test_a_ready_drive_that_stays_in_contact_is_the_linear_response() -> None:
+    linear, ours = epicyclic.steady("ren2021"), epicyclic.steady("ren2021", contact_loss=True)
+    # tolerances of both, 1e-8 and 1e-6 of the motion
+    np.testing.assert_allclose(ours.mesh_force_rms, linear.mesh_force_rms, rtol=1e-5)
+    # extremes are samples refined by parabolas in both
+    np.testing.assert_allclose(ours.mesh_force_bound, linear.mesh_force_bound, rtol=1e-4)
+    np.testing.assert_allclose(ours.mesh_force_minimum, linear.mesh_force_minimum, rtol=1e-4)
+    assert not ours.contact_lost.any()
+    assert not ours.open_share.any()
+    assert not ours.far_share.any()
+    assert ours.status.item() == "ok"
+    wave = linear.mesh_force.interp(mesh_phase=ours.mesh_phase.values[:-8])
+    # linear interpolation between 64 samples of a cycle
+    np.testing.assert_allclose(ours.mesh_force[:, :-8], wave, rtol=2e-3)
+
+
+def test_what_parts_is_said_and_saved(train: Train, tmp_path: Any) -> None:
+    system = train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)], load=600.0)
+    result = contact_steady(system, relative_speed=2.0)
+    assert result.open_share.values[0] > 0.05
+    assert result.contact_lost.values[0]
+    assert np.all(result.mesh_force_least <= result.mesh_force + 1e-9)
+    assert np.all(result.mesh_force <= result.mesh_force_most + 1e-9)
+    assert np.all(result.mesh_force_bound >= result.mesh_force_most.max("mesh_phase") - 1e-9)
+    # the mean load is what the torque asks for: 600 N on the first mesh, whatever parts (Newton's tolerance)
+    assert result.mesh_force[0].mean().item() == pytest.approx(600.0, rel=1e-5)
+    labels = [str(label) for label in result.combination.values]
+    assert labels[0] == "mean"
+    assert "+1 main" in labels
+    amplitude = result.combination_force.values
+    assert amplitude[0, labels.index("mean")].real == pytest.approx(600.0, rel=1e-5)
+    spectrum = 0.5 * (np.abs(amplitude[0, 1:]) ** 2).sum()
+    # Parseval: the lattice points hold all but what was dropped
+    assert np.sqrt(spectrum) == pytest.approx(result.mesh_force_rms.values[0], rel=1e-2)
+    path = tmp_path / "steady.nc"
+    epicyclic.save_result(result, path)
+    xr.testing.assert_allclose(epicyclic.load_result(path), result)
+
+
+def test_lines_that_found_no_phase_are_named(train: Train) -> None:
+    system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
+    both = contact_steady(system, relative_speed=2.0)
+    one = contact_steady(system, relative_speed=2.0, slow_tones=1)
+    assert json.loads(both.attrs["warnings"]) == []
+    (warning,) = json.loads(one.attrs["warnings"])
+    assert "run-out" in warning
+    assert "superposed" in warning
+    # which the answer bears out: 1 um is a fifth of the deflection under load
+    np.testing.assert_allclose(one.mesh_force_rms, both.mesh_force_rms, rtol=0.02)
+    none = contact_steady(system, relative_speed=2.0, shaft_orders=False)
+    assert json.loads(none.attrs["warnings"]) == []
+
+
+@pytest.mark.parametrize("options", [{"relative_speed": 0.0}, {"relative_speed": np.nan}, {"slow_tones": 4}])
+def test_options_out_of_range(train: Train, options: dict[str, Any]) -> None:
+    with pytest.raises(ModelError, match="out of range"):
+        contact_steady(train(), **options)
+
+
+def test_without_damping_it_is_refused(train: Train) -> None:
+    with pytest.raises(ModelError, match="damping"):
+        contact_steady(replace(train(), zeta=None))
+
+
+def test_no_solution_is_an_error(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*given: Any, **options: Any) -> Any:
+        return replace(respond_torus(*given, **options), converged=False)
+
+    monkeypatch.setattr("epicyclic.analyses.contact.steady.respond_torus", lost)
+    with pytest.raises(ConvergenceError, match="2000 Hz"):
+        contact_steady(train(slow=[(F(1, 13), 5e-6)]), relative_speed=2.0)
+
+
+def test_a_torus_that_is_not_found_leaves_its_lines_superposed(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No Newton steps on the torus: the mesh orders stand, and the lines say what they are worth."""
+    system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
+    right = contact_steady(system, relative_speed=2.0)
+    monkeypatch.setattr("epicyclic.analyses.contact.torus._STEPS", 0)
+    result = contact_steady(system, relative_speed=2.0)
+    warnings = json.loads(result.attrs["warnings"])
+    assert len(warnings) == 2
+    assert all("superposed" in text for text in warnings)
+    np.testing.assert_allclose(result.mesh_force_rms, right.mesh_force_rms, rtol=0.02)
+
+
+def test_slices_converge_and_add_up() -> None:
+    """8 slices within 0.5 % of 32, where teeth part; one row of a mesh in one piece is 2e-3 away."""
+    eight, many = (contact_steady(system, relative_speed=at(system, 1200.0)) for system in (sliced(8), sliced(32)))
+    assert eight.open_share.max() > 0.1
+    np.testing.assert_allclose(eight.mesh_force_rms, many.mesh_force_rms, rtol=5e-3)
+    np.testing.assert_allclose(eight.mesh_force_bound, many.mesh_force_bound, rtol=5e-3)
+    summed = faces(sliced(8).meshes).total(eight.slice_force.values)
+    # sums of eight numbers
+    np.testing.assert_allclose(summed, eight.mesh_force, rtol=1e-9, atol=1e-6)
+
+
+def test_a_tilt_loads_one_end_of_the_face() -> None:
+    straight, tilted = (
+        contact_steady(system, relative_speed=at(system, 800.0))
+        for system in (sliced(8), sliced(8, **{"deviations.sun.tilt": {"x": "2 mrad"}}))
+    )
+    for result in (straight, tilted):
+        assert np.all(result.face_load_factor >= 1 - 1e-9)
+        assert np.all(result.dynamic_face_load_factor >= result.face_load_factor)
+    assert tilted.face_load_factor.max() > 1.2 * straight.face_load_factor.max()
+    assert tilted.slice_open_share.max() > straight.slice_open_share.max()
+    # which end is open: the tilt turns the sun's face against every planet's, so of a cut face the ends differ most
+    force = tilted.slice_force.mean("mesh_phase").values.reshape(-1, 8)
+    worst = force[np.argmax(tilted.face_load_factor.values)]
+    assert np.argmax(worst) in (0, 7)
+
+
+def test_command_line(tmp_path: Any) -> None:
+    from epicyclic.cli import app
+
+    run = CliRunner().invoke(app, ["steady", "ren2021", "--contact-loss", "--json"])
+    assert run.exit_code == 0
+    data = json.loads(run.stdout)
+    assert {"open_share", "mesh_force_most", "status"} <= set(data["data_vars"])
+    table = CliRunner().invoke(app, ["steady", "ren2021", "--contact-loss"])
+    assert table.exit_code == 0
+    assert "apart" in table.stdout

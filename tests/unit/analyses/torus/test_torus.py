@@ -1,0 +1,199 @@
+"""Contact loss on the torus of phases against time integration over a super-period, and what it leaves unchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from epicyclic.analyses.contact.balance import evaluate
+from epicyclic.analyses.contact.newton import solve
+from epicyclic.analyses.contact.outcome import outcome
+from epicyclic.analyses.contact.precondition import preconditioned
+from epicyclic.analyses.contact.sizes import Size
+from epicyclic.analyses.contact.superposed import exact, superposed
+from epicyclic.analyses.contact.torus import DROPPED, Torus, TorusPoint, respond_torus, torus
+from epicyclic.analyses.harmonic.response import response
+from epicyclic.analyses.transient.motion import motion
+from epicyclic.analyses.transient.outputs import mesh_force
+from epicyclic.analyses.transient.program import constant
+from epicyclic.analyses.transient.rk4 import integrate
+from epicyclic.system.system import System
+
+Array = NDArray[np.float64]
+F = Fraction
+Train = Callable[..., System]
+
+
+def integrated(given: Torus, point: TorusPoint, *, cycles: int, settle: int, steps: int = 128) -> tuple[Array, float]:
+    """Mesh forces (m, T) over a super-period by Runge-Kutta steps, and what the state changes over it.
+
+    It starts from the solution and runs `settle` mesh cycles first, so that a wrong or unstable one is left.
+    """
+    w, speed = point.state.speed * point.problem.omega, point.state.speed
+    y = point.state.y
+    start = np.stack([y[0].sum(axis=0), -(w[:, None] * y[1]).sum(axis=0)]) @ given.ready.modal.shapes.T
+    moving, tone = motion(given.ready.system, program=constant(speed)), float(given.ready.lines.tone) * speed
+    begin, end = settle / tone, (settle + cycles) / tone
+    settled = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[-1]
+    states = integrate(moving, settled, start=begin, stop=end, steps=cycles * steps)
+    times = np.linspace(begin, end, len(states))
+    change = float(np.abs(states[-1] - states[0]).max() / np.abs(states).max())
+    return mesh_force(moving, times[:-1], states[:-1]), change
+
+
+# speed; what the train is; super-period in cycles of the first mesh
+CASES = [
+    pytest.param(2.3, {"slow": [(F(1, 27), 6e-6)]}, 27, id="one slow tone"),
+    pytest.param(1.8, {"slow": [(F(1, 13), 5e-6), (F(1, 9), 4e-6)]}, 117, id="two slow tones"),
+    pytest.param(2.4, {"slow": [(F(1, 27), 4e-6)], "backlash": 3e-6}, 27, id="one slow tone, both flanks"),
+    pytest.param(2.0, {"ratio": F(31, 97)}, 97, id="two mesh tones"),
+    pytest.param(1.8, {"ratio": F(5, 13), "mesh_damping": 400.0}, 13, id="two mesh tones in a short ratio, dampers"),
+]
+
+
+@pytest.mark.parametrize(("speed", "options", "cycles"), CASES)
+def test_torus_is_time_integration(train: Train, speed: float, options: dict[str, object], cycles: int) -> None:
+    pytest.importorskip("numba")
+    given = torus(response(train(**options)))
+    point = respond_torus(given, speed)
+    assert point.status == "ok"
+    found = outcome(given, point)
+    assert found.open.max() > 0.01  # teeth part: else the linear response would do
+    assert (found.far.max() > 0.2) == ("backlash" in options)  # and cross a backlash that is small
+    force, change = integrated(given, point, cycles=cycles, settle=cycles * max(1, 270 // cycles))
+    assert change < 1e-4  # settled on a stable motion
+    rms = force.std(axis=1)
+    # what the method is used for; the steps of the integration are worth 2e-5 (found with four times as many)
+    assert np.abs(found.rms - rms).max() < 3e-4 * rms.max()
+    # a bound over all phases is above what this path reaches, and by no more than it leaves out
+    assert np.all(found.peak > force.max(axis=1) - 0.02 * rms)
+    assert np.all(found.minimum < force.min(axis=1) + 0.02 * rms)
+    assert np.abs(found.peak - force.max(axis=1)).max() < 0.1 * rms.max()
+
+
+def test_what_is_dropped_is_the_error_of_an_instant(train: Train) -> None:
+    """The residual beyond the lattice against the difference to a lattice that holds it."""
+    given = torus(response(train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)])))
+    small, large = (_at_size(given, 2.0, Size((12,), 0, (order, order))) for order in (1, 4))
+    place = {tuple(p): i for i, p in enumerate(large.problem.grid.points.tolist())}
+    at = [place[tuple(p)] for p in small.problem.grid.points.tolist()]
+    error = large.state.y.copy()
+    error[:, at] -= small.state.y
+    size = float(np.linalg.norm(error)) / float(np.linalg.norm(large.state.y[:, 1:]))
+    said = float(np.linalg.norm(small.dropped))
+    # the rows kept change too, by the coupling; a factor of two covers it
+    assert 0.5 * size < said < 2.0 * size
+    assert np.linalg.norm(large.dropped) < 0.2 * said
+
+
+def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
+    """A point with rows as said, without raising them."""
+    made = given.prepared(size)
+    start = respond_torus(given.flat, speed)
+    from epicyclic.analyses.contact.torus import _solved
+
+    point = _solved(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
+    assert point.converged
+    assert point.problem is made.coarse
+    assert made.beyond.kinds == len(point.dropped)
+    return point
+
+
+def test_the_preconditioner_changes_nothing_but_the_work(train: Train) -> None:
+    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    point = respond_torus(given, 2.3)
+    made, y = point.problem, point.state.y
+    # a tenth of everything that moves off the solution
+    start = y * np.where(np.arange(y.shape[1]) == 0, 1.0, 0.97)[:, None]
+    with_it = solve(made, start, 2.3, step=preconditioned(given.face), tolerance=1e-9)
+    without = solve(made, start, 2.3, tolerance=1e-9)
+    assert with_it.converged
+    assert without.converged
+    # both stop at 1e-9 of the residual, which the inverse of the derivative, some tens here, makes larger
+    size = np.linalg.norm(y[:, 1:])
+    assert np.linalg.norm(with_it.state.y - without.state.y) < 1e-6 * size
+    # 56 products against 138 here, where the teeth are apart for a fifth of the time
+    assert with_it.calls < 0.6 * without.calls
+
+
+def test_closed_flanks_superpose_exactly(train: Train) -> None:
+    """Where nothing parts, lines beside the torus are as good as phases of it."""
+    system = train(slow=[(F(1, 27), 6e-6), (F(1, 31), 3e-6)], load=4000.0)
+    given = torus(response(system))
+    point, flat = respond_torus(given, 1.2), respond_torus(given.flat, 1.2)
+    lines = superposed(given.flat, flat)
+    assert exact(given, flat, lines)
+    # nothing is neglected, so nothing but rounding is said to be
+    assert max(line.error for line in lines) < 1e-9
+    one, other = outcome(given, point), outcome(given.flat, flat, lines)
+    # tolerances of the two solutions, 1e-6 of the motion
+    np.testing.assert_allclose(one.rms, other.rms, rtol=1e-5)
+    # the superposed extremes add amplitudes, which phases of incommensurate lines reach; both are refined samples
+    np.testing.assert_allclose(one.peak, other.peak, rtol=1e-3)
+    np.testing.assert_allclose(one.minimum, other.minimum, rtol=1e-3)
+
+
+def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
+    stated = []
+    for size in (2e-6, 0.5e-6):
+        given = torus(response(train(slow=[(F(3, 7), size)])))
+        flat, point = respond_torus(given.flat, 2.0), respond_torus(given, 2.0)
+        lines = superposed(given.flat, flat)
+        assert not exact(given, flat, lines)
+        stated.append(lines[0].error)
+        true, ours = (outcome(given, point).rms, outcome(given.flat, flat, lines).rms)
+        without = outcome(given.flat, flat).rms
+        # what the line adds to the RMS of the first mesh, a square, is wrong by no more than twice what its force is
+        assert abs(true[0] - ours[0]) < 2 * stated[-1] * abs(ours[0] - without[0])
+    # it is wrong for the share of time in which the line decides who touches, which is first order; its RMS the root
+    assert 1.7 < stated[0] / stated[1] < 2.4
+
+
+def test_it_starts_from_what_it_is_given(train: Train) -> None:
+    """A motion near another solution leads to that one: branches are followed from speed to speed."""
+    given = torus(response(train(slow=[(F(1, 27), 3e-6)])))
+    found = []
+    for path in (np.arange(1.9, 2.01, 0.05), np.arange(2.4, 1.99, -0.1)):
+        point = respond_torus(given, path[0])
+        for speed in path[1:]:
+            point = respond_torus(given, speed, start=(point.problem.grid.points, point.state.y))
+        assert point.status == "ok"
+        assert point.state.speed == pytest.approx(2.0)
+        found.append(outcome(given, point).rms[0])
+    # the softening peak hangs over: two motions at one speed, 471 and 832 N
+    assert found[1] > 1.5 * found[0]
+
+
+def test_a_speed_that_fails_says_so_and_raises_nothing(train: Train) -> None:
+    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    lost = respond_torus(given, float("nan"))
+    assert lost.status == "not finite"
+    assert not lost.converged
+    # and leaves the next one alone
+    assert respond_torus(given, 1.0).status == "ok"
+
+
+def test_too_few_rows_are_called_coarse(train: Train) -> None:
+    given = torus(response(train(slow=[(F(1, 13), 5e-6)])))
+    point = respond_torus(given, 2.0)
+    assert point.status == "ok"
+    assert replace(point, dropped=np.array([2 * DROPPED, 0.0, 0.0])).status == "coarse"
+    assert replace(point, converged=False).status == "not converged"
+
+
+def test_states_say_which_flanks_touch(train: Train) -> None:
+    """Far flanks out of reach are skipped; the answer is that of looking at them."""
+    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    point = respond_torus(given, 2.3)
+    made = point.problem
+    y, flanks = point.state.y, made.flanks
+    delta = made.grid.values(y.reshape(-1, y.shape[2]) @ flanks.gaps.T - made.error)
+    np.testing.assert_array_equal(point.state.touching, delta > 0)
+    said = evaluate(made, y, 2.3, touching=delta > 0)
+    # the same sums in another order
+    np.testing.assert_allclose(said.residual, point.state.residual, atol=1e-9 * np.abs(y).max())
