@@ -21,6 +21,7 @@ from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal
 from .gmres import gmres
 from .kernel import Kernel, product, tail
+from .touched import touched
 
 __all__ = ["Guess", "Rows", "Solved", "solve"]
 
@@ -68,18 +69,55 @@ class Guess:
 
 
 def solve(
-    system: System, modal: Modal, kernel: Kernel, rows: Rows, *, tolerance: float, guess: Guess | None = None
+    system: System,
+    modal: Modal,
+    kernel: Kernel,
+    rows: Rows,
+    *,
+    tolerance: float,
+    guess: Guess | None = None,
+    compiled: bool = False,
 ) -> Solved:
     """Solve one batch; residuals are reported, never judged.
 
     Parameters
     ----------
     tolerance : residual wanted, relative to the dynamic part of the response in the energy norm [1].
+    compiled : by numba, which must be there; of one mesh frequency alone.
     """
-    frequency = rows.frequency
-    inverse = _inverse(modal, frequency)
     error = _split(rows.error)
     right = _right(system, modal, kernel, rows, error)
+    if compiled:
+        from .compiled import solve_points
+
+        y, residual, scale, calls = solve_points(
+            touched(system, modal, kernel),
+            rows.frequency,
+            rows.frame,
+            right,
+            start=None if guess is None else (guess.y, guess.scale),
+            tolerance=tolerance,
+            mean=kernel.lattice.mirrored,
+        )
+    else:
+        y, residual, scale, calls = _batched(modal, kernel, rows, right, guess, tolerance=tolerance)
+    gap = _gaps(modal, y) - error
+    return Solved(
+        y=y,
+        gap=gap,
+        frequency=rows.frequency,
+        residual=residual,
+        dropped=_dropped(modal, kernel, rows, gap) / scale[:, None],
+        scale=scale,
+        calls=calls,
+    )
+
+
+def _batched(
+    modal: Modal, kernel: Kernel, rows: Rows, right: Array, guess: Guess | None, *, tolerance: float
+) -> tuple[Array, Array, Array, int]:
+    """All points at once: (y, residual and scale (P,), operator calls)."""
+    inverse = _inverse(modal, rows.frequency)
     couple = _coupling(modal, kernel, rows)
     shape = right.shape
 
@@ -94,17 +132,7 @@ def solve(
         start = first.reshape(shape[0], -1) - apply(guess.y.reshape(shape[0], -1))
         first, scale = guess.y, guess.scale
     step, left, calls = gmres(apply, start, target=tolerance * scale)
-    y = first + step.reshape(shape)
-    gap = _gaps(modal, y) - error
-    return Solved(
-        y=y,
-        gap=gap,
-        frequency=frequency,
-        residual=left / scale,
-        dropped=_dropped(modal, kernel, rows, gap) / scale[:, None],
-        scale=scale,
-        calls=calls,
-    )
+    return first + step.reshape(shape), left / scale, scale, calls
 
 
 def _inverse(modal: Modal, frequency: Array) -> tuple[Array, Array]:

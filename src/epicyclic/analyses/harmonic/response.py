@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
+from ..fast import numba_is_there, require_numba
 from ..modes.basis import Modal, modal_form
 from ..statics.linear import linearised
 from .balance import Guess, Rows, Solved, solve
@@ -28,6 +29,8 @@ Kept = tuple[int, ...]
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 60_000
+# Doubles solved for, in all, from which loading numba takes less time than it saves.
+_WORTH = 4_000_000
 # Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
 _DROPPED = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
@@ -50,12 +53,16 @@ class Fold:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Response:
-    """A System ready to be solved at any speed.  frame_speed : whether G, Kg follow the speed or stay."""
+    """A System ready to be solved at any speed.
+
+    frame_speed : whether G, Kg follow the speed or stay.  compiled : as of `response`.
+    """
 
     system: System
     modal: Modal
     lines: Excitation
     frame_speed: FrameSpeed = "kinematic"
+    compiled: bool | None = None
     kernels: dict[tuple[Kept, bool], Kernel] = field(default_factory=dict)
     frequencies: dict[tuple[Kept, bool], tuple[Array, Array]] = field(default_factory=dict)
     folds: dict[tuple[Kept, bool], Fold] = field(default_factory=dict)
@@ -136,18 +143,26 @@ class Block:
         return max(self.kept[:-1])
 
 
-def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Response:
+def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled: bool | None = None) -> Response:
     """Prepare a System for its steady response; tangents at the mean load stand for the laws of links.
+
+    Parameters
+    ----------
+    compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is there and the
+        job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
 
     Raises
     ------
-    ModelError : no damping; no mesh frequency; torques that do not balance.
+    ModelError : no damping; no mesh frequency; torques that do not balance; `compiled` without numba.
     """
+    if compiled:
+        require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
     system = linearised(system)
     modal = modal_form(system)
-    return Response(system=system, modal=modal, lines=excitation(system, modal), frame_speed=frame_speed)
+    lines = excitation(system, modal)
+    return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled)
 
 
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
@@ -157,6 +172,7 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     grows until the forces on the rows dropped, an exact residual, are below 30 x tolerance of the dynamic part.
     """
     start, limit = _start(ready), _limit(ready, speed)
+    ready = replace(ready, compiled=_by_numba(ready, start, speed.size, shaft_orders=shaft_orders))
     first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
     waiting: list[tuple[Index, Kept, Block | None]] = [(*chunk, None) for chunk in first]
     while waiting:
@@ -175,6 +191,17 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
         if np.any(poor):
             again = _chunks(ready, index[poor], (np.array(kept) + more)[poor], shaft_orders=shaft_orders)
             waiting[:0] = [(*chunk, _select(tried, np.isin(index, chunk[0]))) for chunk in again]
+
+
+def _by_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:
+    """Whether this job goes to numba: asked for, or there and worth its loading."""
+    if len(ready.lines.tones) > 1:
+        return False
+    if ready.compiled is None:
+        rows = 2 * int(start[0]) + 2
+        rows += 2 * rows * len(ready.lines.shaft) if shaft_orders else 0
+        return points * rows * ready.modal.squared.size > _WORTH and numba_is_there()
+    return ready.compiled
 
 
 def _start(ready: Response) -> Index:
@@ -260,7 +287,7 @@ def _solve(
         error=error,
         force=force,
     )
-    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess)
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, compiled=bool(ready.compiled))
 
 
 def _size(dropped: Array) -> Array:

@@ -50,6 +50,7 @@ def sweep(
     shaft_orders: bool = True,
     tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
+    compiled: bool | None = None,
 ) -> xr.Dataset:
     """RMS, peak and minimum of every mesh force and amplitude of every coordinate over speed, for linear contact.
 
@@ -67,13 +68,14 @@ def sweep(
     shaft_orders : whether run-outs and other lines between the mesh orders count.
     tolerance : relative residual of the harmonics kept [1]; those dropped are below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
+    compiled : solve by numba; None leaves that to the size of the job, see `response`.
 
     Raises
     ------
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
-    ready = response(system, frame_speed=frame_speed)
+    ready = response(system, frame_speed=frame_speed, compiled=compiled)
     speed = _speeds(ready, mesh_frequency, relative_speed)
     curves = _blank(system, speed.size)
     usable = np.isfinite(speed) & (speed > 0)

@@ -1,0 +1,68 @@
+"""G, Kg, Cskew and dampers on the few coordinates that they touch, instead of in all modes: for the compiled path."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array, System
+from ..modes.basis import Modal
+from .kernel import Kernel
+
+__all__ = ["Shared", "touched"]
+
+Index = NDArray[np.int64]
+
+
+class Shared(NamedTuple):
+    """What all points of a batch share, of one mesh frequency.
+
+    read : (m + r, n) gaps of the meshes, then the coordinates touched, of y.  push : (m + r, n) a force there on y.
+    own : (m, 2 J, 2 J) products with k(t) - k0 [N/m].
+    row, column : (e,) places 0 .. m + r of entries.  stiff, rate : (2, e) Kg and Cskew; G and C.
+    diagonal : (n,) modal diagonal of the dampers [1/s]: `damping` holds it, and the entries of C hold it again.
+    squared, damping : (n,) of `Modal`.
+    """
+
+    read: Array
+    push: Array
+    own: Array
+    row: Index
+    column: Index
+    stiff: Array
+    rate: Array
+    diagonal: Array
+    squared: Array
+    damping: Array
+
+
+def touched(system: System, modal: Modal, kernel: Kernel) -> Shared:
+    """The operators of one mesh frequency in this form."""
+    m, rest = len(system.meshes.name), "C" in modal.coupling
+    C = system.C if rest else np.zeros_like(system.C)
+    matrices = (system.Kg, system.Cskew, system.G, C)
+    used = sum((matrix != 0 for matrix in matrices), np.zeros(C.shape, dtype=bool))
+    where = np.flatnonzero(used.any(axis=0) | used.any(axis=1))
+    row, column = np.nonzero(used[np.ix_(where, where)])
+    entries = np.array([matrix[where[row], where[column]] for matrix in matrices])
+    if rest:
+        # a mesh damper acts between its gap and its force
+        entries = np.hstack([entries, np.array([0.0, 0.0, 0.0, 1.0])[:, None] * system.meshes.damping])
+        row, column = (np.concatenate([at + m, np.arange(m)]) for at in (row, column))
+    else:
+        row, column = row + m, column + m
+    omega = np.sqrt(modal.squared)
+    return Shared(
+        read=np.concatenate([modal.gaps, modal.shapes[where]]),
+        push=np.concatenate([modal.pulls, modal.forces[:, where].T]),
+        own=kernel.axes[0].own_product,
+        row=row,
+        column=column,
+        stiff=entries[:2],
+        rate=entries[2:],
+        diagonal=modal.damping - 2 * (system.zeta or 0.0) * omega if rest else np.zeros(omega.size),
+        squared=modal.squared,
+        damping=modal.damping,
+    )
