@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from .response import Block, Response
+from .response import Block, Kept, Response
 from .waveform import Spectrum, on_torus, own_waves, peak, samples_needed
 
-__all__ = ["force_extremes", "strokes"]
+__all__ = ["force_extremes", "grid_of", "largest", "strokes"]
 
 # Phases of each tone on the grid: least, by the number of tones.
 _GRID = {1: 128, 2: 48, 3: 32}
@@ -23,13 +23,13 @@ def force_extremes(
     max over theta_1 .. theta_D of f + sum |A_s|: reached if the tones and lines take all combinations of phases.
     axis : (m,) the tone each force follows.
     """
-    counts = _counts(ready, block)
+    counts = grid_of(ready, block.kept)
     value = on_torus(force, counts, block.kept[-1])[:, :, 0]
     reach = 0.0 if shafts is None else np.abs(on_torus(shafts, counts, block.kept[-1])).sum(axis=2)
-    return -_largest(axis, reach - value), _largest(axis, reach + value)
+    return -largest(axis, reach - value), largest(axis, reach + value)
 
 
-def _largest(own: NDArray[np.int64], values: Array) -> Array:
+def largest(own: NDArray[np.int64], values: Array) -> Array:
     """Largest over the torus (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh."""
     if values.ndim == 3:
         return peak(values)
@@ -46,7 +46,7 @@ def strokes(ready: Response, block: Block, motion: Spectrum, shafts: Spectrum | 
 
     Several tones add their ways, combinations and their shaft lines the sum of their amplitudes: a bound.
     """
-    counts = _counts(ready, block)
+    counts = grid_of(ready, block.kept)
     if len(counts) == 1:
         value: Array = on_torus(motion, counts, 0)[:, :, 0]
         reach = 0.0 if shafts is None else np.abs(on_torus(shafts, counts, 0)).sum(axis=2)
@@ -61,9 +61,9 @@ def strokes(ready: Response, block: Block, motion: Spectrum, shafts: Spectrum | 
     return total
 
 
-def _counts(ready: Response, block: Block) -> list[int]:
-    """Grid points of every tone's phase."""
-    *harmonics, _ = block.kept
+def grid_of(ready: Response, kept: Kept) -> list[int]:
+    """Grid points of every tone's phase, (D,)."""
+    *harmonics, _ = kept
     D = len(harmonics)
     least, times = _GRID.get(D, 16), 4 if D == 1 else 1
     return [max(least, times * samples_needed(ready, H)) for H in harmonics]

@@ -19,7 +19,17 @@ from .balance import Guess, Rows, Solved, solve
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
 from .kernel import Kernel, kernel
 
-__all__ = ["Block", "FrameSpeed", "Kept", "Response", "respond", "response"]
+__all__ = [
+    "Block",
+    "FrameSpeed",
+    "Kept",
+    "Response",
+    "first_kept",
+    "last_kept",
+    "more_kept",
+    "respond",
+    "response",
+]
 
 FrameSpeed = Literal["kinematic", "operating"]
 Index = NDArray[np.int64]
@@ -171,7 +181,7 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
     grows until the forces on the rows dropped, an exact residual, are below 30 x tolerance of the dynamic part.
     """
-    start, limit = _start(ready), _limit(ready, speed)
+    start, limit = first_kept(ready), last_kept(ready, speed)
     ready = replace(ready, compiled=_by_numba(ready, start, speed.size, shaft_orders=shaft_orders))
     first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
     waiting: list[tuple[Index, Kept, Block | None]] = [(*chunk, None) for chunk in first]
@@ -179,11 +189,11 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
         index, kept, before = waiting.pop(0)
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
             tried = block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance, before=before)
-            more = _wanted(block.mesh.dropped, kept, limit[index], tolerance)
+            more = more_kept(block.mesh.dropped, kept, limit[index], tolerance)
             poor = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(poor):
                 block = _with_shaft(ready, _select(block, ~poor), tolerance=tolerance)
-                more[~poor] = _wanted(_worst(block), kept, limit[block.index], tolerance)
+                more[~poor] = more_kept(_worst(block), kept, limit[block.index], tolerance)
                 poor = np.any(more, axis=1)
         done = ~poor[np.isin(index, block.index)]
         if np.any(done):
@@ -204,7 +214,7 @@ def _by_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool)
     return ready.compiled
 
 
-def _start(ready: Response) -> Index:
+def first_kept(ready: Response) -> Index:
     """Harmonics of each tone and cross order to begin with, (D + 1,)."""
     varying = bool(ready.system.meshes.variation.any())
     combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
@@ -214,9 +224,9 @@ def _start(ready: Response) -> Index:
     )
 
 
-def _limit(ready: Response, speed: Array) -> Index:
+def last_kept(ready: Response, speed: Array) -> Index:
     """Most that each may grow to, (P, D + 1): four times what reaches beyond the highest mode, 1.7 f_highest / f."""
-    start = _start(ready)
+    start = first_kept(ready)
     highest = float(np.sqrt(ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
         wanted = np.ceil(1.7 * highest / np.outer(np.abs(speed), ready.omega))
@@ -225,7 +235,7 @@ def _limit(ready: Response, speed: Array) -> Index:
     return np.hstack([4 * np.maximum(start[:-1], rule), np.full((speed.size, 1), last)])
 
 
-def _wanted(dropped: Array, kept: Kept, limit: Index, tolerance: float) -> Index:
+def more_kept(dropped: Array, kept: Kept, limit: Index, tolerance: float) -> Index:
     """By how much each count has to grow, (P, D + 1): 0 where too little is dropped, or no more may be kept."""
     enough = _DROPPED * tolerance
     poor = _size(dropped) > enough
