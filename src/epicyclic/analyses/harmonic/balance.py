@@ -23,7 +23,7 @@ from .gmres import gmres
 from .kernel import Kernel, product, tail
 from .touched import touched
 
-__all__ = ["Guess", "Rows", "Solved", "solve"]
+__all__ = ["Guess", "Rows", "Solved", "left_over", "solve"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -220,11 +220,16 @@ def _dropped(modal: Modal, kernel: Kernel, rows: Rows, gap: Array) -> Array:
     """Size of what the forces put on the rows dropped (P, D + 1), by kind: the exact residual beyond the rows kept."""
     if not len(kernel.dropped):
         return np.zeros((gap.shape[1], kernel.lattice.tones + 1))
-    y = _times(_inverse(modal, rows.beyond), _pull(modal, tail(kernel, gap)))
+    y = left_over(modal, kernel, rows.beyond, gap)
     squares = np.einsum("pcjn,pcjn->pj", y, y)
     kinds = np.arange(kernel.lattice.tones + 1)
     size: Array = np.sqrt(squares @ (kernel.kind[:, None] == kinds))
     return size
+
+
+def left_over(modal: Modal, kernel: Kernel, beyond: Array, gap: Array) -> Array:
+    """What the forces put on the rows dropped, as their response alone, (P, 2, T, n); beyond : (P, T) [rad/s]."""
+    return _times(_inverse(modal, beyond), _pull(modal, tail(kernel, gap)))
 
 
 def _split(rows: ComplexArray) -> Array:

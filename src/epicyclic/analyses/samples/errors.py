@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,12 @@ from ..harmonic.extremes import grid_of, largest
 from ..harmonic.waveform import mesh_axis, on_torus
 from .error_map import ErrorMap, Part
 
-__all__ = ["Factors", "Measure", "error_samples"]
+__all__ = ["MEASURES", "Factors", "Measure", "error_samples"]
 
 Number = TypeVar("Number", bound=np.inexact)
 Factors = NDArray[np.inexact[Any]]
 Measure = Literal["rms", "peak", "minimum", "mean"]
+MEASURES: tuple[Measure, ...] = get_args(Measure)
 Find = Callable[[Array], Array]
 # Doubles that one product makes: small enough to stay in the cache until they are summed.
 _CHUNK = 500_000
