@@ -21,7 +21,7 @@ from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal
 from .gmres import gmres
 from .kernel import Kernel, product, tail
-from .touched import touched
+from .touched import Shared
 
 __all__ = ["Guess", "Rows", "Solved", "left_over", "solve"]
 
@@ -76,38 +76,36 @@ def solve(
     *,
     tolerance: float,
     guess: Guess | None = None,
-    compiled: bool = False,
+    shared: Shared | None = None,
 ) -> Solved:
     """Solve one batch; residuals are reported, never judged.
 
     Parameters
     ----------
     tolerance : residual wanted, relative to the dynamic part of the response in the energy norm [1].
-    compiled : by numba, which must be there; of one mesh frequency alone.
+    shared : what `touched` made of the same arguments: solve by numba, which must be there.
     """
     error = _split(rows.error)
     right = _right(system, modal, kernel, rows, error)
-    if compiled:
-        from .compiled import solve_points
-
-        y, residual, scale, calls = solve_points(
-            touched(system, modal, kernel),
-            rows.frequency,
-            rows.frame,
-            right,
-            start=None if guess is None else (guess.y, guess.scale),
-            tolerance=tolerance,
-            mean=kernel.lattice.mirrored,
-        )
-    else:
+    if shared is None:
         y, residual, scale, calls = _batched(modal, kernel, rows, right, guess, tolerance=tolerance)
-    gap = _gaps(modal, y) - error
+        gap = _gaps(modal, y) - error
+        dropped = _dropped(modal, kernel, rows, gap)
+    else:
+        from .compiled import dropped_size, solve_points
+
+        start, mean = None if guess is None else (guess.y, guess.scale), kernel.lattice.mirrored
+        y, residual, scale, calls = solve_points(
+            shared, rows.frequency, rows.frame, right, start=start, tolerance=tolerance, mean=mean
+        )
+        gap = _gaps(modal, y) - error
+        dropped = np.outer(dropped_size(shared, rows.beyond, gap), [1.0, 0.0])
     return Solved(
         y=y,
         gap=gap,
         frequency=rows.frequency,
         residual=residual,
-        dropped=_dropped(modal, kernel, rows, gap) / scale[:, None],
+        dropped=dropped / scale[:, None],
         scale=scale,
         calls=calls,
     )

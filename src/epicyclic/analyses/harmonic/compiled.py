@@ -1,10 +1,11 @@
-"""The batch of `balance` compiled: one point after another, each with all its vectors in the cache.  Needs numba.
+"""The batch of `balance` compiled: eight points side by side, all their vectors in the cache.  Needs numba.
 
 The equation, its preconditioner, GMRES and the residuals are those of `balance` and `gmres`, for one mesh frequency.
 One thing is done otherwise: G, Kg, Cskew and dampers act on the few coordinates that they touch, entry by entry, so
 that a product with the operator is two small matrix products: y -> gaps and touched coordinates -> forces on y.
 
-A point holds y as (2 J, n), real parts over imaginary ones.
+Eight points are one lane each: y is (n, X), X = 2 J 8, real parts of all rows and lanes before the imaginary ones.
+A lane never sees another: it keeps the vectors up to its own convergence, whatever the others still need.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from numpy.typing import NDArray
 from ...system.system import Array
 from .touched import Shared
 
-__all__ = ["solve_points"]
+__all__ = ["dropped_size", "solve_points"]
 
 Index = NDArray[np.int64]
 F = TypeVar("F", bound=Callable[..., object])
+_LANES = 8
 _TINY = 1e-300
 # vectors before a restart, and how often to restart, as in `gmres`
 _BASIS, _RESTARTS = 60, 6
@@ -34,19 +36,26 @@ def _compiled(function: F) -> F:
 
 
 class _Scratch(NamedTuple):
-    """Room for one point: values read and forces (m + r, 2 J), their work on y (2 J, n), entries at this speed (e,),
-    1/D (2, J, n), the Krylov vectors (K + 1, 2 J n), triangle (K, K), rotations (2, K) and right side (K + 1,)."""
+    """Room for eight points, H = J 8.
+
+    values, forces : (m + r, X).  work : (n, X).  still : (2, H) frame^2 and frame.  turn : (2, H) w frame and w.
+    inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
+    projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
+    """
 
     values: Array
     forces: Array
     work: Array
-    stiff: Array
-    rate: Array
+    still: Array
+    turn: Array
     inverse: Array
     vectors: Array
+    rows: Array
     triangle: Array
     rotations: Array
     projected: Array
+    along: Array
+    used: Index
 
 
 def solve_points(
@@ -72,12 +81,39 @@ def solve_points(
     (y (P, 2, J, n), residual (P,) relative to the scale, scale (P,), largest count of operator calls).
     """
     (P, J), n = frequency.shape, shared.squared.size
-    y, known = (np.zeros((P, 2 * J, n)), np.zeros(P)) if start is None else (start[0].copy(), start[1].copy())
-    y = y.reshape(P, 2 * J, n)
+    y, scale = (np.zeros((P, 2 * J, n)), np.zeros(P)) if start is None else (start[0].copy(), start[1].copy())
+    y, flat = y.reshape(P, 2 * J, n), np.ascontiguousarray(right).reshape(P, 2 * J, n)
     left, calls = np.empty(P), np.empty(P, np.int64)
-    flat = np.ascontiguousarray(right).reshape(P, 2 * J, n)
-    _solve_all(shared, frequency, np.ascontiguousarray(frame), flat, y, known, left, calls, tolerance, mean)
-    return y.reshape(right.shape), left / known, known, int(calls.max(initial=0))
+    _solve_all(
+        shared, frequency, np.ascontiguousarray(frame), flat, y, scale, left, calls, start is None, tolerance, mean
+    )
+    return y.reshape(right.shape), left / scale, scale, int(calls.max(initial=0))
+
+
+@_compiled
+def dropped_size(shared: Shared, beyond: Array, gap: Array) -> Array:
+    """Size of what the forces put on the rows dropped (P,); beyond : (P, T) [rad/s], gap : (m, P, 2 J) [m]."""
+    m, P, J2 = gap.shape
+    T, n = beyond.shape[1], shared.squared.size
+    result, forces, pulled = np.zeros(P), np.empty((m, 2 * T)), np.empty((n, 2 * T))
+    pull = np.ascontiguousarray(shared.push[:, :m])
+    for p in range(P):
+        forces[:] = 0.0
+        for k in range(m):
+            for a in range(J2):
+                for t in range(2 * T):
+                    forces[k, t] += gap[k, p, a] * shared.tail[k, a, t]
+        np.dot(pull, forces, pulled)
+        total = 0.0
+        for r in range(n):
+            for t in range(T):
+                w = beyond[p, t]
+                real, imag = shared.squared[r] - w * w, w * shared.damping[r]
+                size = real * real + imag * imag
+                if size != 0:
+                    total += (pulled[r, t] ** 2 + pulled[r, T + t] ** 2) / size
+        result[p] = np.sqrt(total)
+    return result
 
 
 @_compiled
@@ -90,160 +126,304 @@ def _solve_all(
     scale: Array,
     left: Array,
     calls: Index,
+    fresh: bool,
     tolerance: float,
     mean: bool,
 ) -> None:
-    J, n, c = frequency.shape[1], shared.squared.size, shared.read.shape[0]
-    scratch = _Scratch(
-        np.empty((c, 2 * J)),
-        np.empty((c, 2 * J)),
-        np.empty((2 * J, n)),
-        np.empty(shared.row.size),
-        np.empty(shared.row.size),
-        np.empty((2, J, n)),
-        np.empty((_BASIS + 1, 2 * J * n)),
-        np.empty((_BASIS, _BASIS)),
-        np.empty((2, _BASIS)),
-        np.empty(_BASIS + 1),
-    )
-    first = np.empty((2 * J, n))
-    for p in range(frequency.shape[0]):
-        _prepare(shared, scratch, frequency[p], frame[p])
-        _precondition(scratch.inverse, right[p], first)
-        blank = scale[p] == 0
-        if blank:
-            y[p] = first
-        residual = _residual(shared, scratch, frequency[p], first, y[p])
-        if blank:
-            scale[p] = _scale(first, residual, mean)
-        left[p], calls[p] = _gmres(shared, scratch, frequency[p], first, y[p], residual, tolerance * scale[p])
+    (P, J), n = frequency.shape, shared.squared.size
+    scratch = _room(shared.read.shape[0], J, n)
+    first, guess, norm = np.empty((n, 2 * J * _LANES)), np.empty((n, 2 * J * _LANES)), np.empty(_LANES)
+    size = np.empty(_LANES)
+    for start in range(0, P, _LANES):
+        _prepare(shared, scratch, frequency, frame, start)
+        _load(right, start, guess)
+        _precondition(scratch.inverse, guess, first)
+        if fresh:
+            guess[:] = first
+        else:
+            _load(y, start, guess)
+        residual = _residual(shared, scratch, first, guess, norm)
+        for q in range(_LANES):
+            p = min(start + q, P - 1)
+            size[q] = _scale(first, norm, q, J, mean) if fresh else scale[p]
+        count = _gmres(shared, scratch, first, guess, residual, norm, tolerance * size)
+        for q in range(min(_LANES, P - start)):
+            scale[start + q], left[start + q], calls[start + q] = size[q], norm[q], count
+            for r in range(n):
+                for a in range(2 * J):
+                    y[start + q, a, r] = guess[r, a * _LANES + q]
 
 
 @_compiled
-def _prepare(shared: Shared, scratch: _Scratch, frequency: Array, frame: float) -> None:
-    """1/D, 0 for the mean of a rigid mode, and the entries at this speed."""
-    for a in range(frequency.size):
-        w = frequency[a]
-        for r in range(shared.squared.size):
+def _room(c: int, J: int, n: int) -> _Scratch:
+    half = J * _LANES
+    return _Scratch(
+        np.empty((c, 2 * half)),
+        np.empty((c, 2 * half)),
+        np.empty((n, 2 * half)),
+        np.empty((2, half)),
+        np.empty((2, half)),
+        np.empty((2, n, half)),
+        np.empty((_BASIS + 1, n, 2 * half)),
+        np.empty((_BASIS, 2 * half)),
+        np.empty((_BASIS, _BASIS, _LANES)),
+        np.empty((2, _BASIS, _LANES)),
+        np.empty((_BASIS + 1, _LANES)),
+        np.empty((_BASIS + 2, _LANES)),
+        np.empty(_LANES, np.int64),
+    )
+
+
+@_compiled
+def _load(points: Array, start: int, out: Array) -> None:
+    """Points (P, 2 J, n) from `start` on as lanes (n, X); the last point fills lanes beyond it."""
+    P, J2, n = points.shape
+    for q in range(_LANES):
+        p = min(start + q, P - 1)
+        for a in range(J2):
+            for r in range(n):
+                out[r, a * _LANES + q] = points[p, a, r]
+
+
+@_compiled
+def _prepare(shared: Shared, scratch: _Scratch, frequency: Array, frame: Array, start: int) -> None:
+    """Speeds and frequencies of all lanes, and 1/D, 0 for the mean of a rigid mode."""
+    P, J = frequency.shape
+    for a in range(J):
+        for q in range(_LANES):
+            p = min(start + q, P - 1)
+            x = a * _LANES + q
+            scratch.still[0, x], scratch.still[1, x] = frame[p] * frame[p], frame[p]
+            scratch.turn[0, x], scratch.turn[1, x] = frequency[p, a] * frame[p], frequency[p, a]
+    for r in range(shared.squared.size):
+        for x in range(J * _LANES):
+            w = scratch.turn[1, x]
             real, imag = shared.squared[r] - w * w, w * shared.damping[r]
             size = real * real + imag * imag
             over = 0.0 if size == 0 else 1 / size
-            scratch.inverse[0, a, r], scratch.inverse[1, a, r] = real * over, imag * over
-    scratch.stiff[:] = frame * frame * shared.stiff[0] + frame * shared.stiff[1]
-    scratch.rate[:] = frame * shared.rate[0] + shared.rate[1]
+            scratch.inverse[0, r, x], scratch.inverse[1, r, x] = real * over, imag * over
 
 
 @_compiled
 def _precondition(inverse: Array, given: Array, out: Array) -> None:
-    J = inverse.shape[1]
-    for a in range(J):
-        for r in range(given.shape[1]):
-            real, imag = given[a, r], given[J + a, r]
-            out[a, r] = inverse[0, a, r] * real + inverse[1, a, r] * imag
-            out[J + a, r] = inverse[0, a, r] * imag - inverse[1, a, r] * real
+    half = inverse.shape[2]
+    for r in range(given.shape[0]):
+        for x in range(half):
+            real, imag = given[r, x], given[r, half + x]
+            out[r, x] = inverse[0, r, x] * real + inverse[1, r, x] * imag
+            out[r, half + x] = inverse[0, r, x] * imag - inverse[1, r, x] * real
 
 
 @_compiled
-def _apply(shared: Shared, scratch: _Scratch, frequency: Array, y: Array, out: Array) -> None:
+def _apply(shared: Shared, scratch: _Scratch, y: Array, out: Array) -> None:
     """out = y + D^-1 coupling y."""
-    values, forces, work, J, m = scratch.values, scratch.forces, scratch.work, frequency.size, shared.own.shape[0]
-    np.dot(shared.read, y.T, values)
-    forces[:] = 0.0
+    values, forces, work, still, turn = scratch.values, scratch.forces, scratch.work, scratch.still, scratch.turn
+    m, J2 = shared.own.shape[0], shared.own.shape[1]
+    np.dot(shared.read, y, values)
     for k in range(m):
-        for a in range(2 * J):
-            gap = values[k, a]
-            for b in range(2 * J):
-                forces[k, b] += gap * shared.own[k, a, b]
+        np.dot(shared.own[k], values[k].reshape(J2, _LANES), forces[k].reshape(J2, _LANES))
+    forces[m:] = 0.0
     for e in range(shared.row.size):
-        i, j, stiff, rate = shared.row[e], shared.column[e], scratch.stiff[e], scratch.rate[e]
-        for a in range(J):
-            forces[i, a] += stiff * values[j, a] - rate * frequency[a] * values[j, J + a]
-        for a in range(J):
-            forces[i, J + a] += stiff * values[j, J + a] + rate * frequency[a] * values[j, a]
-    np.dot(forces.T, shared.push, work)
-    for a in range(J):
-        for r in range(y.shape[1]):
-            extra = frequency[a] * shared.diagonal[r]
-            real, imag = work[a, r] + extra * y[J + a, r], work[J + a, r] - extra * y[a, r]
-            out[a, r] = y[a, r] + scratch.inverse[0, a, r] * real + scratch.inverse[1, a, r] * imag
-            out[J + a, r] = y[J + a, r] + scratch.inverse[0, a, r] * imag - scratch.inverse[1, a, r] * real
+        given, out_row = values[shared.column[e]], forces[shared.row[e]]
+        _entry(shared.stiff[:, e], shared.rate[:, e], still, turn, given, out_row)
+    np.dot(shared.push, forces, work)
+    for r in range(y.shape[0]):
+        _finish(work[r], y[r], turn[1], shared.diagonal[r], scratch.inverse[0, r], scratch.inverse[1, r], out[r])
 
 
 @_compiled
-def _residual(shared: Shared, scratch: _Scratch, frequency: Array, first: Array, y: Array) -> Array:
+def _entry(stiff: Array, rate: Array, still: Array, turn: Array, given: Array, out: Array) -> None:
+    """One entry of the operators: force (X,) += (stiffness + i rate) given."""
+    half = still.shape[1]
+    s0, s1, r0, r1 = stiff[0], stiff[1], rate[0], rate[1]
+    f2, f1, wf, w = still[0], still[1], turn[0], turn[1]
+    real, imag = given[:half], given[half:]
+    out_real, out_imag = out[:half], out[half:]
+    for x in range(half):
+        k, c = s0 * f2[x] + s1 * f1[x], r0 * wf[x] + r1 * w[x]
+        out_real[x] += k * real[x] - c * imag[x]
+        out_imag[x] += k * imag[x] + c * real[x]
+
+
+@_compiled
+def _finish(work: Array, y: Array, turn: Array, diagonal: float, re: Array, im: Array, out: Array) -> None:
+    """out = y + D^-1 (work without the diagonal of the dampers, which D holds), of one mode (X,)."""
+    half = turn.size
+    work_real, work_imag, y_real, y_imag, out_real, out_imag = (
+        work[:half],
+        work[half:],
+        y[:half],
+        y[half:],
+        out[:half],
+        out[half:],
+    )
+    for x in range(half):
+        extra = turn[x] * diagonal
+        a, b = work_real[x] + extra * y_imag[x], work_imag[x] - extra * y_real[x]
+        out_real[x] = y_real[x] + re[x] * a + im[x] * b
+        out_imag[x] = y_imag[x] + re[x] * b - im[x] * a
+
+
+@_compiled
+def _products(rows: Array, vectors: Array, y: Array, out: Array) -> None:
+    """Scalar products (k, 8) of k vectors (k, n, X) with y (n, X), lane by lane."""
+    k, n, X = vectors.shape
+    rows[:k] = 0.0
+    for r in range(n):
+        mine = y[r]
+        for i in range(k):
+            row, vector = rows[i], vectors[i, r]
+            for x in range(X):
+                row[x] += vector[x] * mine[x]
+    for i in range(k):
+        out[i] = 0.0
+        for a in range(X // _LANES):
+            for q in range(_LANES):
+                out[i, q] += rows[i, a * _LANES + q]
+
+
+@_compiled
+def _combine(rows: Array, factors: Array, vectors: Array, y: Array) -> None:
+    """y (n, X) += sum of factors (k, 8) times vectors (k, n, X), lane by lane."""
+    k, n, X = vectors.shape
+    for i in range(k):
+        for a in range(X // _LANES):
+            for q in range(_LANES):
+                rows[i, a * _LANES + q] = factors[i, q]
+    for r in range(n):
+        mine = y[r]
+        for i in range(k):
+            row, vector = rows[i], vectors[i, r]
+            for x in range(X):
+                mine[x] += row[x] * vector[x]
+
+
+@_compiled
+def _stretch(rows: Array, factor: Array, given: Array, out: Array) -> None:
+    """out (n, X) = factor (8,) times given, lane by lane."""
+    row = rows[0]
+    for a in range(row.size // _LANES):
+        for q in range(_LANES):
+            row[a * _LANES + q] = factor[q]
+    for r in range(given.shape[0]):
+        for x in range(row.size):
+            out[r, x] = row[x] * given[r, x]
+
+
+@_compiled
+def _residual(shared: Shared, scratch: _Scratch, first: Array, y: Array, norm: Array) -> Array:
+    """first - A y (n, X), and its size (8,)."""
     out = np.empty_like(y)
-    _apply(shared, scratch, frequency, y, out)
-    for a in range(y.shape[0]):
-        for r in range(y.shape[1]):
-            out[a, r] = first[a, r] - out[a, r]
+    _apply(shared, scratch, y, out)
+    for r in range(y.shape[0]):
+        for x in range(y.shape[1]):
+            out[r, x] = first[r, x] - out[r, x]
+    square = np.empty((1, _LANES))
+    _products(scratch.rows, out.reshape(1, *out.shape), out, square)
+    norm[:] = np.sqrt(square[0])
     return out
 
 
 @_compiled
-def _scale(first: Array, residual: Array, mean: bool) -> float:
-    """As `balance._scale`."""
-    total = np.sum(first * first)
-    still = np.sum(first[0] * first[0]) if mean else 0.0
-    size = np.sqrt(max(max(total - still, 0.0) + np.sum(residual * residual), 1e-12 * total))
+def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
+    """As `balance._scale`, of one lane."""
+    total, still = 0.0, 0.0
+    for r in range(first.shape[0]):
+        for a in range(2 * J):
+            total += first[r, a * _LANES + q] ** 2
+        if mean:
+            still += first[r, q] ** 2
+    size = np.sqrt(max(max(total - still, 0.0) + norm[q] * norm[q], 1e-12 * total))
     return 1.0 if size == 0 else size
 
 
 @_compiled
 def _gmres(
-    shared: Shared, scratch: _Scratch, frequency: Array, first: Array, y: Array, residual: Array, target: float
-) -> tuple[float, int]:
-    """Improve y until the true residual norm is at the target: (that norm, operator calls)."""
-    norm, calls = np.sqrt(np.sum(residual * residual)), 1
+    shared: Shared, scratch: _Scratch, first: Array, y: Array, residual: Array, norm: Array, target: Array
+) -> int:
+    """Improve y until the true residual norms (8,) are at their targets, or stay; returns operator calls."""
+    calls, active, last = 1, norm > target, np.empty(_LANES)
     for _ in range(_RESTARTS):
-        if not norm > target:
+        if not active.any():
             break
-        step, used = _cycle(shared, scratch, frequency, residual, norm, target)
-        trial = y + step.reshape(y.shape)
-        left = _residual(shared, scratch, frequency, first, trial)
-        calls += used + 1
-        last, norm = norm, np.sqrt(np.sum(left * left))
-        if norm >= last:  # a singular point may come out worse than it went in: keep what it had
-            return last, calls
-        y[:], residual = trial, left
-        if not norm < 0.9 * last:
-            break
-    return norm, calls
+        trial = y.copy()
+        calls += 1 + _cycle(shared, scratch, residual, norm, target, active, trial)
+        left = _residual(shared, scratch, first, trial, last)
+        for q in range(_LANES):
+            # a singular point may come out worse than it went in: keep what it had (not finite is kept, to be seen)
+            if active[q] and not last[q] >= norm[q]:
+                active[q] = last[q] > target[q] and last[q] < 0.9 * norm[q]
+                norm[q] = last[q]
+                y[:, q::_LANES], residual[:, q::_LANES] = trial[:, q::_LANES], left[:, q::_LANES]
+            else:
+                active[q] = False
+    return calls
 
 
 @_compiled
 def _cycle(
-    shared: Shared, scratch: _Scratch, frequency: Array, residual: Array, norm: float, target: float
-) -> tuple[Array, int]:
-    """One Arnoldi cycle with classical Gram-Schmidt: (step (2 J n,), operator calls)."""
-    V, R, turn, g, shape = scratch.vectors, scratch.triangle, scratch.rotations, scratch.projected, residual.shape
-    V[0] = residual.reshape(-1) / max(norm, _TINY)
-    g[0] = norm
-    k = 0
-    while k < _BASIS:
+    shared: Shared,
+    scratch: _Scratch,
+    residual: Array,
+    norm: Array,
+    target: Array,
+    active: NDArray[np.bool_],
+    y: Array,
+) -> int:
+    """One Arnoldi cycle with classical Gram-Schmidt, its step added to y; returns operator calls."""
+    V, g, along, used, one = scratch.vectors, scratch.projected, scratch.along, scratch.used, np.empty(_LANES)
+    for q in range(_LANES):
+        one[q] = 1 / max(norm[q], _TINY) if active[q] else 0.0
+        g[0, q], used[q] = norm[q] if active[q] else 0.0, 0
+    _stretch(scratch.rows, one, residual, V[0])
+    k, going = 0, True
+    while k < _BASIS and going:
         new = V[k + 1]
-        _apply(shared, scratch, frequency, V[k].reshape(shape), new.reshape(shape))
-        along = np.dot(V[: k + 1], new)
-        new -= np.dot(along, V[: k + 1])
-        left = np.sqrt(np.dot(new, new))
-        new *= 1 / max(left, _TINY)
-        _rotate(R, turn, g, k, along, left)
+        _apply(shared, scratch, V[k], new)
+        _products(scratch.rows, V[: k + 1], new, along)
+        _combine(scratch.rows, -along[: k + 1], V[: k + 1], new)
+        _products(scratch.rows, V[k + 1 : k + 2], new, along[k + 1 :])
+        going = False
+        for q in range(_LANES):
+            below = np.sqrt(along[k + 1, q])
+            one[q] = 1 / max(below, _TINY)
+            _rotate(scratch, k, q, below)
+            if active[q] and used[q] == 0:
+                if abs(g[k + 1, q]) > 0.5 * target[q] and k + 1 < _BASIS:
+                    going = True
+                else:
+                    used[q] = k + 1
+        _stretch(scratch.rows, one, new, new)
         k += 1
-        if not abs(g[k]) > 0.5 * target:
-            break
-    for i in range(k - 1, -1, -1):
-        g[i] = (g[i] - np.dot(R[i, i + 1 : k], g[i + 1 : k])) / (1.0 if R[i, i] == 0 else R[i, i])
-    return np.dot(g[:k], V[:k]), k
+    _back(scratch, k)
+    _combine(scratch.rows, along[:k], V[:k], y)
+    return k
 
 
 @_compiled
-def _rotate(R: Array, turn: Array, g: Array, k: int, along: Array, below: float) -> None:
-    """Column k of the triangle from the components of a new vector, by Givens rotations, and the right side with it."""
+def _back(scratch: _Scratch, k: int) -> None:
+    """Factors of the first k vectors into `along`: each lane's triangle solved with the vectors it used."""
+    R, g, along = scratch.triangle, scratch.projected, scratch.along
+    along[:k] = 0.0
+    for q in range(_LANES):
+        for i in range(scratch.used[q] - 1, -1, -1):
+            rest = g[i, q]
+            for j in range(i + 1, scratch.used[q]):
+                rest -= R[i, j, q] * along[j, q]
+            along[i, q] = rest / (1.0 if R[i, i, q] == 0 else R[i, i, q])
+
+
+@_compiled
+def _rotate(scratch: _Scratch, k: int, q: int, below: float) -> None:
+    """Column k of one lane's triangle by Givens rotations, and its right side with it."""
+    R, turn, g = scratch.triangle, scratch.rotations, scratch.projected
     for i in range(k + 1):
-        R[i, k] = along[i]
+        R[i, k, q] = scratch.along[i, q]
     for i in range(k):
-        upper, lower = R[i, k], R[i + 1, k]
-        R[i, k], R[i + 1, k] = turn[0, i] * upper + turn[1, i] * lower, turn[0, i] * lower - turn[1, i] * upper
-    length = max(np.hypot(R[k, k], below), _TINY)
-    turn[0, k], turn[1, k] = R[k, k] / length, below / length
-    R[k, k] = length
-    g[k + 1], g[k] = -turn[1, k] * g[k], turn[0, k] * g[k]
+        upper, lower = R[i, k, q], R[i + 1, k, q]
+        R[i, k, q] = turn[0, i, q] * upper + turn[1, i, q] * lower
+        R[i + 1, k, q] = turn[0, i, q] * lower - turn[1, i, q] * upper
+    length = max(np.hypot(R[k, k, q], below), _TINY)
+    turn[0, k, q], turn[1, k, q] = R[k, k, q] / length, below / length
+    R[k, k, q] = length
+    g[k + 1, q], g[k, q] = -turn[1, k, q] * g[k, q], turn[0, k, q] * g[k, q]

@@ -18,6 +18,7 @@ from ..statics.linear import linearised
 from .balance import Guess, Rows, Solved, solve
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
 from .kernel import Kernel, kernel
+from .touched import Shared, touched
 
 __all__ = [
     "Block",
@@ -76,6 +77,7 @@ class Response:
     kernels: dict[tuple[Kept, bool], Kernel] = field(default_factory=dict)
     frequencies: dict[tuple[Kept, bool], tuple[Array, Array]] = field(default_factory=dict)
     folds: dict[tuple[Kept, bool], Fold] = field(default_factory=dict)
+    shared: dict[tuple[Kept, bool], Shared] = field(default_factory=dict)
 
     @property
     def omega(self) -> Array:
@@ -89,6 +91,13 @@ class Response:
             *harmonics, cross = kept
             self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
         return self.kernels[key]
+
+    def touched(self, kept: Kept, *, shifted: bool) -> Shared:
+        """The operators for the compiled path, made once."""
+        key = (kept, shifted)
+        if key not in self.shared:
+            self.shared[key] = touched(self.system, self.modal, self.kernel(kept, shifted=shifted))
+        return self.shared[key]
 
     def steps(self, kept: Kept, *, shifted: bool) -> tuple[Integers, int]:
         """Frequency of every row, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit Hz.
@@ -297,7 +306,8 @@ def _solve(
         error=error,
         force=force,
     )
-    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, compiled=bool(ready.compiled))
+    shared = ready.touched(kept, shifted=shifted) if ready.compiled else None
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, shared=shared)
 
 
 def _size(dropped: Array) -> Array:

@@ -19,8 +19,8 @@ Index = NDArray[np.int64]
 class Shared(NamedTuple):
     """What all points of a batch share, of one mesh frequency.
 
-    read : (m + r, n) gaps of the meshes, then the coordinates touched, of y.  push : (m + r, n) a force there on y.
-    own : (m, 2 J, 2 J) products with k(t) - k0 [N/m].
+    read : (m + r, n) gaps of the meshes, then the coordinates touched, of y.  push : (n, m + r) a force there on y.
+    own : (m, 2 J, 2 J) products with k(t) - k0, force = own @ gap [N/m].  tail : (m, 2 J, 2 T), gap @ tail = force.
     row, column : (e,) places 0 .. m + r of entries.  stiff, rate : (2, e) Kg and Cskew; G and C.
     diagonal : (n,) modal diagonal of the dampers [1/s]: `damping` holds it, and the entries of C hold it again.
     squared, damping : (n,) of `Modal`.
@@ -29,6 +29,7 @@ class Shared(NamedTuple):
     read: Array
     push: Array
     own: Array
+    tail: Array
     row: Index
     column: Index
     stiff: Array
@@ -56,8 +57,9 @@ def touched(system: System, modal: Modal, kernel: Kernel) -> Shared:
     omega = np.sqrt(modal.squared)
     return Shared(
         read=np.concatenate([modal.gaps, modal.shapes[where]]),
-        push=np.concatenate([modal.pulls, modal.forces[:, where].T]),
-        own=kernel.axes[0].own_product,
+        push=np.concatenate([modal.pulls.T, modal.forces[:, where]], axis=1),
+        own=np.ascontiguousarray(kernel.axes[0].own_product.swapaxes(1, 2)),
+        tail=kernel.axes[0].own_tail,
         row=row,
         column=column,
         stiff=entries[:2],
