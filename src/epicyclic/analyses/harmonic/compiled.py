@@ -4,6 +4,10 @@ The equation, its preconditioner, GMRES and the residuals are those of `balance`
 One thing is done otherwise: G, Kg, Cskew and dampers act on the few coordinates that they touch, entry by entry, so
 that a product with the operator is two small matrix products: y -> gaps and touched coordinates -> forces on y.
 
+Krylov vectors are single precision: a cycle gains what that holds, six digits, and the next starts from the true
+residual, which is double precision, as the solution is.  What three such cycles cannot reach is left to cycles in
+double precision.
+
 Eight points are one lane each: y is (n, X), X = 2 J 8, real parts of all rows and lanes before the imaginary ones.
 A lane never sees another: it keeps the vectors up to its own convergence, whatever the others still need.
 """
@@ -26,8 +30,9 @@ Index = NDArray[np.int64]
 F = TypeVar("F", bound=Callable[..., object])
 _LANES = 8
 _TINY = 1e-300
-# vectors before a restart, and how often to restart, as in `gmres`
-_BASIS, _RESTARTS = 60, 6
+# Vectors before a restart, and how often to restart, as in `gmres`; cycles before that in single precision, and what
+# one of them may gain.
+_BASIS, _RESTARTS, _ROUGH, _GAIN = 60, 6, 3, 1e-6
 
 
 def _compiled(function: F) -> F:
@@ -84,9 +89,9 @@ def solve_points(
     y, scale = (np.zeros((P, 2 * J, n)), np.zeros(P)) if start is None else (start[0].copy(), start[1].copy())
     y, flat = y.reshape(P, 2 * J, n), np.ascontiguousarray(right).reshape(P, 2 * J, n)
     left, calls = np.empty(P), np.empty(P, np.int64)
-    _solve_all(
-        shared, frequency, np.ascontiguousarray(frame), flat, y, scale, left, calls, start is None, tolerance, mean
-    )
+    rough = Shared(*(np.asarray(each, np.float32) if each.dtype == float else each for each in shared))
+    given = shared, rough, frequency, np.ascontiguousarray(frame), flat
+    _solve_all(*given, y, scale, left, calls, start is None, tolerance, mean)
     return y.reshape(right.shape), left / scale, scale, int(calls.max(initial=0))
 
 
@@ -119,6 +124,7 @@ def dropped_size(shared: Shared, beyond: Array, gap: Array) -> Array:
 @_compiled
 def _solve_all(
     shared: Shared,
+    rough: Shared,
     frequency: Array,
     frame: Array,
     right: Array,
@@ -131,7 +137,7 @@ def _solve_all(
     mean: bool,
 ) -> None:
     (P, J), n = frequency.shape, shared.squared.size
-    scratch = _room(shared.read.shape[0], J, n)
+    scratch, quick = _room(shared.read, J), _room(rough.read, J)
     first, guess, norm = np.empty((n, 2 * J * _LANES)), np.empty((n, 2 * J * _LANES)), np.empty(_LANES)
     size = np.empty(_LANES)
     for start in range(0, P, _LANES):
@@ -146,7 +152,10 @@ def _solve_all(
         for q in range(_LANES):
             p = min(start + q, P - 1)
             size[q] = _scale(first, norm, q, J, mean) if fresh else scale[p]
-        count = _gmres(shared, scratch, first, guess, residual, norm, tolerance * size)
+        _copy(scratch, quick)
+        target = tolerance * size
+        count = 1 + _cycles(shared, scratch, rough, quick, first, guess, residual, norm, target, _ROUGH, _GAIN)
+        count += _cycles(shared, scratch, shared, scratch, first, guess, residual, norm, target, _RESTARTS, 0.0)
         for q in range(min(_LANES, P - start)):
             scale[start + q], left[start + q], calls[start + q] = size[q], norm[q], count
             for r in range(n):
@@ -155,23 +164,30 @@ def _solve_all(
 
 
 @_compiled
-def _room(c: int, J: int, n: int) -> _Scratch:
-    half = J * _LANES
+def _room(read: Array, J: int) -> _Scratch:
+    """Room in the precision of an operator."""
+    (c, n), half = read.shape, J * _LANES
     return _Scratch(
-        np.empty((c, 2 * half)),
-        np.empty((c, 2 * half)),
-        np.empty((n, 2 * half)),
-        np.empty((2, half)),
-        np.empty((2, half)),
-        np.empty((2, n, half)),
-        np.empty((_BASIS + 1, n, 2 * half)),
-        np.empty((_BASIS, 2 * half)),
+        np.empty((c, 2 * half), read.dtype),
+        np.empty((c, 2 * half), read.dtype),
+        np.empty((n, 2 * half), read.dtype),
+        np.empty((2, half), read.dtype),
+        np.empty((2, half), read.dtype),
+        np.empty((2, n, half), read.dtype),
+        np.empty((_BASIS + 1, n, 2 * half), read.dtype),
+        np.empty((_BASIS, 2 * half), read.dtype),
         np.empty((_BASIS, _BASIS, _LANES)),
         np.empty((2, _BASIS, _LANES)),
         np.empty((_BASIS + 1, _LANES)),
         np.empty((_BASIS + 2, _LANES)),
         np.empty(_LANES, np.int64),
     )
+
+
+@_compiled
+def _copy(scratch: _Scratch, quick: _Scratch) -> None:
+    """Speeds and 1/D in the other precision."""
+    quick.still[:], quick.turn[:], quick.inverse[:] = scratch.still, scratch.turn, scratch.inverse
 
 
 @_compiled
@@ -338,26 +354,54 @@ def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
 
 
 @_compiled
-def _gmres(
-    shared: Shared, scratch: _Scratch, first: Array, y: Array, residual: Array, norm: Array, target: Array
+def _cycles(
+    shared: Shared,
+    scratch: _Scratch,
+    rough: Shared,
+    quick: _Scratch,
+    first: Array,
+    y: Array,
+    residual: Array,
+    norm: Array,
+    target: Array,
+    count: int,
+    gain: float,
 ) -> int:
-    """Improve y until the true residual norms (8,) are at their targets, or stay; returns operator calls."""
-    calls, active, last = 1, norm > target, np.empty(_LANES)
-    for _ in range(_RESTARTS):
+    """Improve y until the true residual norms (8,) are at their targets, or stay; returns operator calls.
+
+    Vectors by `rough` and `quick`, residuals by `shared`; gain : what a cycle gets at most.
+    """
+    calls, active, better, last = 0, norm > target, np.empty(_LANES, np.bool_), np.empty(_LANES)
+    for _ in range(count):
         if not active.any():
             break
         trial = y.copy()
-        calls += 1 + _cycle(shared, scratch, residual, norm, target, active, trial)
+        calls += 1 + _cycle(rough, quick, residual, norm, np.maximum(target, 2 * gain * norm), active, trial)
         left = _residual(shared, scratch, first, trial, last)
         for q in range(_LANES):
             # a singular point may come out worse than it went in: keep what it had (not finite is kept, to be seen)
             if active[q] and not last[q] >= norm[q]:
                 active[q] = last[q] > target[q] and last[q] < 0.9 * norm[q]
                 norm[q] = last[q]
-                y[:, q::_LANES], residual[:, q::_LANES] = trial[:, q::_LANES], left[:, q::_LANES]
+                better[q] = True
             else:
-                active[q] = False
+                active[q], better[q] = False, False
+        _take(better, trial, y)
+        _take(better, left, residual)
     return calls
+
+
+@_compiled
+def _take(which: NDArray[np.bool_], given: Array, out: Array) -> None:
+    """Copy some lanes (n, X)."""
+    if which.all():
+        out[:] = given
+        return
+    for r in range(out.shape[0]):
+        for a in range(out.shape[1] // _LANES):
+            for q in range(_LANES):
+                if which[q]:
+                    out[r, a * _LANES + q] = given[r, a * _LANES + q]
 
 
 @_compiled

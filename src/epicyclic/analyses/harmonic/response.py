@@ -265,7 +265,10 @@ def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -
         points = len(ready.kernel(key, shifted=False).lattice.points)
         rows = 2 * max(points, (2 * points - 1) * lines)
         size = max(1, _BATCH // (rows * ready.modal.squared.size))
-        yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
+        if ready.compiled:  # whole groups of eight
+            yield from ((part, key) for part in np.split(same, range(-(-size // 8) * 8, same.size, -(-size // 8) * 8)))
+        else:
+            yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
 def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None) -> Block:
