@@ -22,6 +22,7 @@ import sys
 import time
 import tracemalloc
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import baseline
@@ -138,10 +139,18 @@ def _print_memory(size: int, name: str) -> None:
     system = chain(size)
     # once before tracing, which has a price of its own; it also compiles what is not kept yet
     sweep(system, mesh_frequency=SPEEDS, compiled=name == "numba")
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak = _largest_set()
     tracemalloc.start()
     sweep(system, mesh_frequency=SPEEDS, compiled=name == "numba")
     print(tracemalloc.get_traced_memory()[1] / 2**20, peak)
+
+
+def _largest_set() -> float:
+    """Largest resident set so far, MB; what `getrusage` says of a child may be that of its parent."""
+    status = Path("/proc/self/status")
+    if status.is_file():
+        return float(status.read_text(encoding="ascii").split("VmHWM:")[1].split()[0]) / 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def _error(system: System) -> tuple[float, str]:

@@ -92,12 +92,9 @@ def solve(
         gap = _gaps(modal, y) - error
         dropped = _dropped(modal, kernel, rows, gap)
     else:
-        from .compiled import dropped_size, solve_points
+        from .beyond import dropped_size
 
-        start, mean = None if guess is None else (guess.y, guess.scale), kernel.lattice.mirrored
-        y, residual, scale, calls = solve_points(
-            shared, rows.frequency, rows.frame, right, start=start, tolerance=tolerance, mean=mean
-        )
+        y, residual, scale, calls = _side_by_side(modal, kernel, rows, right, guess, tolerance=tolerance, shared=shared)
         gap = _gaps(modal, y) - error
         dropped = np.outer(dropped_size(shared, rows.beyond, gap), [1.0, 0.0])
     return Solved(
@@ -131,6 +128,38 @@ def _batched(
         first, scale = guess.y, guess.scale
     step, left, calls = gmres(apply, start, target=tolerance * scale)
     return first + step.reshape(shape), left / scale, scale, calls
+
+
+def _side_by_side(
+    modal: Modal,
+    kernel: Kernel,
+    rows: Rows,
+    right: Array,
+    guess: Guess | None,
+    *,
+    tolerance: float,
+    shared: Shared,
+) -> tuple[Array, Array, Array, int]:
+    """As `_batched`, compiled; the points that single precision does not bring there go on in double."""
+    from .compiled import solve_points
+
+    start = None if guess is None else (guess.y, guess.scale)
+    y, residual, scale, calls = solve_points(
+        shared, rows.frequency, rows.frame, right, start=start, tolerance=tolerance, mean=kernel.lattice.mirrored
+    )
+    hard = np.flatnonzero(residual > tolerance)
+    if hard.size:
+        some = Rows(
+            frequency=rows.frequency[hard],
+            beyond=rows.beyond[hard],
+            frame=rows.frame[hard],
+            error=rows.error[:, hard],
+            force=rows.force[hard],
+        )
+        known = Guess(y=y[hard], scale=scale[hard])
+        y[hard], residual[hard], _, more = _batched(modal, kernel, some, right[hard], known, tolerance=tolerance)
+        calls += more
+    return y, residual, scale, calls
 
 
 def _inverse(modal: Modal, frequency: Array) -> tuple[Array, Array]:

@@ -5,8 +5,7 @@ One thing is done otherwise: G, Kg, Cskew and dampers act on the few coordinates
 that a product with the operator is two small matrix products: y -> gaps and touched coordinates -> forces on y.
 
 Krylov vectors are single precision: a cycle gains what that holds, six digits, and the next starts from the true
-residual, which is double precision, as the solution is.  What three such cycles cannot reach is left to cycles in
-double precision.
+residual, which is double precision, as the solution is.  What is left over in the end is for `balance` to go on with.
 
 Eight points are one lane each: y is (n, X), X = 2 J 8, real parts of all rows and lanes before the imaginary ones.
 A lane never sees another: it keeps the vectors up to its own convergence, whatever the others still need.
@@ -14,53 +13,20 @@ A lane never sees another: it keeps the vectors up to its own convergence, whate
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar, cast
-
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from .touched import Shared
+from ..fast import compiled
+from .touched import Scratch, Shared, room
 
-__all__ = ["dropped_size", "solve_points"]
+__all__ = ["solve_points"]
 
 Index = NDArray[np.int64]
-F = TypeVar("F", bound=Callable[..., object])
 _LANES = 8
 _TINY = 1e-300
-# Vectors before a restart, and how often to restart, as in `gmres`; cycles before that in single precision, and what
-# one of them may gain.
-_BASIS, _RESTARTS, _ROUGH, _GAIN = 60, 6, 3, 1e-6
-
-
-def _compiled(function: F) -> F:
-    """Compiled on first use and kept on disk; sums in any order, numbers that are not finite stay as they are."""
-    return cast(F, numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})(function))
-
-
-class _Scratch(NamedTuple):
-    """Room for eight points, H = J 8.
-
-    values, forces : (m + r, X).  work : (n, X).  still : (2, H) frame^2 and frame.  turn : (2, H) w frame and w.
-    inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
-    projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
-    """
-
-    values: Array
-    forces: Array
-    work: Array
-    still: Array
-    turn: Array
-    inverse: Array
-    vectors: Array
-    rows: Array
-    triangle: Array
-    rotations: Array
-    projected: Array
-    along: Array
-    used: Index
+# Vectors before a restart, how often to restart, and what a cycle in single precision may gain.
+_BASIS, _RESTARTS, _GAIN = 60, 4, 1e-6
 
 
 def solve_points(
@@ -89,42 +55,19 @@ def solve_points(
     y, scale = (np.zeros((P, 2 * J, n)), np.zeros(P)) if start is None else (start[0].copy(), start[1].copy())
     y, flat = y.reshape(P, 2 * J, n), np.ascontiguousarray(right).reshape(P, 2 * J, n)
     left, calls = np.empty(P), np.empty(P, np.int64)
-    rough = Shared(*(np.asarray(each, np.float32) if each.dtype == float else each for each in shared))
-    given = shared, rough, frequency, np.ascontiguousarray(frame), flat
+    rough = Shared._make(each.astype(np.float32) if each.dtype == float else each for each in shared)
+    rooms = room(shared, J, lanes=_LANES, basis=0), room(rough, J, lanes=_LANES, basis=_BASIS)
+    given = shared, rough, *rooms, frequency, np.ascontiguousarray(frame), flat
     _solve_all(*given, y, scale, left, calls, start is None, tolerance, mean)
     return y.reshape(right.shape), left / scale, scale, int(calls.max(initial=0))
 
 
-@_compiled
-def dropped_size(shared: Shared, beyond: Array, gap: Array) -> Array:
-    """Size of what the forces put on the rows dropped (P,); beyond : (P, T) [rad/s], gap : (m, P, 2 J) [m]."""
-    m, P, J2 = gap.shape
-    T, n = beyond.shape[1], shared.squared.size
-    result, forces, pulled = np.zeros(P), np.empty((m, 2 * T)), np.empty((n, 2 * T))
-    pull = np.ascontiguousarray(shared.push[:, :m])
-    for p in range(P):
-        forces[:] = 0.0
-        for k in range(m):
-            for a in range(J2):
-                for t in range(2 * T):
-                    forces[k, t] += gap[k, p, a] * shared.tail[k, a, t]
-        np.dot(pull, forces, pulled)
-        total = 0.0
-        for r in range(n):
-            for t in range(T):
-                w = beyond[p, t]
-                real, imag = shared.squared[r] - w * w, w * shared.damping[r]
-                size = real * real + imag * imag
-                if size != 0:
-                    total += (pulled[r, t] ** 2 + pulled[r, T + t] ** 2) / size
-        result[p] = np.sqrt(total)
-    return result
-
-
-@_compiled
+@compiled
 def _solve_all(
     shared: Shared,
     rough: Shared,
+    scratch: Scratch,
+    quick: Scratch,
     frequency: Array,
     frame: Array,
     right: Array,
@@ -137,25 +80,22 @@ def _solve_all(
     mean: bool,
 ) -> None:
     (P, J), n = frequency.shape, shared.squared.size
-    scratch, quick = _room(shared.read, J), _room(rough.read, J)
     first, guess, norm = np.empty((n, 2 * J * _LANES)), np.empty((n, 2 * J * _LANES)), np.empty(_LANES)
     size = np.empty(_LANES)
     for start in range(0, P, _LANES):
         _prepare(shared, scratch, frequency, frame, start)
+        _copy(scratch, quick)
         _load(right, start, guess)
         _precondition(scratch.inverse, guess, first)
         if fresh:
-            guess[:] = first
+            guess = first.copy()
         else:
             _load(y, start, guess)
         residual = _residual(shared, scratch, first, guess, norm)
         for q in range(_LANES):
             p = min(start + q, P - 1)
             size[q] = _scale(first, norm, q, J, mean) if fresh else scale[p]
-        _copy(scratch, quick)
-        target = tolerance * size
-        count = 1 + _cycles(shared, scratch, rough, quick, first, guess, residual, norm, target, _ROUGH, _GAIN)
-        count += _cycles(shared, scratch, shared, scratch, first, guess, residual, norm, target, _RESTARTS, 0.0)
+        count = _gmres(shared, scratch, rough, quick, first, guess, residual, norm, tolerance * size)
         for q in range(min(_LANES, P - start)):
             scale[start + q], left[start + q], calls[start + q] = size[q], norm[q], count
             for r in range(n):
@@ -163,34 +103,17 @@ def _solve_all(
                     y[start + q, a, r] = guess[r, a * _LANES + q]
 
 
-@_compiled
-def _room(read: Array, J: int) -> _Scratch:
-    """Room in the precision of an operator."""
-    (c, n), half = read.shape, J * _LANES
-    return _Scratch(
-        np.empty((c, 2 * half), read.dtype),
-        np.empty((c, 2 * half), read.dtype),
-        np.empty((n, 2 * half), read.dtype),
-        np.empty((2, half), read.dtype),
-        np.empty((2, half), read.dtype),
-        np.empty((2, n, half), read.dtype),
-        np.empty((_BASIS + 1, n, 2 * half), read.dtype),
-        np.empty((_BASIS, 2 * half), read.dtype),
-        np.empty((_BASIS, _BASIS, _LANES)),
-        np.empty((2, _BASIS, _LANES)),
-        np.empty((_BASIS + 1, _LANES)),
-        np.empty((_BASIS + 2, _LANES)),
-        np.empty(_LANES, np.int64),
-    )
+@compiled
+def _copy(scratch: Scratch, quick: Scratch) -> None:
+    """Speeds and 1/D in the other precision; loops, as for slices numba would compile the text of an error message."""
+    for i in range(2):
+        for x in range(quick.still.shape[1]):
+            quick.still[i, x], quick.turn[i, x] = scratch.still[i, x], scratch.turn[i, x]
+            for r in range(quick.inverse.shape[1]):
+                quick.inverse[i, r, x] = scratch.inverse[i, r, x]
 
 
-@_compiled
-def _copy(scratch: _Scratch, quick: _Scratch) -> None:
-    """Speeds and 1/D in the other precision."""
-    quick.still[:], quick.turn[:], quick.inverse[:] = scratch.still, scratch.turn, scratch.inverse
-
-
-@_compiled
+@compiled
 def _load(points: Array, start: int, out: Array) -> None:
     """Points (P, 2 J, n) from `start` on as lanes (n, X); the last point fills lanes beyond it."""
     P, J2, n = points.shape
@@ -201,8 +124,8 @@ def _load(points: Array, start: int, out: Array) -> None:
                 out[r, a * _LANES + q] = points[p, a, r]
 
 
-@_compiled
-def _prepare(shared: Shared, scratch: _Scratch, frequency: Array, frame: Array, start: int) -> None:
+@compiled
+def _prepare(shared: Shared, scratch: Scratch, frequency: Array, frame: Array, start: int) -> None:
     """Speeds and frequencies of all lanes, and 1/D, 0 for the mean of a rigid mode."""
     P, J = frequency.shape
     for a in range(J):
@@ -220,7 +143,7 @@ def _prepare(shared: Shared, scratch: _Scratch, frequency: Array, frame: Array, 
             scratch.inverse[0, r, x], scratch.inverse[1, r, x] = real * over, imag * over
 
 
-@_compiled
+@compiled
 def _precondition(inverse: Array, given: Array, out: Array) -> None:
     half = inverse.shape[2]
     for r in range(given.shape[0]):
@@ -230,8 +153,8 @@ def _precondition(inverse: Array, given: Array, out: Array) -> None:
             out[r, half + x] = inverse[0, r, x] * imag - inverse[1, r, x] * real
 
 
-@_compiled
-def _apply(shared: Shared, scratch: _Scratch, y: Array, out: Array) -> None:
+@compiled
+def _apply(shared: Shared, scratch: Scratch, y: Array, out: Array) -> None:
     """out = y + D^-1 coupling y."""
     values, forces, work, still, turn = scratch.values, scratch.forces, scratch.work, scratch.still, scratch.turn
     m, J2 = shared.own.shape[0], shared.own.shape[1]
@@ -247,7 +170,7 @@ def _apply(shared: Shared, scratch: _Scratch, y: Array, out: Array) -> None:
         _finish(work[r], y[r], turn[1], shared.diagonal[r], scratch.inverse[0, r], scratch.inverse[1, r], out[r])
 
 
-@_compiled
+@compiled
 def _entry(stiff: Array, rate: Array, still: Array, turn: Array, given: Array, out: Array) -> None:
     """One entry of the operators: force (X,) += (stiffness + i rate) given."""
     half = still.shape[1]
@@ -261,7 +184,7 @@ def _entry(stiff: Array, rate: Array, still: Array, turn: Array, given: Array, o
         out_imag[x] += k * imag[x] + c * real[x]
 
 
-@_compiled
+@compiled
 def _finish(work: Array, y: Array, turn: Array, diagonal: float, re: Array, im: Array, out: Array) -> None:
     """out = y + D^-1 (work without the diagonal of the dampers, which D holds), of one mode (X,)."""
     half = turn.size
@@ -280,7 +203,7 @@ def _finish(work: Array, y: Array, turn: Array, diagonal: float, re: Array, im: 
         out_imag[x] = y_imag[x] + re[x] * b - im[x] * a
 
 
-@_compiled
+@compiled
 def _products(rows: Array, vectors: Array, y: Array, out: Array) -> None:
     """Scalar products (k, 8) of k vectors (k, n, X) with y (n, X), lane by lane."""
     k, n, X = vectors.shape
@@ -298,7 +221,7 @@ def _products(rows: Array, vectors: Array, y: Array, out: Array) -> None:
                 out[i, q] += rows[i, a * _LANES + q]
 
 
-@_compiled
+@compiled
 def _combine(rows: Array, factors: Array, vectors: Array, y: Array) -> None:
     """y (n, X) += sum of factors (k, 8) times vectors (k, n, X), lane by lane."""
     k, n, X = vectors.shape
@@ -314,7 +237,7 @@ def _combine(rows: Array, factors: Array, vectors: Array, y: Array) -> None:
                 mine[x] += row[x] * vector[x]
 
 
-@_compiled
+@compiled
 def _stretch(rows: Array, factor: Array, given: Array, out: Array) -> None:
     """out (n, X) = factor (8,) times given, lane by lane."""
     row = rows[0]
@@ -326,21 +249,25 @@ def _stretch(rows: Array, factor: Array, given: Array, out: Array) -> None:
             out[r, x] = row[x] * given[r, x]
 
 
-@_compiled
-def _residual(shared: Shared, scratch: _Scratch, first: Array, y: Array, norm: Array) -> Array:
+@compiled
+def _residual(shared: Shared, scratch: Scratch, first: Array, y: Array, norm: Array) -> Array:
     """first - A y (n, X), and its size (8,)."""
     out = np.empty_like(y)
     _apply(shared, scratch, y, out)
     for r in range(y.shape[0]):
         for x in range(y.shape[1]):
             out[r, x] = first[r, x] - out[r, x]
-    square = np.empty((1, _LANES))
-    _products(scratch.rows, out.reshape(1, *out.shape), out, square)
-    norm[:] = np.sqrt(square[0])
+    norm[:] = 0.0
+    for r in range(y.shape[0]):
+        for a in range(y.shape[1] // _LANES):
+            for q in range(_LANES):
+                norm[q] += out[r, a * _LANES + q] ** 2
+    for q in range(_LANES):
+        norm[q] = np.sqrt(norm[q])
     return out
 
 
-@_compiled
+@compiled
 def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
     """As `balance._scale`, of one lane."""
     total, still = 0.0, 0.0
@@ -353,30 +280,25 @@ def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
     return 1.0 if size == 0 else size
 
 
-@_compiled
-def _cycles(
+@compiled
+def _gmres(
     shared: Shared,
-    scratch: _Scratch,
+    scratch: Scratch,
     rough: Shared,
-    quick: _Scratch,
+    quick: Scratch,
     first: Array,
     y: Array,
     residual: Array,
     norm: Array,
     target: Array,
-    count: int,
-    gain: float,
 ) -> int:
-    """Improve y until the true residual norms (8,) are at their targets, or stay; returns operator calls.
-
-    Vectors by `rough` and `quick`, residuals by `shared`; gain : what a cycle gets at most.
-    """
-    calls, active, better, last = 0, norm > target, np.empty(_LANES, np.bool_), np.empty(_LANES)
-    for _ in range(count):
+    """Improve y until the true residual norms (8,) are at their targets, or stay; returns operator calls."""
+    calls, active, better, last = 1, norm > target, np.empty(_LANES, np.bool_), np.empty(_LANES)
+    for _ in range(_RESTARTS):
         if not active.any():
             break
         trial = y.copy()
-        calls += 1 + _cycle(rough, quick, residual, norm, np.maximum(target, 2 * gain * norm), active, trial)
+        calls += 1 + _cycle(rough, quick, residual, norm, np.maximum(target, 2 * _GAIN * norm), active, trial)
         left = _residual(shared, scratch, first, trial, last)
         for q in range(_LANES):
             # a singular point may come out worse than it went in: keep what it had (not finite is kept, to be seen)
@@ -391,12 +313,9 @@ def _cycles(
     return calls
 
 
-@_compiled
+@compiled
 def _take(which: NDArray[np.bool_], given: Array, out: Array) -> None:
     """Copy some lanes (n, X)."""
-    if which.all():
-        out[:] = given
-        return
     for r in range(out.shape[0]):
         for a in range(out.shape[1] // _LANES):
             for q in range(_LANES):
@@ -404,10 +323,10 @@ def _take(which: NDArray[np.bool_], given: Array, out: Array) -> None:
                     out[r, a * _LANES + q] = given[r, a * _LANES + q]
 
 
-@_compiled
+@compiled
 def _cycle(
     shared: Shared,
-    scratch: _Scratch,
+    scratch: Scratch,
     residual: Array,
     norm: Array,
     target: Array,
@@ -444,8 +363,8 @@ def _cycle(
     return k
 
 
-@_compiled
-def _back(scratch: _Scratch, k: int) -> None:
+@compiled
+def _back(scratch: Scratch, k: int) -> None:
     """Factors of the first k vectors into `along`: each lane's triangle solved with the vectors it used."""
     R, g, along = scratch.triangle, scratch.projected, scratch.along
     along[:k] = 0.0
@@ -457,8 +376,8 @@ def _back(scratch: _Scratch, k: int) -> None:
             along[i, q] = rest / (1.0 if R[i, i, q] == 0 else R[i, i, q])
 
 
-@_compiled
-def _rotate(scratch: _Scratch, k: int, q: int, below: float) -> None:
+@compiled
+def _rotate(scratch: Scratch, k: int, q: int, below: float) -> None:
     """Column k of one lane's triangle by Givens rotations, and its right side with it."""
     R, turn, g = scratch.triangle, scratch.rotations, scratch.projected
     for i in range(k + 1):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 from .response import Block, Kept, Response
-from .waveform import Spectrum, on_torus, own_waves, peak, samples_needed, trough
+from .waveform import Spectrum, on_torus, own_waves, peak, samples_needed, valley
 
 __all__ = ["force_extremes", "grid_of", "largest", "strokes"]
 
@@ -26,7 +26,7 @@ def force_extremes(
     counts = grid_of(ready, block.kept)
     value = on_torus(force, counts, block.kept[-1])[:, :, 0]
     if shafts is None and value.ndim == 3:
-        return trough(value), peak(value)
+        return valley(value), peak(value)
     reach = 0.0 if shafts is None else np.abs(on_torus(shafts, counts, block.kept[-1])).sum(axis=2)
     return -largest(axis, reach - value), largest(axis, reach + value)
 
@@ -52,7 +52,7 @@ def strokes(ready: Response, block: Block, motion: Spectrum, shafts: Spectrum | 
     if len(counts) == 1:
         value: Array = on_torus(motion, counts, 0)[:, :, 0]
         if shafts is None:
-            way: Array = (peak(value) - trough(value)) / 2
+            way: Array = (peak(value) - valley(value)) / 2
             return way
         reach = np.abs(on_torus(shafts, counts, 0)).sum(axis=2)
         return (peak(value + reach) + peak(reach - value)) / 2
@@ -62,7 +62,7 @@ def strokes(ready: Response, block: Block, motion: Spectrum, shafts: Spectrum | 
         total = total + np.abs(shafts.amplitude).sum(axis=(2, 3))
     for axis, count in enumerate(counts):
         own = own_waves(motion, axis, np.arange(count) / count)[:, :, 0]
-        total = total + (peak(own) - trough(own)) / 2
+        total = total + (peak(own) - valley(own)) / 2
     return total
 
 

@@ -40,8 +40,9 @@ Kept = tuple[int, ...]
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 60_000
-# Doubles solved for, in all, from which loading numba takes less time than it saves.
-_WORTH = 4_000_000
+# Doubles solved for, in all, from which numba pays: some 5 s by numpy, a third of that by numba, whose first use ever
+# compiles for about 10 s, and whose first use in a process takes 0.4 s.
+_WORTH = 20_000_000
 # Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
 _DROPPED = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).

@@ -1,4 +1,4 @@
-"""G, Kg, Cskew and dampers on the few coordinates that they touch, instead of in all modes: for the compiled path."""
+"""What the compiled path works on: operators on the few coordinates that they touch, and room for eight points."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...system.system import Array, System
 from ..modes.basis import Modal
 from .kernel import Kernel
 
-__all__ = ["Shared", "touched"]
+__all__ = ["Scratch", "Shared", "room", "touched"]
 
 Index = NDArray[np.int64]
 
@@ -39,8 +39,51 @@ class Shared(NamedTuple):
     damping: Array
 
 
+class Scratch(NamedTuple):
+    """Room for eight points, H = J 8.
+
+    values, forces : (m + r, X).  work : (n, X).  still : (2, H) frame^2 and frame.  turn : (2, H) w frame and w.
+    inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
+    projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
+    """
+
+    values: Array
+    forces: Array
+    work: Array
+    still: Array
+    turn: Array
+    inverse: Array
+    vectors: Array
+    rows: Array
+    triangle: Array
+    rotations: Array
+    projected: Array
+    along: Array
+    used: Index
+
+
+def room(shared: Shared, J: int, *, lanes: int, basis: int) -> Scratch:
+    """Room in the precision of the operators, for so many Krylov vectors."""
+    (c, n), half, kind = shared.read.shape, J * lanes, shared.read.dtype
+    return Scratch(
+        values=np.empty((c, 2 * half), kind),
+        forces=np.empty((c, 2 * half), kind),
+        work=np.empty((n, 2 * half), kind),
+        still=np.empty((2, half), kind),
+        turn=np.empty((2, half), kind),
+        inverse=np.empty((2, n, half), kind),
+        vectors=np.empty((basis + 1, n, 2 * half), kind),
+        rows=np.empty((basis + 1, 2 * half), kind),
+        triangle=np.empty((basis, basis, lanes)),
+        rotations=np.empty((2, basis, lanes)),
+        projected=np.empty((basis + 1, lanes)),
+        along=np.empty((basis + 2, lanes)),
+        used=np.empty(lanes, np.int64),
+    )
+
+
 def touched(system: System, modal: Modal, kernel: Kernel) -> Shared:
-    """The operators of one mesh frequency in this form."""
+    """G, Kg, Cskew and dampers where they act, instead of in all modes, of one mesh frequency."""
     m, rest = len(system.meshes.name), "C" in modal.coupling
     C = system.C if rest else np.zeros_like(system.C)
     matrices = (system.Kg, system.Cskew, system.G, C)

@@ -28,7 +28,7 @@ __all__ = [
     "own_waves",
     "peak",
     "samples_needed",
-    "trough",
+    "valley",
     "whole",
 ]
 
@@ -216,7 +216,7 @@ def peak(values: Array) -> Array:
     return _vertex(values, np.argmax(values, axis=-1))
 
 
-def trough(values: Array) -> Array:
+def valley(values: Array) -> Array:
     """Smallest value of a periodic signal, as `peak`."""
     return _vertex(values, np.argmin(values, axis=-1))
 

@@ -100,6 +100,7 @@ def test_the_residual_reported_is_the_true_one(system: System) -> None:
 def without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
     monkeypatch.delitem(sys.modules, "epicyclic.analyses.harmonic.compiled", raising=False)
+    monkeypatch.delitem(sys.modules, "epicyclic.analyses.harmonic.beyond", raising=False)
 
 
 @pytest.mark.usefixtures("without_numba")
@@ -130,3 +131,20 @@ def test_large_jobs_are_compiled_and_small_ones_not(system: System, monkeypatch:
     monkeypatch.setattr(engine, "_WORTH", 100)
     sweep(system, relative_speed=[1.0, 1.1])
     assert set(seen) == {True}
+
+
+def test_what_single_precision_leaves_goes_on_in_double(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("numba")
+    from epicyclic.analyses.harmonic import compiled
+
+    solve = compiled.solve_points
+
+    def early(*given: Any, **options: Any) -> Any:
+        return solve(*given, **options | {"tolerance": 1e-2})
+
+    whole = sweep(system, relative_speed=SPEEDS, tolerance=1e-10, compiled=True)
+    monkeypatch.setattr(compiled, "solve_points", early)
+    result = sweep(system, relative_speed=SPEEDS, tolerance=1e-10, compiled=True)
+    assert set(result.status.values) == {"ok"}
+    # residuals of 1e-10, at most 1/(2 zeta) = 17 times that in the response
+    assert_same(whole, result, rtol=2e-9)
