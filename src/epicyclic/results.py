@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Hashable, Mapping, Sequence
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -137,6 +138,7 @@ def load_result(path: str | Path) -> xr.Dataset:
     return result
 
 
+@cache
 def _version() -> str:
     try:
         return version("epicyclic")

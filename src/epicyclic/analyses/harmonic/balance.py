@@ -21,8 +21,9 @@ from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal
 from .gmres import gmres
 from .kernel import Kernel, product, tail
+from .touched import Shared
 
-__all__ = ["Guess", "Rows", "Solved", "solve"]
+__all__ = ["Guess", "Rows", "Solved", "left_over", "solve"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,18 +69,50 @@ class Guess:
 
 
 def solve(
-    system: System, modal: Modal, kernel: Kernel, rows: Rows, *, tolerance: float, guess: Guess | None = None
+    system: System,
+    modal: Modal,
+    kernel: Kernel,
+    rows: Rows,
+    *,
+    tolerance: float,
+    guess: Guess | None = None,
+    shared: Shared | None = None,
 ) -> Solved:
     """Solve one batch; residuals are reported, never judged.
 
     Parameters
     ----------
     tolerance : residual wanted, relative to the dynamic part of the response in the energy norm [1].
+    shared : what `touched` made of the same arguments: solve by numba, which must be there.
     """
-    frequency = rows.frequency
-    inverse = _inverse(modal, frequency)
     error = _split(rows.error)
     right = _right(system, modal, kernel, rows, error)
+    if shared is None:
+        y, residual, scale, calls = _batched(modal, kernel, rows, right, guess, tolerance=tolerance)
+        gap = _gaps(modal, y) - error
+        dropped = _dropped(modal, kernel, rows, gap)
+    else:
+        from .beyond import dropped_size
+
+        y, residual, scale, calls = _side_by_side(modal, kernel, rows, right, guess, tolerance=tolerance, shared=shared)
+        gap = _gaps(modal, y) - error
+        dropped = np.outer(dropped_size(shared, rows.beyond, gap), [1.0, 0.0])
+    return Solved(
+        y=y,
+        gap=gap,
+        frequency=rows.frequency,
+        residual=residual,
+        dropped=dropped / scale[:, None],
+        scale=scale,
+        calls=calls,
+    )
+
+
+def _batched(
+    modal: Modal, kernel: Kernel, rows: Rows, right: Array, guess: Guess | None, *, tolerance: float
+) -> tuple[Array, Array, Array, int]:
+    """All points at once: (y, residual and scale (P,), operator calls)."""
+    inverse = _inverse(modal, rows.frequency)
     couple = _coupling(modal, kernel, rows)
     shape = right.shape
 
@@ -94,17 +127,39 @@ def solve(
         start = first.reshape(shape[0], -1) - apply(guess.y.reshape(shape[0], -1))
         first, scale = guess.y, guess.scale
     step, left, calls = gmres(apply, start, target=tolerance * scale)
-    y = first + step.reshape(shape)
-    gap = _gaps(modal, y) - error
-    return Solved(
-        y=y,
-        gap=gap,
-        frequency=frequency,
-        residual=left / scale,
-        dropped=_dropped(modal, kernel, rows, gap) / scale[:, None],
-        scale=scale,
-        calls=calls,
+    return first + step.reshape(shape), left / scale, scale, calls
+
+
+def _side_by_side(
+    modal: Modal,
+    kernel: Kernel,
+    rows: Rows,
+    right: Array,
+    guess: Guess | None,
+    *,
+    tolerance: float,
+    shared: Shared,
+) -> tuple[Array, Array, Array, int]:
+    """As `_batched`, compiled; the points that single precision does not bring there go on in double."""
+    from .compiled import solve_points
+
+    start = None if guess is None else (guess.y, guess.scale)
+    y, residual, scale, calls = solve_points(
+        shared, rows.frequency, rows.frame, right, start=start, tolerance=tolerance, mean=kernel.lattice.mirrored
     )
+    hard = np.flatnonzero(residual > tolerance)
+    if hard.size:
+        some = Rows(
+            frequency=rows.frequency[hard],
+            beyond=rows.beyond[hard],
+            frame=rows.frame[hard],
+            error=rows.error[:, hard],
+            force=rows.force[hard],
+        )
+        known = Guess(y=y[hard], scale=scale[hard])
+        y[hard], residual[hard], _, more = _batched(modal, kernel, some, right[hard], known, tolerance=tolerance)
+        calls += more
+    return y, residual, scale, calls
 
 
 def _inverse(modal: Modal, frequency: Array) -> tuple[Array, Array]:
@@ -192,11 +247,16 @@ def _dropped(modal: Modal, kernel: Kernel, rows: Rows, gap: Array) -> Array:
     """Size of what the forces put on the rows dropped (P, D + 1), by kind: the exact residual beyond the rows kept."""
     if not len(kernel.dropped):
         return np.zeros((gap.shape[1], kernel.lattice.tones + 1))
-    y = _times(_inverse(modal, rows.beyond), _pull(modal, tail(kernel, gap)))
+    y = left_over(modal, kernel, rows.beyond, gap)
     squares = np.einsum("pcjn,pcjn->pj", y, y)
     kinds = np.arange(kernel.lattice.tones + 1)
     size: Array = np.sqrt(squares @ (kernel.kind[:, None] == kinds))
     return size
+
+
+def left_over(modal: Modal, kernel: Kernel, beyond: Array, gap: Array) -> Array:
+    """What the forces put on the rows dropped, as their response alone, (P, 2, T, n); beyond : (P, T) [rad/s]."""
+    return _times(_inverse(modal, beyond), _pull(modal, tail(kernel, gap)))
 
 
 def _split(rows: ComplexArray) -> Array:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from .waveform import Signal, on_torus, own_waves, peak
+from .waveform import Signal, Spectrum, on_torus, own_waves, peak, valley
 
-__all__ = ["Range", "force_extremes", "ranges"]
+__all__ = ["Range", "force_extremes", "grid_counts", "largest", "ranges"]
 
 Index = NDArray[np.int64]
 
@@ -34,10 +34,12 @@ def force_extremes(force: Signal, *, axis: Index) -> tuple[Array, Array]:
     axis : (m,) the tone each force follows.
     """
     value, reach = _waves(force)
-    return -_largest(axis, reach - value), _largest(axis, reach + value)
+    if isinstance(reach, float) and value.ndim == 3:
+        return valley(value), peak(value)
+    return -largest(axis, reach - value), largest(axis, reach + value)
 
 
-def _largest(own: Index, values: Array) -> Array:
+def largest(own: Index, values: Array) -> Array:
     """Largest over the torus (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh."""
     if values.ndim == 3:
         return peak(values)
@@ -60,6 +62,8 @@ def ranges(signal: Signal, pairs: Index | None = None) -> Range:
         value, reach = _waves(signal)
         size = np.abs(value) + reach
         length = peak(np.hypot(size[pairs[:, 0]], size[pairs[:, 1]]))
+        if isinstance(reach, float):
+            return Range(low=valley(value), high=peak(value), length=length)
         return Range(low=-peak(reach - value), high=peak(reach + value), length=length)
     low, high = _added(signal)
     most = np.maximum(-low, high)
@@ -68,7 +72,7 @@ def ranges(signal: Signal, pairs: Index | None = None) -> Range:
 
 def _waves(signal: Signal) -> tuple[Array, Array | float]:
     """Value of the tones over the grid of their phases (rows, P, N_1, ..), and what shaft lines may add to it."""
-    counts = _counts(signal)
+    counts = grid_counts(signal.orders)
     value: Array = on_torus(signal.orders, counts, signal.cross)[:, :, 0]
     if signal.lines is None:
         return value, 0.0
@@ -83,15 +87,15 @@ def _added(signal: Signal) -> tuple[Array, Array]:
     if signal.lines is not None:
         other = other + np.abs(signal.lines.amplitude).sum(axis=(2, 3))
     low, high = -other, other
-    for axis, count in enumerate(_counts(signal)):
+    for axis, count in enumerate(grid_counts(orders)):
         own = own_waves(orders, axis, np.arange(count) / count, mean=axis == 0)[:, :, 0]
-        low, high = low - peak(-own), high + peak(own)
+        low, high = low + valley(own), high + peak(own)
     return low, high
 
 
-def _counts(signal: Signal) -> list[int]:
+def grid_counts(orders: Spectrum) -> list[int]:
     """Grid points of every tone's phase: enough for the harmonics of the tone, with one tone four times that."""
-    points = signal.orders.points
+    points = orders.points
     D = points.shape[1]
     own = np.count_nonzero(points, axis=1) <= 1
     least, times = _GRID.get(D, 16), 4 if D == 1 else 1

@@ -21,7 +21,7 @@ def gmres(
     Parameters
     ----------
     apply : (P, N) -> (P, N), every system's operator; it must not mix systems.
-    right : (P, N).  target : (P,) absolute residual wanted.
+    right : (P, N), in the precision to work in.  target : (P,) absolute residual wanted.
     basis : vectors before a restart.  restarts : how often to restart.
 
     Returns
@@ -53,7 +53,7 @@ def _cycle(
 ) -> tuple[Array, int]:
     """One Arnoldi cycle with classical Gram-Schmidt; the rotations are kept as one small orthogonal matrix a system."""
     P, N = residual.shape
-    V = np.empty((basis + 1, P, N))
+    V = np.empty((basis + 1, P, N), residual.dtype)
     V[0] = residual / np.maximum(norm, _TINY)[:, None]
     R = np.zeros((P, basis, basis))
     Q = np.broadcast_to(np.eye(basis + 1), (P, basis + 1, basis + 1)).copy()
@@ -98,7 +98,7 @@ def _combine(V: Array, R: Array, g: Array) -> Array:
     for i in reversed(range(g.shape[1])):
         rest = g[:, i] - np.sum(R[:, i, i + 1 :] * y[:, i + 1 :], axis=1)
         y[:, i] = rest / np.where(R[:, i, i] == 0, 1.0, R[:, i, i])
-    step: Array = np.matmul(y[:, None, :], V.transpose(1, 0, 2))[:, 0]
+    step: Array = np.matmul(y[:, None, :].astype(V.dtype), V.transpose(1, 0, 2))[:, 0]
     return step
 
 

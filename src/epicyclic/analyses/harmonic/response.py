@@ -12,14 +12,26 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
+from ..fast import numba_is_there, require_numba
 from ..modes.basis import Modal, modal_form
 from ..statics.linear import linearised
 from .balance import Guess, Rows, Solved, solve
 from .comb import Comb, Integers, comb, row_steps, unit_of
 from .excitation import Excitation, excitation, mesh_rows, shaft_rows
 from .kernel import Kernel, kernel
+from .touched import Shared, touched
 
-__all__ = ["Block", "FrameSpeed", "Kept", "Response", "respond", "response"]
+__all__ = [
+    "Block",
+    "FrameSpeed",
+    "Kept",
+    "Response",
+    "first_kept",
+    "last_kept",
+    "more_kept",
+    "respond",
+    "response",
+]
 
 FrameSpeed = Literal["kinematic", "operating"]
 Index = NDArray[np.int64]
@@ -28,6 +40,9 @@ Kept = tuple[int, ...]
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 60_000
+# Doubles solved for, in all, from which numba pays: some 5 s by numpy, a third of that by numba, whose first use ever
+# compiles for about 10 s, and whose first use in a process takes 0.4 s.
+_WORTH = 20_000_000
 # Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
 _DROPPED = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
@@ -36,15 +51,20 @@ _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Response:
-    """A System ready to be solved at any speed.  frame_speed : whether G, Kg follow the speed or stay."""
+    """A System ready to be solved at any speed.
+
+    frame_speed : whether G, Kg follow the speed or stay.  compiled : as of `response`.
+    """
 
     system: System
     modal: Modal
     lines: Excitation
     frame_speed: FrameSpeed = "kinematic"
+    compiled: bool | None = None
     kernels: dict[tuple[Kept, bool], Kernel] = field(default_factory=dict)
     frequencies: dict[tuple[Kept, bool], tuple[Array, Array]] = field(default_factory=dict)
     combs: dict[tuple[Kept, bool, bool], Comb] = field(default_factory=dict)
+    shared: dict[tuple[Kept, bool], Shared] = field(default_factory=dict)
 
     @property
     def omega(self) -> Array:
@@ -58,6 +78,13 @@ class Response:
             *harmonics, cross = kept
             self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
         return self.kernels[key]
+
+    def touched(self, kept: Kept, *, shifted: bool) -> Shared:
+        """The operators for the compiled path, made once."""
+        key = (kept, shifted)
+        if key not in self.shared:
+            self.shared[key] = touched(self.system, self.modal, self.kernel(kept, shifted=shifted))
+        return self.shared[key]
 
     def steps(self, kept: Kept, *, shifted: bool) -> tuple[Integers, int]:
         """Frequency of every row, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit Hz.
@@ -118,18 +145,26 @@ class Block:
         return max(self.kept[:-1])
 
 
-def response(system: System, *, frame_speed: FrameSpeed = "kinematic") -> Response:
+def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled: bool | None = None) -> Response:
     """Prepare a System for its steady response; tangents at the mean load stand for the laws of links.
+
+    Parameters
+    ----------
+    compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is there and the
+        job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
 
     Raises
     ------
-    ModelError : no damping; no mesh frequency; torques that do not balance.
+    ModelError : no damping; no mesh frequency; torques that do not balance; `compiled` without numba.
     """
+    if compiled:
+        require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
     system = linearised(system)
     modal = modal_form(system)
-    return Response(system=system, modal=modal, lines=excitation(system, modal), frame_speed=frame_speed)
+    lines = excitation(system, modal)
+    return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled)
 
 
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
@@ -138,18 +173,19 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
     grows until the forces on the rows dropped, an exact residual, are below 30 x tolerance of the dynamic part.
     """
-    start, limit = _start(ready), _limit(ready, speed)
+    start, limit = first_kept(ready), last_kept(ready, speed)
+    ready = replace(ready, compiled=_by_numba(ready, start, speed.size, shaft_orders=shaft_orders))
     first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
     waiting: list[tuple[Index, Kept, Block | None]] = [(*chunk, None) for chunk in first]
     while waiting:
         index, kept, before = waiting.pop(0)
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
             tried = block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance, before=before)
-            more = _wanted(block.mesh.dropped, kept, limit[index], tolerance)
+            more = more_kept(block.mesh.dropped, kept, limit[index], tolerance)
             poor = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(poor):
                 block = _with_shaft(ready, _select(block, ~poor), tolerance=tolerance)
-                more[~poor] = _wanted(_worst(block), kept, limit[block.index], tolerance)
+                more[~poor] = more_kept(_worst(block), kept, limit[block.index], tolerance)
                 poor = np.any(more, axis=1)
         done = ~poor[np.isin(index, block.index)]
         if np.any(done):
@@ -159,7 +195,18 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
             waiting[:0] = [(*chunk, _select(tried, np.isin(index, chunk[0]))) for chunk in again]
 
 
-def _start(ready: Response) -> Index:
+def _by_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:
+    """Whether this job goes to numba: asked for, or there and worth its loading."""
+    if len(ready.lines.tones) > 1:
+        return False
+    if ready.compiled is None:
+        rows = 2 * int(start[0]) + 2
+        rows += 2 * rows * len(ready.lines.shaft) if shaft_orders else 0
+        return points * rows * ready.modal.squared.size > _WORTH and numba_is_there()
+    return ready.compiled
+
+
+def first_kept(ready: Response) -> Index:
     """Harmonics of each tone and cross order to begin with, (D + 1,)."""
     varying = bool(ready.system.meshes.variation.any())
     combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
@@ -169,9 +216,9 @@ def _start(ready: Response) -> Index:
     )
 
 
-def _limit(ready: Response, speed: Array) -> Index:
+def last_kept(ready: Response, speed: Array) -> Index:
     """Most that each may grow to, (P, D + 1): four times what reaches beyond the highest mode, 1.7 f_highest / f."""
-    start = _start(ready)
+    start = first_kept(ready)
     highest = float(np.sqrt(ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
         wanted = np.ceil(1.7 * highest / np.outer(np.abs(speed), ready.omega))
@@ -180,7 +227,7 @@ def _limit(ready: Response, speed: Array) -> Index:
     return np.hstack([4 * np.maximum(start[:-1], rule), np.full((speed.size, 1), last)])
 
 
-def _wanted(dropped: Array, kept: Kept, limit: Index, tolerance: float) -> Index:
+def more_kept(dropped: Array, kept: Kept, limit: Index, tolerance: float) -> Index:
     """By how much each count has to grow, (P, D + 1): 0 where too little is dropped, or no more may be kept."""
     enough = _DROPPED * tolerance
     poor = _size(dropped) > enough
@@ -201,7 +248,10 @@ def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -
         points = len(ready.kernel(key, shifted=False).lattice.points)
         rows = 2 * max(points, (2 * points - 1) * lines)
         size = max(1, _BATCH // (rows * ready.modal.squared.size))
-        yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
+        if ready.compiled:  # whole groups of eight
+            yield from ((part, key) for part in np.split(same, range(-(-size // 8) * 8, same.size, -(-size // 8) * 8)))
+        else:
+            yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
 def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None) -> Block:
@@ -242,7 +292,8 @@ def _solve(
         error=error,
         force=force,
     )
-    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess)
+    shared = ready.touched(kept, shifted=shifted) if ready.compiled else None
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, shared=shared)
 
 
 def _size(dropped: Array) -> Array:

@@ -39,6 +39,7 @@ def sweep(
     orders: int = 12,
     tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
+    compiled: bool | None = None,
 ) -> xr.Dataset:
     """Mesh forces, bearing forces and motion over speed, for linear contact: see `measures` for what each number is.
 
@@ -58,6 +59,7 @@ def sweep(
         combinations of mesh frequencies up to so many, at most 32 of each.
     tolerance : relative residual of the harmonics kept [1]; those dropped are below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
+    compiled : solve by numba; None leaves that to the size of the job, see `response`.
 
     Raises
     ------
@@ -66,7 +68,7 @@ def sweep(
     """
     if not 1 <= orders <= _ORDERS:
         raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
-    ready = response(system, frame_speed=frame_speed)
+    ready = response(system, frame_speed=frame_speed, compiled=compiled)
     speed = _speeds(ready, mesh_frequency, relative_speed)
     table = blank(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
     cross = np.zeros(speed.size, dtype=np.int64)

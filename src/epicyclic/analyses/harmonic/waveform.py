@@ -36,6 +36,7 @@ __all__ = [
     "sampled",
     "samples_needed",
     "solved_rows",
+    "valley",
     "whole",
 ]
 
@@ -195,7 +196,8 @@ def own_waves(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True)
     own = np.count_nonzero(np.delete(spectrum.points, axis, axis=1), axis=1) == 0
     if not mean:
         own &= spectrum.points[:, axis] != 0
-    return _wave(spectrum.amplitude[..., own], spectrum.points[own, axis], theta, real=spectrum.mirrored)
+    amplitude = spectrum.amplitude if own.all() else spectrum.amplitude[..., own]
+    return _wave(amplitude, spectrum.points[own, axis], theta, real=spectrum.mirrored)
 
 
 def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -> Values:
@@ -204,8 +206,10 @@ def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -
     if not real:
         whole: Values = amplitude @ np.exp(1j * angle)
         return whole
-    both = np.concatenate([amplitude.real, amplitude.imag], axis=-1)
-    part: Values = both @ np.concatenate([np.cos(angle), -np.sin(angle)])
+    turns = np.stack([np.cos(angle), -np.sin(angle)], axis=1).reshape(-1, theta.size)
+    # real and imaginary parts side by side as they lie in memory: one product of many rows
+    both = np.ascontiguousarray(amplitude).view(float).reshape(-1, len(turns))
+    part: Values = (both @ turns).reshape(*amplitude.shape[:-1], theta.size)
     return part
 
 
@@ -267,11 +271,21 @@ def samples_needed(ready: Response, kept: int) -> int:
 
 def peak(values: Array) -> Array:
     """Largest value of a periodic signal (..., Nt) -> (...), with a parabola through the largest sample."""
-    place = np.argmax(values, axis=-1)[..., None]
+    return _vertex(values, np.argmax(values, axis=-1))
+
+
+def valley(values: Array) -> Array:
+    """Smallest value of a periodic signal, as `peak`."""
+    return _vertex(values, np.argmin(values, axis=-1))
+
+
+def _vertex(values: Array, place: Index) -> Array:
+    """Top or bottom of the parabola through an extreme sample and its neighbours."""
     count = values.shape[-1]
-    before, top, after = (np.take_along_axis(values, (place + step) % count, axis=-1)[..., 0] for step in (-1, 0, 1))
+    flat, at = values.reshape(-1), np.arange(0, values.size, count).reshape(place.shape)
+    before, top, after = (flat[at + (place + step) % count] for step in (-1, 0, 1))
     bend = 2 * top - before - after
     with np.errstate(all="ignore"):
-        rise = np.where(bend > 0, (after - before) ** 2 / (8 * bend), 0.0)
+        rise = np.where(bend != 0, (after - before) ** 2 / (8 * bend), 0.0)
     result: Array = top + rise
     return result

@@ -1,0 +1,113 @@
+"""What the compiled path works on: operators on the few coordinates that they touch, and room for eight points."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array, System
+from ..modes.basis import Modal
+from .kernel import Kernel
+
+__all__ = ["Scratch", "Shared", "room", "touched"]
+
+Index = NDArray[np.int64]
+
+
+class Shared(NamedTuple):
+    """What all points of a batch share, of one mesh frequency.
+
+    read : (m + r, n) gaps of the meshes, then the coordinates touched, of y.  push : (n, m + r) a force there on y.
+    own : (m, 2 J, 2 J) products with k(t) - k0, force = own @ gap [N/m].  tail : (m, 2 J, 2 T), gap @ tail = force.
+    row, column : (e,) places 0 .. m + r of entries.  stiff, rate : (2, e) Kg and Cskew; G and C.
+    diagonal : (n,) modal diagonal of the dampers [1/s]: `damping` holds it, and the entries of C hold it again.
+    squared, damping : (n,) of `Modal`.
+    """
+
+    read: Array
+    push: Array
+    own: Array
+    tail: Array
+    row: Index
+    column: Index
+    stiff: Array
+    rate: Array
+    diagonal: Array
+    squared: Array
+    damping: Array
+
+
+class Scratch(NamedTuple):
+    """Room for eight points, H = J 8.
+
+    values, forces : (m + r, X).  work : (n, X).  still : (2, H) frame^2 and frame.  turn : (2, H) w frame and w.
+    inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
+    projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
+    """
+
+    values: Array
+    forces: Array
+    work: Array
+    still: Array
+    turn: Array
+    inverse: Array
+    vectors: Array
+    rows: Array
+    triangle: Array
+    rotations: Array
+    projected: Array
+    along: Array
+    used: Index
+
+
+def room(shared: Shared, J: int, *, lanes: int, basis: int) -> Scratch:
+    """Room in the precision of the operators, for so many Krylov vectors."""
+    (c, n), half, kind = shared.read.shape, J * lanes, shared.read.dtype
+    return Scratch(
+        values=np.empty((c, 2 * half), kind),
+        forces=np.empty((c, 2 * half), kind),
+        work=np.empty((n, 2 * half), kind),
+        still=np.empty((2, half), kind),
+        turn=np.empty((2, half), kind),
+        inverse=np.empty((2, n, half), kind),
+        vectors=np.empty((basis + 1, n, 2 * half), kind),
+        rows=np.empty((basis + 1, 2 * half), kind),
+        triangle=np.empty((basis, basis, lanes)),
+        rotations=np.empty((2, basis, lanes)),
+        projected=np.empty((basis + 1, lanes)),
+        along=np.empty((basis + 2, lanes)),
+        used=np.empty(lanes, np.int64),
+    )
+
+
+def touched(system: System, modal: Modal, kernel: Kernel) -> Shared:
+    """G, Kg, Cskew and dampers where they act, instead of in all modes, of one mesh frequency."""
+    m, rest = len(system.meshes.name), "C" in modal.coupling
+    C = system.C if rest else np.zeros_like(system.C)
+    matrices = (system.Kg, system.Cskew, system.G, C)
+    used = sum((matrix != 0 for matrix in matrices), np.zeros(C.shape, dtype=bool))
+    where = np.flatnonzero(used.any(axis=0) | used.any(axis=1))
+    row, column = np.nonzero(used[np.ix_(where, where)])
+    entries = np.array([matrix[where[row], where[column]] for matrix in matrices])
+    if rest:
+        # a mesh damper acts between its gap and its force
+        entries = np.hstack([entries, np.array([0.0, 0.0, 0.0, 1.0])[:, None] * system.meshes.damping])
+        row, column = (np.concatenate([at + m, np.arange(m)]) for at in (row, column))
+    else:
+        row, column = row + m, column + m
+    omega = np.sqrt(modal.squared)
+    return Shared(
+        read=np.concatenate([modal.gaps, modal.shapes[where]]),
+        push=np.concatenate([modal.pulls.T, modal.forces[:, where]], axis=1),
+        own=np.ascontiguousarray(kernel.axes[0].own_product.swapaxes(1, 2)),
+        tail=kernel.axes[0].own_tail,
+        row=row,
+        column=column,
+        stiff=entries[:2],
+        rate=entries[2:],
+        diagonal=modal.damping - 2 * (system.zeta or 0.0) * omega if rest else np.zeros(omega.size),
+        squared=modal.squared,
+        damping=modal.damping,
+    )

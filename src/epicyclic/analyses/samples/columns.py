@@ -1,0 +1,105 @@
+"""Unit excitations solved side by side at one speed: the columns of a linear map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import ModelError
+from ...system.system import ComplexArray
+from ..harmonic.balance import Rows, Solved, solve
+from ..harmonic.response import Block, Kept, Response, first_kept, last_kept, more_kept
+
+__all__ = ["Unit", "checked_speed", "column_block", "solved_columns", "with_enough_rows"]
+
+# Doubles solved for at once, as in a sweep.
+_BATCH = 60_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Unit:
+    """Excitations of one kind, mesh orders or one shaft group.
+
+    error : (m, P, J) [m].  force : (P, J, n) [N].  shaft : number of the group, None of mesh orders.
+    """
+
+    error: ComplexArray
+    force: ComplexArray
+    shaft: int | None
+
+
+def checked_speed(relative_speed: float) -> float:
+    """A speed above zero.
+
+    Raises
+    ------
+    ModelError : it is not.
+    """
+    if not (np.isfinite(relative_speed) and relative_speed > 0):
+        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
+    return float(relative_speed)
+
+
+def solved_columns(ready: Response, kept: Kept, speed: float, unit: Unit, *, tolerance: float) -> Solved:
+    """Every column (P,) of a unit; residuals relative to the dynamic part of each."""
+    shifted = unit.shaft is not None
+    at, beyond = (values[unit.shaft or 0] * speed for values in ready.frequency(kept, shifted=shifted))
+    frame = speed if ready.frame_speed == "kinematic" else 1.0
+    P, J, n = unit.force.shape
+    parts = np.array_split(np.arange(P), max(1, -(-2 * P * J * n // _BATCH)))
+    with np.errstate(all="ignore"):
+        solved = [
+            solve(
+                ready.system,
+                ready.modal,
+                ready.kernel(kept, shifted=shifted),
+                Rows(
+                    frequency=np.tile(at, (part.size, 1)),
+                    beyond=np.tile(beyond, (part.size, 1)),
+                    frame=np.full(part.size, frame),
+                    error=unit.error[:, part],
+                    force=unit.force[part],
+                ),
+                tolerance=tolerance,
+            )
+            for part in parts
+        ]
+    return Solved(
+        y=np.concatenate([each.y for each in solved]),
+        gap=np.concatenate([each.gap for each in solved], axis=1),
+        frequency=np.concatenate([each.frequency for each in solved]),
+        residual=np.concatenate([each.residual for each in solved]),
+        dropped=np.concatenate([each.dropped for each in solved]),
+        scale=np.concatenate([each.scale for each in solved]),
+        calls=max(each.calls for each in solved),
+    )
+
+
+def column_block(kept: Kept, speed: float, solved: Solved, *, shifted: bool) -> Block:
+    """Columns as the points of a block, for what reads blocks."""
+    P = solved.residual.size
+    return Block(
+        index=np.arange(P),
+        speed=np.full(P, speed),
+        kept=kept,
+        mesh=solved,
+        shaft=solved if shifted else None,
+        residual=solved.residual,
+    )
+
+
+def with_enough_rows(
+    ready: Response, speed: float, find: Callable[[Kept], list[Solved]], *, tolerance: float
+) -> tuple[Kept, list[Solved]]:
+    """What `find` solves with so many rows that each column drops little enough, as in a sweep."""
+    start, limit = first_kept(ready), last_kept(ready, np.array([speed]))[0]
+    kept: Kept = tuple(start.tolist())
+    while True:
+        solved = find(kept)
+        dropped = np.concatenate([each.dropped for each in solved])
+        more = more_kept(dropped, kept, np.tile(limit, (len(dropped), 1)), tolerance).max(axis=0)
+        if not more.any():
+            return kept, solved
+        kept = tuple((np.array(kept) + more).tolist())

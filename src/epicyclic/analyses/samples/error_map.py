@@ -1,0 +1,183 @@
+"""Errors vary: with linear contact the forces at one speed are linear in them, one map for any number of samples.
+
+    force = base + sum_c Re(z_c) column_c + Im(z_c) column'_c
+
+A stiffness that varies in time couples an order to its mirror image, so that a factor z on a line counts as two real
+numbers; with these the map is exact, whatever the errors do together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import ComplexArray, Line, System
+from ..harmonic.balance import Solved
+from ..harmonic.excitation import mesh_rows, shaft_rows
+from ..harmonic.lattice import Point
+from ..harmonic.response import Kept, Response, response
+from ..harmonic.waveform import Spectrum, force_spectrum
+from ..statics.linear import linearised
+from .columns import Unit, checked_speed, column_block, solved_columns, with_enough_rows
+
+__all__ = ["ErrorMap", "Part", "error_map", "mesh_error_lines"]
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Part:
+    """Mesh orders, or one shaft group.
+
+    use : (P,) which of the numbers [1, Re z (C), Im z (C)] each column belongs to.
+    spectrum : force amplitudes of whole meshes, (w, P, 1, K) [N].
+    """
+
+    use: Index
+    spectrum: Spectrum
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ErrorMap:
+    """Mesh forces at one speed as a linear function of factors z (C,) on error lines.
+
+    mesh : (w,) names of the whole meshes, as in every result.  columns : (C,) the lines, factor 1 as given.
+    parts : mesh orders, then every shaft group.
+    kept : harmonics and cross order.  residual : largest of any column, relative to its own dynamic part.
+    """
+
+    mesh: tuple[str, ...]
+    columns: tuple[Line, ...]
+    relative_speed: float
+    ready: Response
+    parts: tuple[Part, ...]
+    kept: Kept
+    residual: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Group:
+    """Lines that respond together: (column, below 0 where it stays as it is; point; conjugate; line) of each."""
+
+    members: tuple[tuple[int, Point, bool, Line], ...]
+    shaft: int | None
+
+
+def mesh_error_lines(system: System, orders: Iterable[int] = (1, 2, 3)) -> tuple[Line, ...]:
+    """One line for each mesh and order of its mesh frequency, an error of 1 m at phase 0: columns to vary one by one.
+
+    A factor a exp(i b) then is an error a cos(2 pi l f t + b) of that mesh alone, l the order; its slices share it.
+
+    Raises
+    ------
+    ModelError : an order below 0; no speed is given.
+    """
+    wanted = list(orders)
+    if any(order < 0 for order in wanted):
+        raise ModelError("below zero", path="orders", given=wanted, allowed="0 or more")
+    if not system.tones:
+        raise ModelError("no mesh frequency", path="operation.speed", allowed="the speed of one member")
+    face = faces(system.meshes)
+    return tuple(
+        Line(
+            frequency=system.tones[system.meshes.tone[face.first[place]]] * order,
+            gap=(face.row == place).astype(complex),
+            link_gap=np.zeros(len(system.links.name), complex),
+            force=np.zeros((3, len(system.force)), complex),
+            causes=(f"error of {name}",),
+        )
+        for place, name in enumerate(face.name)
+        for order in wanted
+    )
+
+
+def error_map(
+    system: System, columns: Iterable[Line] | None = None, *, relative_speed: float = 1.0, tolerance: float = 1e-8
+) -> ErrorMap:
+    """Solve every column once.
+
+    Parameters
+    ----------
+    columns : lines whose factors will vary; None takes those of the System.  Lines of the System that are not among
+        them stay as they are, with the mean load.
+    relative_speed : speed per operating speed, above zero.  tolerance : of every column, as of `periodic`.
+
+    Raises
+    ------
+    ModelError : as of `response`, or an option out of range.
+    """
+    speed = checked_speed(relative_speed)
+    varied = system.lines if columns is None else tuple(columns)
+    still = tuple(line for line in system.lines if not any(line is other for other in varied))
+    # copies, so that a line that stands twice is two columns
+    ready = response(linearised(replace(system, lines=tuple(replace(line) for line in (*still, *varied)))))
+    groups, count = _groups(ready, len(still)), len(varied)
+
+    def find(kept: Kept) -> list[Solved]:
+        units = [_unit(ready, kept, speed, group) for group in groups]
+        return [solved_columns(ready, kept, speed, unit, tolerance=tolerance) for unit in units]
+
+    kept, solved = with_enough_rows(ready, speed, find, tolerance=tolerance)
+    return ErrorMap(
+        mesh=faces(system.meshes).name,
+        columns=varied,
+        relative_speed=speed,
+        ready=ready,
+        parts=tuple(_part(ready, kept, speed, *pair, count=count) for pair in zip(groups, solved, strict=True)),
+        kept=kept,
+        residual=float(max(each.residual.max(initial=0.0) for each in solved)),
+    )
+
+
+def _groups(ready: Response, still: int) -> list[_Group]:
+    """Mesh orders, then each shaft group; the first lines of the system, `still` of them, do not vary."""
+    number = {id(line): place - still for place, line in enumerate(ready.system.lines)}
+    mesh = tuple((number[id(line)], point, False, line) for point, line in ready.lines.mesh)
+    shafts = [
+        tuple((number[id(line)], point, turned, line) for point, turned, line in shaft.members)
+        for shaft in ready.lines.shaft
+    ]
+    return [_Group(members=mesh, shaft=None), *(_Group(members=part, shaft=s) for s, part in enumerate(shafts))]
+
+
+def _columns(group: _Group) -> Iterator[tuple[int, tuple[tuple[int, Point, bool, Line], ...]]]:
+    """(number of a column, its members): what stays first, then real and imaginary unit of each line that varies."""
+    yield -1, tuple(member for member in group.members if member[0] < 0)
+    for column, point, turned, line in group.members:
+        if column >= 0:
+            for unit in (1.0, 1j):
+                yield column, ((column, point, turned, replace(line, gap=unit * line.gap, force=unit * line.force)),)
+
+
+def _unit(ready: Response, kept: Kept, speed: float, group: _Group) -> Unit:
+    lattice = ready.kernel(kept, shifted=group.shaft is not None).lattice
+    quiet = replace(ready.system, force=np.zeros(len(ready.system.force)))
+    rows: list[tuple[ComplexArray, ComplexArray]] = []
+    for column, members in _columns(group):
+        if group.shaft is None:
+            lines = replace(ready.lines, mesh=tuple((point, line) for _, point, _, line in members), shaft=())
+            rows.append(mesh_rows(ready.system if column < 0 else quiet, lines, np.array([speed]), lattice))
+        else:
+            shaft = replace(ready.lines.shaft[group.shaft], members=tuple(member[1:] for member in members))
+            lines = replace(ready.lines, mesh=(), shaft=(shaft,))
+            rows.append(shaft_rows(quiet, lines, np.array([speed]), lattice))
+    return Unit(
+        error=np.concatenate([error for error, _ in rows], axis=1),
+        force=np.concatenate([force for _, force in rows]),
+        shaft=group.shaft,
+    )
+
+
+def _part(ready: Response, kept: Kept, speed: float, group: _Group, solved: Solved, *, count: int) -> Part:
+    shifted = group.shaft is not None
+    rows = force_spectrum(ready, column_block(kept, speed, solved, shifted=shifted), shifted=shifted)
+    use = [0]
+    for column in (column for column, *_ in group.members if column >= 0):
+        use += [1 + column, 1 + count + column]
+    total = faces(ready.system.meshes).total(rows.amplitude)
+    return Part(use=np.array(use), spectrum=replace(rows, amplitude=total))

@@ -1,0 +1,161 @@
+"""How the gaps of chosen rows answer changes of their own laws, at one speed: found once for the nominal train.
+
+With factors a on the laws of R rows (meshes k(t) as a whole, links), d their gaps and d0 those of the nominal train,
+
+    d + T (a - 1) d = d0,        T = (gaps answering forces on the rows) (force of a nominal row for its gap)
+
+with parametric, gyroscopic and centripetal terms in T.  Gaps are weighted by the root of the mean stiffness of their
+row, so that one norm, a root of energy, serves meshes, translations and rotations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.system import Array, ComplexArray
+from ..harmonic.balance import left_over
+from ..harmonic.excitation import mesh_rows, shaft_rows
+from ..harmonic.kernel import Kernel, product
+from ..harmonic.lattice import Lattice
+from ..harmonic.response import Kept, Response
+from .columns import Unit, solved_columns
+
+__all__ = ["GapMap", "gap_map"]
+
+# Doubles of the map: 1 GB.
+_MOST = 125_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GapMap:
+    """Mesh orders, or one shaft group, of R = m + l rows with J harmonics each: N = 2 J R weighted numbers.
+
+    weight : (R,) root of the mean stiffness.  nominal : (N,) d0.  answer : (N, N) T transposed.
+    beyond : of each kind of row dropped, (2 J m, r): |a d @ beyond| is what is dropped there.
+    frequency : (J,) [rad/s].  scale : of the nominal solution.  dynamic : size of d0 without its mean.
+    meshes : m, the first rows.
+    """
+
+    weight: Array
+    nominal: Array
+    answer: Array
+    beyond: tuple[Array, ...]
+    frequency: Array
+    scale: float
+    dynamic: float
+    meshes: int
+
+
+def gap_map(
+    ready: Response, kept: Kept, speed: float, links: NDArray[np.int64], *, shaft: int | None, tolerance: float
+) -> GapMap:
+    """Solve the nominal train, and a unit force on every row at every harmonic.
+
+    Parameters
+    ----------
+    links : (l,) link rows beside the meshes.  shaft : number of the shaft group, None of mesh orders.
+
+    Raises
+    ------
+    ModelError : more than 1 GB would be needed.
+    """
+    system, shifted = ready.system, shaft is not None
+    kernel = ready.kernel(kept, shifted=shifted)
+    J, m = len(kernel.lattice.points), len(system.meshes.name)
+    B = np.concatenate([system.meshes.B, system.links.B[:, links]], axis=1)
+    if (2 * J * B.shape[1]) ** 2 > _MOST:
+        raise ModelError(
+            f"{B.shape[1]} rows of {J} harmonics would need more than 1 GB", path="links", allowed="fewer of them"
+        )
+    stiffness = np.concatenate([system.meshes.stiffness, system.links.stiffness[links]])
+    weight = np.sqrt(stiffness)
+    read = B.T @ ready.modal.shapes
+    read[:m] = ready.modal.gaps
+    error, force = _nominal(ready, speed, kernel.lattice, shaft)
+    missing = np.concatenate([error[:, 0], _link_errors(ready, links, kernel.lattice, shaft)])
+    nominal = solved_columns(ready, kept, speed, Unit(error=error, force=force, shaft=shaft), tolerance=tolerance)
+    gap = _read(read, nominal.y)[:, 0] - np.concatenate([missing.real, missing.imag], axis=1)
+    answer = np.empty((len(weight), 2 * J, len(weight), 2 * J))
+    laws = _laws(kernel, stiffness, J, m)
+    for place, column in enumerate(B.T):
+        unit = Unit(error=np.zeros((m, 2 * J, J), complex), force=_units(column, J, mirrored=not shifted), shaft=shaft)
+        gaps = _read(read, solved_columns(ready, kept, speed, unit, tolerance=tolerance).y)
+        scaled = gaps * (weight / weight[place])[:, None, None]
+        answer[place] = np.einsum("ib,rbj->irj", laws[place], scaled)
+    at, beyond = (values[shaft or 0] * speed for values in ready.frequency(kept, shifted=shifted))
+    return GapMap(
+        weight=weight,
+        nominal=(gap * weight[:, None]).ravel(),
+        answer=answer.reshape(gap.size, gap.size),
+        beyond=_beyond(ready, kernel, beyond, weight[:m], J),
+        frequency=at,
+        scale=float(nominal.scale[0]),
+        dynamic=float(np.linalg.norm((gap * weight[:, None])[:, 0 if shifted else 1 :])),
+        meshes=m,
+    )
+
+
+def _nominal(ready: Response, speed: float, lattice: Lattice, shaft: int | None) -> tuple[ComplexArray, ComplexArray]:
+    """Errors of the meshes (m, 1, J) and forces (1, J, n) of the nominal train."""
+    if shaft is None:
+        return mesh_rows(ready.system, ready.lines, np.array([speed]), lattice)
+    lines = replace(ready.lines, shaft=(ready.lines.shaft[shaft],))
+    return shaft_rows(ready.system, lines, np.array([speed]), lattice)
+
+
+def _link_errors(ready: Response, links: NDArray[np.int64], lattice: Lattice, shaft: int | None) -> ComplexArray:
+    """Errors of the link rows, (l, J)."""
+    place = {tuple(point): i for i, point in enumerate(lattice.points.tolist())}
+    error = np.zeros((links.size, len(place)), complex)
+    if shaft is None:
+        for point, line in ready.lines.mesh:
+            error[:, place[point]] += line.link_gap[links]
+        error[:, place[(0,) * lattice.tones]].imag = 0.0
+        return error
+    for point, turned, line in ready.lines.shaft[shaft].members:
+        gap = line.link_gap[links]
+        error[:, place[tuple(-a for a in point) if turned else point]] += gap.conj() if turned else gap
+    return error
+
+
+def _read(read: Array, y: Array) -> Array:
+    """Gaps (R, P, 2 J) of solutions (P, 2, J, n)."""
+    P, _, J, n = y.shape
+    gaps: Array = (read @ y.reshape(-1, n).T).reshape(-1, P, 2 * J)
+    return gaps
+
+
+def _units(column: Array, J: int, *, mirrored: bool) -> ComplexArray:
+    """A force along a row at every harmonic, real then imaginary, (2 J, J, n); a mean has no imaginary part."""
+    force = np.zeros((2 * J, J, column.size), complex)
+    at = np.arange(J)
+    force[at, at], force[J + at, at] = column, 1j * column
+    if mirrored:
+        force[J, 0] = 0.0
+    return force
+
+
+def _laws(kernel: Kernel, stiffness: Array, J: int, m: int) -> Array:
+    """Forces of nominal rows for their gaps as matrices (R, 2 J, 2 J): gap @ law."""
+    unit = np.eye(2 * J)
+    laws = stiffness[:, None, None] * unit
+    laws[:m] += product(kernel, np.broadcast_to(unit, (m, 2 * J, 2 * J)))
+    return laws
+
+
+def _beyond(ready: Response, kernel: Kernel, frequency: Array, weight: Array, J: int) -> tuple[Array, ...]:
+    """What unit gaps of every mesh leave on the rows dropped, by kind, with no more columns than it has rows."""
+    m = weight.size
+    gaps = np.zeros((m, m, 2 * J, 2 * J))
+    gaps[np.arange(m), np.arange(m)] = np.eye(2 * J) / weight[:, None, None]
+    at = np.tile(frequency, (m * 2 * J, 1))
+    y = left_over(ready.modal, kernel, at, gaps.reshape(m, -1, 2 * J))
+    found = []
+    for kind in range(kernel.lattice.tones + 1):
+        part = y[:, :, kernel.kind == kind].reshape(len(y), -1)
+        found.append(np.linalg.qr(part.T).R.T if part.shape[1] > part.shape[0] else part)
+    return tuple(found)

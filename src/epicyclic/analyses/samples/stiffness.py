@@ -1,0 +1,281 @@
+"""Stiffnesses vary from sample to sample: exactly solved, in the gaps of what varies instead of in all coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import Array, System
+from ..harmonic.balance import Solved
+from ..harmonic.extremes import force_extremes
+from ..harmonic.gmres import gmres
+from ..harmonic.measures import mean, mean_square
+from ..harmonic.response import Block, Kept, Response, last_kept, more_kept, respond, response
+from ..harmonic.waveform import Signal, Spectrum, force_spectrum, mesh_axis, whole
+from .columns import checked_speed
+from .errors import MEASURES, Measure
+from .gap_map import GapMap, gap_map
+
+__all__ = ["StiffnessSamples", "stiffness_samples"]
+
+Index = NDArray[np.int64]
+# Doubles of one batch of samples.
+_BATCH = 60_000
+# Vectors kept in single precision for all samples of a batch, and in double precision for those that are not done.
+_FEW, _MANY = 24, 60
+# What the map itself may leave over, per the tolerance of a sample.
+_FINER = 1e-2
+# A residual of so many tolerances is no answer.
+_ACCEPTED = 100.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StiffnessSamples:
+    """What came out for S samples.
+
+    mesh : (w,) names of the whole meshes.  values : (w, S) the measure [N], nan where no answer was found.
+    residual : (S,) relative, with the harmonics dropped.  harmonics : (S,) kept.
+    """
+
+    mesh: tuple[str, ...]
+    values: Array
+    residual: Array
+    harmonics: Index
+
+
+def stiffness_samples(
+    system: System,
+    mesh: ArrayLike | None = None,
+    *,
+    links: Sequence[str] = (),
+    link: ArrayLike | None = None,
+    relative_speed: float = 1.0,
+    shaft_orders: bool = True,
+    measure: Measure = "rms",
+    tolerance: float = 1e-6,
+) -> StiffnessSamples:
+    """A measure of every mesh force for every sample of stiffness, linear contact.
+
+    Dampers stay as they are: a modal ratio stands for the damping of the nominal train, not of each sample, whose own
+    modes would shift it by half of what the stiffness shifts.
+
+    Parameters
+    ----------
+    mesh : (S, w) factors on the stiffness of each whole mesh, k(t) as a whole; None: 1.
+    links : links (``main/sun/support``) or single rows of them (``main/sun/support/x``) that vary; link : (S, l)
+        factors on them.
+    relative_speed : speed per operating speed, above zero.  shaft_orders : whether lines between mesh orders count.
+    measure : as of `error_samples`.  tolerance : relative residual of every sample; harmonics dropped stay below 30
+        times that.
+
+    Raises
+    ------
+    ModelError : as of `response`; factors below zero or of another shape; no such link; an option out of range.
+    """
+    if measure not in MEASURES:
+        raise ModelError("no such measure", path="measure", given=measure, allowed=", ".join(MEASURES))
+    speed = np.array([checked_speed(relative_speed)])
+    ready = response(system)
+    rows, factors = _factors(ready.system, mesh, links, link)
+    face, count = faces(ready.system.meshes), len(factors)
+    values, residual = np.full((len(face.name), count), np.nan), np.full(count, np.nan)
+    harmonics = np.zeros(count, np.int64)
+    groups = (None, *range(len(ready.lines.shaft) if shaft_orders else 0))
+    limit = last_kept(ready, speed)
+    first = next(respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders))
+    waiting: list[tuple[Index, Kept]] = [(np.arange(count), first.kept)]
+    while waiting:
+        index, kept = waiting.pop()
+        maps = [gap_map(ready, kept, speed[0], rows, shaft=s, tolerance=_FINER * tolerance) for s in groups]
+        more = np.zeros((index.size, len(kept)), np.int64)
+        for part in _parts(index.size, maps):
+            at, factor = index[part], factors[index[part]]
+            with np.errstate(all="ignore"):  # a sample that overflows ends as nan, beside the others
+                found = [_solve(each, factor, tolerance=tolerance) for each in maps]
+                values[:, at] = _measured(ready, maps, kept, speed[0], found, measure)
+            worst = np.max([each.dropped for each in found], axis=0)
+            more[part] = more_kept(worst, kept, np.repeat(limit, len(part), axis=0), tolerance)
+            residual[at] = np.max([np.maximum(each.residual, _size(each.dropped)) for each in found], axis=0)
+            harmonics[at] = max(kept[:-1])
+        poor = more.any(axis=1)
+        if poor.any():
+            waiting.append((index[poor], tuple((np.array(kept) + more.max(axis=0)).tolist())))
+    values[:, ~(residual <= _ACCEPTED * tolerance)] = np.nan
+    return StiffnessSamples(mesh=face.name, values=values, residual=residual, harmonics=harmonics)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Found:
+    """Gaps of the meshes (m, P, 2 J) [m], and these times their factors; relative residual (P,), dropped (P, D + 1)."""
+
+    gap: Array
+    pressed: Array
+    residual: Array
+    dropped: Array
+
+
+def _factors(
+    system: System, mesh: ArrayLike | None, links: Sequence[str], link: ArrayLike | None
+) -> tuple[Index, Array]:
+    """Link rows that vary (l,), and factors on all meshes and these (S, m + l)."""
+    face = faces(system.meshes)
+    taken = [_rows(system, name) for name in links]
+    on_links = _checked("link", link, len(links), None if mesh is None else len(np.asarray(mesh)))
+    on_meshes = _checked("mesh", mesh, len(face.name), len(on_links))
+    rows = np.array([row for found in taken for row in found], np.int64)
+    if len(set(rows.tolist())) < rows.size:
+        raise ModelError("a row is named twice", path="links", given=", ".join(links))
+    owner = np.repeat(np.arange(len(links)), [len(found) for found in taken])
+    return rows, np.concatenate([on_meshes[:, face.row], on_links[:, owner]], axis=1)
+
+
+def _rows(system: System, name: str) -> list[int]:
+    """Rows of a link, or the one row of that name; those without stiffness do nothing."""
+    own = [place for place, pair in enumerate(zip(system.links.name, system.links.link, strict=True)) if name in pair]
+    if not own:
+        known = ", ".join(dict.fromkeys(system.links.link))
+        raise ModelError("no such link", path="links", given=name, allowed=known or "none: there are no links")
+    return [row for row in own if system.links.stiffness[row] > 0]
+
+
+def _checked(path: str, given: ArrayLike | None, width: int, count: int | None) -> Array:
+    """Factors (S, width), 1 where none are given."""
+    if given is None:
+        return np.ones((1 if count is None else count, width))
+    values = np.asarray(given, dtype=float)
+    if values.ndim != 2 or values.shape[1] != width or (count is not None and len(values) != count):
+        wanted = f"({'samples' if count is None else count}, {width})"
+        raise ModelError("wrong shape", path=path, given=values.shape, allowed=wanted)
+    if not (np.isfinite(values).all() and np.all(values >= 0)):
+        raise ModelError("out of range", path=path, allowed="finite factors, 0 or more")
+    return values
+
+
+def _parts(count: int, maps: list[GapMap]) -> list[Index]:
+    size = max(1, _BATCH // max(each.nominal.size for each in maps))
+    return np.array_split(np.arange(count), max(1, -(-count // size)))
+
+
+def _solve(each: GapMap, factor: Array, *, tolerance: float) -> _Found:
+    """All samples of a batch on one map; factor : (P, R)."""
+    P, R = factor.shape
+    change = np.repeat(factor - 1, each.nominal.size // R, axis=1)
+    start = -(each.nominal * change) @ each.answer
+    scale = np.sqrt(each.dynamic**2 + np.einsum("pn,pn->p", start, start))
+    scale[scale == 0] = 1.0
+    step, left = _step(each.answer, change, start, tolerance * scale)
+    x = (each.nominal + step).reshape(P, R, -1)[:, : each.meshes]
+    pressed = x * factor[:, : each.meshes, None]
+    dropped = [np.linalg.norm(pressed.reshape(P, -1) @ matrix, axis=1) / each.scale for matrix in each.beyond]
+    weight = each.weight[: each.meshes, None, None]
+    return _Found(
+        gap=x.swapaxes(0, 1) / weight,
+        pressed=pressed.swapaxes(0, 1) / weight,
+        residual=left / scale,
+        dropped=np.array(dropped).T,
+    )
+
+
+def _step(answer: Array, change: Array, right: Array, target: Array) -> tuple[Array, Array]:
+    """x (P, N) of x + (x change) answer = right to |residual| <= target (P,), and that residual (P,).
+
+    Those that need many iterations, near a resonance that the sample has moved, go on without the others, and in the
+    end by elimination, which costs as much as N / 3 iterations.
+    """
+    half = np.float32  # takes half the time, and the residual below is not its own
+    apply = _operator(answer.astype(half), change.astype(half))
+    size = np.maximum(np.linalg.norm(right, axis=1), np.finfo(half).tiny)[:, None]
+    rough, *_ = gmres(apply, (right / size).astype(half), target=target / size[:, 0], basis=_FEW, restarts=1)
+    step = size * rough
+    rest = right - _operator(answer, change)(step)
+    left = np.linalg.norm(rest, axis=1)
+    hard = np.flatnonzero(~(left <= target))
+    if hard.size:
+        apply, restarts = _operator(answer, change[hard]), max(2, right.shape[1] // (3 * _MANY))
+        more, left[hard], _ = gmres(apply, rest[hard], target=target[hard], basis=_MANY, restarts=restarts)
+        step[hard] += more
+    unit = np.eye(right.shape[1])
+    for place in np.flatnonzero(~(left <= target)):
+        matrix = unit + change[place][:, None] * answer
+        with suppress(np.linalg.LinAlgError):  # a singular one keeps the residual it has
+            step[place] = np.linalg.solve(matrix.T, right[place])
+            left[place] = np.linalg.norm(right[place] - step[place] @ matrix)
+    return step, left
+
+
+def _operator(answer: Array, change: Array) -> Callable[[Array], Array]:
+    def apply(x: Array) -> Array:
+        result: Array = x + (x * change) @ answer
+        return result
+
+    return apply
+
+
+def _measured(
+    ready: Response, maps: list[GapMap], kept: Kept, speed: float, found: list[_Found], measure: Measure
+) -> Array:
+    """The measure of whole meshes, (w, P)."""
+    block = _block(maps, kept, speed, found)
+    rows = Signal(
+        orders=_force(ready, block, maps[:1], found[:1], shifted=False),
+        lines=_force(ready, block, maps[1:], found[1:], shifted=True) if maps[1:] else None,
+        comb=ready.comb(kept, shafts=len(maps) > 1, dropped=True),
+        cross=kept[-1],
+    )
+    force = whole(rows, faces(ready.system.meshes))
+    if measure == "rms":
+        rms: Array = np.sqrt(mean_square(force))
+        return rms
+    if measure == "mean":
+        return mean(force)
+    low, high = force_extremes(force, axis=mesh_axis(ready))
+    return high if measure == "peak" else low
+
+
+def _block(maps: list[GapMap], kept: Kept, speed: float, found: list[_Found]) -> Block:
+    """Samples as the points of a block, with the gaps that press nominal stiffnesses as the samples press theirs."""
+    P = found[0].residual.size
+    mesh, shaft = (_stacked(maps[part], found[part]) if maps[part] else None for part in (slice(1), slice(1, None)))
+    if mesh is None:
+        raise ValueError("no mesh orders were solved")
+    return Block(
+        index=np.arange(P), speed=np.full(P, speed), kept=kept, mesh=mesh, shaft=shaft, residual=found[0].residual
+    )
+
+
+def _stacked(maps: list[GapMap], found: list[_Found]) -> Solved:
+    """Groups of every sample one after the other."""
+    m, P, J2 = found[0].gap.shape
+    return Solved(
+        y=np.zeros((P * len(found), 2, J2 // 2, 0)),
+        gap=np.stack([each.pressed for each in found], axis=2).reshape(m, -1, J2),
+        frequency=np.tile([each.frequency for each in maps], (P, 1)),
+        residual=np.stack([each.residual for each in found], axis=1).ravel(),
+        dropped=np.stack([each.dropped for each in found], axis=1).reshape(P * len(found), -1),
+        scale=np.tile([each.scale for each in maps], P),
+        calls=0,
+    )
+
+
+def _force(ready: Response, block: Block, maps: list[GapMap], found: list[_Found], *, shifted: bool) -> Spectrum:
+    """Forces of the samples: laws with their factors, dampers as they are."""
+    meshes = ready.system.meshes
+    bare = replace(ready, system=replace(ready.system, meshes=replace(meshes, damping=np.zeros(len(meshes.name)))))
+    force = force_spectrum(bare, block, shifted=shifted)
+    if meshes.damping.any():
+        gap = np.stack([each.gap for each in found], axis=2)
+        J = gap.shape[3] // 2
+        rate = 1j * np.array([each.frequency for each in maps]) * (gap[..., :J] + 1j * gap[..., J:])
+        force.amplitude[..., :J] += meshes.damping[:, None, None, None] * rate
+    return force
+
+
+def _size(dropped: Array) -> Array:
+    size: Array = np.sqrt((dropped**2).sum(axis=1))
+    return size
