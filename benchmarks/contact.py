@@ -9,6 +9,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
+import table
 from known import bench56
 
 from epicyclic.analyses.contact.balance import Problem, State
@@ -24,7 +25,6 @@ from epicyclic.analyses.contact.verdict import verdict
 from epicyclic.analyses.harmonic.response import response
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
-Row = tuple[str, str, str, str]
 HARMONICS = 16
 # torque of the arrays [N m] and of the known case; what is known of it: folds [Hz], highest RMS [N]
 TORQUE, KNOWN_TORQUE, BACKLASH = 2000.0, 700.0, 1e-4
@@ -44,7 +44,7 @@ LENGTHS = [
 UNITS = [(1.0, 1.0), (0.25, 0.25), (0.25, 1.0), (1.0, 0.25)]
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """The table of contact loss."""
     try:
         system = lossy()
@@ -67,7 +67,7 @@ def lossy() -> System:
     )
 
 
-def _branches(system: System, quick: bool) -> list[Row]:
+def _branches(system: System, quick: bool) -> list[table.Row]:
     """The branch from 1000 to 2400 Hz in many step settings, with and without the guard."""
     levels = Levels(ready=response(system))
     settings = [(length, unit) for unit in UNITS for length in (LENGTHS[::4] if quick else LENGTHS)]
@@ -128,7 +128,7 @@ def _kept(system: System, points: list[PathPoint]) -> bool:
     return near and points[-1].state.speed > 2.4 and abs(_level(system)(top.state, top.given) / PEAK - 1) < 2e-3
 
 
-def _points(system: System, quick: bool) -> list[Row]:
+def _points(system: System, quick: bool) -> list[table.Row]:
     """A sweep with 16 harmonics, and the stability of the points of a branch."""
     frequencies = np.linspace(1000, 2400, 36 if quick else 141)
     started = time.process_time()
@@ -150,7 +150,7 @@ def _points(system: System, quick: bool) -> list[Row]:
     ]
 
 
-def _symmetry(system: System) -> list[Row]:
+def _symmetry(system: System) -> list[table.Row]:
     levels = Levels(ready=response(system))
     at = _from_closed(levels, 2.11)
     started = time.process_time()
@@ -170,7 +170,7 @@ def _symmetry(system: System) -> list[Row]:
     ]
 
 
-def _half_order() -> list[Row]:
+def _half_order() -> list[table.Row]:
     """One pair at twice its natural frequency: the small motion is left for one of two cycles."""
     system = pair()
     levels = Levels(ready=response(system))
@@ -240,12 +240,9 @@ def _from_closed(levels: Levels, speed: float) -> Solution:
     return judged(levels, found)
 
 
-def _row(label: str, here: str, target: str, met: bool) -> Row:
+def _row(label: str, here: str, target: str, met: bool) -> table.Row:
     return label, here, target, "" if met else "MISSED"
 
 
 if __name__ == "__main__":
-    import sys
-
-    for row in rows("--quick" in sys.argv):
-        print("  ".join(text.ljust(width) for text, width in zip(row, (76, 26, 16, 0), strict=True)).rstrip())
+    table.main(rows, __doc__)

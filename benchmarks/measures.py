@@ -8,16 +8,15 @@ import tracemalloc
 from collections.abc import Callable
 
 import numpy as np
+import table
 
 from epicyclic.analyses.harmonic.response import respond, response
 from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.results import to_json
 from epicyclic.system.system import System
 
-Row = tuple[str, str, str, str]
 
-
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """Time of the whole sweep and of its solution alone, memory and size of the result; CPU seconds of one thread."""
     from epicyclic.assemble import assemble
     from epicyclic.files import load
@@ -62,5 +61,4 @@ def _median(run: Callable[[], object], repeats: int) -> float:
 
 
 if __name__ == "__main__":
-    for row in rows(quick=False):
-        print("  ".join(row).rstrip())
+    table.main(rows, __doc__)

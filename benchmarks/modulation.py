@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+import table
 
 from epicyclic.analyses.harmonic.steady import periodic
 from epicyclic.analyses.modulation.modulation import modulation
@@ -16,13 +17,12 @@ from epicyclic.system.system import System
 
 __all__ = ["rows"]
 
-Row = tuple[str, str, str, str]
 # ren2021 with sun and planet run-out comes back after lcm(23, 17, 57) mesh cycles
 _CYCLES, _QUICK, _SAMPLES = 23 * 17 * 57, 23 * 57, 128
 _LIMIT = 1e-9
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """The two routes, their times and how far they are apart; quick : without planet run-out, a 17th of the period."""
     changes = {"deviations": None, "deviations.sun.run_out": "20 um", "deviations.meshes.planet-ring.profile": "20 um"}
     if not quick:
@@ -71,5 +71,4 @@ def _sampled(system: System, cycles: int) -> np.ndarray[tuple[int, ...], np.dtyp
 
 
 if __name__ == "__main__":
-    for row in rows(False):
-        print("  ".join(row))
+    table.main(rows, __doc__)

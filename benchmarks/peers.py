@@ -14,9 +14,7 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
-import argparse
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,6 +22,7 @@ from typing import Any
 
 import baseline
 import numpy as np
+import table
 from numpy.typing import NDArray
 
 from epicyclic.analyses.harmonic.steady import periodic
@@ -36,7 +35,6 @@ from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
-Row = tuple[str, str, str, str]
 FREQUENCY, LIMIT = 160.0, 1e-3
 # the same error for all that is drawn from a mesh cycle: as many samples
 SAMPLES = 128
@@ -142,7 +140,7 @@ def loosest(
     return None
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """The table: harmonic balance, compiled Runge-Kutta, DOP853, generalised-alpha."""
     system = problem()
     equation = baseline.equation(system, FREQUENCY)
@@ -151,7 +149,7 @@ def rows(quick: bool) -> list[Row]:
     moving = motion(system, program=constant(speed), contact="linear")
     cycles = int(np.ceil(equation.settle * FREQUENCY)) + 1
     size = len(system.force)
-    found: list[Row] = [
+    found: list[table.Row] = [
         (
             f"ren2021, {size} DOF, {FREQUENCY:g} Hz, {cycles} mesh cycles, error <= {LIMIT:g}",
             "CPU",
@@ -175,7 +173,7 @@ def rows(quick: bool) -> list[Row]:
     return found
 
 
-def _exudyn(moving: Motion, cycles: int, reference: Array, took: float, settings: list[int]) -> Row:
+def _exudyn(moving: Motion, cycles: int, reference: Array, took: float, settings: list[int]) -> table.Row:
     name = "  Exudyn generalised-alpha, user force in Python"
     try:
         import exudyn  # noqa: F401
@@ -188,7 +186,7 @@ def _exudyn(moving: Motion, cycles: int, reference: Array, took: float, settings
     return _row(name, best, took, "steps a cycle")
 
 
-def _row(name: str, best: tuple[int, float, float] | None, took: float, unit: str) -> Row:
+def _row(name: str, best: tuple[int, float, float] | None, took: float, unit: str) -> table.Row:
     if best is None:
         return name, "not met", "", "at any setting tried"
     setting, spent, error = best
@@ -209,16 +207,5 @@ def _median(run: Callable[[], Array]) -> tuple[float, Array]:
     return statistics.median(spent), value
 
 
-def main() -> int:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="fewer settings")
-    table = rows(parser.parse_args().quick)
-    widths = [max(len(row[i]) for row in table) for i in range(4)]
-    for row in table:
-        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    table.main(rows, __doc__)

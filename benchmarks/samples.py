@@ -23,6 +23,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import table
 from known import TONE, bench56
 from numpy.typing import NDArray
 
@@ -31,21 +32,20 @@ from epicyclic.analyses.samples.error_map import error_map, mesh_error_lines
 from epicyclic.analyses.samples.errors import error_samples
 from epicyclic.analyses.samples.stiffness import stiffness_samples
 
-Row = tuple[str, str, str, str]
 Array = NDArray[np.float64]
 FREQUENCIES = (600.0, 1646.0, 3500.0)
 CHECKED = 3
 PIECE = 20_000
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """Both kinds of samples at a speed below, at and above the main resonance."""
     try:
         bench56()
     except FileNotFoundError as error:
         return [("samples, 56 DOF", "skipped", "", f"{error}")]
     part = 10 if quick else 1
-    found: list[Row] = []
+    found: list[table.Row] = []
     for kind, count, seconds in (("stiffness", 10_000 // part, 8.0), ("error", 1_000_000 // part, 15.0)):
         for frequency in FREQUENCIES[1:2] if quick else FREQUENCIES:
             took, megabytes, error = _run(kind, count, frequency)
@@ -134,9 +134,8 @@ def main() -> int:
         print(took, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, error)
         return 0
     found = rows(given.quick)
-    for row in found:
-        print("  ".join(row).rstrip())
-    return int(any("MISSED" in row[3] for row in found))
+    table.show(found)
+    return int(bool(table.missed(found)))
 
 
 if __name__ == "__main__":

@@ -27,13 +27,13 @@ from typing import Any
 
 import baseline
 import numpy as np
+import table
 
 from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.assemble import assemble
 from epicyclic.files import load
 from epicyclic.system.system import System
 
-Row = tuple[str, str, str, str]
 # degrees of freedom: planets (two meshes each), bodies on the carrier, directions
 CASES = {30: (4, 3, "xy"), 56: (8, 3, "xyz"), 100: (12, 10, "xyz"), 200: (20, 27, "xyz")}
 TEETH = {"sun": 221, "planet": 19, "ring": 259}
@@ -92,9 +92,9 @@ def chain(size: int) -> System:
     return system
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """Time a speed, memory and error of every case, by numpy and, where it is there, by numba."""
-    found: list[Row] = []
+    found: list[table.Row] = []
     for size in [30, 56] if quick else list(CASES):
         system = chain(size)
         for name in _paths():
@@ -172,9 +172,8 @@ def main() -> int:
         _print_memory(int(given.memory[0]), given.memory[1])
         return 0
     found = rows(given.quick)
-    for row in found:
-        print("  ".join(row).rstrip())
-    return int(any("MISSED" in row[3] for row in found))
+    table.show(found)
+    return int(bool(table.missed(found)))
 
 
 if __name__ == "__main__":

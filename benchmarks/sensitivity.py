@@ -12,12 +12,12 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import table
 from known import bench56
 from numpy.typing import NDArray
 
@@ -26,17 +26,16 @@ from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.analyses.sensitivity.forces import stiffness_gradient
 from epicyclic.system.system import System
 
-Row = tuple[str, str, str, str]
 TOLERANCE = 1e-8
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """The rows of the table."""
     try:
         system = bench56()
     except FileNotFoundError as error:
         return [("derivatives of mesh forces, 56 DOF", "skipped", "", f"{error}")]
-    found: list[Row] = []
+    found: list[table.Row] = []
     for hertz in ([1646.0], list(np.linspace(300, 5000, 10 if quick else 40))):
         found += _cost(system, np.array(hertz) / float(system.tones[0]))
     off = _error(system, 0.93)
@@ -46,7 +45,7 @@ def rows(quick: bool) -> list[Row]:
     return [*found, *_drawing()]
 
 
-def _cost(system: System, speed: NDArray[np.float64]) -> list[Row]:
+def _cost(system: System, speed: NDArray[np.float64]) -> list[table.Row]:
     """Solutions, then with the derivatives of one mesh, then of all."""
     repeats = 15 if speed.size == 1 else 3
 
@@ -93,7 +92,7 @@ def _error(system: System, speed: float) -> float:
     return worst / float(np.abs(found.stiffness).max())
 
 
-def _drawing() -> list[Row]:
+def _drawing() -> list[table.Row]:
     """All numbers of a model file at once."""
     import epicyclic
 
@@ -121,8 +120,4 @@ def _met(met: bool) -> str:
 
 
 if __name__ == "__main__":
-    for row in rows("--quick" in sys.argv[1:]):
-        sys.stdout.write(
-            "  ".join(text.ljust(width) for text, width in zip(row, (72, 10, 10, 0), strict=True)).rstrip()
-        )
-        sys.stdout.write("\n")
+    table.main(rows, __doc__)

@@ -13,11 +13,11 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
 import statistics
-import sys
 import time
 from collections.abc import Callable
 
 import numpy as np
+import table
 from known import bench56
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
@@ -26,11 +26,10 @@ from scipy.optimize import linear_sum_assignment
 from epicyclic.analyses.stability.scan import predicted, prepared, scan
 from epicyclic.system.system import System
 
-Row = tuple[str, str, str, str]
 _LIMIT, _SPEEDS = 30.0, (600.0, 1646.0, 3500.0)
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """Rows of the benchmark's table: what, here, target, whether it is met."""
     try:
         system = bench56()
@@ -90,5 +89,4 @@ def _monodromy(system: System, frequency: float) -> NDArray[np.float64]:
 
 
 if __name__ == "__main__":
-    for row in rows("--quick" in sys.argv):
-        sys.stdout.write("  ".join(row).rstrip() + "\n")
+    table.main(rows, __doc__)

@@ -15,9 +15,7 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
-import argparse
 import statistics
-import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -25,6 +23,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+import table
 from known import bench56, bench112
 from numpy.typing import NDArray
 
@@ -33,7 +32,6 @@ from epicyclic.analyses.contact.torus import Torus, TorusPoint, respond_torus, t
 from epicyclic.analyses.harmonic.response import response
 from epicyclic.system.system import FarFlanks, Line, System
 
-Row = tuple[str, str, str, str]
 Array = NDArray[np.float64]
 BACKLASH, RUN_OUT = 100e-6, 10e-6
 # The ready herringbone set with all six directions of every half: 84 degrees of freedom.
@@ -49,18 +47,7 @@ TILTS = {
 }
 
 
-def main() -> int:
-    """Print the table; exit status 1 where a target is missed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="fewer speeds")
-    found = rows(parser.parse_args().quick)
-    widths = [max(len(row[i]) for row in found) for i in range(4)]
-    for row in found:
-        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
-    return int(any(row[3] == "MISSED" for row in found))
-
-
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """G11 and G14."""
     try:
         one, two = with_run_outs(("1/27",)), with_run_outs(("1/13", "1/17"))
@@ -101,7 +88,9 @@ def _line(system: System, frequency: Fraction, gap: NDArray[np.complex128]) -> L
     return Line(frequency=frequency, gap=gap, link_gap=np.zeros(0, complex), force=none, causes=(f"{frequency} Hz",))
 
 
-def _compare(name: str, system: System, speeds: Sequence[float], *, cycles: int, seconds: float | None) -> list[Row]:
+def _compare(
+    name: str, system: System, speeds: Sequence[float], *, cycles: int, seconds: float | None
+) -> list[table.Row]:
     """Time a speed, and the RMS against integration."""
     given = torus(response(system))
     tone = float(given.ready.lines.tone)
@@ -159,7 +148,7 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
     return float(np.abs(outcome(given, point).rms - rms).max() / rms.max()), change
 
 
-def _slices() -> list[Row]:
+def _slices() -> list[table.Row]:
     """Mesh orders of 16 harmonics with 8 slices a mesh, and these against 32."""
     from epicyclic.analyses.contact.balance import flank_force, mesh_problem
     from epicyclic.analyses.contact.forces import mesh_total, net_force
@@ -209,4 +198,4 @@ def _met(met: bool) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    table.main(rows, __doc__)

@@ -12,7 +12,6 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
-import argparse
 import subprocess
 import sys
 import time
@@ -20,6 +19,7 @@ from functools import partial
 
 import baseline
 import numpy as np
+import table
 from known import bench56
 
 from epicyclic.analyses.harmonic.steady import periodic
@@ -28,7 +28,7 @@ from epicyclic.analyses.transient.program import constant
 from epicyclic.analyses.transient.rk4 import compiled_available, integrate, steps_for
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.system import System
-from peers import Row, loosest, problem, rk4_rms
+from peers import loosest, problem, rk4_rms
 
 LIMIT = 1e-4
 STEPS = [32, 48, 64, 96, 128, 192, 256, 384, 512, 768]
@@ -44,7 +44,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 """
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """The table."""
     if not compiled_available():
         return [("time per simulated mesh cycle", "skipped", "", "numba is not installed")]
@@ -56,8 +56,8 @@ def rows(quick: bool) -> list[Row]:
     return [*found, *_memory(quick)]
 
 
-def _cycles(name: str, system: System, frequencies: list[float]) -> list[Row]:
-    found: list[Row] = []
+def _cycles(name: str, system: System, frequencies: list[float]) -> list[table.Row]:
+    found: list[table.Row] = []
     for frequency in frequencies:
         equation = baseline.equation(system, frequency)
         cycles = int(np.ceil(equation.settle * frequency)) + 1
@@ -79,7 +79,7 @@ def _cycles(name: str, system: System, frequencies: list[float]) -> list[Row]:
     return found
 
 
-def _apart(system: System, speed: float, frequency: float) -> Row:
+def _apart(system: System, speed: float, frequency: float) -> table.Row:
     """The default step with teeth that may part."""
     moving = motion(system, program=constant(speed))
     steps, cycles = steps_for(moving, 1 / frequency), 50
@@ -91,9 +91,9 @@ def _apart(system: System, speed: float, frequency: float) -> Row:
     return "  contact that opens, default step", f"{1e3 * each:.2f} ms", "", f"{steps} steps"
 
 
-def _memory(quick: bool) -> list[Row]:
+def _memory(quick: bool) -> list[table.Row]:
     """Growth of the process while a run goes, decimated to the same size of result."""
-    found: list[Row] = []
+    found: list[table.Row] = []
     for cycles in (80, 800) if quick else (80, 800, 8000):
         done = subprocess.run([sys.executable, "-c", MEMORY, str(cycles)], capture_output=True, text=True, check=True)
         found.append(
@@ -102,16 +102,5 @@ def _memory(quick: bool) -> list[Row]:
     return found
 
 
-def main() -> int:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="fewer speeds")
-    table = rows(parser.parse_args().quick)
-    widths = [max(len(row[i]) for row in table) for i in range(4)]
-    for row in table:
-        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    table.main(rows, __doc__)
