@@ -60,8 +60,8 @@ def ranges(signal: Signal, pairs: Index | None = None) -> Range:
     pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
     if signal.orders.points.shape[1] == 1:
         value, reach = _waves(signal)
-        size = np.abs(value) + reach
-        length = peak(np.hypot(size[pairs[:, 0]], size[pairs[:, 1]]))
+        sides = [np.abs(value[side]) + (reach if isinstance(reach, float) else reach[side]) for side in pairs.T]
+        length = peak(np.hypot(*sides))
         if isinstance(reach, float):
             return Range(low=valley(value), high=peak(value), length=length)
         return Range(low=-peak(reach - value), high=peak(reach + value), length=length)
