@@ -15,6 +15,7 @@ PINNED: dict[str, tuple[float, float]] = {
     "published_modes": (727.0, 5e-4),
     "own_model": (1.0, 1e-9),
     "speed_sweep": (485.0, 1e-9),  # a point of a 5 Hz grid
+    "contact_loss": (2346.72, 1e-4),  # a fold, 0.2 Hz
     "planet_spacing": (1.02259, 1e-3),
     "support_stiffness": (1.38625, 1e-3),
     "carrier_eccentricity": (2.19293, 1e-3),
