@@ -2,8 +2,8 @@
 
     u = A p (B - ln p),   A = (1 - nu_1^2)/(pi E_1) + (1 - nu_2^2)/(pi E_2),   p load per length [N/m]
 
-between the middles of the two teeth, h_1 and h_2 below the surface [weber1953].  u rises with p up to p_max = exp(B - 1),
-far above any load that teeth bear.
+between the middles of the two teeth, h_1 and h_2 below the surface [weber1953].  u rises with p up to exp(B - 1), far
+above any load that teeth bear.
 """
 
 from __future__ import annotations

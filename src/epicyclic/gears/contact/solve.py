@@ -225,7 +225,9 @@ def tangent_stiffness(compliance: Array, active: Mask, slope: Array | None = Non
     one = active.astype(float)
     if slope is None:
         matrix = np.where(active[:, :, None] & active[:, None, :], compliance, np.eye(active.shape[1]))
-        return np.einsum("ti,ti->t", one, np.linalg.solve(matrix, one[:, :, None])[:, :, 0])
+        closed: Array = np.einsum("ti,ti->t", one, np.linalg.solve(matrix, one[:, :, None])[:, :, 0])
+        return closed
     root = np.sqrt(np.where(active, slope, 0.0))
     matrix = root[:, :, None] * compliance * root[:, None, :] + np.eye(active.shape[1])
-    return np.einsum("ti,ti->t", root, np.linalg.solve(matrix, root[:, :, None])[:, :, 0])
+    result: Array = np.einsum("ti,ti->t", root, np.linalg.solve(matrix, root[:, :, None])[:, :, 0])
+    return result
