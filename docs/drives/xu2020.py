@@ -14,6 +14,7 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.plots import modulation
 from epicyclic.plots.style import DASHES, INK, PALETTE, WARNING, figure, note, panels, translucent
 
 Array = NDArray[np.float64]
@@ -257,6 +258,12 @@ def fig10() -> go.Figure:
     return drawn
 
 
+def sidebands() -> go.Figure:
+    """What an accelerometer at the top of the ring sees, with an eccentric sun and one pin out of place."""
+    faults = {"deviations.sun.run_out": "30 um", "deviations.planet.position.y": "[60, 0, 0, 0] um"}
+    return modulation(epicyclic.modulation("xu2020", overrides=faults, sensor="90 deg", floor=1e-3))
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "fig5": fig5,
     "fig6": fig6,
@@ -265,4 +272,5 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "fig9": fig9,
     "floating": floating,
     "fig10": fig10,
+    "sidebands": sidebands,
 }

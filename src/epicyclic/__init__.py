@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, sharing, static, steady, stiffness, sweep
+    from .studies.verbs import campbell, check, modes, modulation, sharing, stability, static, steady, stiffness, sweep
     from .system.system import System
     from .train.train import Train
 
@@ -42,8 +42,10 @@ __all__ = [
     "load",
     "load_result",
     "modes",
+    "modulation",
     "save_result",
     "sharing",
+    "stability",
     "static",
     "steady",
     "stiffness",
@@ -65,7 +67,8 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "sharing", "static", "steady", "stiffness", "sweep"), "studies.verbs"
+        ("campbell", "check", "modes", "modulation", "sharing", "stability", "static", "steady", "stiffness", "sweep"),
+        "studies.verbs",
     ),
 }
 

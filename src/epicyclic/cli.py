@@ -19,7 +19,9 @@ from typing import Annotated, Any
 import typer
 
 from .commands.audit import audit
+from .commands.modulation import modulation
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
+from .commands.stability import stability
 from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
 
 __all__ = ["app", "main"]
@@ -34,6 +36,8 @@ app = typer.Typer(
 )
 
 app.command()(audit)
+app.command()(modulation)
+app.command()(stability)
 
 
 class Method(StrEnum):

@@ -27,7 +27,7 @@ from .plots.sharing import worst
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep")
+_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "modulation")
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -119,6 +119,9 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(anchor="sharing", title="Load sharing", body=_sharing(datasets["sharing"]))
     if "sweep" in datasets:
         yield Section(anchor="sweep", title="Speed sweep", body=_sweep(datasets["sweep"], modes))
+    if "modulation" in datasets:
+        body = _figure("modulation", plots.modulation(datasets["modulation"]))
+        yield Section(anchor="modulation", title="Vibration at the ring", body=body)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

@@ -92,6 +92,7 @@ def assemble(train: Train) -> System:
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
+        stage_turns=_stage_turns(train),
         far=_far_flanks(structure, T) if structure.far_of.size else None,
     )
 
@@ -173,7 +174,18 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
         backlash=np.array([m.backlash for m in meshes]),
         cos_base_helix=np.cos([m.base_helix for m in meshes]),
         slice=tuple(row.number for row in structure.meshes),
+        ends=tuple((m.a, m.b) for m in meshes),
+        internal=tuple(m.internal for m in meshes),
+        direction=np.array([m.direction for m in meshes]),
     )
+
+
+def _stage_turns(train: Train) -> dict[str, Fraction]:
+    """Speed of the axes of every stage, exact [rev/s]."""
+    if train.kinematics.speed is None:
+        return {}
+    turns = train.kinematics.frame_speed or {}
+    return {stage: Fraction(turns.get(stage, 0)) / 60 for stage in train.planets}
 
 
 def _far_flanks(structure: Structure, T: Array) -> FarFlanks:

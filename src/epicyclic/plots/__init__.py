@@ -9,10 +9,12 @@ from .energy import energy_shares
 from .frequencies import frequencies
 from .front import train_front
 from .members import members
+from .modulation import modulation
 from .phases import orders, phases
 from .section import train_section
 from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
+from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
 
@@ -27,9 +29,12 @@ __all__ = [
     "mesh_forces",
     "mesh_stiffness",
     "mode_shapes",
+    "modulation",
     "orders",
     "phases",
     "speed_sweep",
+    "stability_map",
+    "stability_over_speed",
     "study",
     "train_front",
     "train_section",

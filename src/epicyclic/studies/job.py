@@ -63,4 +63,5 @@ _LONG: Mapping[str, Callable[[Callable[[float], None]], Callable[..., None]]] = 
     "sharing": _share,
     "static": _share,
     "sweep": _count,
+    "stability": _count,
 }

@@ -25,7 +25,9 @@ __all__ = [
     "campbell",
     "check",
     "modes",
+    "modulation",
     "sharing",
+    "stability",
     "static",
     "steady",
     "stiffness",
@@ -132,6 +134,57 @@ def sweep(
     return run(system, **options)
 
 
+def modulation(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Vibration at a fixed place beside the ring, its lines by family and cause.
+
+    Options are those of `epicyclic.studies.modulation.modulation`.
+    """
+    from .modulation import modulation as run
+
+    return run(system_of(source, overrides=overrides), **options)
+
+
+def stability(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    points: int | None = None,
+    over: str | None = None,
+    values: Sequence[Any] | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Floquet multipliers over speed, and over a second parameter where one is named, with boundaries by averaging.
+
+    Further options are those of `epicyclic.analyses.stability.stability.stability`, and of
+    `epicyclic.studies.stability.stability_map` with a second parameter.
+
+    Parameters
+    ----------
+    start, stop, points : mesh frequencies as of `sweep`.
+    over : path in the model file, or ``variation`` or ``damping``, a factor; values : those it takes.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or says no speed; one of `over` and `values` without the other.
+    """
+    from ..analyses.stability.stability import stability as run
+
+    if (over is None) != (values is None):
+        raise ModelError("a path and its values go together", path="over, values", given=f"{over}, {values}")
+    system = system_of(source, overrides=overrides)
+    if over is not None and values is not None:
+        from .stability import stability_map
+
+        speeds = options.pop("mesh_frequency", None)
+        speeds = _frequencies(system, start, stop, points or 100) if speeds is None else speeds
+        return stability_map(source, over, values, speeds, overrides=overrides, **options)
+    if start is not None or stop is not None or points is not None:
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
+    return run(system, **options)
+
+
 def _frequencies(system: System, start: float | None, stop: float | None, points: int) -> Sequence[float]:
     """Evenly spaced mesh frequencies [Hz]."""
     import numpy as np
@@ -161,6 +214,8 @@ VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "steady": steady,
     "sharing": sharing,
     "sweep": sweep,
+    "modulation": modulation,
+    "stability": stability,
 }
 
 

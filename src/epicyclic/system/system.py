@@ -7,6 +7,7 @@ with one column of B a mesh row, f_m = k_m(t) <B^T q - e>_m + c_m d/dt(...), all
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -47,6 +48,9 @@ class MeshRows:
     name, pair, stage, branch (0 = none), side ("" = none) : (m,) labels.
     slice : (m,) number along the face from the left, from 1, of a mesh cut into slices (name ``.../3``); 0 = a whole
         mesh.  None at all = every row is a whole mesh.  The slices of one mesh stand together.
+    ends : (m,) names of the bodies a and b.  internal : (m,) whether b is a ring.  direction : (m,) polar angle, in the
+        axes of the stage, from the centre of a to the pitch point [rad]; of a ring mesh that of the contact seen from
+        the ring's centre.  These three are empty where nobody has said them.
     B : (n, m).  stiffness : (m,) mean, normal [N/m].
     variation : (m, L) complex, with the phase in it, f the tone of the mesh:
         k_m(t) = stiffness (1 + Re sum_l variation[m, l-1] exp(2 pi i l f t)).
@@ -67,6 +71,9 @@ class MeshRows:
     backlash: Array
     cos_base_helix: Array
     slice: tuple[int, ...] = ()
+    ends: tuple[tuple[str, str], ...] = ()
+    internal: tuple[bool, ...] = ()
+    direction: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -153,6 +160,7 @@ class System:
         whatever needs M asks `require_inertia` first.
     groups : links with a law (play, rolling elements, spline); linear analyses take `analyses.linear.linearised`.
     body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
+    stage_turns : the same of the axes of every stage, by its name.
     far : the far flanks, seen by analyses in which teeth part; None without finite backlash.
     """
 
@@ -176,6 +184,7 @@ class System:
     missing_inertia: tuple[str, ...] = ()
     groups: tuple[LawGroup, ...] = ()
     body_turns: tuple[Fraction, ...] = ()
+    stage_turns: Mapping[str, Fraction] = field(default_factory=dict)
     far: FarFlanks | None = None
 
     @property

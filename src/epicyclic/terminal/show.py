@@ -16,6 +16,8 @@ from rich.table import Table
 
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
+from .modulation import modulation_tables
+from .stability import stability_tables
 from .tables import listed, number
 
 if TYPE_CHECKING:
@@ -110,4 +112,6 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "steady": steady_tables,
     "sharing": sharing_tables,
     "sweep": sweep_tables,
+    "modulation": modulation_tables,
+    "stability": stability_tables,
 }

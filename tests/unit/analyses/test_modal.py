@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.campbell import campbell
-from epicyclic.analyses.modes.eigen import _neutral_first, damping_ratios, eigen, whirl
+from epicyclic.analyses.modes.eigen import damping_ratios, eigen, neutral_first, whirl
 from epicyclic.analyses.modes.kinds import clusters, sort_modes
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.errors import ModelError
@@ -276,7 +276,7 @@ def test_neutral_motions_leave_the_state(build: Any) -> None:
         system = _turning(still, 3, planar.mass, planar.radius[2], Omega=900.0)
         modes = eigen(system)
         K = np.diag(modes.omega_squared) + modes.vectors.T @ system.Kg @ modes.vectors
-        Q, count = _neutral_first(K, np.flatnonzero(modes.omega_squared == 0))
+        Q, count = neutral_first(K, np.flatnonzero(modes.omega_squared == 0))
         assert count == expected
         assert np.abs(K @ Q[:, :count]).max() < 1e-9 * 900.0**2  # rounding of the centrifugal terms
         np.testing.assert_allclose(Q.T @ Q, np.eye(len(K)), atol=1e-14)

@@ -14,7 +14,7 @@ from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import Modal
 from .lattice import Lattice, Point
 
-__all__ = ["Excitation", "Shaft", "excitation", "mesh_rows", "shaft_rows"]
+__all__ = ["Excitation", "Shaft", "excitation", "mesh_rows", "mesh_tones", "shaft_rows"]
 
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9
@@ -77,7 +77,7 @@ def excitation(system: System, modal: Modal) -> Excitation:
             path="damping",
             allowed='e.g. damping = { modal = "3 %" }',
         )
-    tones = _tones(system)
+    tones = mesh_tones(system)
     places = [(_multiple(tones, line.frequency), line) for line in system.lines]
     _balanced(system, modal)
     return Excitation(
@@ -88,7 +88,13 @@ def excitation(system: System, modal: Modal) -> Excitation:
     )
 
 
-def _tones(system: System) -> tuple[Fraction, ...]:
+def mesh_tones(system: System) -> tuple[Fraction, ...]:
+    """Mesh frequencies that meshes follow [Hz] at the operating speed, that of the first mesh first.
+
+    Raises
+    ------
+    ModelError : there is none, or one is zero.
+    """
     used = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
     if not used or min(used) <= 0:
         raise ModelError(

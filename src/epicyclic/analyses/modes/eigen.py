@@ -15,7 +15,7 @@ from ...system.system import Array, ComplexArray, System
 from ..statics.linear import linearised
 from .basis import mean_modes
 
-__all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "whirl"]
+__all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "neutral_first", "whirl"]
 
 # An eigenvalue of the state matrix is rounding below this part of the largest; 20 Hz beside 20 kHz is 1e-3.
 _ZERO = 1e-9
@@ -99,7 +99,7 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
     system = linearised(system)
     modes = eigen(system) if modes is None else modes
     C, K = _modal_matrices(system, modes, relative_speed, damped)
-    Q, neutral = _neutral_first(K, np.flatnonzero(modes.omega_squared == 0))
+    Q, neutral = neutral_first(K, np.flatnonzero(modes.omega_squared == 0))
     scale = float(np.max(modes.omega, initial=0.0)) or 1.0
     mu, p = _state_modes(Q.T @ C @ Q / scale, Q.T @ K @ Q / scale**2, neutral)
     vectors = modes.vectors @ (Q @ p)
@@ -121,7 +121,7 @@ def _modal_matrices(system: System, modes: Modes, s: float, damped: bool) -> tup
     return C, K
 
 
-def _neutral_first(K: Array, rigid: np.ndarray) -> tuple[Array, int]:
+def neutral_first(K: Array, rigid: np.ndarray) -> tuple[Array, int]:
     """Orthogonal coordinates whose first `count` directions meet no stiffness at all: K Q[:, :count] = 0."""
     n = len(K)
     if not rigid.size:

@@ -1,0 +1,156 @@
+"""What a line at the sensor is called and what causes it.
+
+A line stands at  sum_j l_j f_j + f_shaft + k f_carrier: mesh orders, a shaft line in the axes of the stage, and what
+the planets add that pass the sensor.  With even planets that are alike only sidebands with l z + k a multiple of N
+survive, z the teeth of the ring, N the planets: asymmetric about the mesh orders, which vanish themselves, where z / N
+is not whole [mcfadden1985].  Uneven or unlike planets bring the others [inalpolat2009].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ...system.system import System
+from ..harmonic.excitation import Excitation, Shaft
+from .lines import Part
+from .place import Place, stages_of
+from .rows import Rows
+
+__all__ = ["MEAN", "MESH", "PASSING", "UNEVEN", "UNLIKE", "Origin", "Teller", "without_faults"]
+
+MESH, PASSING, MEAN = "mesh", "planets passing", "mean load passing"
+UNEVEN, UNLIKE = "uneven planets", "unlike planets"
+_MESHING = "tooth meshing"
+_FAULT_FREE = "fault-free: planets passing"
+_UNEVEN_CAUSE = "fault-free asymmetry: planet angles, mesh phases"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin:
+    """Frequency = sum_j mesh_j f_j + sign f_shaft + carrier |f_carrier|.  shaft : its number, -1 without."""
+
+    mesh: tuple[int, ...]
+    shaft: int
+    sign: int
+    carrier: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Teller:
+    """Names lines of one System at one place."""
+
+    system: System
+    lines: Excitation
+    place: Place
+
+    @property
+    def own(self) -> int:
+        """The tone of the stage."""
+        return int(self.lines.axis[self.place.meshes[0]])
+
+    def label(self, origin: Origin) -> str:
+        """``2 x mesh + sun run-out - 3 x carrier``."""
+        terms = [(count, f"{abs(count)} x {self._mesh(j)}") for j, count in enumerate(origin.mesh)]
+        if origin.shaft >= 0:
+            terms.append((origin.sign, self.shaft_name(origin.shaft)))
+        terms.append((origin.carrier, f"{abs(origin.carrier)} x carrier"))
+        text = ""
+        for count, name in sorted(terms, key=lambda term: term[0] < 0):
+            if count:
+                text += (" + " if count > 0 else " - ") + name
+        return text.removeprefix(" + ").strip()
+
+    def family(self, origin: Origin, *, faulty: bool) -> str:
+        """Which family of lines it belongs to: the one word for its cause; faulty : hardly there without deviations."""
+        if origin.shaft >= 0:
+            return self.shaft_name(origin.shaft)
+        others = [self._mesh(j) for j, count in enumerate(origin.mesh) if count and j != self.own]
+        if others:
+            return f"{others[0]} of another stage"
+        order = origin.mesh[self.own]
+        if self._passes(origin):
+            return MEAN if order == 0 else PASSING if origin.carrier else MESH
+        return UNLIKE if faulty or self.place.even else UNEVEN
+
+    def causes(self, origins: Sequence[Origin], *, faulty: bool) -> str:
+        """What causes a line, the largest part first, with paths in the file."""
+        found: dict[str, None] = {}
+        for one in origins:
+            shaft = self.lines.shaft[one.shaft].causes if one.shaft >= 0 else None
+            found.update(dict.fromkeys(self._causes(one, faulty=faulty) if shaft is None else shaft))
+        return "; ".join(found)
+
+    def origin(self, rows: Rows, part: Part) -> Origin:
+        """Where a part of a line comes from."""
+        sign, turn = -1 if part.backwards else 1, 0 if rows.carrier == 0 else 1 if rows.carrier > 0 else -1
+        return Origin(
+            mesh=tuple(sign * int(count) for count in rows.point[part.row]),
+            shaft=int(rows.shaft[part.row]),
+            sign=sign,
+            carrier=sign * turn * part.order,
+        )
+
+    def shaft_name(self, number: int) -> str:
+        """``sun run-out``, ``3 x sun pitch``: from paths and exact orders."""
+        shaft = self.lines.shaft[number]
+        return " & ".join(dict.fromkeys(self._shaft_word(shaft, path) for path in shaft.causes)) or "shaft"
+
+    def _causes(self, origin: Origin, *, faulty: bool) -> list[str]:
+        family, own = self.family(origin, faulty=faulty), self._at_order(origin.mesh)
+        standing = self._at_order((0,) * len(origin.mesh))
+        faults = [path for path in standing if path.startswith("deviations.")] if faulty else []
+        if family == UNLIKE:
+            return [*faults, *own] or ["planets that differ"]
+        first = _UNEVEN_CAUSE if family == UNEVEN else _FAULT_FREE if origin.carrier else _MESHING
+        return [first, *own, *faults]
+
+    def _at_order(self, mesh: tuple[int, ...]) -> list[str]:
+        """Paths of the lines that stand at a mesh order, or at 0, of whichever sign."""
+        mirrored = tuple(-count for count in mesh)
+        return [cause for point, line in self.lines.mesh if point in (mesh, mirrored) for cause in line.causes]
+
+    def _passes(self, origin: Origin) -> bool:
+        """Whether even planets that are alike leave this line of mesh orders."""
+        count, teeth = len(self.place.spacing), self.place.teeth
+        if self.place.turn == 0:
+            return True
+        if teeth is None:
+            return origin.carrier % count == 0
+        forwards = 1 if self.place.turn > 0 else -1
+        # planet n meshes z_ring psi_n / 2 pi cycles earlier, the other way round where the ring's teeth come forwards
+        return (-origin.mesh[self.own] * teeth + forwards * origin.carrier) % count == 0
+
+    def _mesh(self, tone: int) -> str:
+        if len(self.lines.tones) == 1:
+            return "mesh"
+        axes = self.lines.axis.tolist()
+        rows = [row for row, axis in enumerate(axes) if axis == tone]
+        return f"{self.system.meshes.stage[rows[0]]} mesh"
+
+    def _shaft_word(self, shaft: Shaft, path: str) -> str:
+        """``deviations.main.sun.run_out`` -> ``sun run-out``, with the order where it is not the first."""
+        stages = tuple(dict.fromkeys(stages_of(self.system)))
+        parts = path.split(".")[1:]
+        member = ".".join(parts[:2]) if parts[:1] and parts[0] in stages else parts[0] if parts else path
+        if len(stages) == 1:
+            parts = parts[1:] if parts[:1] == [stages[0]] else parts
+        words = " ".join(parts).replace("run_out", "run-out").replace("_", " ") or path
+        order = self._order(shaft.frequency, member)
+        return words if order in (None, 1) else f"{order} x {words}"
+
+    def _order(self, frequency: Fraction, member: str) -> int | None:
+        """Turns of a member in the axes of the stage in one period, None where they are no whole number."""
+        name = member.replace(".", "/")
+        for body, turns in zip(self.system.dofs.bodies, self.system.body_turns, strict=True):
+            if body == name or body.startswith(f"{name}/"):
+                relative = turns - self.system.stage_turns.get(name.split("/")[0], Fraction(0))
+                order = abs(frequency / relative) if relative else Fraction(0)
+                return int(order) if order.denominator == 1 and order else None
+        return None
+
+
+def without_faults(causes: Sequence[str]) -> bool:
+    """Whether a line of excitation is there in a train as drawn: tooth form and loads, not what manufacturing left."""
+    return not causes or any(not cause.startswith("deviations.") or cause.endswith(".profile") for cause in causes)

@@ -1,0 +1,329 @@
+"""The signal of an accelerometer beside the ring, as lines of exact frequency, each with its family and its causes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.system import Array, ComplexArray, System
+from ..harmonic.extremes import force_extremes
+from ..harmonic.periodic import TOLERANCE, solved
+from ..harmonic.response import Block, Response
+from ..harmonic.steady import tension
+from ..harmonic.waveform import force_spectrum
+from .labels import Teller, without_faults
+from .lines import Lines, lines_of, synthesised
+from .place import Place, place_of
+from .rows import DIRECTIONS, Rows, felt, gathered, heard
+from .transfer import ACCELERATION, Transfer
+from .windows import Window, window_of_word
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["modulation"]
+
+# Highest number of samples of the signal: 2^20 doubles are 8 MB.
+_MOST = 2**20
+_FEWEST = 2048
+# Deviations are told as the cause of a line that changes by more than this without them.
+_TOLD = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Sensor:
+    """What is asked for, checked."""
+
+    place: Place
+    window: Window
+    transfer: Transfer | None
+    direction: str
+    radius: float | None
+    mean_load: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Seen:
+    """What the sensor sees: its lines, their frequency at this speed [Hz], signal, acceleration of what it sits on."""
+
+    rows: Rows
+    lines: Lines
+    frequency: Array
+    signal: ComplexArray
+    acceleration: ComplexArray
+
+
+def modulation(
+    system: System,
+    *,
+    relative_speed: float = 1.0,
+    stage: str | None = None,
+    body: str | None = None,
+    sensor: float = 0.0,
+    direction: str = "radial",
+    window: Window | str = "hann",
+    width: float | None = None,
+    transfer: Transfer | None = None,
+    through_planet: float = 0.0,
+    mean_load: bool = False,
+    radius: float | None = None,
+    floor: float = 1e-4,
+    turns: int = 1,
+    samples: int | None = None,
+) -> xr.Dataset:
+    """Vibration at a fixed place beside the ring: its lines by family and cause, and its signal over time.
+
+    Every mesh force with the ring is heard through a window that depends on the angle between its planet and the
+    sensor, left and right helix together, then through the transfer path.  Without a transfer path the signal is a
+    force [N], and the acceleration of the ring as a rigid body stands beside it; a path in m/s2/N makes it an
+    acceleration and adds that of the ring.  The steady state of means is left out: the signal has no mean.
+
+    Parameters
+    ----------
+    relative_speed : speed per operating speed, above zero.
+    stage, body, sensor, through_planet : as of `place_of`.  direction : of the ring's motion, radial,
+        tangential or axial.
+    window, width : as of `window_of_word`, or a `Window`.  transfer : path to the sensor, 1 at every frequency if None.
+    mean_load : whether the mean mesh force is heard passing too, at multiples of the carrier's speed.
+    radius : of the sensor from the axis, that of the ring's `rz` if None [m].
+    floor : lines below this, relative to the largest one, are not listed; 0 lists all.
+    turns : length of the signal in turns of the carrier, where it stands of the fastest body of the stage.
+    samples : of the signal, as many as its highest line needs if None.
+
+    Raises
+    ------
+    ModelError : as of `place_of`, `window_of_word` and `steady`; numbers out of range.
+    ConvergenceError : as of `steady`.
+    """
+    place = place_of(system, stage=stage, body=body, angle=sensor, through_planet=through_planet)
+    asked = _Sensor(
+        place=place,
+        window=window_of_word(window, planets=len(place.branches), width=width) if isinstance(window, str) else window,
+        transfer=transfer,
+        direction=direction,
+        radius=radius,
+        mean_load=mean_load,
+    )
+    _check(asked, floor=floor, turns=turns)
+    ready, block = solved(system, relative_speed, TOLERANCE)
+    seen = _seen(ready, block, asked)
+    healthy = _fault_free(system, relative_speed, asked)
+    kept = _kept(seen, floor)
+    duration = _duration(system, place, turns) / relative_speed
+    count = _samples(seen.frequency[kept], duration, samples)
+    signal = synthesised(seen.frequency[kept], seen.signal[kept], duration, count)
+    return _labelled(
+        ready,
+        block,
+        asked,
+        seen,
+        kept=kept,
+        healthy=healthy,
+        signal=(duration, signal),
+        options={
+            "relative_speed": relative_speed,
+            "stage": place.stage,
+            "body": _where(system, place),
+            "sensor": sensor,
+            "direction": direction,
+            "window": asked.window.name,
+            "width": width,
+            "transfer": "none" if transfer is None else transfer.unit,
+            "through_planet": through_planet,
+            "mean_load": mean_load,
+            "floor": floor,
+            "turns": turns,
+        },
+    )
+
+
+def _check(asked: _Sensor, *, floor: float, turns: int) -> None:
+    if asked.direction not in DIRECTIONS:
+        raise ModelError("no such direction", path="direction", given=asked.direction, allowed=", ".join(DIRECTIONS))
+    if asked.radius is not None and not (math.isfinite(asked.radius) and asked.radius > 0):
+        raise ModelError("out of range", path="radius", given=asked.radius, allowed="above zero")
+    if not 0 <= floor < 1:
+        raise ModelError("out of range", path="floor", given=floor, allowed="0 or more, below 1")
+    if turns < 1:
+        raise ModelError("out of range", path="turns", given=turns, allowed="1 or more")
+
+
+def _seen(ready: Response, block: Block, asked: _Sensor) -> _Seen:
+    rows = gathered(ready, block, asked.place)
+    if not asked.mean_load:
+        rows = replace(rows, force=np.where(rows.step == 0, 0.0, rows.force))
+    radius = _radius(ready.system, asked.place) if asked.radius is None else asked.radius
+    motion = felt(rows, asked.place, asked.direction, radius)
+    lines = lines_of(rows, heard(rows, asked.place, asked.window), motion)
+    frequency = float(block.speed[0]) * np.array([float(one) for one in lines.frequency])
+    acceleration = -((2 * np.pi * frequency) ** 2) * lines.motion
+    signal = lines.force if asked.transfer is None else lines.force * asked.transfer.at(frequency)
+    if asked.transfer is not None and asked.transfer.unit == ACCELERATION:
+        signal = signal + acceleration
+    return _Seen(rows=rows, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration)
+
+
+def _radius(system: System, place: Place) -> float:
+    """Reference radius of what the sensor sits on, 0 where it cannot turn."""
+    names = {system.dofs.bodies[body] for body in place.bodies}
+    rows = zip(system.dofs.body, system.dofs.direction, system.dofs.radius, strict=True)
+    return next((float(R) for body, direction, R in rows if body in names and direction == "rz"), 0.0)
+
+
+def _fault_free(system: System, relative_speed: float, asked: _Sensor) -> dict[Fraction, complex]:
+    """The signal of the same train without what manufacturing left, by exact frequency."""
+    lines = tuple(line for line in system.lines if without_faults(line.causes))
+    ready, block = solved(replace(system, lines=lines), relative_speed, TOLERANCE)
+    seen = _seen(ready, block, asked)
+    return dict(zip(seen.lines.frequency, seen.signal.tolist(), strict=True))
+
+
+def _kept(seen: _Seen, floor: float) -> NDArray[np.int64]:
+    """Lines large enough in the signal; all of them, what the body does without it too, where nothing is too small."""
+    size = np.abs(seen.signal)
+    return np.flatnonzero((size >= floor * size.max(initial=0.0)) & ((size > 0) | (floor == 0)))
+
+
+def _duration(system: System, place: Place, turns: int) -> float:
+    """Seconds at the operating speed."""
+    speeds = zip(system.dofs.bodies, system.body_turns, strict=True)
+    fastest = max(abs(turn) for name, turn in speeds if name.split("/")[0] == place.stage)
+    return float(turns / (abs(place.turn) or fastest))
+
+
+def _samples(frequency: Array, duration: float, samples: int | None) -> int:
+    """2.56 samples a cycle of the highest line, as analysers take them, to the next power of two."""
+    highest = float(frequency.max(initial=0.0)) * duration
+    if samples is None:
+        wanted = max(_FEWEST, 1 << math.ceil(math.log2(max(2.56 * highest, 1.0))))
+    else:
+        wanted = samples
+    if not max(1, 2 * highest) < wanted <= _MOST:
+        raise ModelError(
+            f"{wanted} samples: the signal needs more than {2 * highest:.0f}, and there may be {_MOST}",
+            path="samples",
+            given=samples,
+            allowed="fewer turns, a higher floor, or another number",
+        )
+    return wanted
+
+
+def _where(system: System, place: Place) -> str:
+    return ", ".join(system.dofs.bodies[body] for body in place.bodies) or "housing"
+
+
+def _labelled(
+    ready: Response,
+    block: Block,
+    asked: _Sensor,
+    seen: _Seen,
+    *,
+    kept: NDArray[np.int64],
+    healthy: dict[Fraction, complex],
+    signal: tuple[float, Array],
+    options: dict[str, Any],
+) -> xr.Dataset:
+    from ...results import dataset
+
+    place, system, speed = asked.place, ready.system, float(block.speed[0])
+    teller = Teller(system=system, lines=ready.lines, place=place)
+    origins = [[teller.origin(seen.rows, part) for part in seen.lines.parts[i]] for i in kept]
+    frequency = [seen.lines.frequency[i] for i in kept]
+    without = np.array([healthy.get(one, 0j) for one in frequency])
+    faulty = np.abs(seen.signal[kept] - without) > _TOLD * np.abs(seen.signal[kept])
+    duration, values = signal
+    unit = "N" if asked.transfer is None or asked.transfer.unit != ACCELERATION else "m/s2"
+    angle = np.linspace(-np.pi, np.pi, 721)
+    result = dataset(
+        {
+            "line_frequency": ("line", seen.frequency[kept]),
+            "exact_frequency": ("line", _texts([str(one) for one in frequency])),
+            "mesh_order": ("line", np.array([float(one / ready.lines.tones[teller.own]) for one in frequency])),
+            "carrier_order": ("line", np.array([float(one / abs(place.turn or 1)) for one in frequency])),
+            "signal_amplitude": ("line", seen.signal[kept]),
+            "fault_free_amplitude": ("line", without),
+            "sensor_acceleration": ("line", seen.acceleration[kept]),
+            "family": (
+                "line",
+                _texts([teller.family(one[0], faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
+            ),
+            "causes": (
+                "line",
+                _texts([teller.causes(one, faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
+            ),
+            "signal": ("sample_time", values),
+            "passage": ("planet", _passages(place, speed)),
+            "window_gain": ("window_angle", asked.window.at(angle)),
+        },
+        {
+            "line": _texts([teller.label(one[0]) for one in origins]),
+            "sample_time": np.arange(values.size) * (duration / values.size),
+            "planet": list(place.branches),
+            "window_angle": angle,
+        },
+        verb="modulation",
+        options={**options, "samples": values.size, "harmonics": block.harmonics},
+        provenance=system.provenance,
+        warnings=[*system.warnings, *_warnings(ready, block, asked, seen)],
+        units={name: unit for name in ("signal", "signal_amplitude", "fault_free_amplitude")},
+    )
+    result.attrs.update(
+        stage=place.stage,
+        sensor_body=_where(system, place),
+        carrier_frequency=speed * abs(float(place.turn)),
+        stage_mesh_frequency=speed * float(ready.lines.tones[teller.own]),
+        common_period=str(_period(frequency)),
+        power_kept=float(_power(seen.signal[kept]) / (_power(seen.signal) or 1.0)),
+    )
+    return result
+
+
+def _texts(values: list[str]) -> NDArray[np.object_]:
+    return np.array(values, dtype=object)
+
+
+def _power(amplitude: ComplexArray) -> float:
+    return float((np.abs(amplitude) ** 2).sum() / 2)
+
+
+def _period(frequency: list[Fraction]) -> Fraction:
+    """Seconds at the operating speed after which all lines are as at the start, exact."""
+    if not frequency:
+        return Fraction(0)
+    unit = math.lcm(*(one.denominator for one in frequency))
+    return Fraction(unit, math.gcd(*(int(one * unit) for one in frequency)))
+
+
+def _passages(place: Place, speed: float) -> Array:
+    """First time at which each planet passes the sensor [s], nan where none does."""
+    if place.turn == 0:
+        return np.full(len(place.branches), np.nan)
+    turn = speed * float(place.turn)
+    ahead = (place.angle - place.spacing) / (2 * np.pi) * np.sign(turn) % 1.0
+    result: Array = ahead / abs(turn)
+    return result
+
+
+def _warnings(ready: Response, block: Block, asked: _Sensor, seen: _Seen) -> list[str]:
+    force = force_spectrum(ready, block, shifted=False)
+    shafts = None if block.shaft is None else force_spectrum(ready, block, shifted=True)
+    found = tension(ready.system, force_extremes(ready, block, force, shafts, axis=ready.lines.axis)[0])
+    if asked.window.remainder > 1e-2:
+        last = len(asked.window.coefficients) - 1
+        found.append(f"the window is cut at {last} harmonics: {asked.window.remainder:.1%} of it left out")
+    if asked.transfer is not None:
+        outside = ~asked.transfer.covers(seen.frequency)
+        lost, whole = _power(seen.lines.force[outside]), _power(seen.lines.force)
+        if lost > 1e-6 * whole:
+            low, high = asked.transfer.frequency[0], asked.transfer.frequency[-1]
+            found.append(
+                f"the transfer path is given from {low:g} to {high:g} Hz: lines outside are left out, "
+                f"{lost / whole:.2%} of the mean square of the force"
+            )
+    return found

@@ -1,0 +1,1 @@
+"""Stability of the periodic motion: Floquet multipliers, and instability boundaries by averaging."""

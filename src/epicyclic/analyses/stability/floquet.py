@@ -1,0 +1,189 @@
+"""Floquet multipliers of the linear system whose meshes change periodically in any way, over any period.
+
+A step is the exact flow of the mean system (gyroscopic, centripetal and off-diagonal damping terms included) and a
+kick of rank m by what the meshes differ from their mean over the period.  The kick carries the double commutator of
+the splitting: D - h^2/12 D S D in place of D, S = B^T M^-1 B [takahashi1984].  One step is then a processed method of
+fourth order: its error of second order is a change of coordinates, periodic like the meshes, which no multiplier
+feels [hairer2006, sec. V.3.3].  Without damping a step is symplectic: multipliers stay on the unit circle to rounding
+until they meet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from ...system.system import Array, ComplexArray
+from ..modes.basis import Modal
+from .state import State, state
+
+__all__ = ["Floquet", "floquet", "multipliers", "steps_needed"]
+
+_LEAST, _PER_CYCLE = 24.0, 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Floquet:
+    """What becomes of a small disturbance in one period.
+
+    multipliers : (2n,) complex, largest magnitude first, then those of free motions.
+    free : (2n,) whether it is that of a free motion: of its position (exactly 1) or its momentum (1 to rounding).
+    position, rate : (n, 2n) complex, eigenvectors in the coordinates y of `Modal` and their y' [1/s] at the first
+        instant, to O(h^2), of unit energy norm |y|^2 + |x'|^2, without the position of free motions, on which nothing
+        depends; None where not asked for.
+    """
+
+    multipliers: ComplexArray
+    free: NDArray[np.bool_]
+    position: ComplexArray | None = None
+    rate: ComplexArray | None = None
+
+
+def steps_needed(modal: Modal, *, period: float, cycle: float, harmonics: int = 0) -> int:
+    """Steps of a period that hold the motion between kicks: 24 a mesh cycle, 4 a cycle of the highest mode.
+
+    Kicks repeat with the step's frequency; it is kept so high that no sum of two natural frequencies meets it.
+
+    Parameters
+    ----------
+    period : [s].  cycle : shortest mesh cycle [s].  harmonics : of the mesh stiffness, per mesh cycle.
+    """
+    highest = float(np.sqrt(modal.squared.max(initial=0.0))) / (2 * np.pi)
+    clear = 2 * highest + (harmonics + 1) / cycle
+    return int(np.ceil(period * max(_LEAST / cycle, _PER_CYCLE * highest, clear) - 1e-9))
+
+
+def multipliers(
+    modal: Modal,
+    stiffness: Array,
+    *,
+    period: float,
+    frame: float = 1.0,
+    damping: Array | None = None,
+    gaps: Array | None = None,
+) -> ComplexArray:
+    """Floquet multipliers, (2n,) complex, largest magnitude first, those of free motions last; as `floquet`."""
+    return floquet(modal, stiffness, period=period, frame=frame, damping=damping, gaps=gaps).multipliers
+
+
+def floquet(
+    modal: Modal,
+    stiffness: Array,
+    *,
+    period: float,
+    frame: float = 1.0,
+    damping: Array | None = None,
+    gaps: Array | None = None,
+    vectors: bool = False,
+) -> Floquet:
+    """Multipliers of one period, and the motions they belong to.
+
+    Parameters
+    ----------
+    stiffness : (m, N) tangent of every mesh row less the mean stiffness that `modal` holds [N/m], at N equal steps of
+        the period; -k0 where teeth are parted.  N : see `steps_needed`.
+    period : [s]; of one mesh cycle, or of as many as the motion needs.  frame : factor of G and Cskew, squared of Kg.
+    damping : (m, N) mesh damping less what `modal` holds [N s/m]; its varying part is followed to second order.
+    gaps : (m, n) gap of y of the rows that change, where these are others, or more, than the meshes of `modal`.
+    vectors : whether the eigenvectors are wanted.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : a number that is not finite, or eigenvalues that did not converge.
+    """
+    mean_k, mean_c = stiffness.mean(axis=1), np.zeros(len(stiffness)) if damping is None else damping.mean(axis=1)
+    start = state(modal, frame=frame, stiffness=mean_k, damping=mean_c, gaps=gaps)
+    change_c = None if damping is None or not np.ptp(damping, axis=1).any() else damping - mean_c[:, None]
+    kicks = _Kicks(start, stiffness - mean_k[:, None], change_c, period / stiffness.shape[1])
+    whole = _product(start, kicks)
+    if not np.isfinite(whole).all():
+        raise np.linalg.LinAlgError("the motion over a period is not finite")
+    if not vectors:
+        mu = scipy.linalg.eigvals(whole, check_finite=False)
+        order, free = _sorted(mu, start)
+        return Floquet(multipliers=np.concatenate([mu, np.ones(start.neutral)])[order], free=free)
+    mu, z = scipy.linalg.eig(whole, check_finite=False)
+    order, free = _sorted(mu, start)
+    position, rate = _motions(start, _half_kick(kicks, z))
+    mu = np.concatenate([mu, np.ones(start.neutral)])
+    return Floquet(multipliers=mu[order], free=free, position=position[:, order], rate=rate[:, order])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Kicks:
+    """Changes of the meshes at every step: stiffness and damping (m, N) less their means, and the step [s]."""
+
+    state: State
+    stiffness: Array
+    damping: Array | None
+    step: float
+
+    @property
+    def mass(self) -> Array:
+        """S = B^T M^-1 B of the elastic modes, (m, m) [1/kg]."""
+        return self.state.rows @ self.state.rows.T
+
+
+def _product(start: State, kicks: _Kicks) -> Array:
+    """Flow after kick, over all steps, (k + n, k + n)."""
+    k, N = start.gaps.shape[1], len(start.generator)
+    flow = scipy.linalg.expm(start.generator * kicks.step)
+    joined = np.hstack([flow, -flow[:, k:] @ start.rows.T])
+    both = np.zeros((joined.shape[1], N))
+    both[:N] = np.eye(N)
+    mass, h = kicks.mass, kicks.step
+    for j in range(kicks.stiffness.shape[1]):
+        both[N:] = _impulse(kicks, mass, both[:N], j, h)
+        both[:N] = joined @ both
+    return both[:N]
+
+
+def _impulse(kicks: _Kicks, mass: Array, z: NDArray[np.inexact], j: int, h: float) -> NDArray[np.inexact]:
+    """Impulse of every mesh row for states z (k + n, columns), (m, columns) [N s]."""
+    k, D = kicks.state.gaps.shape[1], kicks.stiffness[:, j, None]
+    force = kicks.state.gaps @ z[:k]
+    force *= D
+    force -= (h * h / 12) * D * (mass @ force)
+    if kicks.damping is not None:
+        # the rate decays while it is kicked: the implicit midpoint of that
+        drag = kicks.damping[:, j, None]
+        force += drag * (kicks.state.rows @ z[k:])
+        force = np.linalg.solve(np.eye(len(D)) + (h / 2) * drag * mass, force)
+    force *= h
+    return force
+
+
+def _half_kick(kicks: _Kicks, z: ComplexArray) -> ComplexArray:
+    """States in the middle of the first kick from those before it."""
+    k = kicks.state.gaps.shape[1]
+    after = z.copy()
+    after[k:] -= kicks.state.rows.T @ _impulse(kicks, kicks.mass, z, 0, kicks.step / 2)
+    return after
+
+
+def _motions(start: State, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """(n, 2n) position y and rate y' in the order of the modes, the motions left out as the last columns."""
+    k, n, r = start.gaps.shape[1], len(start.weight), start.neutral
+    x, u = np.zeros((n, k + n + r), complex), np.zeros((n, k + n + r), complex)
+    x[r:, : k + n] = z[:k] / start.weight[r:, None]
+    u[:, : k + n] = z[k:]
+    x[:r, k + n :] = np.diag(1 / start.weight[:r])
+    x, u, weight = start.turn @ x, start.turn @ u, (start.turn**2) @ start.weight
+    size = np.sqrt((np.abs(weight[:, None] * x) ** 2 + np.abs(u) ** 2).sum(axis=0))
+    return weight[:, None] * x / size, weight[:, None] * u / size
+
+
+def _sorted(mu: ComplexArray, start: State) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Order of the multipliers with those left out behind them, and which are of free motions.
+
+    As many as there are conserved momenta are exactly 1 but for rounding: the nearest ones.
+    """
+    momenta = np.argsort(np.abs(mu - 1), kind="stable")[: start.conserved]
+    size = np.concatenate([np.abs(mu), np.ones(start.neutral)])
+    free = np.zeros(size.size, bool)
+    free[momenta] = free[len(mu) :] = True
+    order = np.lexsort((-size, free))
+    return order, free[order]

@@ -1,0 +1,205 @@
+"""Many speeds of one System: the common period of its meshes, multipliers, growth rates and kinds of instability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import gcd, lcm
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.system import Array, ComplexArray, System
+from ..harmonic.excitation import mesh_tones
+from ..harmonic.response import FrameSpeed
+from ..modes.basis import Modal, modal_form
+from ..statics.linear import linearised
+from .combinations import Combination, combinations
+from .floquet import Floquet, floquet, steps_needed
+
+__all__ = ["KINDS", "Progress", "Speeds", "Stability", "kind_of", "predicted", "prepared", "scan"]
+
+Progress = Callable[[int, int], None] | None
+KINDS = ("stable", "fold", "flip", "pair")
+"""Kinds of stability: of the largest multiplier outside the unit circle, near +1, near -1, or one of a complex pair."""
+
+# Without damping multipliers lie on the circle; two that met part by the root of the rounding.
+_CIRCLE = 1e-7
+# A multiplier is real within this part of its magnitude: those of equal modes scatter by the root of the rounding.
+_REAL = 1e-6
+# Steps are doubled where the largest multiplier is this close to the circle.
+_NEAR = 0.01
+# Steps of one product, states times rows: beyond it a common period of several mesh frequencies is too long.
+_MOST_STEPS = 20_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Stability:
+    """A System ready to be asked at any speed.
+
+    tones : (D,) mesh frequencies at the operating speed, that of the first mesh first.
+    cycles : cycles of the first mesh in the common period of all meshes that vary.
+    fastest : largest of the tones that vary per the first.  harmonics : of the stiffness.
+    """
+
+    system: System
+    modal: Modal
+    tones: tuple[Fraction, ...]
+    cycles: Fraction
+    fastest: float
+    harmonics: int
+    frame_speed: FrameSpeed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Speeds:
+    """What is found at P speeds: multipliers (P, 2n), largest |mu| and growth rate [1/s] (P,), kinds, steps, status."""
+
+    multipliers: ComplexArray
+    largest: Array
+    growth: Array
+    kind: NDArray[np.object_]
+    steps: NDArray[np.int64]
+    status: NDArray[np.object_]
+
+
+def prepared(
+    system: System, *, frame_speed: FrameSpeed = "kinematic", variation: float = 1.0, damping: float = 1.0
+) -> Stability:
+    """Prepare a System; tangents at the mean load stand for the laws of links.
+
+    Parameters
+    ----------
+    variation : factor of the variation of every mesh stiffness.  damping : factor of all damping.
+
+    Raises
+    ------
+    ModelError : no mesh frequency, a mass that is missing, or an option out of range.
+    """
+    if frame_speed not in ("kinematic", "operating"):
+        raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
+    for name, factor in (("variation", variation), ("damping", damping)):
+        if not (np.isfinite(factor) and factor >= 0):
+            raise ModelError("out of range", path=name, given=factor, allowed="a factor of 0 or more")
+    tones = mesh_tones(system)
+    system.require_inertia()
+    system = _scaled(linearised(system), variation, damping)
+    meshes = system.meshes
+    varying = [bool(row.any()) for row in meshes.variation]
+    used = {system.tones[i] for i, varies in zip(meshes.tone, varying, strict=True) if varies} or {tones[0]}
+    common = Fraction(gcd(*(t.numerator for t in used)), lcm(*(t.denominator for t in used)))
+    orders = np.flatnonzero(np.any(meshes.variation != 0, axis=0))
+    return Stability(
+        system=system,
+        modal=modal_form(system),
+        tones=tones,
+        cycles=tones[0] / common,
+        fastest=float(max(used) / tones[0]),
+        harmonics=int(orders[-1]) + 1 if orders.size else 0,
+        frame_speed=frame_speed,
+    )
+
+
+def _scaled(system: System, variation: float, damping: float) -> System:
+    if variation == 1.0 and damping == 1.0:
+        return system
+    meshes = system.meshes
+    return replace(
+        system,
+        C=damping * system.C,
+        Cskew=damping * system.Cskew,  # dampers to the housing, seen from a frame that turns
+        zeta=None if system.zeta is None else damping * system.zeta,
+        meshes=replace(meshes, variation=variation * meshes.variation, damping=damping * meshes.damping),
+    )
+
+
+def scan(ready: Stability, mesh_frequency: Array, *, progress: Progress = None) -> Speeds:
+    """Multipliers at mesh frequencies of the first mesh (P,) [Hz]; a point that fails holds nan and says why."""
+    P, n = mesh_frequency.size, ready.modal.squared.size
+    found = Speeds(
+        multipliers=np.full((P, 2 * n), np.nan, complex),
+        largest=np.full(P, np.nan),
+        growth=np.full(P, np.nan),
+        kind=np.full(P, "", dtype=object),
+        steps=np.zeros(P, np.int64),
+        status=np.full(P, "ok", dtype=object),
+    )
+    for i, frequency in enumerate(mesh_frequency):
+        try:
+            _fill(ready, float(frequency), i, found)
+        except (ModelError, np.linalg.LinAlgError, FloatingPointError) as error:
+            found.status[i] = str(error)
+        if progress is not None:
+            progress(i + 1, P)
+    return found
+
+
+def _fill(ready: Stability, frequency: float, i: int, found: Speeds) -> None:
+    """Write one speed."""
+    if not (np.isfinite(frequency) and frequency > 0):
+        raise ModelError("speed is not a number above zero")
+    period = float(ready.cycles) / frequency
+    steps = steps_needed(ready.modal, period=period, cycle=1 / (frequency * ready.fastest), harmonics=ready.harmonics)
+    if steps > _MOST_STEPS:
+        raise ModelError(f"the common period of all meshes, {float(ready.cycles):g} cycles, is too long")
+    one = _at(ready, frequency, steps)
+    if abs(_largest(one) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
+        steps *= 2
+        one = _at(ready, frequency, steps)
+    found.multipliers[i], found.largest[i], found.steps[i] = one.multipliers, _largest(one), steps
+    found.growth[i] = np.log(found.largest[i]) / period if found.largest[i] > 0 else np.nan
+    found.kind[i] = kind_of(one.multipliers[~one.free])
+
+
+def _at(ready: Stability, frequency: float, steps: int) -> Floquet:
+    meshes, (first, *_) = ready.system.meshes, ready.tones
+    speed = frequency / float(first)
+    # exact phases: whole turns of a tone over many cycles would lose digits
+    turns = np.array([float(ready.system.tones[i] / first * ready.cycles) for i in meshes.tone])
+    orders = np.arange(1, ready.harmonics + 1)
+    phase = 2 * np.pi * np.outer(turns, np.arange(steps) / steps)
+    change = np.zeros_like(phase)
+    for order in orders:
+        change += (meshes.variation[:, order - 1, None] * np.exp(1j * order * phase)).real
+    return floquet(
+        ready.modal,
+        meshes.stiffness[:, None] * change,
+        period=float(ready.cycles) / frequency,
+        frame=speed if ready.frame_speed == "kinematic" else 1.0,
+    )
+
+
+def _largest(one: Floquet) -> float:
+    """Largest magnitude of a multiplier that is no free motion's, 0 where there is none."""
+    return float(np.abs(one.multipliers[~one.free]).max(initial=0.0))
+
+
+def kind_of(multipliers: ComplexArray) -> str:
+    """One of `KINDS`, of multipliers without those of free motions.
+
+    ``fold`` : largest near +1, ``flip`` : near -1 (period doubling, half mesh orders), ``pair`` : complex, two modes
+    whose frequencies add up to a multiple of the mesh frequency.
+    """
+    if not multipliers.size or np.abs(multipliers).max() <= 1 + _CIRCLE:
+        return "stable"
+    worst = multipliers[np.argmax(np.abs(multipliers))]
+    if abs(worst.imag) > _REAL * abs(worst):
+        return "pair"
+    return "fold" if worst.real > 0 else "flip"
+
+
+def predicted(ready: Stability, mesh_frequency: Array) -> list[Combination]:
+    """Ranges of instability by averaging within the range of some mesh frequencies [Hz]."""
+    usable = mesh_frequency[np.isfinite(mesh_frequency) & (mesh_frequency > 0)]
+    if not usable.size:
+        return []
+    return combinations(
+        ready.system,
+        ready.modal,
+        tuple(float(tone) for tone in ready.tones),
+        low=float(usable.min()),
+        high=float(usable.max()),
+        turning=ready.frame_speed == "kinematic",
+    )

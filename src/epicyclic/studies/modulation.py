@@ -1,0 +1,152 @@
+"""What a person says about a sensor, read into what the analysis takes: angles with units, tables from files."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ModelError
+from ..files.units import Bounds, factor, read_quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..analyses.modulation.transfer import Transfer
+    from ..analyses.modulation.windows import Window
+    from ..system.system import System
+
+__all__ = ["modulation", "read_transfer", "read_window"]
+
+Columns = dict[str, tuple[str, list[float]]]
+
+
+def modulation(
+    system: System,
+    *,
+    sensor: float | str = 0.0,
+    window: Window | str | Path = "hann",
+    width: float | str | None = None,
+    transfer: Transfer | str | Path | None = None,
+    radius: float | str | None = None,
+    **options: Any,
+) -> xr.Dataset:
+    """Run `epicyclic.analyses.modulation.modulation.modulation` on numbers or on texts with units.
+
+    Parameters
+    ----------
+    sensor, width : an angle [rad], or a text with its unit.  radius : a length [m], or a text with its unit.
+    window : a name, a `Window`, or a CSV file of angles and gains, see `read_window`.
+    transfer : a `Transfer`, or a CSV file of frequencies, gains and phases, see `read_transfer`.
+
+    Raises
+    ------
+    ModelError : as of the analysis; a text without a unit, a file that cannot be read.
+    """
+    from ..analyses.modulation.modulation import modulation as run
+
+    return run(
+        system,
+        sensor=_quantity(sensor, "angle", "sensor") or 0.0,
+        window=read_window(window) if _is_file(window) else window,  # type: ignore[arg-type]
+        width=_quantity(width, "angle", "width"),
+        transfer=read_transfer(transfer) if isinstance(transfer, str | Path) else transfer,
+        radius=_quantity(radius, "length", "radius"),
+        **options,
+    )
+
+
+def read_window(path: str | Path) -> Window:
+    """A window from a CSV file whose first line names its columns: ``angle [deg], gain [1]``.
+
+    Raises
+    ------
+    ModelError : the file cannot be read; as of `window_of_table`.
+    """
+    from ..analyses.modulation.windows import window_of_table
+
+    columns = _columns(path, ("angle", "gain"))
+    return window_of_table(_in(columns, "angle", "rad", path), _in(columns, "gain", "", path))
+
+
+def read_transfer(path: str | Path) -> Transfer:
+    """A transfer path from a CSV file whose first line names its columns and their units.
+
+    ``frequency [Hz], gain [1]`` or ``frequency [Hz], accelerance [m/s^2/N], phase [deg]``; without a phase it is 0.
+
+    Raises
+    ------
+    ModelError : the file cannot be read; as of `transfer_of_table`.
+    """
+    from ..analyses.modulation.transfer import ACCELERATION, transfer_of_table
+
+    columns = _columns(path, ("frequency",))
+    name = next((name for name in ("accelerance", "gain") if name in columns), "")
+    if not name:
+        raise ModelError("no such column", path=str(path), given=", ".join(columns), allowed="accelerance or gain")
+    wanted = "m/s^2/N" if name == "accelerance" else ""
+    return transfer_of_table(
+        _in(columns, "frequency", "Hz", path),
+        _in(columns, name, wanted, path),
+        _in(columns, "phase", "rad", path) if "phase" in columns else 0.0,
+        unit=ACCELERATION if wanted else "1",
+    )
+
+
+def _is_file(window: object) -> bool:
+    return isinstance(window, Path) or (isinstance(window, str) and window.lower().endswith(".csv"))
+
+
+def _quantity(value: float | str | None, kind: str, path: str) -> float | None:
+    """A number in SI; a text must say its unit."""
+    if value is None or not isinstance(value, str):
+        return value
+    if not re.search(r"[A-Za-z°]\s*$", value) or re.fullmatch(r"\s*[+-]?(inf|nan)\s*", value, re.IGNORECASE):
+        example = '"90 deg"' if kind == "angle" else '"400 mm"'
+        raise ModelError(f"needs a number and its unit, e.g. {example}", path=path, given=value)
+    try:
+        read = read_quantity(value, (kind,), Bounds())
+    except ModelError as error:
+        raise ModelError(str(error), path=path) from None
+    assert isinstance(read, float)
+    return read
+
+
+def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:
+    """Columns of a CSV file by name: unit and numbers."""
+    try:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
+            lines = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ModelError(f"cannot be read: {error}", path=str(path)) from error
+    heads = [re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*", cell) for cell in lines[0]] if lines else []
+    names = [head[1].lower() if head else "" for head in heads]
+    if any(name not in names for name in needed) or len(set(names)) < len(names):
+        raise ModelError(
+            "the first line names the columns", path=str(path), given=", ".join(names), allowed=", ".join(needed)
+        )
+    if len(lines) < 2:
+        raise ModelError("the table is empty", path=str(path), allowed="a row of numbers for each point")
+    values = [_numbers(row, len(names), place, path) for place, row in enumerate(lines[1:], start=2)]
+    units = [(head[2] or "").strip() if head else "" for head in heads]
+    return {name: (unit, [row[i] for row in values]) for i, (name, unit) in enumerate(zip(names, units, strict=True))}
+
+
+def _numbers(row: list[str], count: int, place: int, path: str | Path) -> list[float]:
+    try:
+        found = [float(cell) for cell in row]
+    except ValueError:
+        found = []
+    if len(found) != count:
+        raise ModelError(f"row {place} is no row of {count} numbers", path=str(path), given=",".join(row))
+    return found
+
+
+def _in(columns: Columns, name: str, unit: str, path: str | Path) -> list[float]:
+    """A column in the unit asked for; a plain number needs none."""
+    said, values = columns[name]
+    scale = 1.0 if said in (unit, "1" if not unit else unit) else factor(said, unit) if said and unit else None
+    if scale is None:
+        raise ModelError(f"the column {name} has another unit", path=str(path), given=said, allowed=unit or "1")
+    return [value * scale for value in values]

@@ -1,0 +1,181 @@
+"""Boundaries by averaging: closed forms, and against Floquet multipliers as the variation of the stiffness shrinks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from epicyclic.analyses.harmonic.excitation import mesh_tones
+from epicyclic.analyses.modes.basis import modal_form
+from epicyclic.analyses.stability.combinations import Combination, combinations, growth, half_width, resonances
+from epicyclic.analyses.stability.scan import prepared, scan
+from epicyclic.system.system import System
+
+SUM = 3.3  # w1 + w2 of `two`, to 2 %
+
+
+def predicted(system: System, low: float, high: float, **options: Any) -> list[Combination]:
+    return combinations(
+        system, modal_form(system), tuple(map(float, mesh_tones(system))), low=low, high=high, **options
+    )
+
+
+def rate(system: System, frequency: float) -> float:
+    return float(scan(prepared(system), np.array([frequency])).growth[0])
+
+
+def at_sum(system: System) -> Combination:
+    (found,) = (one for one in predicted(system, 0.5, 6.0) if (one.first, one.second, one.order) == (1, 2, 1))
+    return found
+
+
+def test_closed_forms() -> None:
+    assert growth(2.0, first=1.0, second=1.0) == pytest.approx(1.0)
+    assert growth(2.0, detuning=2.0, first=0.5, second=0.5) == pytest.approx(np.sqrt(3) - 0.5)
+    assert half_width(2.0, first=0.0, second=0.0) == pytest.approx(4.0)
+    assert half_width(2.0, first=1.0, second=1.0) == pytest.approx(2 * np.sqrt(3))
+    assert half_width(1.0, first=2.0, second=0.6) == 0.0
+    for pair in ((0.3, 0.3), (0.1, 1.9), (1e-3, 1.5)):
+        edge = half_width(1.7, first=pair[0], second=pair[1])
+        assert growth(1.7, detuning=edge, first=pair[0], second=pair[1]) == pytest.approx(0.0, abs=1e-12)
+    # unequal damping widens
+    assert half_width(1.7, first=0.1, second=0.5) > half_width(1.7, first=0.3, second=0.3)
+    assert half_width(1.7, first=0.0, second=1.0) == np.inf
+
+
+def test_the_ranges_are_those_of_the_closed_form(case: Any) -> None:
+    system = case.two(0.5, zeta=0.004)
+    modal = modal_form(system)
+    found = at_sum(system)
+    omega = np.sqrt(modal.squared)
+    gaps = (modal.gaps * omega)[0]
+    strength = 0.5 * system.meshes.stiffness[0] * abs(gaps[0] * gaps[1]) / (4 * np.sqrt(omega.prod()))
+    first, second = modal.damping / 2
+    width = half_width(strength, first=first, second=second) / (2 * np.pi)
+    assert found.high - found.low == pytest.approx(2 * width, rel=1e-6)
+    assert found.centre == pytest.approx(omega.sum() / (2 * np.pi), rel=1e-4)
+    assert found.growth == pytest.approx(growth(strength, first=first, second=second), rel=1e-6)
+    assert found.threshold == pytest.approx(np.sqrt(first * second) / strength, rel=1e-9)
+    # it closes where it says it opens
+    for factor, count in ((0.98, 0), (1.02, 1)):
+        scaled = prepared(system, variation=factor * found.threshold).system
+        assert sum((one.first, one.second) == (1, 2) for one in predicted(scaled, 0.5, 6.0)) == count
+
+
+def test_fastest_growth_converges_to_that_of_floquet(case: Any) -> None:
+    swings = np.array([0.4, 0.2, 0.1, 0.05])
+    error = []
+    for swing in swings:
+        system = case.two(swing)
+        found = at_sum(system)
+        best = scipy.optimize.minimize_scalar(
+            lambda f, system=system: -rate(system, f), bounds=(found.low, found.high), options={"xatol": 1e-9}
+        )
+        error.append(abs(-best.fun - found.growth) / found.growth)
+    # the rate itself is of first order and the next term of third: relative error of second order
+    assert np.polyfit(np.log(swings), np.log(error), 1)[0] == pytest.approx(2, abs=0.2)
+    assert error[-1] < 1e-3
+
+
+def test_boundaries_converge_to_those_of_floquet(case: Any) -> None:
+    swings = np.array([0.4, 0.2, 0.1, 0.05])
+    error = []
+    for swing in swings:
+        system = case.two(swing, zeta=1e-3 * swing)  # damping as small as the variation
+        found = at_sum(system)
+        reach = found.high - found.low
+        edges = [
+            scipy.optimize.brentq(
+                lambda f, system=system: rate(system, f), edge - 0.3 * reach, edge + 0.3 * reach, xtol=1e-10
+            )
+            for edge in (found.low, found.high)
+        ]
+        error.append(np.abs(np.array(edges) - (found.low, found.high)).max())
+    # first order is exact, so what is left is of second
+    assert np.polyfit(np.log(swings), np.log(error), 1)[0] == pytest.approx(2, abs=0.2)
+
+
+def test_sum_grows_and_difference_does_not(case: Any) -> None:
+    system = case.two(0.4)
+    omega = np.sqrt(modal_form(system).squared) / (2 * np.pi)
+    around = np.linspace(-0.05, 0.05, 41)
+    assert np.nanmax(scan(prepared(system), omega.sum() * (1 + around)).growth) > 0.05
+    # a symmetric stiffness, however it swings: difference type closed, undamped multipliers stay on the circle
+    difference = scan(prepared(system), np.diff(omega)[0] * (1 + around))
+    assert np.abs(difference.largest - 1).max() < 1e-7
+    assert all(kind == "stable" for kind in difference.kind)
+    assert not any(abs(one.centre - np.diff(omega)[0]) < 0.05 for one in predicted(system, 0.5, 6.0))
+
+
+def test_a_motion_of_negative_energy_opens_the_difference_type(case: Any) -> None:
+    """A rotor above its critical speed, seen from its own axes: w0 + s and s - w0, the second of negative energy."""
+    omega, turn = 2 * np.pi, 2 * np.pi * 1.7
+    K, row = omega**2 * np.eye(2), np.array([[1.0], [0.0]])
+    k = 0.1 * omega**2
+    G, Kg = 2 * turn * np.array([[0.0, -1.0], [1.0, 0.0]]), -(turn**2) * np.eye(2)
+    system = case.system(np.eye(2), K - k * row @ row.T, row, [k], [[0.5]], G=G, Kg=Kg)
+    ready = prepared(system, frame_speed="operating")
+    at = scan(ready, np.linspace(1.9, 2.1, 41))  # (w0 + s) - (s - w0) = 2 w0
+    best = int(np.argmax(at.growth))
+    # each of the two has half of the swing along x: D / 2 in the rate D / (4 w0) of a principal resonance
+    assert at.growth[best] == pytest.approx(0.5 * k / (8 * omega), rel=1e-3)
+    reference = np.linalg.eigvals(_turning(case, system, 1 / np.linspace(1.9, 2.1, 41)[best]))
+    assert at.largest[best] == pytest.approx(np.abs(reference).max(), rel=1e-6)
+
+
+def _turning(case: Any, system: System, period: float) -> Any:
+    """Monodromy at relative speed 1 of the frame, the mesh at another frequency."""
+    k, swing = system.meshes.stiffness, system.meshes.variation[:, 0]
+    return case.monodromy(
+        system, 1.0, period, stiffness=lambda t: k * (1 + (swing * np.exp(2j * np.pi * t / period)).real)
+    )
+
+
+def test_equal_frequencies_are_taken_together(case: Any) -> None:
+    # three springs at 120 degrees in phase one after another: two modes of equal frequency, coupled by a turning wave
+    angles = 2 * np.pi * np.arange(3) / 3
+    rows = np.array([np.cos(angles), np.sin(angles)])
+    swing = 0.3 * np.exp(1j * angles)[:, None]
+    for G in (0.0, 0.2):
+        system = case.system(
+            np.eye(2), 20 * np.eye(2), rows, [10.0] * 3, swing, zeta=1e-3, G=G * np.array([[0.0, -1.0], [1.0, 0.0]])
+        )
+        (found,) = predicted(system, 1.0, 3.0)
+        grid = np.linspace(found.low - 0.05, found.high + 0.05, 201)
+        grows = grid[scan(prepared(system), grid).growth > 0]
+        # first order in a variation of 0.3 of half the stiffness: 5 % of the width
+        assert grows.min() == pytest.approx(found.low, abs=0.05 * (found.high - found.low))
+        assert grows.max() == pytest.approx(found.high, abs=0.05 * (found.high - found.low))
+
+
+def test_several_mesh_frequencies_each_for_itself(case: Any) -> None:
+    system = case.two(0.5)
+    meshes = system.meshes
+    other = replace(
+        system,
+        tones=(Fraction(1), Fraction(2, 3)),
+        meshes=replace(meshes, tone=np.array([1]), stage=("second",)),
+    )
+    one, two = at_sum(system), predicted(other, 0.5, 6.0)
+    assert one.stage == "stage0"
+    (same,) = (found for found in two if (found.first, found.second) == (1, 2))
+    # the mesh follows the only tone that is used, which is then the first
+    assert same.low == pytest.approx(one.low)
+    assert same.stage == "second"
+
+
+def test_the_strongest_come_first_and_rigid_modes_take_no_part(case: Any) -> None:
+    system = case.system(np.eye(3), np.diag([0.0, 0.0, 30.0]), [[1.0], [-1.0], [0.3]], [40.0], [[0.7, 0.2]], zeta=1e-4)
+    modal = modal_form(system)
+    found = resonances(system, modal, (1.0,))
+    assert modal.rigid.sum() == 1
+    assert all(0 not in one.first and 0 not in one.second for one in found)
+    assert [one.strength - one.quiet for one in found] == sorted(
+        [one.strength - one.quiet for one in found], reverse=True
+    )
+    assert {one.order for one in found} == {1, 2}

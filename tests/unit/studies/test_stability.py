@@ -1,0 +1,172 @@
+"""Maps of stability over a value in the model file or a factor, and the command that asks for them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.cli import app
+from epicyclic.errors import ModelError
+from epicyclic.plots.stability import stability_map as drawn_map
+from epicyclic.plots.stability import stability_over_speed
+from epicyclic.studies.stability import spread
+
+# xu2020 beside its widest range of instability, f34 + f36 = f
+SPEEDS: dict[str, Any] = {"start": 3300.0, "stop": 3900.0, "points": 4}
+
+
+def over(path: str, values: Sequence[Any], **options: Any) -> xr.Dataset:
+    return epicyclic.stability("xu2020", over=path, values=values, **{**SPEEDS, **options})
+
+
+@pytest.fixture(scope="module")
+def damped() -> xr.Dataset:
+    return over("damping.modal", ["1 %", "3 %", "9 %"])
+
+
+def test_a_map_is_its_rows(damped: xr.Dataset) -> None:
+    assert damped.growth_rate.dims == ("value", "speed")
+    assert damped.value.values.tolist() == [1.0, 3.0, 9.0]
+    assert damped.value.attrs["units"] == "%"
+    assert damped.attrs["over"] == "damping.modal"
+    for i, value in enumerate(("1 %", "3 %", "9 %")):
+        row = epicyclic.stability("xu2020", overrides={"damping.modal": value}, **SPEEDS)
+        np.testing.assert_array_equal(damped.growth_rate[i], row.growth_rate)
+        assert damped.instability[i].values.tolist() == row.instability.values.tolist()
+        widths = np.sort((row.resonance_high - row.resonance_low).values)
+        mine = np.sort((damped.resonance_high - damped.resonance_low)[i].values)
+        np.testing.assert_allclose(mine[np.isfinite(mine)], widths, rtol=1e-12)
+
+
+def test_damping_closes_and_variation_opens(damped: xr.Dataset) -> None:
+    unstable = (damped.instability == "pair").sum("speed").values
+    assert unstable[0] > 0
+    assert unstable[-1] == 0
+    swings = over("variation", [0.0, 1.0, 2.0])
+    width = (swings.resonance_high - swings.resonance_low).max("resonance").values
+    assert np.isnan(width[0])
+    assert width[2] > 2 * width[1] > 0  # damping takes more of the narrow one
+
+
+def test_the_factor_of_damping_is_that_of_the_file(damped: xr.Dataset) -> None:
+    factors = over("damping", [1 / 3, 1, 3])  # the file says 3 %
+    np.testing.assert_allclose(factors.growth_rate, damped.growth_rate, rtol=1e-6, atol=1e-6)
+
+
+def test_any_path_of_the_file() -> None:
+    # four planets one after another, or all at once: phases decide which modes a mesh couples
+    phases = over("stages.main.meshes.sun-planet.phase", [[0.0, 0.25, 0.5, 0.75], 0.0], mesh_frequency=[3600.0])
+    assert np.ptp(phases.growth_rate.values) > 100.0  # [1/s]
+    assert phases.value.values.tolist() == ["[0.0, 0.25, 0.5, 0.75]", "0.0"]
+    wide = over("stages.main.helix_angle", ["24 deg", "28 deg"], mesh_frequency=[3600.0])
+    assert np.isfinite(wide.growth_rate).all()
+
+
+def test_a_value_that_fails_fails_alone() -> None:
+    found = over("stages.main.sun.support.radial", ["1e8 N/m", "-1 N/m"], points=2)
+    assert np.isfinite(found.growth_rate.values[0]).all()
+    assert np.isnan(found.growth_rate.values[1]).all()
+    assert "stages.main.sun.support" in str(found.status.values[1, 0])
+    assert "1 of 2 values failed" in found.attrs["warnings"]
+
+
+@pytest.mark.parametrize(
+    ("path", "values", "named"),
+    [
+        ("stages.main.sun.nosuch", [1.0, 2.0], "nosuch"),
+        ("variation", ["much"], "not a factor"),
+        ("damping", [-1.0], "out of range"),
+        ("damping.modal", [], "nothing to go over"),
+    ],
+)
+def test_what_no_row_can_take_is_refused(path: str, values: list[Any], named: str) -> None:
+    with pytest.raises(ModelError, match=named):
+        over(path, values)
+
+
+def test_a_path_and_its_values_go_together() -> None:
+    with pytest.raises(ModelError, match="go together"):
+        epicyclic.stability("xu2020", over="damping.modal")
+    with pytest.raises(ModelError, match="overrides"):
+        epicyclic.stability(epicyclic.load("xu2020"), over="damping.modal", values=[0.01], **SPEEDS)
+
+
+def test_spread() -> None:
+    assert spread("0..2", 3) == [0.0, 1.0, 2.0]
+    assert spread("1 % .. 5 %", 3) == ["1 %", "3 %", "5 %"]
+    assert spread("1..3 kN/mm", 2) == ["1 kN/mm", "3 kN/mm"]
+    assert spread(".5e1 N/m..1e1 N/m", 2) == ["5 N/m", "10 N/m"]
+    assert spread("1, 2, 5", 9) == [1.0, 2.0, 5.0]
+    assert spread("1, 2 um", 9) == ["1 um", "2 um"]
+    for text in ("", "much", "1..much", "a..b", "1,,2", ".."):
+        with pytest.raises(ModelError, match="--values"):
+            spread(text, 3)
+
+
+def test_progress_counts_cells() -> None:
+    seen: list[tuple[int, int]] = []
+    over("variation", [0.5, 1.0], points=3, progress=lambda done, of: seen.append((done, of)))
+    assert seen == [(i, 6) for i in range(1, 7)]
+
+
+def run(*words: str) -> int:
+    with pytest.raises(SystemExit) as stop:
+        app(list(words), prog_name="epicyclic")
+    return int(stop.value.code or 0)
+
+
+def test_command(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("stability", "xu2020", "--from", "3.5 kHz", "--to", "3.8 kHz", "--points", "4") == 0
+    out = capsys.readouterr().out
+    for shown in ("Unstable", "pair", "f34 + f36 = f", "averaging", "ok"):
+        assert shown in out
+    assert run("stability", "ren2021", "--from", "100 Hz", "--to", "200 Hz", "--points", "3") == 0
+    assert "Stable everywhere" in capsys.readouterr().out
+    words = ("--over", "variation", "--values", "0..2", "--value-points", "2", "--points", "2", "--json")
+    assert run("stability", "xu2020", "--from", "3.5 kHz", "--to", "3.8 kHz", *words) == 0
+    again = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
+    assert again.growth_rate.shape == (2, 2)
+    assert run("stability", "xu2020", "--over", "variation", "--values", "0, 2", "--points", "2") == 0
+    assert "Stability over variation" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("ren2021", "--from", "600", "--to", "20"), "600"),
+        (("ren2021", "--over", "damping.modal"), "--values"),
+        (("ren2021", "--over", "damping.modal", "--values", "few"), "few"),
+        (("ren2021", "--over", "stages.main.nosuch", "--values", "1..2", "--points", "2"), "nosuch"),
+        (("lin1999-n4",), "speed"),
+    ],
+)
+def test_wrong_input(capsys: pytest.CaptureFixture[str], words: tuple[str, ...], named: str) -> None:
+    assert run("stability", *words) == 2
+    streams = capsys.readouterr()
+    assert streams.out == ""
+    assert streams.err.splitlines()[-1].startswith("error: ")
+    assert named in streams.err
+
+
+def test_figures(damped: xr.Dataset) -> None:
+    one = stability_over_speed(epicyclic.stability("xu2020", **SPEEDS))
+    assert "unstable at" in one.layout.title.text
+    assert one.layout.xaxis2.title.text == "mesh frequency [Hz]"
+    assert any(trace.name == "two modes together" for trace in one.data)
+    flat = drawn_map(damped)
+    assert flat.layout.yaxis.title.text == "damping.modal [%]"
+    lines = [trace for trace in flat.data if trace.type == "scatter"]
+    assert len(lines) >= 1
+    # up one side of the range and down the other: it is cut by the lower edge of the map, and closes below its top
+    assert lines[0].y[0] == lines[0].y[-2] == 1.0
+    assert max(y for y in lines[0].y if y is not None) < 9.0
+    texts = over("damping.modal", ["1 %", 0.03], points=2)
+    assert drawn_map(texts).layout.yaxis.ticktext == ("1 %", "0.03")
+    stable = epicyclic.stability("ren2021", start=100.0, stop=200.0, points=3)
+    assert stability_over_speed(stable).layout.title.text == "Stable at every speed"
