@@ -4,7 +4,7 @@ Pieces i bear forces P_i >= 0 with an own approach u_i(P_i) and a shared complia
 
     u + C P + g - d = 0 where P > 0,   g + C P - d >= 0 where P = 0,   sum P = F
 
-the least of a convex energy, so there is one answer.  A linear law goes through the active set: solved with the right
+with either F or d given: the least of a convex energy, so there is one answer.  A linear law goes through the active set: solved with the right
 sides 1 and g, pieces that pull are taken out, pieces that overlap are taken in.  A Hertzian law is solved for the
 approach u of every piece, whose load P(u+) is smooth, by Newton's method: y = D^1/2 keeps the matrix symmetric.
 """
