@@ -1,8 +1,8 @@
 """Contact before and after the path of contact: the edge of a tip that meets the flank of the mate.
 
-Before the path of contact the tip of b approaches the flank of a, behind it the tip of a leaves that of b.  How far they
-are apart follows from the involutes alone, to any distance; near the ends it grows as the square of it.  Deflection of
-the pairs in mesh closes it.
+Before the path of contact the tip of b approaches the flank of a, behind it the tip of a leaves that of b.  How far
+they are apart follows from the involutes alone, to any distance; near the ends it grows as the square of it.
+Deflection of the pairs in mesh closes it.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _of_tip(plane: Plane, past: Array, *, tip_of_b: bool) -> Array:
 
 
 def _flank(point: NDArray[np.complex128], base: float, alpha: float, sigma: Array, pitch: float) -> Array:
-    """Polar angle of the involute that touches at sigma, at the radius of a point [rad]; -inf inside the base circle."""
+    """Polar angle of the involute through sigma at the radius of a point [rad]; -inf inside the base circle."""
     start = math.tan(alpha) + sigma * pitch / base - alpha
     radius = np.abs(point)
     angle = np.arccos(np.minimum(1.0, base / radius))

@@ -6,6 +6,7 @@ lowest point that the mate touches.  A drawing that gives a length of roll inste
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Literal
@@ -31,7 +32,7 @@ class Relief:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wave:
-    """Deviation A cos(2 pi n sigma + phase): amplitude A [m], n waves per base pitch, phase at the pitch point [rad]."""
+    """Deviation A cos(2 pi n sigma + phase): A [m], n waves per base pitch, phase at the pitch point [rad]."""
 
     amplitude: float
     order: int = 1
@@ -122,7 +123,7 @@ def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: 
         if not math.isfinite(getattr(flank, name)):
             raise ModelError("is no finite length", path=f"{path}.{name}", given=getattr(flank, name))
     heights = [at for at, _ in flank.profile]
-    if any(b <= a for a, b in zip(heights, heights[1:], strict=False)) or not np.isfinite(flank.profile).all():
+    if any(b <= a for a, b in itertools.pairwise(heights)) or not np.isfinite(flank.profile).all():
         raise ModelError("heights below the tip must rise", path=f"{path}.profile", given=heights)
     if flank.pitch and len(flank.pitch) != teeth:
         raise ModelError("one deviation a tooth", path=f"{path}.pitch", given=len(flank.pitch), allowed=str(teeth))

@@ -110,7 +110,7 @@ def contact_lines(plane: Plane, sigma: ArrayLike, slices: int, *, beyond: tuple[
     place = np.atleast_1d(np.asarray(sigma, dtype=float))
     low, high = plane.limits[0] - beyond[0], plane.limits[1] + beyond[1]
     span = plane.width / slices
-    centre = plane.face[0] + span * (np.arange(slices) + 0.5)
+    centre: Array = plane.face[0] + span * (np.arange(slices, dtype=np.float64) + 0.5)
     lead = plane.per_pitch * centre
     half = 0.5 * abs(plane.per_pitch) * span
     first = math.floor(low - 1.0 - float(lead.max()) - half)

@@ -100,7 +100,9 @@ class PairResult:
         """Largest contact pressure, (F, T, J, K) [Pa] [weber1953]."""
         pieces = self.pieces
         places = np.take_along_axis(
-            self.load_per_length().reshape(*self.load.shape, -1), np.broadcast_to(pieces.index, (*self.load.shape[:1], *pieces.index.shape)), axis=-1
+            self.load_per_length().reshape(*self.load.shape, -1),
+            np.broadcast_to(pieces.index, (*self.load.shape[:1], *pieces.index.shape)),
+            axis=-1,
         )
         return pieces.spread(hertz.pressure(pieces.contact, places))
 
@@ -118,16 +120,16 @@ def loaded(pair: Pair, loads: ArrayLike, phases: ArrayLike) -> PairResult:
     ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load.
     """
     pieces = pieces_of(pair, phases)
-    wanted = np.asarray(loads, dtype=float)
-    wanted = np.broadcast_to(wanted.reshape(len(wanted), -1) if wanted.ndim else wanted.reshape(1, 1), (wanted.size if wanted.ndim < 2 else len(wanted), len(pieces.sigma)))
+    given = np.atleast_1d(np.asarray(loads, dtype=float))
+    wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(pieces.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
-        raise ModelError("a load on the teeth", path="loads", given=loads, allowed="0 or more [N]")
-    found: list[Loaded] = [None] * len(wanted)  # type: ignore[list-item]
+        raise ModelError("a load on the teeth", path="loads", given=given.tolist(), allowed="0 or more [N]")
+    found: dict[int, Loaded] = {}
     start: Array | None = None
-    for i in np.argsort(wanted.max(axis=1), kind="stable"):
+    for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
         found[i] = _solved(pieces, load=wanted[i], start=start)
         start = _own_approach(pieces, found[i]) if (wanted[i] > 0).all() else None
-    return _result(pieces, found)
+    return _result(pieces, [found[i] for i in range(len(wanted))])
 
 
 def pressed(pair: Pair, approaches: ArrayLike, phases: ArrayLike) -> PairResult:
@@ -173,7 +175,7 @@ def _result(pieces: Pieces, found: list[Loaded]) -> PairResult:
         load=force.sum(axis=2),
         force=pieces.spread(force),
         approach=approach,
-        no_load=np.where(pieces.valid, pieces.gap, np.inf).min(axis=1),
+        no_load=pieces.no_load,
         tangent=np.array([_tangent(pieces, one) for one in found]),
         residual=np.array([one.residual for one in found]),
         status=np.array([one.status for one in found]),

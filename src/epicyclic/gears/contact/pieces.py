@@ -119,6 +119,11 @@ class Pieces:
     line: hertz.Line | None
     contact: hertz.Line
 
+    @property
+    def no_load(self) -> Array:
+        """Approach at which the flanks first touch, (T,) [m]."""
+        return np.asarray(np.where(self.valid, self.gap, np.inf).min(axis=1))
+
     def law(self, approach: Array, phases: Index) -> tuple[Array, Array]:
         """Force [N] and slope [N/m] at own approaches (t, n) [m] at phases (t,), as `solve.hertzian` asks."""
         own = self.contact
@@ -268,7 +273,10 @@ def check_pair(pair: Pair, *, path: str = "", paths: tuple[str, str] = ("a.flank
     ratio = plane.limits[1] - plane.limits[0]
     if not ratio >= 1:
         raise ModelError("the teeth do not keep contact", path=path, given=f"contact ratio {ratio:.4g}", allowed=">= 1")
-    for name, roll in (("a", plane.roll_a(plane.limits[0])), ("b", plane.roll_b(plane.limits[0 if plane.internal else 1]))):
+    for name, roll in (
+        ("a", plane.roll_a(plane.limits[0])),
+        ("b", plane.roll_b(plane.limits[0 if plane.internal else 1])),
+    ):
         if float(roll) < -1e-9 * plane.base_pitch:
             raise ModelError(f"interference: the mate's tip reaches inside the base circle of gear {name}", path=path)
     if pair.slices < 1:
