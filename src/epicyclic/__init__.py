@@ -26,7 +26,19 @@ if TYPE_CHECKING:
     from .results import load_result, save_result, to_json
     from .studies.audit import audit
     from .studies.curves import vary
-    from .studies.verbs import campbell, check, modes, modulation, sharing, stability, static, steady, stiffness, sweep
+    from .studies.verbs import (
+        campbell,
+        check,
+        contact,
+        modes,
+        modulation,
+        sharing,
+        stability,
+        static,
+        steady,
+        stiffness,
+        sweep,
+    )
     from .system.system import System
     from .train.train import Train
 
@@ -39,6 +51,7 @@ __all__ = [
     "audit",
     "campbell",
     "check",
+    "contact",
     "load",
     "load_result",
     "modes",
@@ -67,7 +80,19 @@ _HOME = {
     "vary": "studies.curves",
     "write_report": "report",
     **dict.fromkeys(
-        ("campbell", "check", "modes", "modulation", "sharing", "stability", "static", "steady", "stiffness", "sweep"),
+        (
+            "campbell",
+            "check",
+            "contact",
+            "modes",
+            "modulation",
+            "sharing",
+            "stability",
+            "static",
+            "steady",
+            "stiffness",
+            "sweep",
+        ),
         "studies.verbs",
     ),
 }

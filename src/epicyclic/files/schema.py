@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from ..errors import ModelError
 from .quantities import Quantity, Unit
+from .schema_flank import Flank, Profile, Relief, Wave
 from .schema_links import Coupling, Friction, Length, Link, LinkDamping, PerPlanet, Place, Solid, Support, Table, key
 from .schema_operation import (
     Deviations,
@@ -47,6 +48,7 @@ __all__ = [
     "ModelFile",
     "Operation",
     "PerPlanet",
+    "Profile",
     "ProfileDeviation",
     "Quantity",
     "Relief",
@@ -58,6 +60,7 @@ __all__ = [
     "Unbalance",
     "Variation",
     "Vector",
+    "Wave",
 ]
 
 Kind = Literal["sun", "planet", "ring", "carrier", "gear"]
@@ -95,23 +98,6 @@ class Damping(Table):
     mass: Annotated[float, Unit("rate", low=0)] | None = key(None, "proportional damping, factor of the mass matrix")
     stiffness: Annotated[float, Unit("time", low=0)] | None = key(None, "proportional damping, factor of the stiffness")
     mesh: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every mesh")
-
-
-class Relief(Table):
-    """Tip or root relief."""
-
-    amount: Gap | None = key(None, "depth at the tip or root")
-    length: Gap | None = key(None, "length along the profile")
-    shape: Literal["linear", "parabolic"] = key("linear", "linear or parabolic")
-
-
-class Flank(Table):
-    """Modification of the tooth flank."""
-
-    tip_relief: Relief | None = key(None, "tip relief")
-    root_relief: Relief | None = key(None, "root relief")
-    crown: Gap | None = key(None, "lengthwise crowning")
-    slope: Place | None = key(None, "helix slope modification over the face width")
 
 
 class Side(Table):
@@ -154,6 +140,9 @@ class Member(Table):
     face_width: Length | None = key(None, "face width of one helix")
     addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
     dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "rounding of the tool's tip per module; default 0.38"
+    )
     flank: Flank | None = key(None, "flank modification")
     material: Material | None = key(None, "material of this gear")
     # mass
@@ -270,6 +259,9 @@ class Stage(Table):
     face_width: Length | None = key(None, "face width of one helix")
     addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
     dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "rounding of the tool's tip per module; default 0.38"
+    )
     flank: Flank | None = key(None, "flank modification")
     material: Material | None = key(None, "material of the gears of this stage")
     meshes: dict[str, MeshKeys] = Field(default_factory=dict, description="what is said of meshes, by `A-B`")

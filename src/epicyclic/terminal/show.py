@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from .contact import contact_tables
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .modulation import modulation_tables
@@ -108,6 +109,7 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "modes": modes_tables,
     "campbell": campbell_tables,
     "stiffness": stiffness_tables,
+    "contact": contact_tables,
     "static": static_tables,
     "steady": steady_tables,
     "sharing": sharing_tables,

@@ -19,7 +19,7 @@ from ...errors import ModelError
 from . import hertz
 from .corner import reach, separation
 from .lines import contact_lines
-from .pieces import Pair, Pieces, Tooth, Torsion, check_pair, missing, pieces_of
+from .pieces import Pair, Pieces, Tooth, Torsion, check_pair, missing, pieces_of, reshaped
 from .solve import Loaded, hertzian, linear, tangent_stiffness
 
 __all__ = [
@@ -31,8 +31,10 @@ __all__ = [
     "check_pair",
     "harmonics",
     "loaded",
+    "loaded_pieces",
     "pieces_of",
     "pressed",
+    "reshaped",
 ]
 
 Array = NDArray[np.float64]
@@ -119,7 +121,11 @@ def loaded(pair: Pair, loads: ArrayLike, phases: ArrayLike) -> PairResult:
     ------
     ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load.
     """
-    pieces = pieces_of(pair, phases)
+    return loaded_pieces(pieces_of(pair, phases), loads)
+
+
+def loaded_pieces(pieces: Pieces, loads: ArrayLike) -> PairResult:
+    """Contact of pieces at given loads, as `loaded`; `reshaped` pieces keep what another flank does not change."""
     given = np.atleast_1d(np.asarray(loads, dtype=float))
     wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(pieces.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):

@@ -12,7 +12,7 @@ deflects another, s what the winding of the body gives to every tooth, L the len
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
@@ -25,7 +25,7 @@ from .flank import PLAIN, Flank, check_flank, lead_missing, profile_missing
 from .kernel import PLATE_DECAY, coupling
 from .lines import Lines, Plane, contact_lines
 
-__all__ = ["Pair", "Pieces", "Tooth", "Torsion", "check_pair", "missing", "pieces_of"]
+__all__ = ["Pair", "Pieces", "Tooth", "Torsion", "check_pair", "missing", "pieces_of", "reshaped"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -175,6 +175,19 @@ def pieces_of(pair: Pair, sigma: ArrayLike) -> Pieces:
         line=contact if pair.linear_at is None else None,
         contact=contact,
     )
+
+
+def reshaped(pieces: Pieces, pair: Pair) -> Pieces:
+    """The same pieces of a pair that differs in its gaps alone: micro-geometry, misalignment, given gaps.
+
+    Raises
+    ------
+    ModelError : as of `check_pair`.
+    """
+    check_pair(pair)
+    gap = missing(pair, pieces.lines).reshape(len(pieces.index), -1)
+    there = np.take_along_axis(gap, pieces.index, axis=1)
+    return replace(pieces, pair=pair, gap=np.where(pieces.valid, there, 0.0))
 
 
 def _gathered(lines: Lines) -> tuple[Index, NDArray[np.bool_]]:
