@@ -4,6 +4,7 @@ Depends on: results (the names of variables).  Importing this room imports plotl
 """
 
 from .campbell import campbell
+from .contact import contact_curves, contact_map
 from .curves import curves, study
 from .energy import energy_shares
 from .frequencies import frequencies
@@ -20,6 +21,8 @@ from .sweep import speed_sweep
 
 __all__ = [
     "campbell",
+    "contact_curves",
+    "contact_map",
     "curves",
     "energy_shares",
     "frequencies",

@@ -80,7 +80,8 @@ def contact(
         provenance=train_provenance(train),
     )
     name = sides[0].name if sides[0].side is None or len(sides) == 1 else sides[0].name.rsplit("/", 1)[0]
-    result.attrs |= {"mesh": name, "force": force}
+    gears = (body.split("/")[1] for body in (sides[0].a, sides[0].b))
+    result.attrs |= {"mesh": name, "force": force, **dict(zip(("gear_a", "gear_b"), gears, strict=True))}
     return result
 
 
@@ -167,8 +168,8 @@ def _over_loads(found: Sequence[PairResult]) -> dict[str, tuple[Any, Array]]:
         "secant_stiffness": ((*sided, "mesh_phase"), np.array([one.secant for one in found])),
         "average_stiffness": (sided, np.array([one.mean_stiffness for one in found])),
         "average_secant_stiffness": (sided, np.array([one.secant.mean(axis=1) for one in found])),
-        "largest_load_per_length": (sided, np.array([one.load_per_length().max(axis=(1, 2, 3)) for one in found])),
-        "largest_pressure": (sided, np.array([one.pressure().max(axis=(1, 2, 3)) for one in found])),
+        "largest_load_per_length": (sided, np.array([one.largest_load for one in found])),
+        "largest_pressure": (sided, np.array([one.largest_pressure for one in found])),
         "face_factor": (sided, np.array([_face_factor(one) for one in found])),
         "corner_overlap": ((*sided, "end"), np.array([one.corner for one in found])),
         "contact_residual": (sided, np.array([one.residual.max(axis=1) for one in found])),
@@ -199,8 +200,8 @@ def _curves(found: Sequence[PairResult], now: int) -> dict[str, tuple[Any, Array
 
 def _over_faces(found: Sequence[PairResult], now: int) -> dict[str, tuple[Any, Array]]:
     """Variables over the face, at the operating load."""
-    load = [one.load_per_length()[now] for one in found]
-    stress = [one.pressure()[now] for one in found]
+    load = [np.where(one.whole, one.load_per_length()[now], 0.0) for one in found]
+    stress = [np.where(one.whole, one.pressure()[now], 0.0) for one in found]
     place = _places(found)
     sided = ("side", "width", "mesh_phase")
     return {
@@ -230,7 +231,7 @@ def _on_flank(one: PairResult, values: Array, place: Array) -> Array:
     lines = one.pieces.lines
     flank = np.full((lines.length.shape[2], len(place)), np.nan)
     for k in range(len(flank)):
-        touched = lines.length[:, :, k] > 0
+        touched = one.whole[:, :, k]
         at, value = lines.sigma[:, :, k][touched], values[:, :, k][touched]
         order = np.argsort(at)
         flank[k] = np.interp(place, at[order], value[order], left=np.nan, right=np.nan)

@@ -98,6 +98,27 @@ class PairResult:
         length = self.pieces.lines.length
         return np.asarray(self.force / np.where(length > 0, length, np.inf))
 
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        """Pieces of which at least half is on the path of contact, (T, J, K).
+
+        A line that begins at a corner of the flank is short, and its tooth not yet deflected: the load per length of
+        such slivers says more about the cut than about the tooth, and they carry next to nothing.
+        """
+        lines = self.pieces.lines
+        full = lines.span / math.cos(self.pieces.pair.plane.base_helix)
+        return np.asarray(lines.length >= 0.5 * full * (1 - 1e-9))
+
+    @property
+    def largest_load(self) -> Array:
+        """Largest force per length of the phases, (F,) [N/m], slivers left out (`whole`)."""
+        return np.asarray(np.where(self.whole, self.load_per_length(), 0.0).max(axis=(1, 2, 3)))
+
+    @property
+    def largest_pressure(self) -> Array:
+        """Largest contact pressure of the phases, (F,) [Pa], slivers left out (`whole`)."""
+        return np.asarray(np.where(self.whole, self.pressure(), 0.0).max(axis=(1, 2, 3)))
+
     def pressure(self) -> Array:
         """Largest contact pressure, (F, T, J, K) [Pa] [weber1953]."""
         pieces = self.pieces
