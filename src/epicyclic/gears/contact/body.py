@@ -1,6 +1,6 @@
-"""What the body under the teeth gives: an elastic ring, held at its bore (a ring gear: at its rim), loaded at its roots.
+"""What the body under the teeth gives: an elastic ring, held at its bore (a ring gear: at its rim), loaded at roots.
 
-A tooth presses its root on the arc it spans on the root circle: a cross force and a normal force spread evenly, a
+A tooth presses its root on the arc it spans on the circle through it: a cross force and a normal force spread evenly, a
 moment spread linearly [sainsot2004].  Plane strain of the ring is solved exactly, harmonic by harmonic, with the
 functions of Kolosov and Muskhelishvili; the root moves by what the same spread of load does work on, so that the
 compliance is symmetric.  The field reaches the neighbouring teeth, whence their coupling.  Teeth do not stiffen it.
