@@ -174,13 +174,16 @@ class Member(Table):
     station: Place | None = key(None, "axial place of its centre; default 0")
 
 
+_VARIATIONS = ("none", "contact-lines", "energy")
+
+
 class Variation(Table):
     """Mesh stiffness over one mesh cycle, relative to its mean: a word, a Fourier series or a table.
 
-    In the file `"none"`, `"contact-lines"`, `{cosine, sine}` or `{values}`; `form` says which.
+    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` says which.
     """
 
-    form: Literal["none", "contact-lines", "series", "values"] = Field(description="which of the four")
+    form: Literal["none", "contact-lines", "energy", "series", "values"] = Field(description="which of the five")
     cosine: Coefficients = key((), "cosine coefficients of orders 1, 2, ...")
     sine: Coefficients = key((), "sine coefficients of orders 1, 2, ...")
     values: Coefficients = key((), "relative stiffness at equal steps of sigma, from 0 to 1")
@@ -193,15 +196,17 @@ class Variation(Table):
             if "form" in data:
                 return {**{k: v for k, v in data.items() if k != "form"}, "form ": data["form"]}
             return {**data, "form": "values" if "values" in data else "series"}
-        if data in ("none", "contact-lines"):
+        if data in _VARIATIONS:
             return {"form": data}
-        raise ModelError("not a variation", given=data, allowed='"none", "contact-lines", {cosine, sine} or {values}')
+        raise ModelError(
+            "not a variation", given=data, allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}"
+        )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """Refuse a series without terms."""
         if self.form == "series" and not self.cosine + self.sine:
-            raise ModelError("no coefficients", allowed='"none", "contact-lines", {cosine, sine} or {values}')
+            raise ModelError("no coefficients", allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}")
         return self
 
 

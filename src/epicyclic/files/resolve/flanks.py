@@ -9,22 +9,17 @@ from ...errors import ModelError
 from ...gears import geometry
 from ...gears.contact.flank import PLAIN, Flank, Relief, Wave, check_flank
 from ...gears.contact.lines import Plane
-from ...gears.contact.outline import GearForm
-from ...train.bodies import GearData
 from ...train.connections import ToothPair
 from .. import schema
-from ..schema import Material, Member, ModelFile
+from ..schema import ModelFile
 from .bodies import half_station
 from .centres import StageShape
 from .gears import width_of
 from .ledger import Ledger
 from .plan import Pair, Plan
+from .tooth_forms import tooth_form
 
 __all__ = ["tooth_pair"]
-
-# Where the file says no bore, a solid held at this part of the root radius; no rim of a ring: this many modules.
-_HELD, _RIM = 1 / 3, 3.0
-_STEEL = {"youngs_modulus": 206e9, "poisson_ratio": 0.3}
 
 
 def tooth_pair(shape: StageShape, p: Pair, side: str | None, model: ModelFile, ledger: Ledger) -> ToothPair | None:
@@ -40,11 +35,12 @@ def tooth_pair(shape: StageShape, p: Pair, side: str | None, model: ModelFile, l
     if widths[0] is None or widths[1] is None:
         return None
     a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], shape.meshes[p.name]
+    unnoted = Ledger(assumed={})  # what stands for a body that is not said is noted where a stiffness needs it
     places = half_station(plan, p.a, side), half_station(plan, p.b, side)
     apart = (places[0] - places[1]) / 2
     teeth = ToothPair(
-        form_a=_form(shape, p.a, side, model),
-        form_b=_form(shape, p.b, side, model),
+        form_a=tooth_form(shape, p.a, model, unnoted),
+        form_b=tooth_form(shape, p.b, model, unnoted),
         base_a=a.nominal_base,
         base_b=b.nominal_base,
         pressure_angle=meshing.tooth_angle,
@@ -149,44 +145,3 @@ def _profile(table: schema.Profile, path: str) -> tuple[tuple[float, float], ...
             given=f"{len(table.below_tip)}, {len(table.missing)}",
         )
     return tuple(zip(table.below_tip, table.missing, strict=True))
-
-
-# teeth and body ------------------------------------------------------------------------------------------------------
-
-
-def _form(shape: StageShape, name: str, side: str | None, model: ModelFile) -> GearForm:
-    plan, member = shape.plan, shape.plan.gears[name]
-    halves = shape.gears[name]
-    gear = halves.get(side, next(iter(halves.values())))
-    material = _material(plan, member, model)
-    below = abs(gear.reference_radius - gear.root_radius) / gear.module
-    return GearForm(
-        teeth=gear.teeth,
-        module=gear.module,
-        pressure_angle=gear.pressure_angle,
-        helix_angle=gear.helix_angle,
-        profile_shift=gear.profile_shift,
-        addendum=gear.addendum,
-        dedendum=below + gear.profile_shift,
-        tip_rounding=member.tip_rounding if member.tip_rounding is not None else plan.stage.tip_rounding,
-        tip_radius=gear.tip_radius,
-        internal=gear.internal,
-        bore=_held_at(member, gear),
-        youngs_modulus=material["youngs_modulus"],
-        poisson=material["poisson_ratio"],
-    )
-
-
-def _held_at(member: Member, gear: GearData) -> float:
-    """Radius at which the body of a gear is held, of a ring its outer radius [m]."""
-    if not gear.internal:
-        return member.bore / 2 if member.bore else gear.root_radius * _HELD
-    if member.outer_diameter is not None:
-        return member.outer_diameter / 2
-    return gear.root_radius + (member.rim if member.rim is not None else _RIM * gear.module)
-
-
-def _material(plan: Plan, member: Member, model: ModelFile) -> dict[str, float]:
-    tables: tuple[Material | None, ...] = (model.material, plan.stage.material, member.material)
-    said = {k: v for t in tables if t is not None for k in _STEEL if (v := getattr(t, k)) is not None}
-    return _STEEL | said

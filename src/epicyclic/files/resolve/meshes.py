@@ -56,7 +56,7 @@ def meshes_of_stage(
         if p.keys.slices is not None:
             ledger.note(f"{p.path}.slices", p.keys.slices)
         for side in shape.meshes[p.name].width:
-            law = mesh_law(shape, p, side, model, ledger)
+            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, ledger)
             teeth = tooth_pair(shape, p, side, model, ledger)
             leads = _leads(plan, p, side, phases, sense, ledger)
             width, count = shape.meshes[p.name].width[side], p.keys.slices or 1
@@ -64,7 +64,7 @@ def meshes_of_stage(
             for branch in range(len(plan.angles)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
                 mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth)
-                found.append(replace(mesh, slices=slices_of(mesh, count, width, law.limits)))
+                found.append(replace(mesh, slices=slices_of(mesh, count, width, law.narrow)))
     return sorted(found, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
 

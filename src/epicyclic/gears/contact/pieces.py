@@ -3,10 +3,11 @@
 Displacement along the normal of a piece i under forces P_k of all pieces in mesh:
 
     own approach u_i(P_i/l_i) of the two flanks [weber1953]
-    + sum over both gears: (q_i q_k)^1/2 G(zeta_i, zeta_k) P_k along one tooth, s P_k/L from all pairs
+    + sum over both gears: [b_ik + r_ik] G(zeta_i, zeta_k) P_k + s P_k/L
 
-q is the compliance of the tooth and the body under it at the radius of the load, G how a load on one place of the face
-deflects another, s what the winding of the body gives to every tooth, L the length of the face along the tooth.
+b is the compliance of the tooth itself, (b_i b_k)^1/2 along one tooth, none between two; r what the body under the
+teeth gives, from one to another too, without the winding s that all teeth share over the length L of the face; G says
+how a load on one place of the face deflects another.  With b, r and G the compliance is symmetric positive definite.
 """
 
 from __future__ import annotations
@@ -53,6 +54,10 @@ class Tooth(Protocol):
 
     def depth(self, radius: ArrayLike) -> Array:
         """From the flank to the middle of the tooth along the normal [m]."""
+        ...
+
+    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
+        """What the body gives a tooth per load per length on another, `ahead` pitches on; 0 is itself [m^2/N]."""
         ...
 
 
@@ -215,19 +220,22 @@ def _shared_compliance(pair: Pair, lines: Lines, index: Index, place: Array) -> 
     slant = math.cos(plane.base_helix)
     on = np.clip(place, *plane.limits)
     tooth, piece = index // count, index % count
-    same = tooth[:, :, None] == tooth[:, None, :]
+    ahead = tooth[:, None, :] - tooth[:, :, None]
     along, across = piece[:, :, None], piece[:, None, :]
-    whole = np.zeros(same.shape)
-    for gear, face, radius in (
-        (pair.tooth_a, plane.face_a, plane.radius_a(on)),
-        (pair.tooth_b, plane.face_b, plane.radius_b(on)),
+    whole = np.zeros(ahead.shape)
+    for gear, face, radius, sense in (
+        (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
+        (pair.tooth_b, plane.face_b, plane.radius_b(on), -1),
     ):
         width = (face[1] - face[0]) / slant
         middle = (lines.centre - 0.5 * (face[0] + face[1])) / slant
         spans = np.full(count, lines.span / slant)
         kernel = coupling(middle, width, PLATE_DECAY * gear.height, spans)
-        root = np.sqrt(gear.bending(radius) - gear.shared)
-        whole += np.where(same, root[:, :, None] * kernel[along, across] * root[:, None, :], 0.0) + gear.shared / width
+        body = gear.cross(radius[:, :, None], radius[:, None, :], sense * ahead)
+        # at the root of a ring there is no tooth left between the load and the body
+        root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
+        own = np.where(ahead == 0, root[:, :, None] * root[:, None, :], 0.0)
+        whole += (own + body - gear.shared) * kernel[along, across] + gear.shared / width
     twist = _twisted(pair, lines)
     if twist is not None:
         whole += twist[along, across]
