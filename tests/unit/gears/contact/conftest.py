@@ -38,7 +38,7 @@ class Cantilever:
 
     def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
         weight = (1 + self._part(radius)) * (1 + self._part(other))
-        return self.shared + 2e-12 * weight * np.exp(-np.abs(np.asarray(ahead, dtype=float)))
+        return np.asarray(self.shared + 2e-12 * weight * np.exp(-np.abs(np.asarray(ahead, dtype=float))))
 
 
 def build(
@@ -59,7 +59,7 @@ def build(
     limits = geometry.contact_limits(
         base[0], tip[0], base[1], tip[1], working_pressure_angle=angle, base_pitch=pitch, internal=internal
     )
-    plane = {
+    plane: dict[str, Any] = {
         "base_a": base[0],
         "base_b": base[1],
         "internal": internal,

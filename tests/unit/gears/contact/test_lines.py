@@ -1,4 +1,4 @@
-"""Contact lines against counting, circles and curvature; separation beyond the path against involutes drawn as points."""
+"""Contact lines against counting, circles and curvature; separation beyond the path against drawn involutes."""
 
 from __future__ import annotations
 

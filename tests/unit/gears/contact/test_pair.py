@@ -46,10 +46,8 @@ def test_forces_balance_and_push(pair_of: Build, kind: dict[str, Any]) -> None:
     assert np.isfinite(found.pressure()).all()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", KINDS[:2])
 def test_swapping_the_gears_changes_nothing(pair_of: Build, kind: dict[str, Any]) -> None:
-    if "internal" in kind:
-        pytest.skip("a ring is always the second")
     pair = pair_of(**kind, flank_a=WORN, misalignment=4e-4, face_a=(-16e-3, 14e-3))
     plane = pair.plane
     other = replace(

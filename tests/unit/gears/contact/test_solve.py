@@ -130,7 +130,7 @@ def test_pivots_meet_every_load_on_the_way(pair_of: Build) -> None:
     loads = np.linspace(0, 2e4, 9)
     force, approach = climb(pieces.compliance[0, :n, :n], pieces.gap[0, :n], loads, np.full(9, np.nan))
     for i, load in enumerate(loads):
-        one = solve.linear(*(x[:1] for x in (pieces.compliance, pieces.gap, pieces.valid)), np.array([load]))
+        one = solve.linear(pieces.compliance[:1], pieces.gap[:1], pieces.valid[:1], np.array([load]))
         assert force[i] == pytest.approx(one.force[0, :n], rel=1e-10, abs=1e-8)
         assert approach[i] == pytest.approx(one.approach[0], rel=1e-12)
 
@@ -146,6 +146,11 @@ def test_compiled_contact_is_the_same(pair_of: Build) -> None:
     force, approach = climbs(pieces.compliance, pieces.gap, count, loads)
     assert force[1] == pytest.approx(one.force, rel=1e-10, abs=1e-8)
     assert approach[1] == pytest.approx(one.approach, rel=1e-12)
+    table = loaded(pieces.pair, [9e3, 0.0, 1e3], PHASES, compiled=True)
+    plain = loaded(pieces.pair, [9e3, 0.0, 1e3], PHASES)
+    assert table.force == pytest.approx(plain.force, rel=1e-10, abs=1e-8)
+    assert table.approach == pytest.approx(plain.approach, rel=1e-12)
+    assert table.tangent[[0, 2]] == pytest.approx(plain.tangent[[0, 2]], rel=1e-10)
     again, level, settled = settles(pieces.compliance, pieces.gap, count, np.full(25, 9e3), pieces.valid, 40)
     assert settled.all()
     assert again == pytest.approx(one.force, rel=1e-10, abs=1e-8)
