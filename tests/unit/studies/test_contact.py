@@ -105,6 +105,20 @@ def test_a_slide_takes_from_the_face() -> None:
     assert mean_force(train, right) > 0
 
 
+def test_misalignment_and_twist_load_one_end() -> None:
+    plain, open_, twisted = (
+        epicyclic.contact("ren2021", factors=[], samples=8, slices=10, **more)
+        for more in ({}, {"misalignment": "0.1 mrad"}, {"torque_ends": ("left", None)})
+    )
+    ends = [one.load_per_length.mean("mesh_phase").values[:, [0, -1]] for one in (plain, open_, twisted)]
+    assert ends[0][:, 0] == pytest.approx(ends[0][::-1, 1], rel=1e-6)  # mirror images
+    assert (ends[1][:, 0] > ends[0][:, 0]).all()
+    assert (ends[1][:, 1] < ends[0][:, 1]).all()
+    # where the torque leaves the body is stiffest
+    assert (ends[2][:, 0] > ends[0][:, 0]).all()
+    assert (ends[2][:, 1] < ends[0][:, 1]).all()
+
+
 def test_relief_flattens_the_error() -> None:
     plain = epicyclic.contact("yue2014-i", mesh="p-d", torque="43 N m", factors=[], samples=48, slices=2)
     relief = {"amount": "6 um", "length": "2.44 mm"}
@@ -167,6 +181,8 @@ def test_loads_are_ranges_or_lists() -> None:
         ({"torque": "5"}, "unit"),
         ({"torque": "5 kg"}, "--torque"),
         ({"samples": 1}, "samples"),
+        ({"torque_ends": ("middle", None)}, "no end of a face"),
+        ({"misalignment": "0.1"}, "--misalignment"),
         ({"factors": [-1.0]}, "factors"),
         ({"overrides": {"stages.main.face_width": None, "stages.main.meshes.sun-planet.stiffness": "1e9 N/m"}}, "face"),
         ({"overrides": {"stages.main.sun.addendum": 2.3}}, "pointed|interfere|root"),
