@@ -241,7 +241,7 @@ def _direction(shape: Outline, load: Load) -> Array:
     gamma = float(shape.flank_angle(np.array([load.radius * 1e-3]))[1][0])
     down = 1.0 if shape.internal else -1.0
     own = np.array([-np.cos(gamma), down * np.sin(gamma)])
-    return _rotation(shape, load.tooth) @ own
+    return np.asarray(_rotation(shape, load.tooth) @ own)
 
 
 def _rotation(shape: Outline, tooth: int) -> Array:
@@ -276,9 +276,7 @@ def _calculix(
         return _displacements(result.read_text(encoding="ascii"), len(points))
 
 
-def _deck(
-    points: Array, cells: Index, held: Index, forces: Sequence[tuple[Index, Array]], gear: GearForm
-) -> str:
+def _deck(points: Array, cells: Index, held: Index, forces: Sequence[tuple[Index, Array]], gear: GearForm) -> str:
     lines = ["*NODE, NSET=NALL"]
     lines += [f"{k + 1}, {x:.12g}, {y:.12g}, 0" for k, (x, y) in enumerate(points)]
     lines += ["*ELEMENT, TYPE=CPE8R, ELSET=EALL"]

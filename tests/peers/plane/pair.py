@@ -14,13 +14,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from plane_gear import Load, solve
 
+from epicyclic.gears import geometry
 from epicyclic.gears.contact import hertz
 from epicyclic.gears.contact.energy import Meshing
+from epicyclic.gears.contact.outline import GearForm
 from epicyclic.gears.contact.solve import hertzian
+from epicyclic.gears.contact.tooth import tooth_compliance
 
-__all__ = ["Elements", "by_elements", "by_energy", "elements"]
+from .gear import Load, solve
+
+__all__ = ["Elements", "by_elements", "by_energy", "elements", "pairs_at", "spur_pair"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -38,6 +42,30 @@ class Elements:
     half_width: Array
     A: float
     radius: Array
+
+
+def spur_pair(teeth: tuple[int, int], module: float, pressure_angle: float, *, internal: bool = False) -> Meshing:
+    """Spur gears without shift; hubs of half the root diameter, a rim of 3.5 modules.  module [m], angle in degrees."""
+    alpha = math.radians(pressure_angle)
+    root = geometry.root_radius
+    bores = [0.5 * root(z, module, 0.0) for z in teeth]
+    if internal:
+        bores[1] = root(teeth[1], module, 0.0, internal=True) + 3.5 * module
+    a, b = (
+        GearForm(teeth=z, module=module, pressure_angle=alpha, internal=internal and k == 1, bore=bores[k])
+        for k, z in enumerate(teeth)
+    )
+    base = [geometry.base_radius(z, module, alpha, 0.0) for z in teeth]
+    limits = geometry.contact_limits(
+        base[0],
+        a.tip,
+        base[1],
+        b.tip,
+        working_pressure_angle=alpha,
+        base_pitch=geometry.base_pitch(module, alpha, 0.0),
+        internal=internal,
+    )
+    return Meshing(a=tooth_compliance(a), b=tooth_compliance(b), working_angle=alpha, limits=limits)
 
 
 def pairs_at(mesh: Meshing, sigma: float) -> Index:
