@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .studies.verbs import (
         campbell,
         check,
+        contact,
         modes,
         modulation,
         sensitivity,
@@ -53,6 +54,7 @@ __all__ = [
     "audit",
     "campbell",
     "check",
+    "contact",
     "load",
     "load_result",
     "modes",
@@ -87,6 +89,7 @@ _HOME = {
         (
             "campbell",
             "check",
+            "contact",
             "modes",
             "modulation",
             "sensitivity",

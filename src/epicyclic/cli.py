@@ -19,6 +19,7 @@ from typing import Annotated, Any
 import typer
 
 from .commands.audit import audit
+from .commands.contact import contact
 from .commands.modulation import modulation
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
 from .commands.sensitivity import sensitivity
@@ -41,6 +42,7 @@ app = typer.Typer(
 app.command()(audit)
 app.command()(sensitivity)
 app.command()(track)
+app.command()(contact)
 app.command()(modulation)
 app.command()(stability)
 app.command()(transient)

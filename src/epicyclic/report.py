@@ -31,7 +31,7 @@ _LOG = logging.getLogger(__name__)
 _CONTACT = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
 _KNOWN = (
     *("check", "modes", "campbell", "stiffness", "static", "steady", "sharing"),
-    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track"),
+    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track", "contact"),
 )
 Datasets = Mapping[str, xr.Dataset]
 
@@ -141,6 +141,10 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         yield Section(anchor="modulation", title="Vibration at the ring", body=body)
     if "transient" in datasets:
         yield Section(anchor="transient", title="Motion over time", body=_transient(datasets["transient"]))
+    if "contact" in datasets:
+        teeth = datasets["contact"]
+        body = _figure("flanks", plots.contact_map(teeth)) + _figure("contact", plots.contact_curves(teeth))
+        yield Section(anchor="contact", title="Teeth in contact", body=body)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

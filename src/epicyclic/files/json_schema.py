@@ -40,7 +40,7 @@ def _as_written(root: Schema, defs: Schema) -> None:
     _links(defs)
     _deviations(defs)
     _operation(defs["Operation"])
-    defs["Variation"] = _either({"enum": ["none", "contact-lines"]}, _without(defs["Variation"], "form"))
+    defs["Variation"] = _either({"enum": ["none", "contact-lines", "energy"]}, _without(defs["Variation"], "form"))
     for name in ("stages", "bodies"):
         root["properties"][name]["propertyNames"] = {"pattern": _NAME}
     for name in ("couplings", "loads"):

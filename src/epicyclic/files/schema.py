@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from ..errors import ModelError
 from .quantities import Quantity, Unit
+from .schema_flank import Flank, Profile, Relief, Wave
 from .schema_links import Coupling, Friction, Length, Link, LinkDamping, PerPlanet, Place, Solid, Support, Table, key
 from .schema_operation import (
     Deviations,
@@ -47,6 +48,7 @@ __all__ = [
     "ModelFile",
     "Operation",
     "PerPlanet",
+    "Profile",
     "ProfileDeviation",
     "Quantity",
     "Relief",
@@ -58,6 +60,7 @@ __all__ = [
     "Unbalance",
     "Variation",
     "Vector",
+    "Wave",
 ]
 
 Kind = Literal["sun", "planet", "ring", "carrier", "gear"]
@@ -95,23 +98,6 @@ class Damping(Table):
     mass: Annotated[float, Unit("rate", low=0)] | None = key(None, "proportional damping, factor of the mass matrix")
     stiffness: Annotated[float, Unit("time", low=0)] | None = key(None, "proportional damping, factor of the stiffness")
     mesh: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every mesh")
-
-
-class Relief(Table):
-    """Tip or root relief."""
-
-    amount: Gap | None = key(None, "depth at the tip or root")
-    length: Gap | None = key(None, "length along the profile")
-    shape: Literal["linear", "parabolic"] = key("linear", "linear or parabolic")
-
-
-class Flank(Table):
-    """Modification of the tooth flank."""
-
-    tip_relief: Relief | None = key(None, "tip relief")
-    root_relief: Relief | None = key(None, "root relief")
-    crown: Gap | None = key(None, "lengthwise crowning")
-    slope: Place | None = key(None, "helix slope modification over the face width")
 
 
 class Side(Table):
@@ -154,6 +140,9 @@ class Member(Table):
     face_width: Length | None = key(None, "face width of one helix")
     addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
     dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "rounding of the tool's tip per module; default 0.38"
+    )
     flank: Flank | None = key(None, "flank modification")
     material: Material | None = key(None, "material of this gear")
     # mass
@@ -185,13 +174,16 @@ class Member(Table):
     station: Place | None = key(None, "axial place of its centre; default 0")
 
 
+_VARIATIONS = ("none", "contact-lines", "energy")
+
+
 class Variation(Table):
     """Mesh stiffness over one mesh cycle, relative to its mean: a word, a Fourier series or a table.
 
-    In the file `"none"`, `"contact-lines"`, `{cosine, sine}` or `{values}`; `form` says which.
+    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` says which.
     """
 
-    form: Literal["none", "contact-lines", "series", "values"] = Field(description="which of the four")
+    form: Literal["none", "contact-lines", "energy", "series", "values"] = Field(description="which of the five")
     cosine: Coefficients = key((), "cosine coefficients of orders 1, 2, ...")
     sine: Coefficients = key((), "sine coefficients of orders 1, 2, ...")
     values: Coefficients = key((), "relative stiffness at equal steps of sigma, from 0 to 1")
@@ -204,15 +196,17 @@ class Variation(Table):
             if "form" in data:
                 return {**{k: v for k, v in data.items() if k != "form"}, "form ": data["form"]}
             return {**data, "form": "values" if "values" in data else "series"}
-        if data in ("none", "contact-lines"):
+        if data in _VARIATIONS:
             return {"form": data}
-        raise ModelError("not a variation", given=data, allowed='"none", "contact-lines", {cosine, sine} or {values}')
+        raise ModelError(
+            "not a variation", given=data, allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}"
+        )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """Refuse a series without terms."""
         if self.form == "series" and not self.cosine + self.sine:
-            raise ModelError("no coefficients", allowed='"none", "contact-lines", {cosine, sine} or {values}')
+            raise ModelError("no coefficients", allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}")
         return self
 
 
@@ -270,6 +264,9 @@ class Stage(Table):
     face_width: Length | None = key(None, "face width of one helix")
     addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
     dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "rounding of the tool's tip per module; default 0.38"
+    )
     flank: Flank | None = key(None, "flank modification")
     material: Material | None = key(None, "material of the gears of this stage")
     meshes: dict[str, MeshKeys] = Field(default_factory=dict, description="what is said of meshes, by `A-B`")

@@ -27,6 +27,7 @@ __all__ = [
     "iso6336_single_stiffness",
     "normal_from_transverse",
     "outside_limits",
+    "over_face",
     "series_in_time",
     "table_series",
 ]
@@ -172,8 +173,14 @@ def contact_line_series(
     limits : (sigma_min, sigma_max) of `geometry.contact_limits`; overlap_ratio [1], 0 for spur teeth.
     """
     order = np.arange(1, harmonics + 1)
-    size = 2.0 * np.sinc(order * (limits[1] - limits[0])) * np.sinc(order * overlap_ratio)
-    return np.asarray(size * np.exp(-1j * np.pi * order * (limits[0] + limits[1])), dtype=np.complex128)
+    size = 2.0 * np.sinc(order * (limits[1] - limits[0]))
+    return over_face(size * np.exp(-1j * np.pi * order * (limits[0] + limits[1])), overlap_ratio)
+
+
+def over_face(series: ComplexArray, overlap_ratio: float) -> ComplexArray:
+    """Mean over a helical face of a series (L,) of a narrow slice of it, v_l sinc(l eps_beta) [1]."""
+    order = np.arange(1, np.size(series) + 1)
+    return np.asarray(series * np.sinc(order * overlap_ratio), dtype=np.complex128)
 
 
 def contact_line_length(

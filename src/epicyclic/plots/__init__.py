@@ -5,7 +5,8 @@ Depends on: results (the names of variables).  Importing this room imports plotl
 
 from .bearings import bearing_forces
 from .campbell import campbell
-from .contact import contact_sweep
+from .contact import contact_curves, contact_map
+from .contact_loss import contact_sweep
 from .curves import curves, study
 from .energy import energy_shares
 from .envelope import force_envelopes
@@ -28,6 +29,8 @@ from .waterfall import waterfall
 __all__ = [
     "bearing_forces",
     "campbell",
+    "contact_curves",
+    "contact_map",
     "contact_sweep",
     "curves",
     "energy_shares",

@@ -1,139 +1,133 @@
-"""Sweep with contact loss: run-up and coast-down, unstable branches dashed, folds marked, how long teeth are apart."""
+"""Teeth in contact: load over the flank with contact lines; transmission error, Harris map and stiffness."""
 
 from __future__ import annotations
-
-from itertools import pairwise
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
-from numpy.typing import NDArray
 
-from .series import Array, compact, texts
-from .style import INK, PALE, PALETTE, WARNING, panels
+from .series import compact, engineering, texts
+from .style import DASHES, INK, PALETTE, panels, tint
 
-__all__ = ["contact_sweep"]
+__all__ = ["contact_curves", "contact_map"]
 
-# the run-up wide and pale, so that the coast-down over it hides it nowhere
-_LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1.3, "triangle-down", "coast-down")}
+# Lowest load pale, highest dark, even in lightness, for the colour-blind too.
+_SCALE = [[0.0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8"], [1.0, "#0B2E4F"]]
 
 
-def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
-    """RMS of the dynamic force of one mesh [kN] over mesh frequency [Hz], its branches, and the part of time apart [%].
+def contact_map(result: xr.Dataset) -> go.Figure:
+    """Load per length [N/mm] over the flank of one tooth, a panel a helix, with the contact lines of one instant.
 
     Parameters
     ----------
-    sweep : Dataset of `sweep` with contact loss.  mesh : name; the one with the largest force where None.
+    result : Dataset of `contact`.
     """
-    name = mesh or _loudest(sweep)
-    drawn = panels(
-        f"Mesh force with contact loss, {name}",
-        ["RMS of the dynamic mesh force", "teeth apart"],
-        height=640,
-        shared_xaxes=True,
-        vertical_spacing=0.12,
-        row_heights=[0.7, 0.3],
+    sides = texts(result, "side")
+    load = result["flank_load_per_length"].transpose("side", "width", "path_place").values / 1e3
+    names = [f"{side}: largest {engineering(float(np.nanmax(load[i])))} N/mm" for i, side in enumerate(sides)]
+    force = engineering(float(result.attrs["force"]) / 1e3)
+    title = f"Load over the flank, {result.attrs['mesh']}, {force} kN a helix; orange: contact lines at one instant"
+    drawn = panels(title, names, height=460, columns=len(sides), shared_yaxes=True, horizontal_spacing=0.05)
+    top = float(np.nanmax(load))
+    for i in range(len(sides)):
+        face = result["width"].values * float(result["shared_face"].values[i]) * 1e3
+        drawn.add_trace(
+            go.Heatmap(
+                x=compact(face),
+                y=compact(result["path_place"].values),
+                z=[compact(row, digits=4) for row in load[i].T],
+                zmin=0.0,
+                zmax=top,
+                colorscale=_SCALE,
+                showscale=i == len(sides) - 1,
+                colorbar={"title": {"text": "N/mm"}, "thickness": 14},
+                hovertemplate="%{x:.4g} mm from the left end<br>path %{y:.3f}<br>%{z:.4g} N/mm<extra></extra>",
+            ),
+            row=1,
+            col=i + 1,
+        )
+        for line in result["line_place"].values[i]:
+            look = {"color": "#D55E00", "width": 1.6}
+            drawn.add_trace(
+                go.Scatter(
+                    x=compact(face), y=compact(line), mode="lines", line=look, showlegend=False, hoverinfo="skip"
+                ),
+                row=1,
+                col=i + 1,
+            )
+        drawn.update_xaxes(title_text="along the face from the left end [mm]", row=1, col=i + 1)
+    first, second = str(result.attrs["gear_a"]), str(result.attrs["gear_b"])
+    drawn.update_yaxes(
+        title_text=f"path of contact [base pitches]: tip of {second} below, of {first} above", row=1, col=1
     )
-    _branches(drawn, sweep, name)
-    rank = np.argsort(sweep["mesh_frequency"].values, kind="stable")
-    x = np.asarray(sweep["mesh_frequency"].values, dtype=np.float64)[rank]
-    for direction in map(str, sweep["direction"].values):
-        part = sweep.sel(direction=direction, mesh=name)
-        _walked(drawn, part, direction, x, rank)
-    _folds(drawn, sweep, name)
-    drawn.update_yaxes(title_text="force [kN]", rangemode="tozero", row=1, col=1)
-    drawn.update_yaxes(title_text="time [%]", rangemode="tozero", row=2, col=1)
-    drawn.update_xaxes(title_text="mesh frequency [Hz]", range=[float(x.min()), float(x.max())], row=2, col=1)
     return drawn
 
 
-def _loudest(sweep: xr.Dataset) -> str:
-    level = np.nan_to_num(sweep["mesh_force_rms"].max(("direction", "speed")).values)
-    return str(sweep["mesh"].values[int(np.argmax(level))])
+def contact_curves(result: xr.Dataset) -> go.Figure:
+    """Loaded transmission error over the mesh cycle, its peak to peak over the load (Harris map), and stiffness.
+
+    Parameters
+    ----------
+    result : Dataset of `contact`.
+    """
+    names = [
+        "loaded transmission error less its mean (Harris map): darker, more load",
+        "peak to peak and mesh orders over the load",
+        "stiffness of one helix over the mesh cycle at the operating load",
+    ]
+    drawn = panels(f"Teeth in contact, {result.attrs['mesh']}", names, height=1020, vertical_spacing=0.1)
+    _errors(drawn, result)
+    _over_load(drawn, result)
+    _stiffness(drawn, result)
+    return drawn
 
 
-def _branches(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:
-    """The whole way: a line where it is stable, dashes where not."""
-    x, part = np.asarray(sweep["path_frequency"].values, dtype=np.float64), sweep["path_part"].values
-    y = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64) / 1e3
-    kind = np.array(texts(sweep, "path_instability"), dtype=object)
-    unstable = ~np.isin(kind, ("stable", ""))
-    shown: set[bool] = set()
-    for first, last in _runs(unstable, part):
-        dashed = bool(unstable[first])
-        end = min(last + 1, len(x) - 1) if last + 1 < len(x) and part[last + 1] - part[last] in (0, 1) else last
-        label = "unstable branch" if dashed else "branch"
+def _errors(drawn: go.Figure, result: xr.Dataset) -> None:
+    force = float(result.attrs["force"])
+    levels = result["mesh_load"].values
+    phase = np.append(result["mesh_phase"].values, 1.0)
+    for i, load in enumerate(levels):
+        error = result["loaded_transmission_error"].values[i] * 1e6
+        error = np.append(error, error[0]) - error.mean()
+        now = bool(np.isclose(load, force))
+        colour = PALETTE[1] if now else tint(INK, 0.85 * (1 - (i + 1) / len(levels)))
+        name = f"{engineering(load / 1e3)} kN" + (", operation" if now else "")
+        look = {"color": colour, "width": 2.6 if now else 1.3}
         drawn.add_trace(
-            go.Scatter(
-                x=compact(x[first : end + 1]),
-                y=compact(y[first : end + 1]),
-                mode="lines",
-                name=label,
-                legendgroup=label,
-                showlegend=dashed not in shown,
-                line={"color": WARNING if dashed else PALE, "dash": "dash" if dashed else "solid", "width": 2},
-                text=[str(text) for text in kind[first : end + 1]],
-                hovertemplate="%{y:.4g} kN at %{x:.6g} Hz, %{text}<extra></extra>",
-            ),
-            row=1,
-            col=1,
+            go.Scatter(x=compact(phase), y=compact(error), mode="lines", line=look, name=name), row=1, col=1
         )
-        shown.add(dashed)
+    drawn.update_xaxes(title_text="time [mesh cycles]", range=[0, 1], row=1, col=1)
+    drawn.update_yaxes(title_text="error [µm]", row=1, col=1)
 
 
-def _runs(unstable: NDArray[np.bool_], part: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """First and last places of runs of one kind, not across a break of the way."""
-    if not len(unstable):
-        return []
-    cut = (unstable[1:] != unstable[:-1]) | (np.abs(np.diff(part)) > 1)
-    edges = [0, *(np.flatnonzero(cut) + 1).tolist(), len(unstable)]
-    return [(first, last - 1) for first, last in pairwise(edges)]
-
-
-def _walked(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, rank: NDArray[np.int64]) -> None:
-    colour, width, symbol, label = _LOOK[direction]
-    motion = np.array(texts(part, "motion"), dtype=object)[rank]
-    own = np.isin(motion, ("symmetry broken", "period 2", "integrated"))
-    rows = (np.asarray(part["mesh_force_rms"].values) / 1e3, 100 * np.asarray(part["contact_open"].values))
-    for row, values in enumerate(rows, start=1):
+def _over_load(drawn: go.Figure, result: xr.Dataset) -> None:
+    load = compact(result["mesh_load"].values / 1e3)
+    curves = {"peak to peak": result["transmission_error_peak_to_peak"].values}
+    curves |= {f"order {k}": np.abs(result["transmission_error_harmonic"].values[:, k]) for k in (1, 2, 3)}
+    for i, (name, values) in enumerate(curves.items()):
+        look = {"color": INK if i == 0 else PALETTE[i - 1], "width": 2 if i == 0 else 1.5, "dash": DASHES[i]}
         drawn.add_trace(
-            go.Scatter(
-                x=compact(x),
-                y=compact(values[rank]),
-                mode="lines+markers" if row == 1 else "lines",
-                name=label,
-                legendgroup=label,
-                showlegend=row == 1,
-                line={"color": colour, "width": width},
-                marker={
-                    "symbol": symbol,
-                    "size": np.where(own, 9 if direction == "up" else 6, 0).tolist(),
-                    "color": colour,
-                },
-                text=[str(text) for text in motion],
-                hovertemplate=f"{label}: %{{y:.4g}} at %{{x:.6g}} Hz, %{{text}}<extra></extra>",
-            ),
-            row=row,
-            col=1,
+            go.Scatter(x=load, y=compact(values * 1e6), mode="lines+markers", line=look, name=name), row=2, col=1
         )
+    operating = float(result.attrs["force"]) / 1e3
+    drawn.add_vline(x=operating, line={"color": PALETTE[1], "width": 1.2, "dash": "dot"}, row=2, col=1)
+    drawn.update_xaxes(title_text="mesh force of one helix [kN]", row=2, col=1)
+    drawn.update_yaxes(title_text="error [µm]", rangemode="tozero", row=2, col=1)
 
 
-def _folds(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:
-    """Where a branch turns back or on."""
-    if not sweep.sizes.get("fold"):
-        return
-    x = np.asarray(sweep["path_frequency"].values, dtype=np.float64)
-    at = [int(np.argmin(np.abs(x - fold))) for fold in sweep["fold_frequency"].values]
-    y = np.asarray(sweep["path_force_rms"].sel(mesh=name).values, dtype=np.float64)[at] / 1e3
-    drawn.add_trace(
-        go.Scatter(
-            x=compact(x[at]),
-            y=compact(y),
-            mode="markers",
-            name="fold",
-            marker={"symbol": "circle-open", "size": 11, "color": INK, "line": {"width": 2}},
-            hovertemplate="fold at %{x:.6g} Hz<extra></extra>",
-        ),
-        row=1,
-        col=1,
-    )
+def _stiffness(drawn: go.Figure, result: xr.Dataset) -> None:
+    now = int(np.argmin(np.abs(result["mesh_load"].values - float(result.attrs["force"]))))
+    phase = compact(np.append(result["mesh_phase"].values, 1.0))
+    values = result["tangent_stiffness"].values[:, now]
+    alike = len(values) == 1 or bool(np.allclose(values[0], values[1], rtol=1e-4))
+    sides = ["both helices" if len(values) > 1 else "helix"] if alike else texts(result, "side")
+    for i, side in enumerate(sides):
+        for kind, dash in (("tangent", "solid"), ("secant", "dash")):
+            values = result[f"{kind}_stiffness"].values[i, now] / 1e6
+            look = {"color": PALETTE[i], "width": 1.8, "dash": dash}
+            closed = compact(np.append(values, values[0]))
+            drawn.add_trace(
+                go.Scatter(x=phase, y=closed, mode="lines", line=look, name=f"{kind}, {side}"), row=3, col=1
+            )
+    drawn.update_xaxes(title_text="time [mesh cycles]", range=[0, 1], row=3, col=1)
+    drawn.update_yaxes(title_text="stiffness [N/µm]", row=3, col=1)

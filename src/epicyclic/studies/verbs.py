@@ -24,6 +24,7 @@ __all__ = [
     "VERBS",
     "campbell",
     "check",
+    "contact",
     "modes",
     "modulation",
     "sensitivity",
@@ -302,9 +303,17 @@ def _frequencies(
     return [float(frequency) for frequency in np.linspace(low, high, points)]
 
 
+def contact(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Loaded tooth contact of one mesh; options of `epicyclic.studies.contact.contact`."""
+    from .contact import contact as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
 VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "check": check,
     "stiffness": stiffness,
+    "contact": contact,
     "modes": modes,
     "campbell": campbell,
     "static": static,

@@ -1,84 +1,56 @@
-"""Tables of a sweep with contact loss: forces of run-up and coast-down, jumps and folds, what is not periodic."""
+"""Tables of `contact`: the operating load side by side, and what changes with the load."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.table import Table
 
-from .tables import number, table
-
 if TYPE_CHECKING:
     import xarray as xr
 
+from .tables import number, table
+
 __all__ = ["contact_tables"]
 
-_SHOWN = 40
+
+def contact_tables(result: xr.Dataset) -> list[Table]:
+    """Both helices at the operating load, then all loads."""
+    return [_sides(result), _loads(result)]
 
 
-def contact_tables(result: xr.Dataset) -> Sequence[Table]:
-    """Largest forces of each mesh, ranges of speed by what moves there, folds."""
-    frequency = result.mesh_frequency.values
-    title = f"{len(frequency)} speeds, {number(frequency.min())} to {number(frequency.max())} Hz"
-    return [_forces(result, title), _ranges(result), *_folds(result), _points(result)]
-
-
-def _forces(result: xr.Dataset, title: str) -> Table:
-    rows = []
-    for mesh in result.mesh.values:
-        row: list[Any] = [str(mesh)]
-        for direction in result.direction.values:
-            series = result.mesh_force_rms.sel(mesh=mesh, direction=direction).values
-            found = np.isfinite(series).any()
-            at = int(np.nanargmax(series)) if found else 0
-            row += [float(series[at]), float(result.mesh_frequency.values[at]) if found else np.nan]
-        highest, apart = (result[name].sel(mesh=mesh).values for name in ("mesh_force_peak", "contact_open"))
-        both = [float(np.nanmax(values, initial=0.0)) for values in (highest, apart)]
-        rows.append((*row, both[0], round(100 * both[1], 1)))
-    headings = (
-        *("mesh", "up: largest rms [N]", "at [Hz]", "down: largest rms [N]", "at [Hz] "),
-        *("largest force [N]", "apart at most [% of the time]"),
+def _sides(result: xr.Dataset) -> Table:
+    force = float(result.attrs["force"])
+    now = int(np.argmin(np.abs(result.mesh_load.values - force)))
+    at = result.isel(mesh_load=now)
+    title = (
+        f"Mesh {result.attrs['mesh']}, {number(force)} N a helix, {number(float(at.load_torque))} N m on its first gear"
     )
-    columns: dict[str, Any] = {heading: [row[i] for row in rows] for i, heading in enumerate(headings)}
-    return table(f"Dynamic mesh forces with contact loss, {title}", columns)
+    columns: dict[str, Any] = {
+        "side": [str(side) for side in result.side.values],
+        "shared face [mm]": list(result.shared_face.values * 1e3),
+        "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
+        "largest pressure [MPa]": list(at.largest_pressure.values / 1e6),
+        "largest over mean across the face": list(at.face_factor.values),
+        "stiffness, tangent [N/um]": list(at.average_stiffness.values / 1e6),
+        "stiffness, secant [N/um]": list(at.average_secant_stiffness.values / 1e6),
+        "tip overlap before [um]": list(at.corner_overlap.sel(end="before").values * 1e6),
+        "tip overlap behind [um]": list(at.corner_overlap.sel(end="behind").values * 1e6),
+    }
+    return table(title, columns)
 
 
-def _ranges(result: xr.Dataset) -> Table:
-    """Runs of speeds with one kind of motion, in each direction."""
-    rank = np.argsort(result.mesh_frequency.values, kind="stable")
-    frequency, rows = result.mesh_frequency.values[rank], []
-    for direction in result.direction.values:
-        part = result.sel(direction=direction)
-        label = _labels(part)[rank]
-        starts = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
-        for first, last in zip(starts, [*(starts[1:] - 1), len(label) - 1], strict=True):
-            rows.append((str(direction), float(frequency[first]), float(frequency[last]), str(label[first])))
-    headings = ("direction", "from [Hz]", "to [Hz]", "motion")
-    columns: dict[str, Any] = {heading: [row[i] for row in rows[:_SHOWN]] for i, heading in enumerate(headings)}
-    left = f", first {_SHOWN} of {len(rows)}" if len(rows) > _SHOWN else ""
-    return table(f"What moves{left}", columns)
-
-
-def _labels(part: xr.Dataset) -> np.ndarray[Any, np.dtype[np.object_]]:
-    """``periodic``, ``integrated (quasi-periodic)``, ...: the motion, and what its branch was left by."""
-    texts = []
-    for motion, left, apart in zip(
-        part.motion.values, part.branch_instability.values, part.contact_open.max("mesh").values, strict=True
-    ):
-        teeth = ", teeth part" if apart > 0 else ""
-        texts.append(f"{motion or 'none'}{f' ({left})' if left else ''}{teeth}")
-    return np.array(texts, dtype=object)
-
-
-def _folds(result: xr.Dataset) -> list[Table]:
-    if not result.sizes.get("fold"):
-        return []
-    return [table("Folds of the branches", {"mesh frequency [Hz]": [float(f) for f in result.fold_frequency.values]})]
-
-
-def _points(result: xr.Dataset) -> Table:
-    status = result.status.values.astype(str).ravel()
-    points = dict(zip(*np.unique(status, return_counts=True), strict=True))
-    return table("Points", {"status": list(map(str, points)), "points": [int(count) for count in points.values()]})
+def _loads(result: xr.Dataset) -> Table:
+    error = result.transmission_error_harmonic.values
+    columns: dict[str, Any] = {
+        "force of a helix [N]": list(result.mesh_load.values),
+        "torque [N m]": list(result.load_torque.values),
+        "mean error [um]": list(error[:, 0].real * 1e6),
+        "peak to peak [um]": list(result.transmission_error_peak_to_peak.values * 1e6),
+        **{f"order {k} [um]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
+        "stiffness, tangent [N/um]": list(result.average_stiffness.values.mean(axis=0) / 1e6),
+        "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=0) / 1e3),
+        "largest pressure [MPa]": list(result.largest_pressure.values.max(axis=0) / 1e6),
+    }
+    return table("Loaded transmission error", columns)

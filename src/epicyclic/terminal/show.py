@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from .contact import contact_tables
+from .contact_loss import contact_loss_tables
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .modulation import modulation_tables
@@ -111,13 +112,14 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "modes": modes_tables,
     "campbell": campbell_tables,
     "stiffness": stiffness_tables,
+    "contact": contact_tables,
     "static": static_tables,
     "steady": steady_tables,
     "sharing": sharing_tables,
     "sweep": sweep_tables,
     "sensitivity": sensitivity_tables,
     "track": track_tables,
-    "contact_sweep": contact_tables,
+    "contact_sweep": contact_loss_tables,
     "modulation": modulation_tables,
     "stability": stability_tables,
     "transient": transient_tables,

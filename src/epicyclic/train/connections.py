@@ -8,7 +8,10 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Link", "Mesh", "MeshSlice"]
+from ..gears.contact.flank import PLAIN, Flank
+from ..gears.contact.outline import GearForm
+
+__all__ = ["Link", "Mesh", "MeshSlice", "ToothPair"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,6 +25,31 @@ class MeshSlice:
     station: float
     lead: Fraction | float
     variation: NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToothPair:
+    """The teeth of one mesh as tooth contact needs them, of one helix.
+
+    form_a, form_b : what shapes teeth and body of the gears.  base_a, base_b : base radii of the teeth themselves [m].
+    pressure_angle : working transverse angle of the teeth [rad].  base_pitch : transverse [m].
+    limits : (sigma_min, sigma_max) of the path of contact [base pitches].
+    face_a, face_b : ends (left, right) of the faces along the axis, from the mesh's station [m].
+    flank_a, flank_b : micro-geometry.  paths : of both flanks in the file.
+    """
+
+    form_a: GearForm
+    form_b: GearForm
+    base_a: float
+    base_b: float
+    pressure_angle: float
+    base_pitch: float
+    limits: tuple[float, float]
+    face_a: tuple[float, float]
+    face_b: tuple[float, float]
+    flank_a: Flank = PLAIN
+    flank_b: Flank = PLAIN
+    paths: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,6 +75,7 @@ class Mesh:
     contact_ratio, overlap_ratio : transverse and overlap contact ratio [1], nan where the data are not given.
     slices : pieces along the face from left to right; empty where the mesh is one row. Stiffness, variation, lead and
         damping above are those of the whole, which the slices add up to.
+    teeth : what tooth contact needs; None where the file says no face width.
     """
 
     name: str
@@ -75,6 +104,7 @@ class Mesh:
     contact_ratio: float = float("nan")
     overlap_ratio: float = float("nan")
     slices: tuple[MeshSlice, ...] = ()
+    teeth: ToothPair | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,27 +11,29 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...gears import stiffness as teeth_stiffness
-from ..schema import Material, MeshSide, ModelFile, Quantity, Variation
+from ..schema import MeshSide, ModelFile, Quantity, Variation
 from .centres import MeshShape, StageShape
 from .ledger import Ledger, per_branch
-from .plan import Pair, Plan
+from .plan import Pair
+from .tooth_forms import elastic, energy_law
 
 __all__ = ["MeshLaw", "mesh_law", "overlap_of", "said_by"]
 
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
-STEEL_MODULUS = 206e9
+Series = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeshLaw:
     """Stiffness of one side of a pair: per branch along the tooth normal [N/m], and its relative series over sigma.
 
-    limits : sigma of first and last contact where the series is that of contact lines, else None.
+    narrow : the series of a slice without width, where the helix brings slices into mesh one after the other; None
+        where all follow the whole.
     """
 
     stiffness: tuple[float, ...]
-    variation: NDArray[np.complex128]
-    limits: tuple[float, float] | None
+    variation: Series
+    narrow: Series | None
     damping: float
     backlash: float
 
@@ -42,29 +44,42 @@ def said_by(p: Pair, side: str | None, key: str) -> MeshSide | None:
     return next((t for t in tables if t is not None and getattr(t, key) is not None), None)
 
 
-def mesh_law(shape: StageShape, p: Pair, side: str | None, model: ModelFile, ledger: Ledger) -> MeshLaw:
+def mesh_law(
+    shape: StageShape,
+    p: Pair,
+    side: str | None,
+    model: ModelFile,
+    torque: Mapping[str, float] | None,
+    ledger: Ledger,
+) -> MeshLaw:
+    """Law of one side of a pair.  torque : of each pair, as `Kinematics.mesh_torque`."""
     plan, width = shape.plan, shape.meshes[p.name].width[side]
     table = said_by(p, side, "stiffness")
     value = "iso6336" if table is None else table.stiffness
     path = f"{p.path}.{side}.stiffness" if table is not None and table is not p.keys else f"{p.path}.stiffness"
-    count = len(plan.angles)
+    count, computed = len(plan.angles), not isinstance(value, Quantity)
+    form = _form(p, side, str(value) if computed else "")
+    own = None
+    if "energy" in (value, form):
+        _needed_width(shape, p, side, path)
+        own = energy_law(shape, p, side, model, torque, ledger)
     if isinstance(value, Quantity):
         stiffness = per_branch(_normal(shape, p, side, value, path), count, path)
-        computed = False
+    elif value == "energy" and own is not None:
+        stiffness = (own[0],) * count
     else:
         stiffness = (_computed(shape, p, str(value), width, path, model, ledger),) * count
-        computed = True
     note = stiffness[0] if len(set(stiffness)) == 1 else list(stiffness)
     by_side = len(set(shape.meshes[p.name].width.values())) > 1 or table not in (None, p.keys)
     where = f"{p.path}.{side}.stiffness" if side and by_side else f"{p.path}.stiffness"
     ledger.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
     _check_range(shape, p, width, stiffness, ledger)
     damping, backlash = said_by(p, side, "damping"), said_by(p, side, "backlash")
-    variation, limits = _variation(shape, p, side, computed, ledger)
+    variation, narrow = _variation(shape, p, side, form, None if own is None else own[1], ledger)
     return MeshLaw(
         stiffness=stiffness,
         variation=variation,
-        limits=limits,
+        narrow=narrow,
         damping=damping.damping or 0.0 if damping is not None else 0.0,
         backlash=math.inf if backlash is None or backlash.backlash is None else backlash.backlash,
     )
@@ -103,7 +118,7 @@ def _computed(
             f"the method '{method}' is not available in this version",
             path=path,
             given=method,
-            allowed="iso6336, or a stiffness in N/m or N/(mm um)",
+            allowed="iso6336, energy, or a stiffness in N/m or N/(mm um)",
         )
     if math.isnan(width):
         _needed_width(shape, p, next(iter(shape.meshes[p.name].width)), path)
@@ -119,19 +134,13 @@ def _computed(
         shift_b=second.profile_shift,
         dedendum_a=first.dedendum,
         dedendum_b=second.dedendum,
-        youngs_modulus_a=_modulus(shape.plan, p.a, model),
-        youngs_modulus_b=_modulus(shape.plan, p.b, model),
+        youngs_modulus_a=elastic(shape.plan, p.a, model)[0],
+        youngs_modulus_b=elastic(shape.plan, p.b, model)[0],
     )
     mean, more = teeth_stiffness.iso6336_mesh_stiffness(single, shape.meshes[p.name].contact_ratio)
     for text in (*limits, *more):
         ledger.warn(f"{path}: {text}")
     return teeth_stiffness.normal_from_transverse(mean * width, a.base_helix)
-
-
-def _modulus(plan: Plan, gear: str, model: ModelFile) -> float:
-    tables: tuple[Material | None, ...] = (plan.gears[gear].material, plan.stage.material, model.material)
-    said = (t.youngs_modulus for t in tables if t is not None)
-    return next((value for value in said if value is not None), STEEL_MODULUS)
 
 
 def _check_range(shape: StageShape, p: Pair, width: float, stiffness: Sequence[float], ledger: Ledger) -> None:
@@ -143,22 +152,34 @@ def _check_range(shape: StageShape, p: Pair, width: float, stiffness: Sequence[f
             ledger.warn(f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, steel teeth have 10 .. 30")
 
 
+def _form(p: Pair, side: str | None, method: str) -> str:
+    """How the stiffness varies: as said, else as its method has it."""
+    table = said_by(p, side, "variation")
+    if table is not None and table.variation is not None:
+        return table.variation.form
+    return {"": "none", "energy": "energy"}.get(method, "contact-lines")
+
+
 def _variation(
-    shape: StageShape, p: Pair, side: str | None, computed: bool, ledger: Ledger
-) -> tuple[NDArray[np.complex128], tuple[float, float] | None]:
-    """Relative Fourier coefficients over sigma, (L,), and the limits of the contact lines they come from, if any."""
+    shape: StageShape, p: Pair, side: str | None, form: str, own: Series | None, ledger: Ledger
+) -> tuple[Series, Series | None]:
+    """Relative Fourier coefficients over sigma, (L,), and those of a narrow slice where the helix shifts slices.
+
+    own : series of a narrow slice by energy.
+    """
     table, meshing = said_by(p, side, "variation"), shape.meshes[p.name]
     said: Variation | None = None if table is None else table.variation
-    form = ("contact-lines" if computed else "none") if said is None else said.form
-    if form in ("none", "contact-lines"):
+    if form in ("none", "contact-lines", "energy"):
         ledger.note(f"{p.path}.variation", form, "", "default" if said is None else "given")
-    if form == "contact-lines":
+    if form in ("contact-lines", "energy"):
         overlap = overlap_of(meshing, shape, p, meshing.width[side])
         if math.isnan(overlap):
             _needed_width(shape, p, side, f"{p.path}.stiffness")
         if meshing.contact_ratio <= 0:
             raise ModelError("the teeth do not touch: contact ratio below 0", path=p.path)
-        return teeth_stiffness.contact_line_series(meshing.limits, overlap), meshing.limits
+        lines = teeth_stiffness.contact_line_series(meshing.limits, 0.0)
+        narrow = lines if own is None or form == "contact-lines" else own
+        return teeth_stiffness.over_face(narrow, overlap), narrow
     if said is None or form == "none":
         return np.zeros(0, complex), None
     if form == "values":

@@ -14,6 +14,7 @@ from ...train.phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, 
 from ..schema import ModelFile
 from .bodies import body_name, half_station, member_bodies
 from .centres import StageShape
+from .flanks import tooth_pair
 from .ledger import Ledger, Number, per_branch, turns_of
 from .mesh_laws import MeshLaw, mesh_law, overlap_of, said_by
 from .plan import Pair, Plan
@@ -55,14 +56,15 @@ def meshes_of_stage(
         if p.keys.slices is not None:
             ledger.note(f"{p.path}.slices", p.keys.slices)
         for side in shape.meshes[p.name].width:
-            law = mesh_law(shape, p, side, model, ledger)
+            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, ledger)
+            teeth = tooth_pair(shape, p, side, model, ledger)
             leads = _leads(plan, p, side, phases, sense, ledger)
             width, count = shape.meshes[p.name].width[side], p.keys.slices or 1
             require_width(width, count, plan.path)
             for branch in range(len(plan.angles)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
-                mesh = replace(mesh, lead=leads[branch], stage=tones[p.path])
-                found.append(replace(mesh, slices=slices_of(mesh, count, width, law.limits)))
+                mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth)
+                found.append(replace(mesh, slices=slices_of(mesh, count, width, law.narrow)))
     return sorted(found, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
 

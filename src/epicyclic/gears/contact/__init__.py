@@ -1,0 +1,1 @@
+"""Teeth in contact: lines of contact, compliance, and the load that unilateral contact leaves on them."""

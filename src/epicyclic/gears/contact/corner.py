@@ -1,0 +1,74 @@
+"""Contact before and after the path of contact: the edge of a tip that meets the flank of the mate.
+
+Before the path of contact the tip of b approaches the flank of a, behind it the tip of a leaves that of b.  How far
+they are apart follows from the involutes alone, to any distance; near the ends it grows as the square of it.
+Deflection of the pairs in mesh closes it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .lines import Plane
+
+__all__ = ["reach", "separation"]
+
+Array = NDArray[np.float64]
+
+
+def separation(plane: Plane, sigma: ArrayLike) -> Array:
+    """Gap along the tooth normal between a tip and the flank of the mate, beyond the path of contact [m].
+
+    sigma : place on the path continued [base pitches], any shape; 0 on the path itself, inf where there is no flank.
+    """
+    place = np.asarray(sigma, dtype=float)
+    total = np.zeros_like(place)
+    for past, tip_of_b in ((plane.limits[0] - place, True), (place - plane.limits[1], False)):
+        apart = _of_tip(plane, np.maximum(past, 0.0), tip_of_b=tip_of_b)
+        total = np.where(past > 0, np.maximum(apart, 0.0), total)  # nearer than rounding it is closed
+    return np.asarray(total * math.cos(plane.base_helix))
+
+
+def reach(plane: Plane, gap: float) -> tuple[float, float]:
+    """How far beyond the ends of the path of contact the separation stays below a gap [m], [base pitches]."""
+    found = []
+    for edge, away in ((plane.limits[0], -1.0), (plane.limits[1], 1.0)):
+        low, high = 0.0, 1.0
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if float(separation(plane, edge + away * middle)) < gap else (low, middle)
+        found.append(high)
+    return found[0], found[1]
+
+
+def _of_tip(plane: Plane, past: Array, *, tip_of_b: bool) -> Array:
+    """Transverse gap at a distance past the end of the path [base pitches], in axes of e and t with d = +1 [m]."""
+    alpha, base_a, base_b = plane.pressure_angle, plane.base_a, plane.base_b
+    centre = complex((base_b - base_a) * -1 if plane.internal else base_a + base_b) / math.cos(alpha)
+    edge = plane.limits[0] if tip_of_b else plane.limits[1]
+    point = base_a / math.cos(alpha) + edge * plane.base_pitch * complex(math.sin(alpha), math.cos(alpha))
+    turned = past * plane.base_pitch
+    sense = 1.0 if plane.internal else -1.0
+    if tip_of_b:  # b turns back by what is past the end; the flank it meets is that of a
+        moved = centre + (point - centre) * np.exp(-1j * sense * turned / base_b)
+        flank = _flank(moved, base_a, alpha, edge - past, plane.base_pitch)
+        return np.asarray(base_a * (np.angle(moved) - flank))
+    moved = point * np.exp(1j * turned / base_a)
+    seen = moved - centre
+    if plane.internal:
+        flank = _flank(seen, base_b, alpha, edge + past, plane.base_pitch)
+        return np.asarray(base_b * (flank - np.angle(seen)))
+    # seen from b the picture is the same, turned by half a turn, and sigma runs the other way
+    flank = _flank(-seen, base_b, alpha, -(edge + past), plane.base_pitch)
+    return np.asarray(base_b * (np.angle(-seen) - flank))
+
+
+def _flank(point: NDArray[np.complex128], base: float, alpha: float, sigma: Array, pitch: float) -> Array:
+    """Polar angle of the involute through sigma at the radius of a point [rad]; -inf inside the base circle."""
+    start = math.tan(alpha) + sigma * pitch / base - alpha
+    radius = np.abs(point)
+    angle = np.arccos(np.minimum(1.0, base / radius))
+    return np.asarray(np.where(radius > base, start - (np.tan(angle) - angle), -np.inf))

@@ -1,0 +1,93 @@
+"""Approach of two cylinders pressed along a line, per length, and its inverse.
+
+    u = A p (B - ln p),   A = (1 - nu_1^2)/(pi E_1) + (1 - nu_2^2)/(pi E_2),   p load per length [N/m]
+
+between the middles of the two teeth, h_1 and h_2 below the surface [weber1953].  u rises with p up to exp(B - 1), far
+above any load that teeth bear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Line", "approach", "half_width", "line_contact", "load", "pressure"]
+
+Array = NDArray[np.float64]
+
+# Newton steps until a load is found to rounding; from below they converge for every approach in the range.
+_STEPS = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Line:
+    """Line contact at places of any shape.
+
+    A [m^2/N], B [1] of the approach.  radius : relative radius of curvature [m].  modulus : 1/E' = (pi/2) A, [1/Pa].
+    """
+
+    A: float
+    B: Array
+    radius: Array
+
+    @property
+    def compliance(self) -> float:
+        """1/E* = sum (1 - nu^2)/E [1/Pa]."""
+        return np.pi * self.A
+
+
+def line_contact(
+    radius: Array, depth_a: Array, depth_b: Array, *, youngs_modulus: tuple[float, float], poisson: tuple[float, float]
+) -> Line:
+    """Line contact of two bodies.
+
+    Parameters
+    ----------
+    radius : relative radius of curvature [m].  depth_a, depth_b : from the contact to the middle of each tooth, along
+        the common normal [m].  youngs_modulus [Pa], poisson [1] : of each.
+    """
+    each = [(1 - nu**2) / (np.pi * E) for E, nu in zip(youngs_modulus, poisson, strict=True)]
+    A = sum(each)
+    # half width a^2 = 4 A p rho; each body gives (1 - nu^2)/(pi E) p [2 ln(2 h / a) - nu/(1 - nu)]
+    shares = [value / A for value in each]
+    constant = sum(share * nu / (1 - nu) for share, nu in zip(shares, poisson, strict=True))
+    logs = 2 * (shares[0] * np.log(2 * depth_a) + shares[1] * np.log(2 * depth_b))
+    return Line(A=A, B=logs - np.log(4 * A * radius) - constant, radius=np.asarray(radius, dtype=float))
+
+
+def approach(line: Line, p: Array) -> Array:
+    """u at a load per length p >= 0 [m]."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = line.A * p * (line.B - np.log(p))
+    return np.where(p > 0, value, 0.0)
+
+
+def load(line: Line, u: Array) -> tuple[Array, Array]:
+    """p and dp/du at an approach u [N/m, N/m^2]; 0 where u <= 0."""
+    pressed = np.maximum(u, 0.0)
+    y = np.minimum(pressed / line.A * np.exp(-line.B), (1 - 1e-9) / np.e)
+    # p = exp(B) x with x (-ln x) = y: Newton on the logarithm l = ln x < -1, where g = l + ln(-l) - ln y rises
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        target = np.log(y)
+        ell = target - np.log(-target)
+        for _ in range(_STEPS):
+            step = (ell + np.log(-ell) - target) / (1 + 1 / ell)
+            ell = np.minimum(ell - step, -1 - 1e-12)
+            if np.nanmax(np.abs(np.where(pressed > 0, step, 0.0)), initial=0.0) < 1e-14:
+                break
+        p = np.exp(line.B + ell)
+        slope = 1 / (line.A * (-ell - 1))
+    return np.where(pressed > 0, p, 0.0), np.where(pressed > 0, slope, 0.0)
+
+
+def half_width(line: Line, p: Array) -> Array:
+    """Half the width of the contact a = sqrt(4 p rho / (pi E*)) [m]."""
+    return np.sqrt(4 * line.A * np.maximum(p, 0.0) * line.radius)
+
+
+def pressure(line: Line, p: Array) -> Array:
+    """Largest contact pressure 2 p / (pi a) [Pa]."""
+    width = half_width(line, p)
+    return np.where(width > 0, 2 * p / (np.pi * np.where(width > 0, width, 1.0)), 0.0)

@@ -1,0 +1,77 @@
+"""How load on one place of the face deflects its neighbours: a kernel over the width of a tooth with free ends.
+
+A tooth is a plate clamped at its root.  Along its width a load per length p deflects it like a beam on an elastic bed,
+
+    -lambda^2 u'' + u = q p,   u' = 0 at both ends
+    G(z, s) = cosh(z/lambda) cosh((W - s)/lambda)/(lambda sinh(W/lambda)),   0 <= z <= s <= W
+
+G is symmetric and positive, and its integral over the face is 1: a uniform load feels the plane tooth.  On a long
+cantilever plate of height c a single load P deflects its own place by 0.168 P c^2/D and a line load p by p c^3/(3 D)
+[timoshenko1959, art. 49], so that G(0) = 1/(2 lambda) asks for lambda = 0.99 c.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["PLATE_DECAY", "coupling"]
+
+Array = NDArray[np.float64]
+
+# lambda over the height of a long cantilever plate loaded at its free edge
+PLATE_DECAY = 1 / (6 * 0.168)
+
+# Below this share of the decay length a piece counts as a point: the closed mean over it would cancel.
+_POINT = 1e-6
+
+
+def coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Array:
+    """Mean of G over pairs of pieces of the face, (n, n) [1/m]: symmetric, positive definite.
+
+    With loads P_j = p_j l_j on pieces of plane compliance q [m^2/N] the mean deflection is u_i = q K_ij P_j.  Where the
+    pieces cover the face, K l = 1.
+
+    Parameters
+    ----------
+    zeta : (n,) middles of the pieces from the middle of the face [m].  lengths : (n,) of the pieces, within the face
+        and apart [m].  width : of the face [m].  decay : lambda [m].
+    """
+    half = np.asarray(lengths, dtype=float) / (2 * decay)
+    total = width / decay
+    place = np.clip(np.asarray(zeta, dtype=float) / decay + total / 2, 0.0, total)
+    low = np.minimum(place[:, None], place[None, :])
+    high = np.maximum(place[:, None], place[None, :])
+    spread = _log_mean_cosh(half)
+    matrix = _product(low, total - high, total, spread[:, None] + spread[None, :])
+    own = np.diag(_own(place, half, total) - np.diag(matrix))
+    return np.asarray((matrix + own) / decay, dtype=np.float64)
+
+
+def _own(place: Array, half: Array, total: float) -> Array:
+    """Mean of lambda G over a piece and itself: 1 less what its load lifts elsewhere."""
+    point = 2 * half < _POINT
+    wide = np.where(point, 1.0, half)
+    spread = _log_mean_cosh(wide)
+    before = _ratio(place - wide, total - place, total, spread)
+    behind = _ratio(total - place - wide, place, total, spread)
+    return np.where(point, _product(place, total - place, total, 0.0), (1 - before - behind) / (2 * wide))
+
+
+def _log_mean_cosh(half: Array) -> Array:
+    """Logarithm of the mean of cosh(c + t) over |t| <= half, over cosh c [1]."""
+    wide = np.maximum(half, 1e-3)
+    return np.asarray(np.where(half > 1e-3, wide + np.log(-np.expm1(-2 * wide) / (2 * wide)), half**2 / 6))
+
+
+def _product(a: Array, b: Array, total: float, more: Array | float) -> Array:
+    """cosh a cosh b / sinh(total) exp(more) for a, b >= 0, without overflow (held at the largest G can be)."""
+    scale = np.exp(np.minimum(a + b - total + more, 0.0)) / (2 * -np.expm1(-2 * total))
+    return np.asarray(scale * (1 + np.exp(-2 * a)) * (1 + np.exp(-2 * b)))
+
+
+def _ratio(a: Array, b: Array, total: float, more: Array) -> Array:
+    """sinh a cosh b / sinh(total) exp(more) for b >= 0, without overflow; 0 where a <= 0."""
+    a = np.maximum(a, 0.0)
+    scale = np.exp(np.minimum(a + b - total + more, 0.0)) / (2 * -np.expm1(-2 * total))
+    return np.asarray(scale * -np.expm1(-2 * a) * (1 + np.exp(-2 * b)))

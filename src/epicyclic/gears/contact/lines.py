@@ -1,0 +1,145 @@
+"""Contact lines of one helix: pairs of teeth and pieces of the face on the plane of action.
+
+Pair j at zeta along the face touches at sigma + j + d h zeta/p_x base pitches from the pitch point, as long as that is
+on the path of contact.  A piece that the end of the path cuts counts with the part that is left, so that the length of
+all lines is exact at every phase; its mean is eps_alpha b/cos beta_b.  Spur teeth touch over the whole face at once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Lines", "Plane", "contact_lines", "mean_length"]
+
+Array = NDArray[np.float64]
+
+# Contact at a base circle has no curvature there: nearer than this part of a base pitch counts as this far.
+_LEAST_ROLL = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plane:
+    """Plane of action of one helix; lengths [m], angles [rad].
+
+    base_a, base_b : base radii.  internal : b is a ring.  pressure_angle : working transverse.  base_helix : beta_b,
+    magnitude.  base_pitch : transverse p_bt.  limits : (sigma_min, sigma_max) of the path of contact [1].
+    lean : d h of gear a, +1 or -1, 0 for spur teeth.  face_a, face_b : ends (left, right) of the faces along the axis,
+    from the middle of the mesh; where one gear is slid along its axis its own are moved.
+    """
+
+    base_a: float
+    base_b: float
+    internal: bool = False
+    pressure_angle: float
+    base_helix: float = 0.0
+    base_pitch: float
+    limits: tuple[float, float]
+    lean: int = 0
+    face_a: tuple[float, float]
+    face_b: tuple[float, float]
+
+    @property
+    def face(self) -> tuple[float, float]:
+        """Where both faces overlap, (left, right) [m]."""
+        return max(self.face_a[0], self.face_b[0]), min(self.face_a[1], self.face_b[1])
+
+    @property
+    def width(self) -> float:
+        """Width of the overlap of both faces [m]."""
+        return self.face[1] - self.face[0]
+
+    @property
+    def per_pitch(self) -> float:
+        """d h/p_x: base pitches by which the contact moves per length along the face [1/m]; 0 for spur teeth."""
+        return self.lean * math.tan(self.base_helix) / self.base_pitch
+
+    def roll_a(self, sigma: ArrayLike) -> Array:
+        """From the base circle of a to the contact, along the line of action [m]."""
+        return self.base_a * math.tan(self.pressure_angle) + np.asarray(sigma) * self.base_pitch
+
+    def roll_b(self, sigma: ArrayLike) -> Array:
+        """From the base circle of b to the contact, along the line of action [m]."""
+        along = np.asarray(sigma) * (self.base_pitch if self.internal else -self.base_pitch)
+        return self.base_b * math.tan(self.pressure_angle) + along
+
+    def radius_a(self, sigma: ArrayLike) -> Array:
+        """Radius of the contact on gear a [m]."""
+        return np.hypot(self.base_a, self.roll_a(sigma))
+
+    def radius_b(self, sigma: ArrayLike) -> Array:
+        """Radius of the contact on gear b [m]."""
+        return np.hypot(self.base_b, self.roll_b(sigma))
+
+    def curvature_radius(self, sigma: ArrayLike) -> Array:
+        """Relative radius of curvature in the normal plane, that of the transverse plane over cos beta_b [m]."""
+        least = _LEAST_ROLL * self.base_pitch
+        a, b = np.maximum(self.roll_a(sigma), least), np.maximum(self.roll_b(sigma), least)
+        between = 1 / a + (-1 / b if self.internal else 1 / b)
+        return np.asarray(1 / (between * math.cos(self.base_helix)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lines:
+    """Contact lines at T phases: J pairs of teeth, K pieces of the face from left to right.
+
+    zeta : (T, J, K) middle of what is left of each piece along the axis [m].  sigma : (T, J, K) its place on the path
+    of contact [base pitches].  length : (T, J, K) of contact line [m], 0 where nothing touches.
+    pair : (T, J) number of the pair of teeth, one more for each that comes into mesh as sigma rises.
+    centre, span : (K,) middles and (,) width of the pieces along the axis [m].
+    """
+
+    zeta: Array
+    sigma: Array
+    length: Array
+    pair: NDArray[np.int64]
+    centre: Array
+    span: float
+
+
+def contact_lines(plane: Plane, sigma: ArrayLike, slices: int, *, beyond: tuple[float, float] = (0.0, 0.0)) -> Lines:
+    """Contact lines at places of one pair at mid-face.
+
+    Parameters
+    ----------
+    sigma : (T,) [base pitches].  slices : K.  beyond : path of contact added before and behind its ends [base pitches].
+    """
+    place = np.atleast_1d(np.asarray(sigma, dtype=float))
+    low, high = plane.limits[0] - beyond[0], plane.limits[1] + beyond[1]
+    span = plane.width / slices
+    centre: Array = plane.face[0] + span * (np.arange(slices, dtype=np.float64) + 0.5)
+    lead = plane.per_pitch * centre
+    half = 0.5 * abs(plane.per_pitch) * span
+    first = math.floor(low - 1.0 - float(lead.max()) - half)
+    last = math.ceil(high - float(lead.min()) + half)
+    whole = np.floor(place)
+    pairs = np.arange(first, last + 1)
+    middle = (place - whole)[:, None, None] + pairs[:, None] + lead
+    if half > 0:
+        start, end = np.clip(middle - half, low, high), np.clip(middle + half, low, high)
+        part = (end - start) / (2 * half)
+        along = 0.5 * (start + end)
+    else:
+        part = ((middle >= low) & (middle < high)).astype(float)
+        along = np.clip(middle, low, high)
+    touched = part > 0
+    inside = np.where(touched, along, middle)
+    zeta = centre + (inside - middle) / plane.per_pitch if half > 0 else np.broadcast_to(centre, middle.shape)
+    seen = np.flatnonzero(touched.any(axis=(0, 2)))
+    kept = slice(int(seen[0]), int(seen[-1]) + 1) if seen.size else slice(0, 1)
+    return Lines(
+        zeta=zeta[:, kept],
+        sigma=inside[:, kept],
+        length=part[:, kept] * span / math.cos(plane.base_helix),
+        pair=(whole[:, None] - pairs[None, kept]).astype(np.int64),
+        centre=centre,
+        span=span,
+    )
+
+
+def mean_length(plane: Plane) -> float:
+    """Mean length of all contact lines over a mesh cycle, eps_alpha b/cos beta_b [m]."""
+    return (plane.limits[1] - plane.limits[0]) * plane.width / math.cos(plane.base_helix)

@@ -1,0 +1,302 @@
+"""Unilateral contact of pieces that share a compliance: exact, many phases at once.
+
+Pieces i bear forces P_i >= 0 with an own approach u_i(P_i) and a shared compliance C:
+
+    u + C P + g - d = 0 where P > 0,   g + C P - d >= 0 where P = 0,   sum P = F
+
+with either F or d given: the least of a convex energy, so there is one answer.  A linear law goes through the active
+set: solved with the right sides 1 and g, pieces that pull are taken out, pieces that overlap are taken in; where that
+goes round in a circle, one piece at a time (`pivots`).  A Hertzian law is solved for the approach u of every piece,
+whose load P(u+) is smooth, by Newton's method: y = D^1/2 keeps the matrix symmetric.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .pivots import climb
+
+__all__ = ["Loaded", "hertzian", "judged", "linear", "tangent_stiffness"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Index = NDArray[np.int64]
+Law = Callable[[Array, Index], tuple[Array, Array]]
+"""Own approach u (t, n) [m] at phases (t,) -> force (t, n) [N] and its slope [N/m]; zero where u <= 0."""
+
+_SWEEPS, _STEPS, _HALVINGS = 40, 60, 30
+# Force sums and gaps, relative to the load and to the approach.
+_TOLERANCE = 1e-12
+_FAILED = 1e-8  # what is missed by more than rounding of the worst conditioned compliance is no contact
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Loaded:
+    """Contact at T phases of n pieces.
+
+    force : (T, n) [N].  approach : (T,) d [m].  active : (T, n) pieces that bear load.
+    residual : (T,) largest violation: gap over the approach, force over the load.  status : (T,) "" where solved.
+    """
+
+    force: Array
+    approach: Array
+    active: Mask
+    residual: Array
+    status: NDArray[np.object_]
+
+
+def linear(compliance: Array, gap: Array, valid: Mask, load: Array | None, *, approach: Array | None = None) -> Loaded:
+    """Contact with a linear compliance, own and shared together.
+
+    Parameters
+    ----------
+    compliance : (T, n, n) [m/N], symmetric positive definite on the valid pieces.  gap : (T, n) g [m].
+    valid : (T, n) pieces that exist in a phase.  load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
+    """
+    load, d = _given(len(gap), load, approach)
+    T, n = gap.shape
+    held = np.isnan(load)
+    active = valid.copy()
+    force = np.zeros((T, n))
+    _touch(gap, valid, load, d)
+    todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
+    for _ in range(_SWEEPS):
+        if not todo.size:
+            break
+        on = active[todo]
+        force[todo], d[todo] = _pressed(
+            compliance[todo], gap[todo], on, np.where(held[todo], np.nan, load[todo]), d[todo]
+        )
+        pulls, overlaps = _wrong(compliance[todo], gap[todo], valid[todo], on, force[todo], d[todo])
+        changed = (on & ~pulls) | overlaps
+        active[todo] = changed
+        todo = todo[(changed != on).any(axis=1) & (changed.any(axis=1) | held[todo])]
+    for t in todo:  # the sets go round in a circle: one piece at a time, from the first touch on
+        have = np.flatnonzero(valid[t])
+        found = climb(compliance[t][np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
+        force[t] = 0.0
+        force[t, have], d[t] = found[0][0], found[1][0]
+    return judged(compliance, gap, valid, load, force, d, own=None)
+
+
+def _given(count: int, load: Array | None, approach: Array | None) -> tuple[Array, Array]:
+    """Loads, nan where the approach is given, and approaches, nan where the load is; (T,) each."""
+    nothing = np.full(count, np.nan)
+    return (
+        nothing if load is None else np.array(np.broadcast_to(load, (count,)), dtype=float),
+        nothing.copy() if approach is None else np.array(np.broadcast_to(approach, (count,)), dtype=float),
+    )
+
+
+def _touch(gap: Array, valid: Mask, load: Array, d: Array) -> None:
+    """Put the approach of phases without load where the first piece just touches."""
+    idle = load <= 0
+    d[idle] = np.where(valid[idle], gap[idle], np.inf).min(axis=1, initial=np.inf)
+
+
+def _pressed(compliance: Array, gap: Array, on: Mask, load: Array, d: Array) -> tuple[Array, Array]:
+    """Forces (t, n) on the pieces that are on, and approach (t,), pulling forces included."""
+    matrix = np.where(on[:, :, None] & on[:, None, :], compliance, np.eye(on.shape[1]))
+    right = np.stack([on.astype(float), np.where(on, gap, 0.0)], axis=2)
+    unit, held = np.moveaxis(np.linalg.solve(matrix, right), 2, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = (load + held.sum(axis=1)) / unit.sum(axis=1)
+    d = np.where(np.isnan(load), d, found)
+    return np.where(on, unit * d[:, None] - held, 0.0), d
+
+
+def _wrong(compliance: Array, gap: Array, valid: Mask, on: Mask, force: Array, d: Array) -> tuple[Mask, Mask]:
+    """Pieces that pull, and pieces left out that overlap."""
+    open_ = np.matmul(compliance, np.maximum(force, 0.0)[:, :, None])[:, :, 0] + gap - d[:, None]
+    slack = _TOLERANCE * np.maximum(np.abs(d), np.abs(gap).max(axis=1))[:, None]
+    return on & (force < 0), valid & ~on & (open_ < -slack)
+
+
+def hertzian(
+    compliance: Array,
+    gap: Array,
+    valid: Mask,
+    load: Array | None,
+    law: Law,
+    *,
+    approach: Array | None = None,
+    start: Array | None = None,
+) -> Loaded:
+    """Contact with a load-dependent law of every piece beside the shared compliance.
+
+    Parameters
+    ----------
+    compliance : (T, n, n) shared [m/N].  gap : (T, n) [m].  valid : (T, n).
+    load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
+    law : own approach and phases (t,) -> forces and slopes.  start : (T, n) own approaches of a near load or phase.
+    """
+    load, given = _given(len(gap), load, approach)
+    u, d = _begin(compliance, gap, valid, load, given, law, start)
+    todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
+    for _ in range(_STEPS):
+        at = _at(compliance, gap, valid, load, law, u[todo], d[todo], todo)
+        left = at.merit > _TOLERANCE
+        todo = todo[left]
+        if not todo.size:
+            break
+        u[todo], d[todo] = _descended(compliance, gap, valid, load, law, at.take(left), todo)
+    _touch(gap, valid, load, d)
+    idle = load <= 0
+    u[idle] = d[idle, None] - gap[idle]
+    force = np.where(valid & ~idle[:, None], law(u, np.arange(len(load)))[0], 0.0)
+    return judged(compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Point:
+    """An estimate: u (t, n), d (t,), slopes of the law, gaps missed (t, n), load missed (t,), and their size."""
+
+    u: Array
+    d: Array
+    slope: Array
+    miss: Array
+    short: Array
+    merit: Array
+
+    def take(self, keep: Mask) -> _Point:
+        return _Point(**{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
+
+
+def _at(compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, u: Array, d: Array, index: Index) -> _Point:
+    force, slope = law(u, index)
+    on = valid[index]
+    force, slope = np.where(on, force, 0.0), np.where(on, slope, 0.0)
+    shared = np.matmul(compliance[index], force[:, :, None])[:, :, 0]
+    miss = np.where(on, u + shared + gap[index] - d[:, None], 0.0)
+    wanted = load[index]
+    held = np.isnan(wanted)
+    short = np.where(held, 0.0, wanted - force.sum(axis=1))
+    size = np.maximum(np.abs(d), np.abs(np.where(on, gap[index], 0.0)).max(axis=1))
+    merit = np.maximum(
+        np.abs(miss).max(axis=1) / np.where(size > 0, size, 1.0), np.abs(short) / np.where(held, 1.0, wanted)
+    )
+    return _Point(u=u, d=d, slope=slope, miss=miss, short=short, merit=merit)
+
+
+def _descended(
+    compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, at: _Point, index: Index
+) -> tuple[Array, Array]:
+    """One Newton step, halved until what is missed shrinks."""
+    root = np.sqrt(at.slope)
+    C = compliance[index]
+    matrix = root[:, :, None] * C * root[:, None, :] + np.eye(root.shape[1])
+    right = np.stack([root, root * at.miss], axis=2)
+    one, miss = np.moveaxis(np.linalg.solve(matrix, right), 2, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        dd = (at.short + (root * miss).sum(axis=1)) / (root * one).sum(axis=1)
+    dd = np.where(np.isnan(load[index]), 0.0, dd)
+    pressed = root * (one * dd[:, None] - miss)
+    du = np.where(valid[index], dd[:, None] - at.miss - np.matmul(C, pressed[:, :, None])[:, :, 0], 0.0)
+    factor, waiting = np.ones(len(dd)), np.arange(len(dd))
+    for _ in range(_HALVINGS):
+        u = at.u[waiting] + factor[waiting, None] * du[waiting]
+        d = at.d[waiting] + factor[waiting] * dd[waiting]
+        trial = _at(compliance, gap, valid, load, law, u, d, index[waiting])
+        waiting = waiting[~(trial.merit <= (1 - 1e-4 * factor[waiting]) * at.merit[waiting])]
+        if not waiting.size:
+            break
+        factor[waiting] /= 2
+    return at.u + factor[:, None] * du, at.d + factor * dd
+
+
+def _begin(
+    compliance: Array, gap: Array, valid: Mask, load: Array, d: Array, law: Law, start: Array | None
+) -> tuple[Array, Array]:
+    """Where to begin: the linear contact whose pieces have the secant of an evenly shared load."""
+    held = np.isnan(load)
+    if start is not None:
+        return start.copy(), np.where(held, d, _approach_of(compliance, gap, valid, law, start))
+    T, n = gap.shape
+    way = d[:, None] - gap
+    if held.all():  # half of it in the flanks
+        return np.where(way > 0, way / 2, way), d
+    count = np.maximum(valid.sum(axis=1), 1)
+    mean = np.where(held, 1.0, np.maximum(load, np.finfo(float).tiny)) / count
+    even = np.broadcast_to(mean[:, None], (T, n))
+    rows = np.arange(n)
+    whole = compliance.copy()
+    whole[:, rows, rows] += _inverse(law, even) / even
+    found = linear(whole, gap, valid, np.where(held, 0.0, load))
+    u = found.approach[:, None] - gap - np.matmul(compliance, found.force[:, :, None])[:, :, 0]
+    return np.where(held[:, None], np.where(way > 0, way / 2, way), u), np.where(held, d, found.approach)
+
+
+def _approach_of(compliance: Array, gap: Array, valid: Mask, law: Law, u: Array) -> Array:
+    force = np.where(valid, law(u, np.arange(len(u)))[0], 0.0)
+    level = u + gap + np.matmul(compliance, force[:, :, None])[:, :, 0]
+    weight = np.where(force > 0, force, 0.0) + np.where(valid, 1e-300, 0.0)
+    result: Array = (weight * level).sum(axis=1) / weight.sum(axis=1)
+    return result
+
+
+def _inverse(law: Law, force: Array) -> Array:
+    """Own approach at which the law gives a force, by doubling and halving, (T, n)."""
+    index = np.arange(len(force))
+    low, high = np.zeros_like(force), np.full_like(force, 1e-9)
+    for _ in range(60):
+        short = law(high, index)[0] < force
+        if not short.any():
+            break
+        low, high = np.where(short, high, low), np.where(short, 2 * high, high)
+    for _ in range(12):  # a start needs three digits
+        middle = (low + high) / 2
+        short = law(middle, index)[0] < force
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return (low + high) / 2
+
+
+def judged(
+    compliance: Array,
+    gap: Array,
+    valid: Mask,
+    load: Array,
+    force: Array,
+    d: Array,
+    *,
+    own: Array | None = None,
+    todo: Index | None = None,
+) -> Loaded:
+    """Residuals of what was found, and a word on what was not; loads are nan where the approach was given.
+
+    own : (T, n) own approaches; None: they are in the compliance.  todo : phases that were given up.
+    """
+    shared = np.matmul(compliance, force[:, :, None])[:, :, 0]
+    level = shared + gap - d[:, None] + (0.0 if own is None else np.maximum(own, 0.0))
+    active = valid & (force > 0)
+    size = np.maximum(np.abs(d), np.abs(np.where(valid, gap, 0.0)).max(axis=1, initial=0.0))
+    size = np.where(size > 0, size, 1.0)
+    with np.errstate(invalid="ignore"):
+        gaps = np.where(active, np.abs(level), np.where(valid, np.maximum(-level, 0.0), 0.0)).max(axis=1) / size
+        sums = np.abs(force.sum(axis=1) - load) / np.where(load > 0, load, 1.0)
+        sums = np.where(np.isnan(load), 0.0, sums)
+    status = np.full(len(load), "", dtype=object)
+    status[[] if todo is None else todo] = "not converged"
+    status[~valid.any(axis=1)] = "no tooth in contact"
+    status[(force < 0).any(axis=1)] = "not converged"
+    status[np.maximum(gaps, sums) > _FAILED] = "not converged"
+    return Loaded(force=force, approach=d, active=active, residual=np.maximum(gaps, sums), status=status)
+
+
+def tangent_stiffness(compliance: Array, active: Mask, slope: Array | None = None) -> Array:
+    """dF/dd at a contact, (T,) [N/m]: 1' C_t^-1 1 over the pieces that bear load.
+
+    slope : (T, n) of the own law [N/m]; None where `compliance` holds everything.
+    """
+    one = active.astype(float)
+    if slope is None:
+        matrix = np.where(active[:, :, None] & active[:, None, :], compliance, np.eye(active.shape[1]))
+        closed: Array = np.einsum("ti,ti->t", one, np.linalg.solve(matrix, one[:, :, None])[:, :, 0])
+        return closed
+    root = np.sqrt(np.where(active, slope, 0.0))
+    matrix = root[:, :, None] * compliance * root[:, None, :] + np.eye(active.shape[1])
+    result: Array = np.einsum("ti,ti->t", root, np.linalg.solve(matrix, root[:, :, None])[:, :, 0])
+    return result
