@@ -110,9 +110,9 @@ def energy_series(
     """
     low, high = mesh.limits
     if not high - low >= 1:
-        raise ModelError(
-            "contact is lost between tooth pairs", given=f"contact ratio {high - low:.3g}", allowed="1 .. "
-        )
+        given = f"contact ratio {high - low:.3g}"
+        raise ModelError("contact is lost between tooth pairs", path=path, given=given, allowed="1 or more")
+    interference(mesh, path=path)
     jumps = np.unique(np.concatenate([[0.0, 1.0], np.mod([low, high], 1.0)]))
     middle, half = 0.5 * (jumps[1:] + jumps[:-1]), 0.5 * np.diff(jumps)
     points, weights = np.polynomial.legendre.leggauss(_POINTS + 2 * harmonics)
