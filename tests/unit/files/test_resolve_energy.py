@@ -13,6 +13,10 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.files.dump import to_toml
 from epicyclic.files.resolved_document import resolved_document
+from epicyclic.gears.contact.energy import Meshing, section_stiffness
+from epicyclic.gears.contact.outline import GearForm
+from epicyclic.gears.contact.tooth import tooth_compliance
+from epicyclic.gears.geometry import contact_limits
 from epicyclic.train.train import Train
 
 MESHES = "stages.main.meshes"
@@ -33,6 +37,44 @@ def test_energy_stands_near_the_standard() -> None:
         assert a.stiffness == pytest.approx(b.stiffness, rel=0.15)  # see test_energy: the band of the standard
         assert np.abs(a.variation).max() > 0.02  # and its own variation
         assert not np.allclose(a.variation, b.variation)
+
+
+def test_the_whole_is_its_plane_sections_along_the_lines() -> None:
+    # Spur teeth and teeth of 25 deg with the same normal section differ by the length of the lines: b/cos beta_b.
+    train = drive()
+    mesh = train.meshes[0]
+    load = noted(train)[f"{mesh.pair}.load_per_length"][0]
+    assert isinstance(load, float)
+    a, b = (next(body.gear for body in train.bodies if body.name == name) for name in (mesh.a, mesh.b))
+    assert a is not None
+    assert b is not None
+    teeth = [
+        tooth_compliance(
+            GearForm(
+                teeth=gear.teeth,
+                module=gear.module,
+                pressure_angle=gear.pressure_angle,
+                helix_angle=gear.helix_angle,
+                profile_shift=gear.profile_shift,
+                bore=0.5 * gear.root_radius,
+            )
+        )
+        for gear in (a, b)
+    ]
+    limits = contact_limits(
+        a.base_radius,
+        a.tip_radius,
+        b.base_radius,
+        b.tip_radius,
+        working_pressure_angle=mesh.pressure_angle,
+        base_pitch=math.tau * a.base_radius / a.teeth,
+    )
+    meshing = Meshing(a=teeth[0], b=teeth[1], working_angle=mesh.pressure_angle, limits=limits)
+    sections = section_stiffness(meshing, (np.arange(4000) + 0.5) / 4000, load)
+    assert a.face_width is not None
+    slope = math.sin(a.helix_angle) * math.cos(a.pressure_angle)
+    whole = sections.mean() * a.face_width / math.sqrt(1 - slope**2)
+    assert mesh.stiffness == pytest.approx(whole, rel=5e-4)  # two steps, each found to 1/4000
 
 
 def test_what_is_assumed_is_noted() -> None:

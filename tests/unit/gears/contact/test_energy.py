@@ -96,21 +96,24 @@ def test_near_the_standard(name: str) -> None:
     assert 10 < transverse < 30  # steel
 
 
-def test_one_pair_is_springs_in_a_row() -> None:
+@pytest.mark.parametrize("mesh", [SPUR, BY_HAND["24/95 helical"][0]], ids=["spur", "helical"])
+def test_one_pair_is_springs_in_a_row(mesh: Meshing) -> None:
     sigma = np.array([0.0])
-    radius_a, radius_b = SPUR.radii(sigma)
-    on_a, on_b = SPUR.rolled(sigma)
+    radius_a, radius_b = mesh.radii(sigma)
+    on_a, on_b = mesh.rolled(sigma)
+    # curvature across the line of contact: Euler's, that of the transverse section times cos beta_b
+    sine = math.sin(mesh.a.gear.helix_angle) * math.cos(mesh.a.gear.pressure_angle)
     line = hertz.line_contact(
-        1 / (1 / on_a + 1 / on_b),
-        SPUR.a.depth(radius_a),
-        SPUR.b.depth(radius_b),
+        1 / ((1 / on_a + 1 / on_b) * math.sqrt(1 - sine**2)),
+        mesh.a.depth(radius_a),
+        mesh.b.depth(radius_b),
         youngs_modulus=(206e9, 206e9),
         poisson=(0.3, 0.3),
     )
     step = 1e-3 * LOAD  # du/dp by differences
     slope = (hertz.approach(line, np.array([LOAD + step])) - hertz.approach(line, np.array([LOAD - step]))) / (2 * step)
-    single = 1 / (SPUR.a.bending(radius_a) + SPUR.b.bending(radius_b) + slope)
-    np.testing.assert_allclose(section_stiffness(SPUR, sigma, LOAD), single, rtol=1e-6)  # of the difference
+    single = 1 / (mesh.a.bending(radius_a) + mesh.b.bending(radius_b) + slope)
+    np.testing.assert_allclose(section_stiffness(mesh, sigma, LOAD), single, rtol=1e-6)  # of the difference
 
 
 def test_two_pairs_share_through_the_bodies() -> None:
