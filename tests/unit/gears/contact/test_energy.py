@@ -96,7 +96,10 @@ def test_near_the_standard(name: str) -> None:
     assert 10 < transverse < 30  # steel
 
 
-@pytest.mark.parametrize("mesh", [SPUR, BY_HAND["24/95 helical"][0]], ids=["spur", "helical"])
+RING = replace(BY_HAND["30/84 ring"][0], limits=(-0.4, 0.5))  # one pair at the pitch point
+
+
+@pytest.mark.parametrize("mesh", [SPUR, BY_HAND["24/95 helical"][0], RING], ids=["spur", "helical", "ring"])
 def test_one_pair_is_springs_in_a_row(mesh: Meshing) -> None:
     sigma = np.array([0.0])
     radius_a, radius_b = mesh.radii(sigma)
@@ -104,7 +107,7 @@ def test_one_pair_is_springs_in_a_row(mesh: Meshing) -> None:
     # curvature across the line of contact: Euler's, that of the transverse section times cos beta_b
     sine = math.sin(mesh.a.gear.helix_angle) * math.cos(mesh.a.gear.pressure_angle)
     line = hertz.line_contact(
-        1 / ((1 / on_a + 1 / on_b) * math.sqrt(1 - sine**2)),
+        1 / ((1 / on_a + (-1 if mesh is RING else 1) / on_b) * math.sqrt(1 - sine**2)),
         mesh.a.depth(radius_a),
         mesh.b.depth(radius_b),
         youngs_modulus=(206e9, 206e9),
