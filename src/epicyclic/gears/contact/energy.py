@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 # How far a tip may reach below the involute of its mate [modules]: up to the first without a word, since the fillet
 # leaves the involute smoothly; up to the second it is told; beyond, the fillet is in the way of the tip.
 _TOLD, _DIG = 0.02, 0.1
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_POINTS = 24  # of Gauss' rule between two jumps, and two more for every order
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -110,13 +110,14 @@ def energy_series(
     """
     low, high = mesh.limits
     if not high - low >= 1:
-        raise ModelError(
-            "contact is lost between tooth pairs", given=f"contact ratio {high - low:.3g}", allowed="1 .. "
-        )
+        given = f"contact ratio {high - low:.3g}"
+        raise ModelError("contact is lost between tooth pairs", path=path, given=given, allowed="1 or more")
+    interference(mesh, path=path)
     jumps = np.unique(np.concatenate([[0.0, 1.0], np.mod([low, high], 1.0)]))
     middle, half = 0.5 * (jumps[1:] + jumps[:-1]), 0.5 * np.diff(jumps)
-    sigma = (middle[:, None] + half[:, None] * _POINTS).ravel()
-    weight = (half[:, None] * _WEIGHTS).ravel()
+    points, weights = np.polynomial.legendre.leggauss(_POINTS + 2 * harmonics)
+    sigma = (middle[:, None] + half[:, None] * points).ravel()
+    weight = (half[:, None] * weights).ravel()
     stiffness = section_stiffness(mesh, sigma, load) * weight
     mean = float(stiffness.sum())
     order = np.arange(1, harmonics + 1)
@@ -159,11 +160,13 @@ def interference(mesh: Meshing, *, path: str = "") -> tuple[str, ...]:
     ------
     ModelError : a tip that digs into the fillet.
     """
-    on_a, on_b = mesh.radii(np.array(mesh.limits))
-    inside = float(mesh.a.limits[0] - on_a.min())
-    outside = float(on_b.max() - mesh.b.limits[1] if mesh.b.gear.internal else mesh.b.limits[0] - on_b.min())
+    ends = np.array(mesh.limits)
+    depths = [
+        np.max(_below(tooth, radius, rolled))
+        for tooth, radius, rolled in zip((mesh.a, mesh.b), mesh.radii(ends), mesh.rolled(ends), strict=True)
+    ]
     told = []
-    for depth, mate, tooth in ((inside, "second", mesh.b), (outside, "first", mesh.a)):
+    for depth, mate, tooth in zip(depths, ("second", "first"), (mesh.b, mesh.a), strict=True):
         text = f"the tips of the {mate} gear reach {depth * 1e3:.3g} mm below the involute of their mate"
         if depth > _DIG * tooth.gear.module:
             given = f"tip radius {tooth.gear.tip * 1e3:.5g} mm"
@@ -172,3 +175,10 @@ def interference(mesh: Meshing, *, path: str = "") -> tuple[str, ...]:
         if depth > _TOLD * tooth.gear.module:
             told.append(f"{text}; the fillet is taken as involute there")
     return tuple(told)
+
+
+def _below(tooth: ToothCompliance, radius: Array, rolled: Array) -> Array:
+    """How far below its involute a tooth is touched [m]; past the base circle by how far the contact has left it."""
+    if tooth.gear.internal:
+        return radius - tooth.limits[1]
+    return np.where(rolled > 0, tooth.limits[0] - radius, tooth.limits[0] - _base(tooth) - rolled)

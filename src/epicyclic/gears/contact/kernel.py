@@ -5,9 +5,9 @@ A tooth is a plate clamped at its root.  Along its width a load per length p def
     -lambda^2 u'' + u = q p,   u' = 0 at both ends
     G(z, s) = cosh(z/lambda) cosh((W - s)/lambda)/(lambda sinh(W/lambda)),   0 <= z <= s <= W
 
-G is symmetric and positive, and its integral over the face is 1: a uniform load feels the plane tooth.  On a long
-cantilever plate of height c a single load P deflects its own place by 0.168 P c^2/D and a line load p by p c^3/(3 D)
-[timoshenko1959, art. 49], so that G(0) = 1/(2 lambda) asks for lambda = 0.99 c.
+G is symmetric and positive, and its integral over the face is 1: a uniform load feels the plane tooth.  At the free
+edge of a long cantilever plate of height c a single load P deflects its own place by 0.1665 P c^2/D (0.168 is printed
+[timoshenko1959, art. 49]) and a line load p by p c^3/(3 D), so that G(0) = 1/(2 lambda) asks for lambda = c.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ __all__ = ["PLATE_DECAY", "coupling"]
 
 Array = NDArray[np.float64]
 
-# lambda over the height of a long cantilever plate loaded at its free edge
-PLATE_DECAY = 1 / (6 * 0.168)
+# lambda over the height of a long cantilever plate (nu = 0.3) loaded at its free edge
+PLATE_DECAY = 1 / (6 * 0.1665)
 
 # Below this share of the decay length a piece counts as a point: the closed mean over it would cancel.
 _POINT = 1e-6

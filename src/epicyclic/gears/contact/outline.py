@@ -176,11 +176,12 @@ def _check(gear: GearForm, shape: Outline, path: str) -> None:
             given=f"tip radius {gear.tip * 1e3:.4g} mm, profile shift {gear.profile_shift:.3g}",
             allowed="a smaller tip diameter, addendum or profile shift",
         )
-    beyond = gear.bore <= gear.root if gear.internal else gear.bore >= gear.root
-    if beyond:
-        allowed = f"{'more' if gear.internal else 'less'} than the root radius {gear.root * 1e3:.4g} mm"
+    if gear.bore <= gear.root if gear.internal else gear.bore >= gear.root:
         raise ModelError(
-            "leaves no body under the teeth", path=path, given=f"{gear.bore * 1e3:.4g} mm", allowed=allowed
+            "leaves no body under the teeth",
+            path=path,
+            given=f"held at a radius of {gear.bore * 1e3:.4g} mm",
+            allowed=f"{'more' if gear.internal else 'less'} than the root radius {gear.root * 1e3:.4g} mm",
         )
 
 
