@@ -60,6 +60,7 @@ def _count(progress: Callable[[float], None]) -> Callable[[int, int], None]:
 # how the verbs that take long call back: with the share done, or with points done and points
 _LONG: Mapping[str, Callable[[Callable[[float], None]], Callable[..., None]]] = {
     "campbell": _share,
+    "relief": _share,
     "sharing": _share,
     "static": _share,
     "sweep": _count,
