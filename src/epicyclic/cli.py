@@ -22,6 +22,7 @@ from .commands.audit import audit
 from .commands.contact import contact
 from .commands.modulation import modulation
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
+from .commands.relief import relief
 from .commands.stability import stability
 from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
 
@@ -39,6 +40,7 @@ app = typer.Typer(
 app.command()(audit)
 app.command()(contact)
 app.command()(modulation)
+app.command()(relief)
 app.command()(stability)
 
 

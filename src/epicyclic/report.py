@@ -27,7 +27,7 @@ from .plots.sharing import worst
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "modulation")
+_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "modulation", "relief")
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -122,6 +122,10 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
     if "modulation" in datasets:
         body = _figure("modulation", plots.modulation(datasets["modulation"]))
         yield Section(anchor="modulation", title="Vibration at the ring", body=body)
+    if "relief" in datasets:
+        found = datasets["relief"]
+        body = _figure("relief", plots.relief_search(found)) + _figure("relief-effect", plots.relief_effect(found))
+        yield Section(anchor="relief", title="Relief", body=body)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

@@ -12,6 +12,7 @@ from .front import train_front
 from .members import members
 from .modulation import modulation
 from .phases import orders, phases
+from .relief import relief_effect, relief_search
 from .section import train_section
 from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
@@ -35,6 +36,8 @@ __all__ = [
     "modulation",
     "orders",
     "phases",
+    "relief_effect",
+    "relief_search",
     "speed_sweep",
     "stability_map",
     "stability_over_speed",

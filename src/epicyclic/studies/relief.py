@@ -17,6 +17,7 @@ from ..assemble.contact import check_pair
 from ..errors import ModelError
 from ..files import load
 from ..results import dataset
+from ..system.system import System
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
@@ -121,7 +122,7 @@ def relief(
     answer = _picked(found, pick)
     settings = settings_of(variables, fixed, found.place[answer])
     changes = overrides_of(settings, flanks)
-    after = load(dict(train.document), changes)
+    after = _changed(source, train, {**(overrides or {}), **changes}, changes)
     search_options = {"population": population, "generations": generations, "seed": seed}
     result = dataset(
         {
@@ -138,6 +139,7 @@ def relief(
     result.attrs |= {
         "picked": int(np.flatnonzero(found.best == answer)[0]),
         "overrides": json.dumps(changes),
+        "relieved_model": json.dumps(dict(after.document), default=str),
         "stopped": int(found.stopped),
         "method": "GA" if len(objectives) == 1 else "NSGA-II",
     }
@@ -148,8 +150,15 @@ def relief_model(result: xr.Dataset) -> str:
     """The model file of a result of `relief`: that of the source, with the flanks of the answer."""
     from ..files.dump import to_toml
 
-    model = json.loads(str(result.attrs["model"]))
-    return to_toml(dict(load(model, json.loads(str(result.attrs["overrides"]))).document))
+    return to_toml(json.loads(str(result.attrs["relieved_model"])))
+
+
+def _changed(source: Source, train: Train, whole: Mapping[str, Any], changes: Mapping[str, Any]) -> Train:
+    """The train with other flanks, read from its source where that is not resolved already."""
+    if isinstance(source, Train):
+        return load(dict(train.document), changes)
+    assert not isinstance(source, System)
+    return load(source, whole)
 
 
 # what is looked at ---------------------------------------------------------------------------------------------------
@@ -214,19 +223,20 @@ def _drawn(judge: Judge, flanks: Mapping[str, Any]) -> Array | None:
         values = {_value(flanks[path], variable.key) for path in variable.paths}
         if len(values) > 1:
             return None
-        places.append(variable.place(values.pop()))
+        value = values.pop()
+        places.append(0.5 if value is None else variable.place(value))
     inside = np.array([0 <= place <= 1 for place in places])
     return np.array([places]) if inside.all() else None
 
 
-def _value(flank: Any, key: str) -> float | str:
-    """Value of a key of a flank; a relief that is not drawn has no amount, and a length that is no matter."""
+def _value(flank: Any, key: str) -> float | str | None:
+    """Value of a key of a flank; a relief that is not drawn has no amount, and any length and shape: None."""
     table, _, name = key.partition(".")
     value = getattr(flank, table)
-    if name == "shape":
-        return "linear" if value is None else str(value.shape)
     if name and value is None:
-        return 0.0 if name == "amount" else 1e-6
+        return 0.0 if name == "amount" else None
+    if name == "shape":
+        return str(value.shape)
     return float(getattr(value, name) if name else value)
 
 
