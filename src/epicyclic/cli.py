@@ -22,6 +22,7 @@ from .commands.audit import audit
 from .commands.contact import contact
 from .commands.modulation import modulation
 from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
+from .commands.relief import relief
 from .commands.sensitivity import sensitivity
 from .commands.stability import stability
 from .commands.track import track
@@ -44,6 +45,7 @@ app.command()(sensitivity)
 app.command()(track)
 app.command()(contact)
 app.command()(modulation)
+app.command()(relief)
 app.command()(stability)
 app.command()(transient)
 

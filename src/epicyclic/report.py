@@ -31,7 +31,7 @@ _LOG = logging.getLogger(__name__)
 _CONTACT = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
 _KNOWN = (
     *("check", "modes", "campbell", "stiffness", "static", "steady", "sharing"),
-    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track", "contact"),
+    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track", "contact", "relief"),
 )
 Datasets = Mapping[str, xr.Dataset]
 
@@ -145,6 +145,10 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         teeth = datasets["contact"]
         body = _figure("flanks", plots.contact_map(teeth)) + _figure("contact", plots.contact_curves(teeth))
         yield Section(anchor="contact", title="Teeth in contact", body=body)
+    if "relief" in datasets:
+        found = datasets["relief"]
+        body = _figure("relief", plots.relief_search(found)) + _figure("relief-effect", plots.relief_effect(found))
+        yield Section(anchor="relief", title="Relief", body=body)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

@@ -11,8 +11,20 @@ from ..errors import ModelError
 from ..gears.contact.energy import Meshing, interference
 from ..gears.contact.flank import PLAIN, Flank, Relief, Wave
 from ..gears.contact.lines import Plane
+from ..gears.contact.many import Shapes, even_across, shapes_loaded
 from ..gears.contact.outline import GearForm
-from ..gears.contact.pair import Pair, PairResult, Tooth, Torsion, check_pair, harmonics, loaded, pressed
+from ..gears.contact.pair import (
+    Pair,
+    PairResult,
+    Pieces,
+    Tooth,
+    Torsion,
+    check_pair,
+    harmonics,
+    loaded,
+    pieces_of,
+    pressed,
+)
 from ..gears.contact.tooth import ToothCompliance, tooth_compliance
 from ..train.connections import Mesh
 from ..train.train import Train
@@ -23,16 +35,22 @@ __all__ = [
     "Flank",
     "Pair",
     "PairResult",
+    "Pieces",
     "Plane",
     "Relief",
+    "Shapes",
     "Tooth",
     "Torsion",
     "Wave",
+    "check_pair",
+    "even_across",
     "harmonics",
     "loaded",
     "mean_force",
     "pair_of",
+    "pieces_of",
     "pressed",
+    "shapes_loaded",
     "tooth_messages",
 ]
 

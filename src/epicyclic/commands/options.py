@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ..console import complain, parsed_overrides, progress_bar, reported, target_of, write_result
+from ..console import complain, parsed_overrides, progress_bar, put_out, reported, target_of, write_result
 
 __all__ = ["Cycles", "Json", "Model", "Of", "Output", "RelativeSpeed", "Samples", "Sets", "Turns", "run_verb"]
 
@@ -38,17 +39,32 @@ Samples = Annotated[
 ]
 
 
-def run_verb(verb: str, model: str, sets: list[str] | None, as_json: bool, output: Path | None, **options: Any) -> None:
-    """Run one verb; print it for people or as JSON, or write it to a file."""
+def run_verb(
+    verb: str,
+    model: str,
+    sets: list[str] | None,
+    as_json: bool,
+    output: Path | None,
+    *,
+    write_model: Callable[[Any], str] | None = None,
+    **options: Any,
+) -> Any:
+    """Run one verb; print it for people or as JSON, or write it to a file; return its result.
+
+    write_model : result -> text of a model file, where the verb makes one that can be written as .toml.
+    """
     with reported():
         if output is not None:
-            target_of(output, (".nc", ".json", ".html"))
+            target_of(output, (".nc", ".json", ".html", *((".toml",) if write_model else ())))
         overrides = parsed_overrides(sets)
         from ..studies.job import Job, run
 
         with progress_bar(f"{verb} {model}") as step:
             result = run(Job(verb=verb, source=model, overrides=overrides, options=options), progress=step)
-        if output is not None:
+        if output is not None and write_model is not None and output.suffix.lower() == ".toml":
+            put_out(output, write_model(result))
+            complain(f"written: {output}")
+        elif output is not None:
             write_result(result, output)
         if as_json:
             from ..results import to_json
@@ -56,7 +72,8 @@ def run_verb(verb: str, model: str, sets: list[str] | None, as_json: bool, outpu
             for text in json.loads(result.attrs["warnings"]):
                 complain(f"warning: {text}")
             typer.echo(to_json(result))
-        elif output is None:
+        elif output is None or output.suffix.lower() == ".toml":
             from ..terminal import show, stdout_console
 
             show(result, stdout_console())
+        return result

@@ -5,7 +5,7 @@ Depends on: console, terminal, studies, results, report, imported when used.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -35,5 +35,5 @@ def track(
     ] = None,
 ) -> None:
     """Natural frequencies along a number of the model, each mode followed; where they cross and where they veer."""
-    options = {"over": over, "start": start, "stop": stop, "points": points, "modes": modes}
+    options: dict[str, Any] = {"over": over, "start": start, "stop": stop, "points": points, "modes": modes}
     run_verb("track", model, sets, as_json, output, **options)

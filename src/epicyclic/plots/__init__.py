@@ -16,6 +16,7 @@ from .loci import loci
 from .members import members
 from .modulation import modulation
 from .phases import orders, phases
+from .relief import relief_effect, relief_search
 from .section import train_section
 from .shapes import mode_shapes
 from .sharing import load_history, load_sharing, mesh_forces
@@ -46,6 +47,8 @@ __all__ = [
     "modulation",
     "orders",
     "phases",
+    "relief_effect",
+    "relief_search",
     "spectrogram",
     "speed_sweep",
     "stability_map",

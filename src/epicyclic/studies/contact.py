@@ -18,7 +18,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
 
-__all__ = ["contact", "factors_of", "meshes_named"]
+__all__ = ["contact", "factors_of", "force_of", "meshes_named"]
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def contact(
     ModelError : no such mesh, no torque, no face width, and all that `epicyclic.assemble.contact.pair_of` refuses.
     """
     sides = meshes_named(train, mesh)
-    force = _force(train, sides, torque)
+    force = force_of(train, sides, torque)
     loads = force * np.array(sorted({1.0, *(float(f) for f in factors)}))
     if samples < 3 or slices < 1 or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
@@ -145,7 +145,7 @@ def _pair_name(mesh: Mesh) -> str:
     return f"{stage}/{pair}"
 
 
-def _force(train: Train, sides: Sequence[Mesh], torque: float | str | None) -> float:
+def force_of(train: Train, sides: Sequence[Mesh], torque: float | str | None) -> float:
     """Force of one helix [N]."""
     if torque is None:
         force = mean_force(train, sides[0])

@@ -61,6 +61,7 @@ def _count(progress: Callable[[float], None]) -> Callable[[int, int], None]:
 _LONG: Mapping[str, Callable[[Callable[[float], None]], Callable[..., None]]] = {
     "campbell": _share,
     "sensitivity": _share,
+    "relief": _share,
     "sharing": _share,
     "static": _share,
     "sweep": _count,

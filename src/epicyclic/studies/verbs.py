@@ -27,6 +27,7 @@ __all__ = [
     "contact",
     "modes",
     "modulation",
+    "relief",
     "sensitivity",
     "sharing",
     "stability",
@@ -310,10 +311,18 @@ def contact(source: Source, *, overrides: Overrides | None = None, **options: An
     return run(train_of(source, overrides=overrides), **options)
 
 
+def relief(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """The best relief and lead modification; options of `epicyclic.studies.relief.relief`."""
+    from .relief import relief as run
+
+    return run(source, overrides=overrides, **options)
+
+
 VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "check": check,
     "stiffness": stiffness,
     "contact": contact,
+    "relief": relief,
     "modes": modes,
     "campbell": campbell,
     "static": static,

@@ -19,6 +19,7 @@ from .contact_loss import contact_loss_tables
 from .forces import any_tables, sharing_tables, static_tables, steady_tables, sweep_tables
 from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .modulation import modulation_tables
+from .relief import relief_tables
 from .sensitivity import sensitivity_tables, track_tables
 from .stability import stability_tables
 from .tables import listed, number
@@ -113,6 +114,7 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "campbell": campbell_tables,
     "stiffness": stiffness_tables,
     "contact": contact_tables,
+    "relief": relief_tables,
     "static": static_tables,
     "steady": steady_tables,
     "sharing": sharing_tables,
