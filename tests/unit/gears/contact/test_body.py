@@ -104,7 +104,7 @@ def test_the_fit_reads_the_middle_of_the_root(ratio: float, theta: float) -> Non
     # M u/S is the weakest of the fit: to 0.75, for wide roots to 3, where a ring on a small bore has 5.8: a cross force
     # winds the ring, and the winding lends 2 W S/R = 4.8 of that by statics alone, W = (1 + nu)/(2 pi) (h^2 - 1)/E
     assert abs(fitted[0, 2] + fitted[2, 0] - exact[0, 2] - exact[2, 0]) * root.thickness * E < (
-        0.75 if theta < 0.1 else 1.5
+        0.75 if theta < 0.1 else 3.0
     )
     # The middle moves more than the mean, by no more than the local field: below 0.6/E of 2 .. 13/E.
     assert 0 < (fitted[0, 0] - exact[0, 0]) * E < 0.6
