@@ -101,9 +101,10 @@ def test_the_fit_reads_the_middle_of_the_root(ratio: float, theta: float) -> Non
     assert fitted[2, 2] * root.thickness**2 * PLANE == pytest.approx(24 / math.pi, rel=0.02)  # the fit's own scatter
     # wide roots turn the ring under them as well, of which the two make different means
     assert fitted[2, 2] / exact[2, 2] == pytest.approx(4 / 3, rel=0.035 if theta < 0.1 else 0.12)
-    # M u/S is the weakest of the fit: 0.9 .. 2.9 in the ring, which it meets to 0.75, for wide roots to 1.5
+    # M u/S is the weakest of the fit: to 0.75, for wide roots to 3, where a ring on a small bore has 5.8: a cross force
+    # winds the ring, and the winding lends 2 W S/R = 4.8 of that by statics alone, W = (1 + nu)/(2 pi) (h^2 - 1)/E
     assert abs(fitted[0, 2] + fitted[2, 0] - exact[0, 2] - exact[2, 0]) * root.thickness * E < (
-        0.75 if theta < 0.1 else 1.5
+        0.75 if theta < 0.1 else 3.0
     )
     # The middle moves more than the mean, by no more than the local field: below 0.6/E of 2 .. 13/E.
     assert 0 < (fitted[0, 0] - exact[0, 0]) * E < 0.6
