@@ -30,6 +30,7 @@ __all__ = [
     "mean_force",
     "pair_of",
     "pressed",
+    "slides_of",
     "tooth_messages",
 ]
 
@@ -53,7 +54,7 @@ def pair_of(
             "is missing: tooth contact needs it", path=f"stages.{mesh.stage}.face_width", allowed="of both gears [m]"
         )
     paths = tuple(path.removesuffix(".flank") for path in teeth.paths)
-    slides = _slide(train, mesh.a), _slide(train, mesh.b)
+    slides = slides_of(train, mesh)
     pair = Pair(
         plane=Plane(
             base_a=teeth.base_a,
@@ -85,6 +86,11 @@ def pair_of(
 @lru_cache(maxsize=64)
 def _tooth(form: GearForm, path: str) -> ToothCompliance:
     return tooth_compliance(form, path=path)
+
+
+def slides_of(train: Train, mesh: Mesh) -> tuple[float, float]:
+    """How far both gears of a mesh stand off their drawing along the axis, from deviations that stand still [m]."""
+    return _slide(train, mesh.a), _slide(train, mesh.b)
 
 
 def _slide(train: Train, body: str) -> float:

@@ -20,11 +20,13 @@ class MeshSlice:
 
     station : axial place of its middle in the train [m].  lead : of its own contact [mesh cycles].
     variation : (L,) of its own stiffness, relative, over its own sigma.
+    along : place of its row on the line of action, from the pitch point [m].
     """
 
     station: float
     lead: Fraction | float
     variation: NDArray[np.complex128]
+    along: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +66,8 @@ class Mesh:
     pressure_angle : working transverse [rad].  base_helix : beta_b, magnitude [rad].
     hand : hand of gear a on this side, +1 right, -1 left, 0 spur.
     flank : d of docs/conventions.md, +1 where a's teeth push b along z cross e, else -1.
-    station : axial place of mid-face in the train [m].
+    station : axial place of mid-face in the train [m].  along : place of the row on the line of action, from the pitch
+        point in the sense of n_t [m].
     radius_a, radius_b : working pitch radii r_b / cos(pressure_angle) [m].
     stiffness : mean, along the tooth normal [N/m].
     variation : (L,) complex; k(sigma)/stiffness = 1 + Re sum_l variation[l-1] exp(2 pi i l sigma).
@@ -105,6 +108,7 @@ class Mesh:
     overlap_ratio: float = float("nan")
     slices: tuple[MeshSlice, ...] = ()
     teeth: ToothPair | None = None
+    along: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
