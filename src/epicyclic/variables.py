@@ -180,6 +180,13 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "face_factor": ("1", "largest over mean load per face width, loads averaged over the mesh cycle"),
     "corner_overlap": ("m", "how far tips beyond the path of contact would cut into the mate, 0 where they stay apart"),
     "contact_residual": ("1", "largest residual of the contact conditions"),
+    # contact of a whole train
+    "torque_factor": ("1", "torque per operating torque"),
+    "path_part": ("1", "place on the path of contact, from 0 to 1 in the sense of the first gear's tip"),
+    "face_load": ("N/m", "mesh force per face width, mean over the record"),
+    "branch_load_factor": ("1", "K_gamma: largest over mean load of the branches, means over a mesh cycle"),
+    "side_share": ("1", "part of the load of a branch on this side, mean over the record"),
+    "balance_residual": ("1", "largest force that is left over, per the sum of the sizes of its terms"),
     # one-parameter studies
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),

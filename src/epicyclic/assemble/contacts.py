@@ -47,14 +47,15 @@ def _stations(pair: Pair) -> Stations:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FaceLoad:
-    """Load on g meshes at T instants, K slices of the face.
+    """Load on g meshes at T instants, K slices of the face, J lines.
 
-    slice : (T, g, K) force of all teeth [N].  per_length : (T, g, K) largest force per length of contact line [N/m],
-    slivers left out as in `PairResult.whole`.
+    force : (T, g, J, K) along the normal [N].  per_length : of contact line [N/m], nan where nothing or only a sliver
+    touches, as of `PairResult.whole`.  sigma : places on the path of contact [base pitches].
     """
 
-    slice: Array
+    force: Array
     per_length: Array
+    sigma: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,7 +64,6 @@ class _At:
 
     pieces: Pieces
     weight: Array
-    count: int
 
     def press(self, rows: Array, instants: Index, start: Array | None) -> Pressed:
         """As `system.contact.Contact` says."""
@@ -83,15 +83,14 @@ class _At:
         """Load along the face at approaches (T, g, 3) that have been pressed before, to `start`."""
         T, g = rows.shape[:2]
         phases = np.arange(T * g)
-        found = answer(
-            self.pieces, self.weight, rows.reshape(T * g, ROWS), phases, start=start.reshape(T * g, -1)
-        )
-        force = self.pieces.spread(found.piece)
-        lines = self.pieces.lines
+        found = answer(self.pieces, self.weight, rows.reshape(T * g, ROWS), phases, start=start.reshape(T * g, -1))
+        force, lines = self.pieces.spread(found.piece), self.pieces.lines
         whole = lines.length >= 0.5 * lines.length.max() * (1 - 1e-9)
-        per_length = np.where(whole, force / np.where(whole, lines.length, 1.0), 0.0)
+        shape = (T, g, *force.shape[1:])
         return FaceLoad(
-            slice=force.sum(axis=1).reshape(T, g, -1), per_length=per_length.max(axis=1).reshape(T, g, -1)
+            force=force.reshape(shape),
+            per_length=np.where(whole, force / np.where(whole, lines.length, 1.0), np.nan).reshape(shape),
+            sigma=lines.sigma.reshape(shape),
         )
 
 
@@ -111,7 +110,7 @@ class MeshContacts:
         """As `system.contact.ContactModel` says."""
         sigma = self.sense * (cycles + self.lead)
         pieces = pieces_of(self.pair, sigma.ravel())
-        return _At(pieces=pieces, weight=weights(pieces, _stations(self.pair)), count=len(self.meshes))
+        return _At(pieces=pieces, weight=weights(pieces, _stations(self.pair)))
 
 
 def contacts_of(

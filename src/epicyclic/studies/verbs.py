@@ -34,6 +34,7 @@ __all__ = [
     "stiffness",
     "sweep",
     "system_of",
+    "train_contact",
     "train_of",
 ]
 
@@ -213,10 +214,21 @@ def contact(source: Source, *, overrides: Overrides | None = None, **options: An
     return run(train_of(source, overrides=overrides), **options)
 
 
+def train_contact(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Tooth contact of all meshes at once, in the equilibrium of the train.
+
+    Options are those of `epicyclic.studies.train_contact.train_contact`.
+    """
+    from .train_contact import train_contact as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
 VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "check": check,
     "stiffness": stiffness,
     "contact": contact,
+    "train_contact": train_contact,
     "modes": modes,
     "campbell": campbell,
     "static": static,

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...system import laws as law
 from ...system.contact import ROWS, Contact, Pressed
-from ...system.laws import Laws
 from ...system.system import Array, System
 from .equilibrium import Compliance
 
