@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Literal
 
 from ..errors import ModelError
 from ..gears.contact.flank import PLAIN, Flank, Relief, Wave
@@ -17,6 +18,7 @@ from ..train.train import Train
 
 __all__ = [
     "PLAIN",
+    "End",
     "Flank",
     "Pair",
     "PairResult",
@@ -35,14 +37,26 @@ __all__ = [
 ]
 
 
+End = Literal["left", "right"]
+
+
 def pair_of(
-    train: Train, mesh: Mesh, *, slices: int = 20, linear_at: float | None = None, corner: bool = False
+    train: Train,
+    mesh: Mesh,
+    *,
+    slices: int = 20,
+    linear_at: float | None = None,
+    corner: bool = False,
+    misalignment: float = 0.0,
+    torque_ends: tuple[End | None, End | None] = (None, None),
 ) -> Pair:
     """The pair of gears of one mesh as drawn, on its loaded flank; deviations `position.z` slide the faces.
 
     Parameters
     ----------
-    slices, linear_at, corner : as of `Pair`.
+    slices, linear_at, corner, misalignment : as of `Pair`.
+    torque_ends : end of the face at which the torque leaves gear a, and b: their bodies, solid from where they are
+        held to the root circle, twist along the face.  None: rigid.
 
     Raises
     ------
@@ -75,6 +89,9 @@ def pair_of(
         youngs_modulus=(teeth.form_a.youngs_modulus, teeth.form_b.youngs_modulus),
         poisson=(teeth.form_a.poisson, teeth.form_b.poisson),
         teeth=(teeth.form_a.teeth, teeth.form_b.teeth),
+        misalignment=misalignment,
+        torsion_a=_torsion(teeth.form_a, torque_ends[0]),
+        torsion_b=_torsion(teeth.form_b, torque_ends[1]),
         slices=slices,
         linear_at=linear_at,
         corner=corner,
@@ -91,6 +108,14 @@ def _tooth(form: GearForm, path: str) -> ToothCompliance:
 def slides_of(train: Train, mesh: Mesh) -> tuple[float, float]:
     """How far both gears of a mesh stand off their drawing along the axis, from deviations that stand still [m]."""
     return _slide(train, mesh.a), _slide(train, mesh.b)
+
+
+def _torsion(form: GearForm, end: End | None) -> Torsion | None:
+    """Twist of the body of a gear: G pi/2 |r_f^4 - r_i^4| [N m^2]."""
+    if end is None:
+        return None
+    modulus = form.youngs_modulus / (2 * (1 + form.poisson))
+    return Torsion(rigidity=modulus * math.pi / 2 * abs(form.root**4 - form.bore**4), end=end)
 
 
 def _slide(train: Train, body: str) -> float:
