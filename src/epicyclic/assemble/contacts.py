@@ -28,7 +28,10 @@ def three_rows(train: Train) -> Train:
     ------
     ModelError : no face width.
     """
-    return replace(train, meshes=tuple(_cut(mesh, _stations(pair_of(train, mesh))) for mesh in train.meshes))
+    meshes = tuple(_cut(mesh, _stations(pair_of(train, mesh))) for mesh in train.meshes)
+    # what loaded contact left as an error of the row is in the flanks already
+    errors = tuple(error for error in train.mesh_errors if error.cause != "contact")
+    return replace(train, meshes=meshes, mesh_errors=errors)
 
 
 def _cut(mesh: Mesh, at: Stations) -> Mesh:
@@ -37,7 +40,7 @@ def _cut(mesh: Mesh, at: Stations) -> Mesh:
     rows = (
         MeshSlice(station=mesh.station + zeta, lead=mesh.lead, variation=none, along=along) for zeta, along in places
     )
-    return replace(mesh, slices=tuple(rows), variation=none)
+    return replace(mesh, slices=tuple(rows), variation=none, table=None)
 
 
 def _stations(pair: Pair) -> Stations:

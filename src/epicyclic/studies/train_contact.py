@@ -228,7 +228,7 @@ def _over_faces(
 
 def _on_flank(load: FaceLoad) -> Array:
     """Load per length of all instants laid on the flank of one tooth, (g, K, places) from end to end of the path."""
-    T, g, J, K = load.per_length.shape
+    _, g, _, K = load.per_length.shape
     flank = np.full((g, K, _PLACES), np.nan)
     for mesh in range(g):
         on = np.isfinite(load.per_length[:, mesh])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..gears.contact.flank import PLAIN, Flank
 from ..gears.contact.outline import GearForm
+from ..gears.contact.table import ContactTable
 
 __all__ = ["Link", "Mesh", "MeshSlice", "ToothPair"]
 
@@ -79,6 +80,7 @@ class Mesh:
     slices : pieces along the face from left to right; empty where the mesh is one row. Stiffness, variation, lead and
         damping above are those of the whole, which the slices add up to.
     teeth : what tooth contact needs; None where the file says no face width.
+    table : force over gap and place of the contact, where the stiffness is that of loaded contact.
     """
 
     name: str
@@ -109,6 +111,7 @@ class Mesh:
     slices: tuple[MeshSlice, ...] = ()
     teeth: ToothPair | None = None
     along: float = 0.0
+    table: ContactTable | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -25,7 +25,7 @@ __all__ = ["Problem", "Touching", "touching"]
 
 Index = NDArray[np.int64]
 
-# Residual per coordinate, of the sum of sizes of its terms; and of the largest scaled sum, for coordinates without load.
+# Residual per coordinate, of the sum of sizes of its terms; where nothing loads one, of the largest scaled sum.
 _TOLERANCE, _FLOOR = 1e-12, 1e-13
 # Stiffness that open meshes keep in the Newton matrix, of the closed train: below any support.
 _OPEN = 1e-9
@@ -159,7 +159,8 @@ def _missed(given: Problem, residual: Array, sizes: Array) -> Array:
     stiff = np.sqrt(np.maximum(np.diag(given.system.mean_stiffness), np.finfo(float).tiny))
     floor = _FLOOR * np.max(sizes / stiff, axis=1)[:, None] * stiff
     allowed = np.maximum(_TOLERANCE * sizes, floor)
-    return np.max(np.abs(residual) / np.where(allowed > 0, allowed, 1.0), axis=1, initial=0.0)
+    missed: Array = np.max(np.abs(residual) / np.where(allowed > 0, allowed, 1.0), axis=1, initial=0.0)
+    return missed
 
 
 def _directions(given: Problem, point: _Point, todo: Index, scale: Array, free: Array) -> Array:
