@@ -38,6 +38,7 @@ if TYPE_CHECKING:
         steady,
         stiffness,
         sweep,
+        train_contact,
     )
     from .system.system import System
     from .train.train import Train
@@ -64,6 +65,7 @@ __all__ = [
     "stiffness",
     "sweep",
     "to_json",
+    "train_contact",
     "vary",
     "write_report",
 ]
@@ -92,6 +94,7 @@ _HOME = {
             "steady",
             "stiffness",
             "sweep",
+            "train_contact",
         ),
         "studies.verbs",
     ),

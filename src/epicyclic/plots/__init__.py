@@ -18,6 +18,7 @@ from .sharing import load_history, load_sharing, mesh_forces
 from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
+from .train_contact import face_loads, load_factors
 
 __all__ = [
     "campbell",
@@ -25,7 +26,9 @@ __all__ = [
     "contact_map",
     "curves",
     "energy_shares",
+    "face_loads",
     "frequencies",
+    "load_factors",
     "load_history",
     "load_sharing",
     "members",

@@ -20,6 +20,7 @@ from .model import campbell_tables, check_tables, modes_tables, stiffness_tables
 from .modulation import modulation_tables
 from .stability import stability_tables
 from .tables import listed, number
+from .train_contact import train_contact_tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,6 +111,7 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "campbell": campbell_tables,
     "stiffness": stiffness_tables,
     "contact": contact_tables,
+    "train_contact": train_contact_tables,
     "static": static_tables,
     "steady": steady_tables,
     "sharing": sharing_tables,
