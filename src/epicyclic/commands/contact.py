@@ -77,7 +77,9 @@ def _of_train(options: dict[str, Any]) -> dict[str, Any]:
     ------
     ModelError : one that belongs to a single mesh.
     """
-    kept: dict[str, Any] = {name: options[name] for name in ("samples", "slices", "corner", "factors") if name in options}
+    kept: dict[str, Any] = {
+        name: options[name] for name in ("samples", "slices", "corner", "factors") if name in options
+    }
     for name in ("mesh", "torque", "misalignment", "torque_ends"):
         if any(value is not None for value in _values(options.get(name))):
             raise ModelError("belongs to a single mesh", path=f"--{name.replace('_', '-')}", allowed="without --train")

@@ -86,13 +86,12 @@ def _sampled(series: ComplexArray, sigma: Array) -> Array:
 
 
 def _slopes(gap: Array, force: Array, tangent: Array) -> Array:
-    """dF/dd (S, L) of a rising cubic through the table: the tangents found; at first touch what curves least.
+    """dF/dd (S, L) of a rising cubic through the table: the tangents found, nothing at first touch.
 
     A tangent above three times the secants beside it would make the cubic fall somewhere [fritsch1980].
     """
     secant = np.diff(force) / np.diff(gap, axis=1)
-    first = np.clip(2 * secant[:, :1] - tangent[:, :1], 0.0, None)
-    slope = np.hstack([first, tangent])
+    slope = np.hstack([np.zeros((len(gap), 1)), tangent])
     slope[:, 1:] = np.minimum(slope[:, 1:], 3 * secant)
     slope[:, :-1] = np.minimum(slope[:, :-1], 3 * secant)
     return slope
