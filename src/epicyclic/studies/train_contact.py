@@ -207,10 +207,11 @@ def _over_faces(
     def gathered(parts: Sequence[Array]) -> Array:
         return np.concatenate(parts)[order]
 
-    mean, largest = [], []
+    mean, largest, smallest = [], [], []
     for load in loads:
         mean.append(gathered([one.force.sum(axis=2).mean(axis=0) for one in load]))
         largest.append(gathered([np.nanmax(one.per_length, axis=(0, 2, 3)) for one in load]))
+        smallest.append(gathered([np.nanmin(one.per_length, axis=(0, 2, 3)) for one in load]))
     slice_load = np.array(mean)
     span = gathered([np.full(len(one.meshes), one.pair.plane.width / one.pair.slices) for one in contacts])
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -219,6 +220,7 @@ def _over_faces(
         "face_load": (("torque_factor", "mesh", "width"), slice_load / span[:, None]),
         "face_load_factor": (("torque_factor", "mesh"), factor),
         "largest_load_per_length": (("torque_factor", "mesh"), np.array(largest)),
+        "smallest_load_per_length": (("torque_factor", "mesh"), np.array(smallest)),
         "flank_load_per_length": (
             ("mesh", "width", "path_part"),
             gathered([_on_flank(one) for one in loads[now]]),
