@@ -19,8 +19,8 @@ from epicyclic.assemble.contact import loaded, pair_of
 from epicyclic.assemble.contacts import contacts_of, three_rows
 from epicyclic.errors import ModelError
 from epicyclic.files import load
-from epicyclic.gears.contact.rows import Stations, answer, weights
 from epicyclic.gears.contact.pair import pieces_of
+from epicyclic.gears.contact.rows import Stations, answer, weights
 from epicyclic.system.contact import Pressed
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System
@@ -231,7 +231,8 @@ def test_two_meshes_of_a_planet_press_opposite_flanks_and_tilt_it() -> None:
     couple = 2 * mesh_forces(state)[:, 0] * math.sin(sun.base_helix) * sun.radius_b
     # the pressure along the face, which the tilt moves off the middle, takes part of it back
     largest = np.hypot(*moment)
-    assert (largest < couple).all() and (largest > 0.3 * couple).all()
+    assert (largest < couple).all()
+    assert (largest > 0.3 * couple).all()
     loads = [at.face(state.approach.reshape(4, -1, 3)[:, m], s) for (at, m), s in zip(ready, state.states, strict=True)]
     along = np.linspace(-1, 1, 8)
     lean = [float((one.force.sum(axis=2).mean(axis=(0, 1)) * along).sum()) for one in loads]

@@ -235,7 +235,10 @@ def _on_flank(load: FaceLoad) -> Array:
     for mesh in range(g):
         on = np.isfinite(load.per_length[:, mesh])
         at, value = load.sigma[:, mesh], load.per_length[:, mesh]
-        place = np.linspace(at[on].min(), at[on].max(), _PLACES)
+        # what every slice of the face reaches
+        low = max(at[:, :, k][on[:, :, k]].min() for k in range(K))
+        high = min(at[:, :, k][on[:, :, k]].max() for k in range(K))
+        place = np.linspace(low, high, _PLACES)
         for k in range(K):
             mine = on[:, :, k]
             order = np.argsort(at[:, :, k][mine])
