@@ -225,6 +225,81 @@ def _curves(drawn: go.Figure, cases: Mapping[str, xr.Dataset]) -> None:
     drawn.update_layout(legend={"x": 1.01, "y": 1}, margin={"b": 90})
 
 
+@cache
+def _unit_loads(changes: str) -> Array:
+    """Largest and smallest load per length of contact line of both sides, (2, 2) [N/mm]."""
+    result = epicyclic.train_contact("xu2020", overrides=json.loads(changes), factors=(), samples=32)
+    mine = result.sel(torque_factor=1.0, mesh=[f"main/sun-planet/1/{side}" for side in SIDES])
+    return np.array([mine.largest_load_per_length.values, mine.smallest_load_per_length.values]) / 1e3
+
+
+def unit_loads(*changes: Changes) -> Array:
+    """The same, changes one over the other."""
+    return _unit_loads(json.dumps({key: value for change in changes for key, value in change.items()}))
+
+
+def fig8() -> go.Figure:
+    """Largest and smallest unit load over the neck and over the slide, relative to K_1 without a slide."""
+    names = ["softer neck: floating (grey) nothing, held as fitted", "slide to the right, K_1, held as fitted"]
+    title = "Unit load on the teeth: the neck moves a few per cent, 1 mm of slide everything - or nothing of either"
+    drawn = panels(title, names, height=520, columns=2, horizontal_spacing=0.12)
+    slides = (0.0, 0.03, 0.06, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.75, 1.0)
+    base = unit_loads(FITTED)
+    over = (
+        (np.array(NECKS) * 1e-7, np.array([unit_loads(FITTED, rigidity(value)) for value in NECKS])),
+        (np.array(slides), np.array([unit_loads(FITTED, {"deviations.sun.position.z": z * 1e-3}) for z in slides])),
+    )
+    published = ((4.0, ((940, 780), (280, 240))), (1.0, ((790, 940), (250, 280))))
+    printed = np.array([[880, 850], [260, 270]])
+    for column, ((x, load), (at, changed)) in enumerate(zip(over, published, strict=True), start=1):
+        for i, side in enumerate(SIDES):
+            for j, (word, dash) in enumerate(zip(("largest", "smallest"), DASHES, strict=False)):
+                line = {"color": PALETTE[i], "dash": dash, "width": 2}
+                text = {"name": f"{side}, {word}", "showlegend": column == 1, "mode": "lines", "line": line}
+                drawn.add_scatter(x=x, y=(100 * (load[:, j, i] / base[j, i] - 1)).round(3), row=1, col=column, **text)
+                ratio = 100 * (changed[j][i] / printed[j, i] - 1)
+                look = {**PUBLISHED, "color": PALETTE[i], "symbol": ("diamond", "diamond-open")[j]}
+                drawn.add_scatter(
+                    x=[at], y=[ratio], mode="markers", marker=look, name=f"published, {side}, {word}",
+                    showlegend=column == 1, row=1, col=column,
+                )  # fmt: skip
+    rest = unit_loads()
+    floating = [100 * (unit_loads(rigidity(value))[0, 0] / rest[0, 0] - 1) for value in NECKS]
+    line = {"color": "#888888", "width": 3}
+    drawn.add_scatter(x=over[0][0], y=floating, mode="lines", line=line, name="sun floats, all four", row=1, col=1)
+    drawn.update_xaxes(title_text="G I_p of the neck [1e7 N m2]", autorange="reversed", row=1, col=1)
+    drawn.update_xaxes(title_text="slide of the sun [mm]", row=1, col=2)
+    drawn.update_yaxes(title_text="change of the load per length [%]", row=1, col=1)
+    return drawn.update_layout(legend={"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"}, margin={"b": 150})
+
+
+def teeth() -> go.Figure:
+    """Load per length over the flanks of sun and planet 1, both sides, held as fitted."""
+    result = epicyclic.train_contact("xu2020", overrides=dict(FITTED), factors=(), samples=64, slices=24)
+    names = [f"main/sun-planet/1/{side}" for side in SIDES]
+    load = result["flank_load_per_length"].sel(mesh=names).values / 1e3
+    share = result["side_share"].sel(mesh=names, torque_factor=1.0).values
+    title = "Load over the flanks at K_1: a ridge of one pair alone across the middle, an edge where a line begins"
+    panels_of = [f"{side}, {100 * part:.1f} % of the load" for side, part in zip(SIDES, share, strict=True)]
+    drawn = panels(title, panels_of, height=460, columns=2, shared_yaxes=True, horizontal_spacing=0.05)
+    for i in range(2):
+        drawn.add_heatmap(
+            x=(result.width.values * 175).round(2),
+            y=result.flank_place.values.round(4),
+            z=load[i].T.round(1),
+            zmin=0,
+            zmax=1000,
+            colorscale=[[0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8"], [1, "#0B2E4F"]],
+            showscale=i == 1,
+            colorbar={"title": {"text": "N/mm"}, "thickness": 14},
+            row=1,
+            col=i + 1,
+        )
+        drawn.update_xaxes(title_text="along the face from the left end [mm]", row=1, col=i + 1)
+    drawn.update_yaxes(title_text="path of contact, towards the sun's tip [-]", row=1, col=1)
+    return drawn
+
+
 def fig9() -> go.Figure:
     """Response over frequency for five necks."""
     title = "Five solid necks, axially held: the main peak stays, the group near 2500 Hz moves down and grows"
@@ -269,6 +344,8 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "fig6": fig6,
     "neck": neck,
     "fig7": fig7,
+    "fig8": fig8,
+    "teeth": teeth,
     "fig9": fig9,
     "floating": floating,
     "fig10": fig10,

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         stiffness,
         sweep,
         track,
+        train_contact,
         transient,
     )
     from .system.system import System
@@ -71,6 +72,7 @@ __all__ = [
     "sweep",
     "to_json",
     "track",
+    "train_contact",
     "transient",
     "vary",
     "write_report",
@@ -104,6 +106,7 @@ _HOME = {
             "sweep",
             "track",
             "transient",
+            "train_contact",
         ),
         "studies.verbs",
     ),

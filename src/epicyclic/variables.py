@@ -245,6 +245,14 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "relieved_largest_load": ("N/m", "largest force per length of contact line before and after"),
     "relieved_place": ("1", "place on the path of contact from the pitch point, base pitches"),
     "relieved_load": ("N/m", "largest force per length of contact line there, at the operating load"),
+    # contact of a whole train
+    "torque_factor": ("1", "torque per operating torque"),
+    "flank_place": ("1", "place on the path of contact, from 0 to 1 in the sense of the first gear's tip"),
+    "face_load": ("N/m", "mesh force per face width, mean over the record"),
+    "smallest_load_per_length": ("N/m", "smallest force per length of contact line in the mesh cycle"),
+    "branch_load_factor": ("1", "K_gamma: largest over mean load of the branches, means over a mesh cycle"),
+    "side_share": ("1", "part of the load of a branch on this side, mean over the record"),
+    "balance_residual": ("1", "largest force that is left over, per the sum of the sizes of its terms"),
     # one-parameter studies
     "quantity": ("", "quantity studied"),
     "support_stiffness": ("N/m", "lateral support stiffness"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -23,6 +24,7 @@ from ..system.inertia import (
     mass_diagonal,
     spin_up_load,
 )
+from ..system.mesh_tables import MeshTable
 from ..system.symmetry import commutes, reduced_operator, turn_operator
 from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 from ..train.bodies import DIRECTIONS
@@ -201,7 +203,33 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
         ends=tuple((m.a, m.b) for m in meshes),
         internal=tuple(m.internal for m in meshes),
         direction=np.array([m.direction for m in meshes]),
+        tables=_tables(structure),
     )
+
+
+def _tables(structure: Structure) -> tuple[MeshTable, ...]:
+    """Laws of the rows of tabulated meshes, those of one table together; a slice has its part of the force."""
+    alike: dict[tuple[int, int], list[int]] = {}
+    count = Counter(row.whole for row in structure.meshes)
+    for i, row in enumerate(structure.meshes):
+        if row.mesh.table is not None:
+            alike.setdefault((id(row.mesh.table), count[row.whole]), []).append(i)
+    found = []
+    for (_, parts), rows in alike.items():
+        meshes = [structure.meshes[i].mesh for i in rows]
+        table = meshes[0].table
+        assert table is not None
+        found.append(
+            MeshTable(
+                rows=np.array(rows, np.int64),
+                lead=np.array([float(mesh.lead) for mesh in meshes]),
+                sense=np.array([float(mesh.sense) for mesh in meshes]),
+                force=table.force / parts,
+                gap=table.gap,
+                slope=table.slope / parts,
+            )
+        )
+    return tuple(found)
 
 
 def _stage_turns(train: Train) -> dict[str, Fraction]:

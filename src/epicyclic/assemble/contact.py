@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from dataclasses import replace
 from typing import Literal
 
 from ..errors import ModelError
@@ -25,8 +25,9 @@ from ..gears.contact.pair import (
     pieces_of,
     pressed,
 )
-from ..gears.contact.tooth import ToothCompliance, tooth_compliance
+from ..gears.contact.tooth import ToothCompliance
 from ..train.connections import Mesh
+from ..train.toothing import pair_of_teeth
 from ..train.train import Train
 
 __all__ = [
@@ -51,6 +52,7 @@ __all__ = [
     "pieces_of",
     "pressed",
     "shapes_loaded",
+    "slides_of",
     "tooth_messages",
 ]
 
@@ -85,28 +87,15 @@ def pair_of(
         raise ModelError(
             "is missing: tooth contact needs it", path=f"stages.{mesh.stage}.face_width", allowed="of both gears [m]"
         )
-    paths = tuple(path.removesuffix(".flank") for path in teeth.paths)
-    slides = _slide(train, mesh.a), _slide(train, mesh.b)
-    pair = Pair(
-        plane=Plane(
-            base_a=teeth.base_a,
-            base_b=teeth.base_b,
-            internal=mesh.internal,
-            pressure_angle=teeth.pressure_angle,
-            base_helix=mesh.base_helix,
-            base_pitch=teeth.base_pitch,
-            limits=teeth.limits,
-            lean=mesh.flank * mesh.hand,
-            face_a=(teeth.face_a[0] + slides[0], teeth.face_a[1] + slides[0]),
-            face_b=(teeth.face_b[0] + slides[1], teeth.face_b[1] + slides[1]),
-        ),
-        tooth_a=_tooth(teeth.form_a, paths[0]),
-        tooth_b=_tooth(teeth.form_b, paths[1]),
-        flank_a=teeth.flank_a,
-        flank_b=teeth.flank_b,
-        youngs_modulus=(teeth.form_a.youngs_modulus, teeth.form_b.youngs_modulus),
-        poisson=(teeth.form_a.poisson, teeth.form_b.poisson),
-        teeth=(teeth.form_a.teeth, teeth.form_b.teeth),
+    plain = pair_of_teeth(
+        teeth,
+        internal=mesh.internal,
+        base_helix=mesh.base_helix,
+        lean=mesh.flank * mesh.hand,
+        slides=slides_of(train, mesh),
+    )
+    pair = replace(
+        plain,
         misalignment=misalignment,
         torsion_a=_torsion(teeth.form_a, torque_ends[0]),
         torsion_b=_torsion(teeth.form_b, torque_ends[1]),
@@ -126,9 +115,9 @@ def _meshing(pair: Pair) -> Meshing:
     return Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
 
 
-@lru_cache(maxsize=64)
-def _tooth(form: GearForm, path: str) -> ToothCompliance:
-    return tooth_compliance(form, path=path)
+def slides_of(train: Train, mesh: Mesh) -> tuple[float, float]:
+    """How far both gears of a mesh stand off their drawing along the axis, from deviations that stand still [m]."""
+    return _slide(train, mesh.a), _slide(train, mesh.b)
 
 
 def _torsion(form: GearForm, end: End | None) -> Torsion | None:

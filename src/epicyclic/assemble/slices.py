@@ -36,6 +36,7 @@ def _rows(mesh: Mesh) -> list[MeshRow]:
                 mesh,
                 name=f"{mesh.name}/{number}",
                 station=piece.station,
+                along=piece.along,
                 lead=piece.lead,
                 variation=piece.variation,
                 stiffness=mesh.stiffness / count,

@@ -235,15 +235,17 @@ def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, s
                 m.radius_a,
                 m.radius_b,
                 m.internal,
+                m.along,
             )
             for m in meshes
         ]
     )
-    direction, alpha, helix, hand, flank, station, radius_a, radius_b, internal = value.T
+    direction, alpha, helix, hand, flank, station, radius_a, radius_b, internal, along = value.T
     e = np.stack([np.cos(direction), np.sin(direction)], axis=1)
     t = np.stack([-e[:, 1], e[:, 0]], axis=1)
+    across = np.sin(alpha)[:, None] * e + (flank * np.cos(alpha))[:, None] * t
     normal = np.empty((len(meshes), 3))
-    normal[:, :2] = np.cos(helix)[:, None] * (np.sin(alpha)[:, None] * e + (flank * np.cos(alpha))[:, None] * t)
+    normal[:, :2] = np.cos(helix)[:, None] * across
     normal[:, 2] = -hand * flank * np.sin(helix)
     # Each body keeps its own lever r_b / cos(alpha) along e: the pitch point of a consistent geometry, and what is
     # meant where radii are given that fit no single centre distance.
@@ -252,7 +254,8 @@ def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, s
 
     def end(which: int, lever: Array, sign: float) -> _Ends:
         body = ends[:, which]
-        point = np.concatenate([lever[:, None] * e, (station - places[body, 2])[:, None]], axis=1)
+        place = lever[:, None] * e + along[:, None] * across
+        point = np.concatenate([place, (station - places[body, 2])[:, None]], axis=1)
         return _Ends(row, body, sign, normal, point, flat)
 
     return [end(0, radius_a, 1.0), end(1, outward, -1.0)]

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..console import reported
+from ..errors import ModelError
 from .options import Json, Model, Output, Sets, run_verb
 
 __all__ = ["contact"]
@@ -44,9 +45,16 @@ def contact(
         str | None, typer.Option("--torque-end-a", help="Where torque leaves the first gear: left or right; it twists.")
     ] = None,
     torque_end_b: Annotated[str | None, typer.Option("--torque-end-b", help="The same of the second gear.")] = None,
+    train: Annotated[
+        bool, typer.Option("--train", help="All meshes at once, in the train's own equilibrium; loads are torques.")
+    ] = False,
     corner: Annotated[bool, typer.Option("--corner", help="Let tips bear beyond the path of contact.")] = False,
 ) -> None:
-    """Teeth in contact: load over the flank, loaded transmission error, stiffness, at several loads."""
+    """Teeth in contact: load over the flank, loaded transmission error, stiffness, at several loads.
+
+    With --train every mesh of the train at once, misaligned by its own tilt and twist: load along the faces, K_Hbeta,
+    K_gamma over torque.
+    """
     options: dict[str, Any] = {"mesh": mesh, "torque": torque, "samples": samples, "slices": slices, "corner": corner}
     options["torque_ends"] = (torque_end_a, torque_end_b)
     if misalignment is not None:
@@ -56,4 +64,27 @@ def contact(
             from ..studies.contact import factors_of
 
             options["factors"] = factors_of(loads, load_points)
-    run_verb("contact", model, sets, as_json, output, **options)
+    if train:
+        with reported():
+            options = _of_train(options)
+    run_verb("train_contact" if train else "contact", model, sets, as_json, output, **options)
+
+
+def _of_train(options: dict[str, Any]) -> dict[str, Any]:
+    """Options that mean something for a whole train.
+
+    Raises
+    ------
+    ModelError : one that belongs to a single mesh.
+    """
+    kept: dict[str, Any] = {
+        name: options[name] for name in ("samples", "slices", "corner", "factors") if name in options
+    }
+    for name in ("mesh", "torque", "misalignment", "torque_ends"):
+        if any(value is not None for value in _values(options.get(name))):
+            raise ModelError("belongs to a single mesh", path=f"--{name.replace('_', '-')}", allowed="without --train")
+    return kept
+
+
+def _values(given: Any) -> tuple[Any, ...]:
+    return given if isinstance(given, tuple) else (given,)

@@ -24,6 +24,7 @@ from .stability import stability_map, stability_over_speed
 from .stiffness import mesh_stiffness
 from .sweep import speed_sweep
 from .tornado import tornado
+from .train_contact import face_loads, load_factors
 from .transient import spectrogram, transient_forces
 from .waterfall import waterfall
 
@@ -35,8 +36,10 @@ __all__ = [
     "contact_sweep",
     "curves",
     "energy_shares",
+    "face_loads",
     "force_envelopes",
     "frequencies",
+    "load_factors",
     "load_history",
     "load_sharing",
     "loci",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["HOLDS", "audit"]
 
 HOLDS, CONTRADICTED = "holds", "contradicted"
-_ON_TRAIN = ("check", "contact", "relief", "stiffness")
+_ON_TRAIN = ("check", "contact", "relief", "stiffness", "train_contact")
 _ROUNDING = 1e-12  # a difference equal to the tolerance is within it
 
 

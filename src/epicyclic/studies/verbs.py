@@ -37,6 +37,7 @@ __all__ = [
     "sweep",
     "system_of",
     "track",
+    "train_contact",
     "train_of",
     "transient",
 ]
@@ -318,11 +319,22 @@ def relief(source: Source, *, overrides: Overrides | None = None, **options: Any
     return run(source, overrides=overrides, **options)
 
 
+def train_contact(source: Source, *, overrides: Overrides | None = None, **options: Any) -> xr.Dataset:
+    """Tooth contact of all meshes at once, in the equilibrium of the train.
+
+    Options are those of `epicyclic.studies.train_contact.train_contact`.
+    """
+    from .train_contact import train_contact as run
+
+    return run(train_of(source, overrides=overrides), **options)
+
+
 VERBS: Mapping[str, Callable[..., xr.Dataset]] = {
     "check": check,
     "stiffness": stiffness,
     "contact": contact,
     "relief": relief,
+    "train_contact": train_contact,
     "modes": modes,
     "campbell": campbell,
     "static": static,

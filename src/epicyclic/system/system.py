@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from .laws import LawGroup, Laws, stacked
+from .mesh_tables import MeshTable
 
 __all__ = ["Dofs", "FarFlanks", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
 
@@ -56,6 +57,8 @@ class MeshRows:
         k_m(t) = stiffness (1 + Re sum_l variation[m, l-1] exp(2 pi i l f t)).
     tone : (m,) index into System.tones.  damping : (m,) [N s/m].  backlash : (m,) [m].
     cos_base_helix : (m,) transverse = normal * cos_base_helix for forces.
+    tables : laws of rows whose force over the gap is tabulated; stiffness and variation are their tangents at the
+        operating load.  Analyses that cannot follow them take those.
     """
 
     name: tuple[str, ...]
@@ -74,6 +77,7 @@ class MeshRows:
     ends: tuple[tuple[str, str], ...] = ()
     internal: tuple[bool, ...] = ()
     direction: Array = field(default_factory=lambda: np.zeros(0))
+    tables: tuple[MeshTable, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

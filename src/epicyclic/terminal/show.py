@@ -23,6 +23,7 @@ from .relief import relief_tables
 from .sensitivity import sensitivity_tables, track_tables
 from .stability import stability_tables
 from .tables import listed, number
+from .train_contact import train_contact_tables
 from .transient import transient_tables
 
 if TYPE_CHECKING:
@@ -115,6 +116,7 @@ _TABLES: dict[str, Callable[[xr.Dataset], Sequence[Table]]] = {
     "stiffness": stiffness_tables,
     "contact": contact_tables,
     "relief": relief_tables,
+    "train_contact": train_contact_tables,
     "static": static_tables,
     "steady": steady_tables,
     "sharing": sharing_tables,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..gears.contact.flank import PLAIN, Flank
 from ..gears.contact.outline import GearForm
+from ..gears.contact.table import ContactTable
 
 __all__ = ["Link", "Mesh", "MeshSlice", "ToothPair"]
 
@@ -20,11 +21,13 @@ class MeshSlice:
 
     station : axial place of its middle in the train [m].  lead : of its own contact [mesh cycles].
     variation : (L,) of its own stiffness, relative, over its own sigma.
+    along : place of its row on the line of action, from the pitch point [m].
     """
 
     station: float
     lead: Fraction | float
     variation: NDArray[np.complex128]
+    along: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +67,8 @@ class Mesh:
     pressure_angle : working transverse [rad].  base_helix : beta_b, magnitude [rad].
     hand : hand of gear a on this side, +1 right, -1 left, 0 spur.
     flank : d of docs/conventions.md, +1 where a's teeth push b along z cross e, else -1.
-    station : axial place of mid-face in the train [m].
+    station : axial place of mid-face in the train [m].  along : place of the row on the line of action, from the pitch
+        point in the sense of n_t [m].
     radius_a, radius_b : working pitch radii r_b / cos(pressure_angle) [m].
     stiffness : mean, along the tooth normal [N/m].
     variation : (L,) complex; k(sigma)/stiffness = 1 + Re sum_l variation[l-1] exp(2 pi i l sigma).
@@ -76,6 +80,7 @@ class Mesh:
     slices : pieces along the face from left to right; empty where the mesh is one row. Stiffness, variation, lead and
         damping above are those of the whole, which the slices add up to.
     teeth : what tooth contact needs; None where the file says no face width.
+    table : force over gap and place of the contact, where the stiffness is that of loaded contact.
     """
 
     name: str
@@ -105,6 +110,8 @@ class Mesh:
     overlap_ratio: float = float("nan")
     slices: tuple[MeshSlice, ...] = ()
     teeth: ToothPair | None = None
+    along: float = 0.0
+    table: ContactTable | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -46,7 +46,8 @@ class Displacement:
 class MeshError:
     """A scalar error of one mesh, along the tooth normal: profile, gap, one harmonic of a pitch deviation.
 
-    e(t) = Re(amplitude exp(2 pi i frequency t)) [m], positive = material missing.  cause : profile, gap, pitch.
+    e(t) = Re(amplitude exp(2 pi i frequency t)) [m], positive = material missing.  cause : profile, gap, pitch;
+    contact where loaded contact says it (`Mesh.table`).
     """
 
     path: str

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...system import laws as law
 from ...system.laws import Laws
+from ...system.mesh_tables import Curves
 from ...system.system import Array, System
 from .linesearch import least
 
@@ -93,22 +94,44 @@ class Equilibrium:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Rows:
-    """What the rows do at T instants: mesh stiffness k (T, m), errors (T, M), laws and their sliders (T, R)."""
+    """What the rows do at T instants: mesh stiffness k (T, m), errors (T, M), laws and their sliders (T, R).
+
+    curves : of the meshes that are tabulated, in place of their k.
+    """
 
     k: Array
     gap: Array
     laws: Laws
     anchor: Array | None
+    curves: Curves | None = None
 
     def at(self, chosen: np.ndarray) -> _Rows:
         """The same at some of the instants."""
         anchor = None if self.anchor is None else self.anchor[chosen]
-        return _Rows(k=self.k[chosen], gap=self.gap[chosen], laws=self.laws, anchor=anchor)
+        curves = None if self.curves is None else self.curves.at(chosen)
+        return _Rows(k=self.k[chosen], gap=self.gap[chosen], laws=self.laws, anchor=anchor, curves=curves)
+
+    def contact(self, opening: Array) -> tuple[Array, Array]:
+        """Force and tangent of the meshes at gaps (T, m)."""
+        force, tangent = self.k * np.maximum(opening, 0.0), np.where(opening > 0, self.k, 0.0)
+        if self.curves is not None:
+            mine = self.curves.rows
+            force[:, mine], tangent[:, mine] = self.curves.evaluate(opening[:, mine])
+        return force, tangent
+
+    @property
+    def stiffest(self) -> Array:
+        """Tangent of the meshes far closed, (T, m) [N/m]."""
+        if self.curves is None:
+            return self.k
+        final = self.k.copy()
+        final[:, self.curves.rows] = self.curves.slope[:, :, -1]
+        return final
 
     def force(self, approach: Array) -> Array:
         """Force of every row at B'q, (T, M) [N]."""
         opening, m = approach - self.gap, self.k.shape[1]
-        contact = self.k * np.maximum(opening[:, :m], 0.0)
+        contact, _ = self.contact(opening[:, :m])
         if opening.shape[1] == m:
             return contact
         return np.hstack([contact, law.force(self.laws, opening[:, m:], self.anchor)])
@@ -117,7 +140,7 @@ class _Rows:
         """Derivative of the residual by the pull, 1 - (k0 - tangent) S, (T, M, M)."""
         opening, m = approach - self.gap, self.k.shape[1]
         soft = np.tile(k0, (len(opening), 1))
-        soft[:, :m] -= np.where(opening[:, :m] > 0, self.k, _OPEN * k0[:m])
+        soft[:, :m] -= np.maximum(self.contact(opening[:, :m])[1], _OPEN * k0[:m])
         soft[:, m:] *= 1.0 - _FLOATING
         matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
         if opening.shape[1] > m:
@@ -127,8 +150,11 @@ class _Rows:
     def kinks(self, opening: Array, closing: Array) -> Array:
         """Lengths (T, J) along `closing` at which a row's law changes."""
         m = self.k.shape[1]
+        touch = np.zeros_like(self.k)
+        if self.curves is not None:
+            touch[:, self.curves.rows] = self.curves.gap[:, :, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
-            meshes = np.where(closing[:, :m] != 0, -opening[:, :m] / closing[:, :m], -1.0)
+            meshes = np.where(closing[:, :m] != 0, (touch - opening[:, :m]) / closing[:, :m], -1.0)
         return np.hstack([meshes, law.kinks(self.laws, opening[:, m:], closing[:, m:], self.anchor)])
 
 
@@ -210,6 +236,7 @@ def equilibrium(
     stiffness: Array,
     gap: Array,
     force: Array,
+    curves: Curves | None = None,
     laws: Laws | None = None,
     anchor: Array | None = None,
     start: Array | None = None,
@@ -221,6 +248,7 @@ def equilibrium(
     Parameters
     ----------
     stiffness : (T, m) k of the meshes [N/m].  gap : (T, M) e of meshes and rows of groups [m].  force : (T, n) load.
+    curves : of the tabulated meshes, in place of their stiffness.
     laws : of the groups, where there are any.  anchor : (T, R) sliders before this step, for laws with a memory [m];
         without it they follow the radial law.
     start : (T, M) approach B'q to start from [m]; all rows closed where None.
@@ -232,7 +260,8 @@ def equilibrium(
     ConvergenceError : not converged in `max_iterations`.
     """
     k0, S = flexible.stiffness, flexible.to_mesh
-    rows = _Rows(k=stiffness, gap=gap, laws=law.stacked(()) if laws is None else laws, anchor=anchor)
+    laws = law.stacked(()) if laws is None else laws
+    rows = _Rows(k=stiffness, gap=gap, laws=laws, anchor=anchor, curves=curves)
     free_gap = force @ flexible.gap_of_force.T
     if start is None:
         nominal = np.tile(k0, (len(gap), 1))
@@ -297,7 +326,7 @@ def _best_length(S: Array, k0: Array, residual: Array, direction: Array, approac
     curvature = np.sum(closing * (direction - k0 * closing), axis=1)
     start = np.sum(closing * residual, axis=1)
     m = rows.k.shape[1]
-    final = curvature + np.sum(rows.k * np.maximum(closing[:, :m], 0.0) ** 2, axis=1)
+    final = curvature + np.sum(rows.stiffest * np.maximum(closing[:, :m], 0.0) ** 2, axis=1)
     final += np.sum(k0[m:] * closing[:, m:] ** 2, axis=1)
     if np.any((final <= _FLAT * np.sum(k0 * closing**2, axis=1)) & (_far_slope(rest, closing, approach, rows) < 0)):
         raise ModelError(

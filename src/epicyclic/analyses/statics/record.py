@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.mesh_tables import Curves, curves_at
 from ...system.system import Array, ComplexArray, Line, System
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "Record",
     "excitation",
     "hunting_cycles",
+    "mesh_cycles",
     "mesh_stiffness",
     "positive",
     "record_of",
@@ -37,13 +39,24 @@ class Excitation:
     """Stiffness, errors and load at T instants.
 
     stiffness : (T, m) of the meshes [N/m].  gap : (T, m + R) of the meshes and the rows of groups [m].
-    link_gap : (T, p).  force : (T, n) generalised force at rest.
+    link_gap : (T, p).  force : (T, n) generalised force at rest.  curves : laws of the tabulated meshes.
     """
 
     stiffness: Array
     gap: Array
     link_gap: Array
     force: Array
+    curves: Curves | None = None
+
+    def at(self, chosen: NDArray[np.int64]) -> Excitation:
+        """The same at some of the instants."""
+        return Excitation(
+            stiffness=self.stiffness[chosen],
+            gap=self.gap[chosen],
+            link_gap=self.link_gap[chosen],
+            force=self.force[chosen],
+            curves=None if self.curves is None else self.curves.at(chosen),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,6 +189,13 @@ def mesh_stiffness(system: System, tone: Fraction, index: NDArray[np.int64], sam
     return stiffness_at(system, np.array([turns(ratio / samples, index) for ratio in ratios]).T)
 
 
+def mesh_cycles(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
+    """Time at instants index / (samples tone), in cycles of each mesh row, whole ones taken off, (T, m)."""
+    ratios = [other / tone for other in system.tones] or [Fraction(1)]
+    phases = np.array([turns(ratio / samples, index) for ratio in ratios])
+    return np.asarray(phases[system.meshes.tone].T)
+
+
 def stiffness_at(system: System, phases: Array) -> Array:
     """k_m at phases (T, tones) of every mesh frequency [turns], (T, m) [N/m], positive."""
     meshes = system.meshes
@@ -211,6 +231,7 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
         gap=np.hstack([total([line.gap for line in lines], m), total([_group_gap(line, R) for line in lines], R)]),
         link_gap=total([line.link_gap for line in lines], p),
         force=system.force + total([line.force[0] for line in lines], len(system.force)),
+        curves=curves_at(system.meshes.tables, mesh_cycles(system, tone, index, samples)),
     )
 
 

@@ -79,7 +79,14 @@ def _solved(
     flexible: Compliance, here: Excitation, laws: Laws, *, anchor: Array | None, start: Array | None
 ) -> Equilibrium:
     return equilibrium(
-        flexible, stiffness=here.stiffness, gap=here.gap, force=here.force, laws=laws, anchor=anchor, start=start
+        flexible,
+        stiffness=here.stiffness,
+        gap=here.gap,
+        force=here.force,
+        curves=here.curves,
+        laws=laws,
+        anchor=anchor,
+        start=start,
     )
 
 
@@ -128,12 +135,7 @@ def _walk(
         index = (place + step)[inside]
         if not index.size:
             break
-        now = Excitation(
-            stiffness=here.stiffness[index],
-            gap=here.gap[index],
-            link_gap=here.link_gap[index],
-            force=here.force[index],
-        )
+        now = here.at(index)
         before = slider[inside]
         state = _solved(flexible, now, laws, anchor=before, start=None if start is None else start[: index.size])
         anchors[index], approach[index] = before, state.approach

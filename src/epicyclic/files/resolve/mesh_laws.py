@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...gears import stiffness as teeth_stiffness
+from ...gears.contact.table import ContactTable
+from ...train.connections import ToothPair
 from ..schema import MeshSide, ModelFile, Quantity, Variation
 from .centres import MeshShape, StageShape
+from .contact_law import contact_law
 from .ledger import Ledger, per_branch
 from .plan import Pair
 from .tooth_forms import elastic, energy_law
@@ -28,7 +31,7 @@ class MeshLaw:
     """Stiffness of one side of a pair: per branch along the tooth normal [N/m], and its relative series over sigma.
 
     narrow : the series of a slice without width, where the helix brings slices into mesh one after the other; None
-        where all follow the whole.
+        where all follow the whole.  table : where loaded contact says stiffness and variation.
     """
 
     stiffness: tuple[float, ...]
@@ -36,6 +39,7 @@ class MeshLaw:
     narrow: Series | None
     damping: float
     backlash: float
+    table: ContactTable | None = None
 
 
 def said_by(p: Pair, side: str | None, key: str) -> MeshSide | None:
@@ -51,15 +55,25 @@ def mesh_law(
     model: ModelFile,
     torque: Mapping[str, float] | None,
     ledger: Ledger,
+    *,
+    teeth: ToothPair | None,
+    lean: int,
 ) -> MeshLaw:
-    """Law of one side of a pair.  torque : of each pair, as `Kinematics.mesh_torque`."""
+    """Law of one side of a pair.
+
+    torque : of each pair, as `Kinematics.mesh_torque`.  teeth : of the mesh.  lean : d h of its first gear.
+    """
     plan, width = shape.plan, shape.meshes[p.name].width[side]
     table = said_by(p, side, "stiffness")
     value = "iso6336" if table is None else table.stiffness
     path = f"{p.path}.{side}.stiffness" if table is not None and table is not p.keys else f"{p.path}.stiffness"
     count, computed = len(plan.angles), not isinstance(value, Quantity)
     form = _form(p, side, str(value) if computed else "")
-    own = None
+    own, loaded = None, None
+    if value == "contact":
+        _needed_width(shape, p, side, path)
+        assert teeth is not None  # both faces have a width
+        loaded = contact_law(shape, p, teeth, lean, torque, ledger)
     if "energy" in (value, form):
         _needed_width(shape, p, side, path)
         own = energy_law(shape, p, side, model, torque, ledger)
@@ -67,6 +81,8 @@ def mesh_law(
         stiffness = per_branch(_normal(shape, p, side, value, path), count, path)
     elif value == "energy" and own is not None:
         stiffness = (own[0],) * count
+    elif loaded is not None:
+        stiffness = (loaded.stiffness,) * count
     else:
         stiffness = (_computed(shape, p, str(value), width, path, model, ledger),) * count
     note = stiffness[0] if len(set(stiffness)) == 1 else list(stiffness)
@@ -75,13 +91,19 @@ def mesh_law(
     ledger.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
     _check_range(shape, p, width, stiffness, ledger)
     damping, backlash = said_by(p, side, "damping"), said_by(p, side, "backlash")
-    variation, narrow = _variation(shape, p, side, form, None if own is None else own[1], ledger)
+    loaded = loaded if form == "contact" else None
+    if loaded is not None:
+        ledger.note(f"{p.path}.variation", form, "", "default")
+        variation, narrow = loaded.variation, None
+    else:
+        variation, narrow = _variation(shape, p, side, form, None if own is None else own[1], ledger)
     return MeshLaw(
         stiffness=stiffness,
         variation=variation,
         narrow=narrow,
         damping=damping.damping or 0.0 if damping is not None else 0.0,
         backlash=math.inf if backlash is None or backlash.backlash is None else backlash.backlash,
+        table=loaded,
     )
 
 
@@ -118,7 +140,7 @@ def _computed(
             f"the method '{method}' is not available in this version",
             path=path,
             given=method,
-            allowed="iso6336, energy, or a stiffness in N/m or N/(mm um)",
+            allowed="iso6336, energy, contact, or a stiffness in N/m or N/(mm um)",
         )
     if math.isnan(width):
         _needed_width(shape, p, next(iter(shape.meshes[p.name].width)), path)
@@ -157,7 +179,7 @@ def _form(p: Pair, side: str | None, method: str) -> str:
     table = said_by(p, side, "variation")
     if table is not None and table.variation is not None:
         return table.variation.form
-    return {"": "none", "energy": "energy"}.get(method, "contact-lines")
+    return {"": "none", "energy": "energy", "contact": "contact"}.get(method, "contact-lines")
 
 
 def _variation(

@@ -56,14 +56,15 @@ def meshes_of_stage(
         if p.keys.slices is not None:
             ledger.note(f"{p.path}.slices", p.keys.slices)
         for side in shape.meshes[p.name].width:
-            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, ledger)
             teeth = tooth_pair(shape, p, side, model, ledger)
+            lean = flanks[p.name] * _hand(shape, p, side)
+            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, ledger, teeth=teeth, lean=lean)
             leads = _leads(plan, p, side, phases, sense, ledger)
             width, count = shape.meshes[p.name].width[side], p.keys.slices or 1
             require_width(width, count, plan.path)
             for branch in range(len(plan.angles)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
-                mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth)
+                mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth, table=law.table)
                 found.append(replace(mesh, slices=slices_of(mesh, count, width, law.narrow)))
     return sorted(found, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
@@ -88,7 +89,7 @@ def _mesh(shape: StageShape, p: Pair, side: str | None, branch: int, law: MeshLa
         direction=math.tau * turns,
         pressure_angle=meshing.working_angle,
         base_helix=a.base_helix,
-        hand=-a.hand if side == "right" else a.hand,
+        hand=_hand(shape, p, side),
         flank=signs[0],
         station=(half_station(plan, p.a, side) + half_station(plan, p.b, side)) / 2,
         radius_a=a.base_radius / cosine,
@@ -102,6 +103,12 @@ def _mesh(shape: StageShape, p: Pair, side: str | None, branch: int, law: MeshLa
         contact_ratio=meshing.contact_ratio,
         overlap_ratio=overlap_of(meshing, shape, p, width),
     )
+
+
+def _hand(shape: StageShape, p: Pair, side: str | None) -> int:
+    """Hand of gear a on a side."""
+    hand = shape.teeth[p.a].hand
+    return -hand if side == "right" else hand
 
 
 def _shift(shape: StageShape, p: Pair) -> float:

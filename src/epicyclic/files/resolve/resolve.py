@@ -11,6 +11,7 @@ from ..schema import ModelFile
 from ..toml import Document
 from .bodies import bodies_of_stage, frames_of, free_bodies
 from .centres import StageShape, shape_stage
+from .contact_law import contact_errors
 from .deviations import deviations_of
 from .fits import check_stage
 from .ledger import Ledger
@@ -57,7 +58,7 @@ def resolve(document: Document) -> Train:
         torques=body_torques(model, kinematics, bodies),
         power_paths=power_flow(kinematics, gearings_of(plans), ties_of(model, plans)),
         displacements=tuple(deviated.displacements),
-        mesh_errors=tuple(deviated.mesh_errors),
+        mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*external_loads(model, bodies), *deviated.loads),
         gravity=gravity_of(model, ledger),
         damping=_damping(model, ledger),

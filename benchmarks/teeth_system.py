@@ -1,0 +1,101 @@
+"""Full contact in the equilibrium of a train: time an instant, residuals; and time of a table of mesh stiffness.
+
+    python benchmarks/teeth_system.py
+
+Medians of CPU time of one thread.  Hertz contact, 20 slices a face, 32 instants of a mesh cycle at the operating
+torque, pieces built once.  The table: 20 loads and 50 phases of one helix, teeth known.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+
+import statistics
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from epicyclic.analyses.statics.equilibrium import compliance_of, equilibrium
+from epicyclic.analyses.statics.record import excitation
+from epicyclic.analyses.statics.touching import Problem, Touching, touching
+from epicyclic.assemble import assemble
+from epicyclic.assemble.contact import mean_force, pair_of
+from epicyclic.assemble.contacts import contacts_of, three_rows
+from epicyclic.files import load
+from epicyclic.gears.contact.table import contact_table
+
+Row = tuple[str, str, str, str]
+_INSTANTS, _TABLE = 32, 0.5
+
+
+def rows(quick: bool) -> list[Row]:
+    """Rows of the benchmark's table: what, here, target, whether it is met."""
+    repeats = 1 if quick else 5
+    return [row for name in ("ren2021", "xu2020") for row in (*_train(name, repeats), _table(name, repeats))]
+
+
+def _train(name: str, repeats: int) -> list[Row]:
+    train = load(name)
+    system = assemble(three_rows(train))
+    flexible, index = compliance_of(system), np.arange(_INSTANTS)
+    acting = excitation(system, system.tones[0], index, _INSTANTS)
+    cycles = np.repeat((index / _INSTANTS)[:, None], len(train.meshes), axis=1)
+    models = contacts_of(train)
+    clock = time.process_time()
+    ready = [(one.at(cycles[:, list(one.meshes)]), np.array(one.meshes)) for one in models]
+    built = time.process_time() - clock
+    given = Problem(system=system, flexible=flexible, contacts=ready, gap=acting.gap, force=acting.force)
+
+    def once() -> Touching:
+        springs = equilibrium(flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force)
+        return touching(given, springs.displacement)
+
+    each = 1e3 * _median(once, repeats) / _INSTANTS
+    found = once()
+    what = f"{name}, {len(train.meshes)} meshes in full contact"
+    force = found.row_force.reshape(_INSTANTS, -1, 3).sum(axis=2)
+    return [
+        (f"{what}: an instant", f"{each:.1f} ms, pieces {1e3 * built / _INSTANTS:.1f} ms", "", ""),
+        (
+            f"{what}: residuals, force",
+            f"contact {found.contact.max():.0e}, balance {found.balance.max():.0e}, {force.mean() / 1e3:.2f} kN a mesh",
+            "<= 1e-11",
+            "met" if max(found.contact.max(), found.balance.max()) <= 1e-11 else "MISSED",
+        ),
+    ]
+
+
+def _table(name: str, repeats: int) -> Row:
+    train = load(name)
+    mesh = train.meshes[0]
+    pair, force = pair_of(train, mesh), mean_force(train, mesh)
+    took = _median(lambda: contact_table(pair, force), repeats)
+    met = "met" if took <= _TABLE else "MISSED"
+    return f"{name}, table of mesh stiffness", f"{took:.2f} s", f"<= {_TABLE:g} s", met
+
+
+def _median(run: Callable[[], object], repeats: int) -> float:
+    run()
+    times = []
+    for _ in range(repeats):
+        clock = time.process_time()
+        run()
+        times.append(time.process_time() - clock)
+    return statistics.median(times)
+
+
+def main() -> int:
+    """Print the table; exit status 1 where a target is missed."""
+    found = rows("--quick" in sys.argv[1:])
+    widths = [max(len(row[i]) for row in found) for i in range(4)]
+    for row in found:
+        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+    return int(any(row[3] == "MISSED" for row in found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
