@@ -81,7 +81,7 @@ def tangents(
     Each is the mean of its step; flanks that never change their contact or stiffness are left out, and the damping
     altogether where it stays.
     """
-    if _unchanging(state):
+    if state.unchanging:
         return _unchanged(given, state, steps)
     fine = levels.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
     seen = evaluate(fine, carried(given, fine, state.y), state.speed)
@@ -100,11 +100,6 @@ def tangents(
     damping = made.damping * seen.acting - made.drag
     used = np.any((stiffness != 0) | (damping != 0), axis=0)
     return mean(stiffness)[used], mean(damping)[used], made.gaps[used]
-
-
-def _unchanging(state: State) -> bool:
-    """Whether every flank touches all the time or never."""
-    return bool(np.all(state.touching == state.touching[0]))
 
 
 def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
@@ -146,7 +141,7 @@ def _steps(levels: Levels, given: Problem, state: State) -> int:
     cycle = _period(given, state) / given.cycles
     top = given.flanks.variation.shape[1]
     least = steps_needed(given.modal, period=cycle, cycle=cycle, harmonics=top)
-    if not _unchanging(state):
+    if not state.unchanging:
         least = max(_STEPS, least)
     return given.cycles * _STEP * -(-least // _STEP)
 
