@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import os
-from enum import StrEnum
+from enum import Enum, StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -63,6 +63,14 @@ class FrameSpeed(StrEnum):
 
     kinematic = "kinematic"
     operating = "operating"
+
+
+class Unstable(Enum):
+    """What becomes of motions that are not stable."""
+
+    replace = "replace"
+    tell = "tell"
+    ignore = "ignore"
 
 
 def main() -> None:
@@ -207,6 +215,9 @@ def sweep(
     contact_loss: Annotated[
         bool, typer.Option("--contact-loss", help="Teeth part and touch again: run-up, coast-down, all branches.")
     ] = False,
+    unstable: Annotated[
+        Unstable, typer.Option("--unstable", help="With --contact-loss: replace motions that are not stable, or tell.")
+    ] = Unstable.replace,
 ) -> None:
     """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
 
@@ -215,7 +226,7 @@ def sweep(
     with reported():
         low, high = (_end(text, option) for text, option in ((start, "--from"), (stop, "--to")))
     options: dict[str, Any] = {"points": points, "frame_speed": frame_speed.value}
-    options |= {"contact_loss": True} if contact_loss else {"orders": orders}
+    options |= {"contact_loss": True, "unstable": unstable.value} if contact_loss else {"orders": orders}
     run_verb("sweep", model, sets, as_json, output, start=low, stop=high, **options)
 
 

@@ -13,9 +13,9 @@ __all__ = ["stability_map", "stability_over_speed"]
 
 # kind of instability: colour and what it means
 KINDS = {
-    "pair": (PALETTE[1], "two modes together"),
-    "flip": (PALETTE[3], "half mesh orders (flip)"),
-    "fold": (PALETTE[6], "mesh orders (fold)"),
+    "quasi-periodic": (PALETTE[1], "quasi-periodic: two modes together"),
+    "period doubling": (PALETTE[3], "period doubling: half mesh orders"),
+    "divergence": (PALETTE[6], "divergence: mesh orders"),
 }
 _LABELS, _CURVES = 8, 24
 # part of the colour bar below zero

@@ -45,7 +45,7 @@ def test_a_map_is_its_rows(damped: xr.Dataset) -> None:
 
 
 def test_damping_closes_and_variation_opens(damped: xr.Dataset) -> None:
-    unstable = (damped.instability == "pair").sum("speed").values
+    unstable = (damped.instability == "quasi-periodic").sum("speed").values
     assert unstable[0] > 0
     assert unstable[-1] == 0
     swings = over("variation", [0.0, 1.0, 2.0])
@@ -124,7 +124,7 @@ def run(*words: str) -> int:
 def test_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("stability", "xu2020", "--from", "3.5 kHz", "--to", "3.8 kHz", "--points", "4") == 0
     out = capsys.readouterr().out
-    for shown in ("Unstable", "pair", "f34 + f36 = f", "averaging", "ok"):
+    for shown in ("Unstable", "quasi-periodic", "f34 + f36 = f", "averaging", "ok"):
         assert shown in out
     assert run("stability", "ren2021", "--from", "100 Hz", "--to", "200 Hz", "--points", "3") == 0
     assert "Stable everywhere" in capsys.readouterr().out
@@ -158,7 +158,7 @@ def test_figures(damped: xr.Dataset) -> None:
     one = stability_over_speed(epicyclic.stability("xu2020", **SPEEDS))
     assert "unstable at" in one.layout.title.text
     assert one.layout.xaxis2.title.text == "mesh frequency [Hz]"
-    assert any(trace.name == "two modes together" for trace in one.data)
+    assert any(trace.name == "quasi-periodic: two modes together" for trace in one.data)
     flat = drawn_map(damped)
     assert flat.layout.yaxis.title.text == "damping.modal [%]"
     lines = [trace for trace in flat.data if trace.type == "scatter"]

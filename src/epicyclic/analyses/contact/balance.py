@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system.faces import Faces, faces
 from ...system.system import Array, Line
 from ..harmonic.lattice import Point, kept_points
 from ..harmonic.response import FrameSpeed, Response
@@ -56,10 +57,12 @@ class Problem:
     force : (3, 2, J, n) external modal forces for s^0, s^1, s^2.  stiffness : (N, R) of every flank [N/m].
     tones : (D,) angular frequencies of the phases of `grid` at s = 1 [rad/s].
     cycles : mesh cycles in a period, of which `omega` and the phases of `grid` are.
+    face : the whole meshes of the rows.
     """
 
     modal: Modal
     flanks: Flanks
+    face: Faces
     grid: Transforms
     omega: Array
     error: Array
@@ -88,6 +91,11 @@ class State:
     norm: float
     acting: Array | None = None
     edge: Array | None = None
+
+    @property
+    def unchanging(self) -> bool:
+        """Whether every flank touches all the time or never."""
+        return bool(np.all(self.touching == self.touching[0]))
 
 
 def unknowns(problem: Problem) -> tuple[int, int, int]:
@@ -141,6 +149,7 @@ def problem(
     return Problem(
         modal=ready.modal,
         flanks=made,
+        face=faces(ready.system.meshes),
         grid=net,
         omega=points @ tones,
         error=error,

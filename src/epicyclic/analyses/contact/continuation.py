@@ -15,8 +15,9 @@ import numpy as np
 
 from ...system.system import Array
 from ..harmonic.gmres import gmres
-from .balance import Problem, State, derivative, evaluate, slope
+from .balance import Problem, State, derivative, evaluate, linearised
 from .newton import TOLERANCE, dynamic_size
+from .precondition import nearly_inverse
 
 __all__ = ["Measure", "PathPoint", "Stepping", "corrected", "follow", "measure", "start_of_path", "step_from"]
 
@@ -183,18 +184,18 @@ def _bordered(
     target: float,
 ) -> tuple[Array, float, int]:
     """Solve [R_y R_s; along onward] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side."""
-    shape = at.y.shape
-    by_speed = (derivative(given, at) * (unit.speed / unit.motion)).ravel()
-    border = along.ravel()
+    shape, border = at.y.shape, along.ravel()
+    inverse, product = nearly_inverse(given, at), linearised(given, at)
+    by_speed = (inverse(derivative(given, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
         out = np.empty_like(x)
         step, ds = x[0, :-1], x[0, -1]
-        out[0, :-1] = slope(given, at, step.reshape(shape)).ravel() + ds * by_speed
+        out[0, :-1] = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
         out[0, -1] = border @ step + onward * ds
         return out
 
-    whole = np.append(right.ravel(), last)
+    whole = np.append(inverse(right).ravel(), last)
     wanted = max(_FORCING * float(np.linalg.norm(whole)), target)
     found, _, calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3)
     return found[0, :-1].reshape(shape), float(found[0, -1]), calls

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -24,11 +25,15 @@ _Key = tuple[tuple[int, ...], int, int, int]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Levels:
-    """Problems of one System with one or two mesh frequencies.  cross : order of their combinations kept."""
+    """Problems of one System with one or two mesh frequencies.  cross : order of their combinations kept.
+
+    judged : what has been said of states, by whoever judges them.
+    """
 
     ready: Response
     cross: int = 10
     made: dict[_Key, Problem] = field(default_factory=dict)
+    judged: dict[tuple[State, bool], Any] = field(default_factory=dict)
 
     def problem(self, harmonics: int, *, cycles: int = 1, samples: int = 0) -> Problem:
         """The balance with so many harmonics of each mesh frequency.

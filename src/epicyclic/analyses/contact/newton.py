@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...system.system import Array
-from ..harmonic.gmres import gmres
-from .balance import Problem, State, evaluate, slope, unknowns
+from .balance import Problem, State, evaluate, unknowns
+from .precondition import Step, preconditioned
 
-__all__ = ["TOLERANCE", "Found", "Step", "dynamic_size", "linear_start", "solve", "solve_step"]
+__all__ = ["TOLERANCE", "Found", "dynamic_size", "linear_start", "solve"]
 
 TOLERANCE = 1e-6
-Step = Callable[[Problem, State, Array, float], tuple[Array, int]]
-"""Solves the linearised balance for a right side to a target, and counts the products."""
-# Newton steps before a point counts as lost; halvings of one step; residual of its GMRES per residual now.
-_STEPS, _HALVINGS, _FORCING = 20, 6, 1e-3
+# Newton steps before a point counts as lost; halvings of one step.
+_STEPS, _HALVINGS = 20, 6
+# Residual of the GMRES of a step per residual now.
+_STEP = preconditioned(forcing=1e-3, restarts=3)
 # Products with the derivative before a point counts as lost: three times what the hardest that succeed take.
 _WORK = 300
 
@@ -45,7 +45,7 @@ def solve(
     steps: int = _STEPS,
     step: Step | None = None,
 ) -> Found:
-    """Newton's method from a motion (2, J, n) at relative speed s, with `solve_step` or another one."""
+    """Newton's method from a motion (2, J, n) at relative speed s."""
     state, calls = evaluate(given, start, speed), 0
     for count in range(steps + 1):
         if not np.isfinite(state.norm):
@@ -55,29 +55,13 @@ def solve(
             return Found(state=state, converged=True, steps=count, calls=calls)
         if count == steps or calls > _WORK:
             break
-        move, used = (step or _step)(given, state, state.residual, 0.1 * tolerance * size)
+        move, used = (step or _STEP)(given, state, state.residual, 0.1 * tolerance * size)
         calls += used
         lower = _lowered(given, state, move)
         if lower is None:
             break
         state = lower
     return Found(state=state, converged=False, steps=count, calls=calls)
-
-
-def _step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
-    return solve_step(given, at, right, target=target)
-
-
-def solve_step(given: Problem, at: State, right: Array, *, target: float = 0.0) -> tuple[Array, int]:
-    """Solve the linearised balance for a right side (2, J, n), to 1e-3 of it or the target."""
-    shape = unknowns(given)
-
-    def apply(x: Array) -> Array:
-        return slope(given, at, x.reshape(shape)).reshape(1, -1)
-
-    size = float(np.linalg.norm(right))
-    found, _, calls = gmres(apply, right.reshape(1, -1), target=np.array([max(_FORCING * size, target)]), restarts=3)
-    return found.reshape(shape), calls
 
 
 def _lowered(given: Problem, state: State, move: Array) -> State | None:
@@ -97,8 +81,11 @@ def dynamic_size(y: Array) -> float:
     return max(varying, 1e-6 * float(np.linalg.norm(y)), np.finfo(float).tiny)
 
 
-def linear_start(given: Problem, speed: float) -> Array:
-    """The motion (2, J, n) with every loaded flank closed and no far flank, to 1e-3: where to begin."""
-    zero, closed = np.zeros(unknowns(given)), np.broadcast_to(given.flanks.sense > 0, given.stiffness.shape)
-    state = evaluate(given, zero, speed, touching=closed)
-    return zero - solve_step(given, state, state.residual)[0]
+def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | None = None) -> Array:
+    """The motion (2, J, n) in which flanks (R,) touch all the time or never, to 1e-3: where to begin.
+
+    touching : None: every loaded flank and no far flank.
+    """
+    pattern = given.flanks.sense > 0 if touching is None else touching
+    state = evaluate(given, np.zeros(unknowns(given)), speed, touching=np.broadcast_to(pattern, given.stiffness.shape))
+    return -_STEP(given, state, state.residual, 0.0)[0]

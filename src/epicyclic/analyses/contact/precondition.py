@@ -12,13 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...system.faces import Faces
 from ...system.system import Array, ComplexArray
 from ..harmonic.gmres import gmres
 from .balance import Problem, State, linearised
-from .newton import Step
 
-__all__ = ["preconditioned"]
+__all__ = ["Step", "nearly_inverse", "preconditioned"]
+
+Step = Callable[[Problem, State, Array, float], tuple[Array, int]]
+"""Solves the linearised balance for a right side to a target, and counts the products."""
 
 # Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
 _FORCING = 1e-2
@@ -38,29 +39,26 @@ class _Meshes:
     receptance: ComplexArray
 
 
-def preconditioned(face: Faces, *, forcing: float = _FORCING) -> Step:
-    """A Newton step for the problems of a System with these meshes, at one speed, to `forcing` of its right side."""
-    kept: list[tuple[Problem, _Meshes]] = []
+def preconditioned(*, forcing: float = _FORCING, restarts: int = 2) -> Step:
+    """A Newton step to `forcing` of its right side."""
 
     def step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
-        if not kept or kept[0][0] is not given:
-            kept[:] = [(given, _meshes(given, at, face))]
-        inverse, product, shape = _inverse(given, at, face, kept[0][1]), linearised(given, at), right.shape
+        inverse, product, shape = nearly_inverse(given, at), linearised(given, at), right.shape
         start = inverse(right)
         size = float(np.linalg.norm(start))
         found, _, calls = gmres(
             lambda x: inverse(product(x.reshape(shape))).reshape(1, -1),
             start.reshape(1, -1),
             target=np.array([max(forcing * size, target)]),
-            restarts=2,
+            restarts=restarts,
         )
         return found.reshape(shape), calls
 
     return step
 
 
-def _meshes(given: Problem, at: State, face: Faces) -> _Meshes:
-    made, m = given.flanks, len(face.row)
+def _meshes(given: Problem, at: State) -> _Meshes:
+    made, face, m = given.flanks, given.face, len(given.face.row)
     share = (made.linear[:m] / face.total(made.linear[:m])[face.row])[:, None]
     gaps, pulls = face.total(share * made.gaps[:m]), face.total(share * made.pulls[:m])
     inverse = at.inverse[0] - 1j * at.inverse[1][0]
@@ -68,13 +66,14 @@ def _meshes(given: Problem, at: State, face: Faces) -> _Meshes:
     return _Meshes(gaps=gaps, pulls=pulls, receptance=(scaled @ pulls.T).reshape(len(inverse), len(gaps), -1))
 
 
-def _inverse(given: Problem, at: State, face: Faces, meshes: _Meshes) -> Callable[[Array], Array]:
+def nearly_inverse(given: Problem, at: State) -> Callable[[Array], Array]:
     """The approximate inverse of the derivative at a state, for steps (2, J, n)."""
-    made, m = given.flanks, len(face.row)
+    made, face, m = given.flanks, given.face, len(given.face.row)
     touching, held = at.touching[:, :m], made.linear[:m]
     tangent = face.total(np.einsum("nr,nr->r", touching, given.stiffness[:, :m]) / len(touching) - held)
     if np.all(np.abs(tangent) <= _SAME * face.total(held)):
         return lambda right: right
+    meshes = _meshes(given, at)
     drag = face.total((touching.mean(axis=0) - 1.0) * made.drag[:m])
     T = tangent + 1j * np.multiply.outer(at.speed * given.omega, drag)
     loop = meshes.receptance * T[:, None, :]

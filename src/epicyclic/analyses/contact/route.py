@@ -18,7 +18,7 @@ from .continuation import Measure, PathPoint, Stepping, measure, step_from
 from .levels import Levels, carried, fitting
 from .measures import force_level
 from .newton import dynamic_size, solve
-from .scan import Scan, closed, scanned
+from .scan import Scan, scanned
 from .solution import Solution, apart, rescued, solution
 
 __all__ = ["Crossing", "Route", "Stretch", "route"]
@@ -140,14 +140,15 @@ def _open_leg(way: _Way, place: int) -> int:
 
 
 def _followed(way: _Way, given: Problem, harmonics: int, start: State) -> list[PathPoint]:
-    scan, sense = way.scan, given.flanks.sense
+    scan = way.scan
 
     def back(point: PathPoint) -> bool:
-        """Closed, going up, and the linear solution holds at the next scanned speed."""
+        """Going up with flanks that touch always or never, as in the linear solution at the next scanned speed."""
         ahead = int(np.searchsorted(scan.speeds, point.state.speed))
-        if point.onward <= 0 or ahead >= scan.speeds.size or scan.solutions[ahead] is None:
+        linear = scan.solutions[ahead] if ahead < scan.speeds.size else None
+        if linear is None or point.onward <= 0 or point.length <= 0 or point.state.speed <= start.speed * (1 + 1e-9):
             return False
-        return point.length > 0 and point.state.speed > start.speed * (1 + 1e-9) and closed(sense, point.state)
+        return bool(np.all(point.state.touching == linear.state.touching[0]))
 
     system = way.levels.ready.system
     return branch(
@@ -177,18 +178,25 @@ def _recorded(way: _Way, points: list[PathPoint], harmonics: int) -> int:
         runs.append(way.run)
         _crossed(way, before, after, runs[-2] if abs(before.onward) > abs(after.onward) else runs[-1], harmonics)
     found = [_as_solution(way.levels, point, harmonics) for point in points]
+    _begun(way, found[0], runs[0])
     way.stretches.append(Stretch(solutions=found, runs=runs, branch=True))
     last = points[-1].state.speed
     behind = int(np.searchsorted(scan.speeds, last, side="right"))
-    through = points[-1].onward > 0 and (
-        last > scan.speeds[-1] or closed(points[-1].given.flanks.sense, points[-1].state)
-    )
+    through = points[-1].onward > 0 and (last > scan.speeds[-1] or points[-1].state.unchanging)
     if not through:
         way.broken.append(last)
         way.run += 1
         behind = int(np.searchsorted(scan.speeds, max(point.state.speed for point in points), side="right"))
     _other_linear(way, behind)
     return behind
+
+
+def _begun(way: _Way, first: Solution, run: int) -> None:
+    """The start of a branch that no closed stretch leads to, where it lies at a speed asked for."""
+    place = int(np.searchsorted(way.scan.speeds, first.state.speed))
+    asked = int(way.scan.asked[place]) if place < way.scan.speeds.size else -1
+    if asked >= 0 and way.scan.speeds[place] == first.state.speed and not way.crossings[asked]:
+        way.crossings[asked].append(Crossing(solution=first, run=run))
 
 
 def _crossed(way: _Way, before: PathPoint, after: PathPoint, run: int, harmonics: int) -> None:

@@ -1,4 +1,8 @@
-"""Where the linear response is the solution: every loaded flank pressed all the time, no far one."""
+"""Where a linear response is the solution: every flank pressed all the time, or never.
+
+Mostly all loaded flanks are and no far one.  Where the mean load leaves some open for good, as a slide of a herringbone
+sun does, the motion is linear without these.
+"""
 
 from __future__ import annotations
 
@@ -9,24 +13,27 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 from ..harmonic.response import Kept, Response, respond
-from .balance import State, evaluate
-from .levels import Levels
-from .newton import dynamic_size
-from .solution import Solution
+from .balance import evaluate
+from .levels import Levels, fitting
+from .newton import dynamic_size, linear_start
+from .solution import Solution, solution
 
-__all__ = ["Scan", "closed", "scanned"]
+__all__ = ["Scan", "scanned"]
 
 # Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
 _LINEAR, _ACCEPTED = 1e-6, 1e-4
 # Speeds looked at besides those asked for, at most.
 _MOST = 600
+# Times flanks are opened and closed until those that touch in the mean are those that press; least harmonics then.
+_ROUNDS, _LEAST = 8, 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scan:
     """speeds : (Q,) rising.  asked : (Q,) place among the speeds asked for, -1 of one between.
 
-    solutions : with all teeth closed, None where they part.  harmonics : (Q,) that the linear response needs.
+    solutions : in which no flank changes its contact, None where one does.
+    harmonics : (Q,) that the linear response needs.
     """
 
     speeds: Array
@@ -50,6 +57,8 @@ def scanned(levels: Levels, speeds: Array) -> Scan:
             if block.residual[at] <= _ACCEPTED:
                 speed, residual = float(block.speed[at]), float(block.residual[at])
                 found[place] = _closed(levels, block.mesh.y[at], speed, block.kept, residual)
+    if len(levels.ready.lines.tones) == 1:
+        _without_open_flanks(levels, every[order], found, harmonics)
     return Scan(speeds=every[order], asked=asked, solutions=found, harmonics=harmonics)
 
 
@@ -67,12 +76,38 @@ def _closed(levels: Levels, y: Array, speed: float, kept: Kept, residual: float)
     harmonics = max(kept[:-1])
     given = levels.lattice(kept[:-1], kept[-1], 1, levels.samples(harmonics))
     state = evaluate(given, y, speed)
-    if not closed(given.flanks.sense, state):
+    if not np.all(state.touching == (given.flanks.sense > 0)):
         return None
     residual = max(residual, state.norm / dynamic_size(y))
     return Solution(given=given, harmonics=harmonics, state=state, residual=residual)
 
 
-def closed(sense: Array, state: State) -> bool:
-    """Whether every loaded flank touches all the time and no far one ever; sense : (R,) as of `Flanks`."""
-    return bool(np.all(state.touching == (sense > 0)))
+def _without_open_flanks(
+    levels: Levels, speeds: Array, found: list[Solution | None], harmonics: NDArray[np.int64]
+) -> None:
+    """Enter the linear solutions in which the flanks that the mean load leaves open never touch."""
+    missing = [place for place, at in enumerate(found) if at is None]
+    if not missing:
+        return
+    pressed = _pressed(levels, float(speeds[missing[0]]), int(harmonics[missing[0]]))
+    if pressed is None:
+        return
+    for place in missing:
+        H = fitting(max(_LEAST, int(harmonics[place])))
+        given, speed = levels.problem(H), float(speeds[place])
+        start = linear_start(given, speed, pressed)
+        if np.all(evaluate(given, start, speed).touching == pressed):
+            at = solution(levels, start, speed, given=given, harmonics=H)
+            found[place] = at if at is not None and np.all(at.state.touching == pressed) else None
+
+
+def _pressed(levels: Levels, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
+    """Flanks (R,) that press in the mean of a linear motion with these alone, None where they are those loaded."""
+    given = levels.problem(fitting(max(_LEAST, harmonics)))
+    loaded = pressed = given.flanks.sense > 0
+    for _ in range(_ROUNDS):
+        mean = given.flanks.gaps @ linear_start(given, speed, pressed)[0, 0] - given.error[0]
+        if np.array_equal(mean > 0, pressed):
+            return None if np.array_equal(pressed, loaded) else pressed
+        pressed = mean > 0
+    return None

@@ -95,10 +95,13 @@ def _raised(levels: Levels, at: Solution, harmonics: int) -> Solution | None:
 
 
 def judged(levels: Levels, at: Solution) -> Solution:
-    """The same with its stability; unchanged where it cannot be said (several mesh frequencies)."""
+    """The same with its stability, worked out once; unchanged where it cannot be said (several mesh frequencies)."""
     if at.verdict is not None or len(levels.ready.lines.tones) > 1:
         return at
-    return replace(at, verdict=verdict(levels, at.given, at.harmonics, at.state, backward=at.backward))
+    key = at.state, at.backward
+    if key not in levels.judged:
+        levels.judged[key] = verdict(levels, at.given, at.harmonics, at.state, backward=at.backward)
+    return replace(at, verdict=levels.judged[key])
 
 
 def apart(one: Solution, other: Solution) -> bool:

@@ -67,7 +67,7 @@ def _one(given: Torus, point: TorusPoint, shaft: Shaft) -> Superposed:
     made, speed = _problem(given, point, shaft), point.state.speed
     closed = np.broadcast_to(made.stiffness > 0, made.stiffness.shape)
     state = evaluate(made, np.zeros_like(made.force[0]), speed, touching=closed)
-    move, _ = preconditioned(given.face, forcing=_TOLERANCE)(made, state, state.residual, 0.0)
+    move, _ = preconditioned(forcing=_TOLERANCE)(made, state, state.residual, 0.0)
     y = -move
     opened = y.reshape(-1, y.shape[2]) @ made.flanks.gaps.T - made.error
     stretch = _amplitude(made, opened)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,10 +15,10 @@ from ..harmonic.response import FrameSpeed, Response, response
 from .branch import folds_of_speed
 from .levels import LEVELS, Levels
 from .measures import force_level, measured
-from .route import Crossing, Route, Stretch, route
+from .route import Route, Stretch, route
 from .settling import Record
 from .solution import judged
-from .walk import Met, walk
+from .walk import Met, Unstable, walk
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +27,7 @@ __all__ = ["contact_sweep"]
 
 _POINTS = 200
 _DIRECTIONS = ("up", "down")
+_UNSTABLE = get_args(Unstable)
 
 
 def contact_sweep(
@@ -37,7 +37,7 @@ def contact_sweep(
     relative_speed: ArrayLike | None = None,
     frame_speed: FrameSpeed = "kinematic",
     harmonics: int | None = None,
-    stability: bool = True,
+    unstable: Unstable = "replace",
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down meet them, and all branches.
@@ -49,8 +49,9 @@ def contact_sweep(
     mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed; neither: 200 mesh
         frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
     frame_speed : as of `sweep`.  harmonics : of every point where teeth part; None: 16 to 48, as each needs.
-    stability : whether each point is judged, and unstable ones replaced by what takes their place; without, a run
-        goes on along its branch and from the end of one to what is nearest.
+    unstable : what becomes of motions that are not stable.  ``replace``: what takes their place is looked for, at last
+        by integration in time.  ``tell``: each point is judged and stays; a run goes on along its branch, and from the
+        end of one to the nearest motion, of stable ones if there are.  ``ignore``: as that, and none is judged.
     progress : called with (points done, points); an exception in it ends the sweep.
 
     Raises
@@ -60,6 +61,8 @@ def contact_sweep(
     """
     if harmonics is not None and not 1 <= harmonics <= 4 * LEVELS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * LEVELS[-1]}")
+    if unstable not in _UNSTABLE:
+        raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
     ready = response(system, frame_speed=frame_speed)
     if len(ready.lines.tones) > 2:
         raise ModelError(
@@ -74,10 +77,11 @@ def contact_sweep(
     curves = [_blank(ready.system, rising.size) for _ in _DIRECTIONS]
     way = Route(speeds=rising, stretches=[], crossings=[], broken=[])
     if rising.size:
-        way = _walked(levels, route(levels, rising, harmonics=harmonics), curves, stability, progress)
+        way = route(levels, rising, harmonics=harmonics)
+        _walked(levels, way, curves, unstable, progress)
     spread = [_spread(values, usable, place) for values in curves]
-    options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "stability": stability}
-    return _labelled(ready, speed, spread, _path(levels, way, stability), options, way)
+    options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
+    return _labelled(ready, speed, spread, _path(levels, way, unstable != "ignore"), options, way)
 
 
 def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
@@ -102,25 +106,17 @@ def _walked(
     levels: Levels,
     way: Route,
     curves: list[dict[str, NDArray[Any]]],
-    stability: bool,
+    unstable: Unstable,
     progress: Callable[[int, int], None] | None,
-) -> Route:
-    """Fill the curves of both directions; returns the way with its crossings judged."""
-    if stability:
-        crossings = [[_judged(levels, each) for each in choices] for choices in way.crossings]
-        way = replace(way, crossings=crossings)
+) -> None:
+    """Fill the curves of both directions."""
     total, done = 2 * len(way.crossings), 0
     for values, upward in zip(curves, (True, False), strict=True):
-        for place, met in walk(levels, way, upward=upward, remedies=stability):
+        for place, met in walk(levels, way, upward=upward, unstable=unstable):
             _fill(levels.ready.system, values, place, met)
             done += 1
             if progress is not None:
                 progress(done, total)
-    return way
-
-
-def _judged(levels: Levels, at: Crossing) -> Crossing:
-    return replace(at, solution=judged(levels, at.solution))
 
 
 def _blank(system: System, count: int) -> dict[str, NDArray[Any]]:
@@ -184,11 +180,11 @@ def _spread(
     return result
 
 
-def _path(levels: Levels, way: Route, stability: bool) -> dict[str, NDArray[Any]]:
+def _path(levels: Levels, way: Route, judge: bool) -> dict[str, NDArray[Any]]:
     """The whole way as curves over its solutions."""
     system, m = levels.ready.system, len(faces(levels.ready.system.meshes).name)
     every = [(at, run) for part in way.stretches for at, run in zip(part.solutions, part.runs, strict=True)]
-    found = [judged(levels, at) if stability else at for at, _ in every]
+    found = [judged(levels, at) if judge else at for at, _ in every]
     tone = float(levels.ready.lines.tone)
     rms = [force_level(system, at.given, at.state) for at in found]
     kinds = ["" if at.verdict is None else at.verdict.kind or "stable" for at in found]

@@ -204,13 +204,13 @@ def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) 
 def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
     """The motion of the mesh orders alone, as far as Newton's method came: from the linear one, or from near speeds."""
     mesh = given.prepared(size._replace(orders=())).fine
-    first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned(given.face))
+    first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned())
     for side in (1.0, -1.0):
         if found.converged:
             break
         y = linear_start(mesh, speed * (1 + side * _FAR[0]))
         for part in _FAR:
-            step = preconditioned(given.face)
+            step = preconditioned()
             found = solve(mesh, y, speed * (1 + side * part), tolerance=tolerance, steps=_STEPS, step=step)
             if not found.converged:
                 break
@@ -226,7 +226,7 @@ def _solved(
     start = embedded(made.coarse, points, y)
     if points.shape[1] == given.mesh_tones and size.orders:
         start = _with_lines(given, made.coarse, start, speed)
-    found = solve(made.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=preconditioned(given.face))
+    found = solve(made.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=preconditioned())
     calls = found.calls
     if not found.converged and size.orders and rescue:
         found = _risen(given, made.coarse, start, speed, tolerance)
@@ -250,7 +250,7 @@ def _enough(given: Torus, found: Found) -> bool:
 def _corrected(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
     """The residual of many samples brought down with the derivative of few, or where that fails with its own."""
     made, y, speed = given.prepared(point.size), point.state.y, point.state.speed
-    own, calls = preconditioned(given.face), point.calls
+    own, calls = preconditioned(), point.calls
 
     def step(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
         return own(made.coarse, evaluate(made.coarse, at.y, speed), right, target)
@@ -277,7 +277,7 @@ def _with_lines(given: Torus, made: Problem, y: Array, speed: float) -> Array:
     """
     touching = evaluate(_dimmed(given, made, 0.0), y, speed).touching
     state = evaluate(made, y, speed, touching=touching)
-    move, _ = preconditioned(given.face)(made, state, state.residual, 0.0)
+    move, _ = preconditioned()(made, state, state.residual, 0.0)
     return y - move
 
 
@@ -295,7 +295,7 @@ def _risen(given: Torus, made: Problem, start: Array, speed: float, tolerance: f
     for factor in _RISING:
         final = factor == _RISING[-1]
         dimmed, wanted = (made, tolerance) if final else (_dimmed(given, made, factor), _ON_THE_WAY)
-        found = solve(dimmed, y, speed, tolerance=wanted, steps=_STEPS, step=preconditioned(given.face))
+        found = solve(dimmed, y, speed, tolerance=wanted, steps=_STEPS, step=preconditioned())
         y, calls = found.state.y, calls + found.calls
         if not found.converged:
             break

@@ -8,13 +8,16 @@ import numpy as np
 
 from ...system.system import Array
 from ..stability.floquet import Floquet, floquet, steps_needed
+from ..stability.kinds import BREAKING, DIVERGENCE, FOLD, STABLE, outside
 from .balance import Problem, State, evaluate
 from .levels import Levels, carried
 
 __all__ = ["Verdict", "disturbance", "tangents", "verdict"]
 
-# Steps of a mesh cycle; twice as many where a multiplier is nearer to the circle than this.
+# Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
 _STEPS, _NEAR = 48, 0.03
+# Steps come in multiples of this, so that the grids of their samples are few.
+_STEP = 24
 # Samples of the contact in each step.
 _SAMPLES = 8
 # A multiplier this much above 1 is growth: 96 steps of a cycle with contact loss have it right to 2e-3.
@@ -27,8 +30,8 @@ _REAL = 1e-2
 class Verdict:
     """How a small disturbance of a motion goes on.
 
-    multiplier : the largest of the period, free motions apart.  kind : empty where stable, or how the motion is left:
-    ``fold``, ``symmetry breaking``, ``period doubling``, ``quasi-periodic``.  steps : of a period.
+    multiplier : the largest of the period, free motions apart.  steps : of a period.
+    kind : empty where stable, or how the motion is left, as of `stability.kinds`, a divergence as one of its two forms.
     """
 
     multiplier: complex
@@ -78,6 +81,8 @@ def tangents(
     Each is the mean of its step; flanks that never change their contact or stiffness are left out, and the damping
     altogether where it stays.
     """
+    if state.unchanging:
+        return _unchanged(given, state, steps)
     fine = levels.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
     seen = evaluate(fine, carried(given, fine, state.y), state.speed)
     touching, made = seen.touching, fine.flanks
@@ -95,6 +100,18 @@ def tangents(
     damping = made.damping * seen.acting - made.drag
     used = np.any((stiffness != 0) | (damping != 0), axis=0)
     return mean(stiffness)[used], mean(damping)[used], made.gaps[used]
+
+
+def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
+    """As `tangents`, where contact does not change: a linear system, whose stiffness has no corners."""
+    made, orders = given.flanks, np.arange(1, given.flanks.variation.shape[1] + 1)
+    wave = np.exp(2j * np.pi * given.cycles * np.outer(orders, np.arange(steps) / steps))
+    touching = state.touching[0][:, None]
+    stiffness = np.where(touching, made.stiffness[:, None] * (1 + (made.variation @ wave).real), 0.0)
+    stiffness -= made.linear[:, None]
+    damping = np.where(touching, made.damping[:, None], 0.0) - made.drag[:, None]
+    used = np.any((stiffness != 0) | (damping != 0), axis=1)
+    return stiffness[used], np.repeat(damping[used], steps, axis=1), made.gaps[used]
 
 
 def _floquet(
@@ -120,11 +137,13 @@ def _period(given: Problem, state: State) -> float:
 
 
 def _steps(levels: Levels, given: Problem, state: State) -> int:
-    """Steps of a period, a whole number a mesh cycle."""
-    period = _period(given, state)
-    cycle = period / given.cycles
-    least = steps_needed(given.modal, period=cycle, cycle=cycle)
-    return given.cycles * max(_STEPS, least)
+    """Steps of a period, a whole number a mesh cycle; as of the linear system where contact does not change."""
+    cycle = _period(given, state) / given.cycles
+    top = given.flanks.variation.shape[1]
+    least = steps_needed(given.modal, period=cycle, cycle=cycle, harmonics=top)
+    if not state.unchanging:
+        least = max(_STEPS, least)
+    return given.cycles * _STEP * -(-least // _STEP)
 
 
 def _largest(found: Floquet) -> complex:
@@ -133,10 +152,7 @@ def _largest(found: Floquet) -> complex:
 
 
 def _kind(largest: complex, backward: bool) -> str:
-    if abs(largest) <= 1 + _GROWTH:
-        return ""
-    if abs(largest.imag) > _REAL * abs(largest):
-        return "quasi-periodic"
-    if largest.real < 0:
-        return "period doubling"
-    return "fold" if backward else "symmetry breaking"
+    kind = outside(largest, circle=_GROWTH, real=_REAL)
+    if kind == DIVERGENCE:
+        return FOLD if backward else BREAKING
+    return "" if kind == STABLE else kind

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -19,7 +20,10 @@ from .route import Crossing, Route
 from .settling import Record, instant, settled
 from .solution import Solution, apart, distance, judged, solution
 
-__all__ = ["Met", "walk"]
+__all__ = ["Met", "Unstable", "walk"]
+
+Unstable = Literal["replace", "tell", "ignore"]
+"""What becomes of a motion that is not stable: another takes its place, it is said, or stability is not asked for."""
 
 # A push along every coordinate, per its own size, that lets an unstable motion go: one that grows 1 % a cycle has
 # done so within the cycles run.
@@ -43,42 +47,39 @@ class Met:
     jumped: bool = False
 
 
-def walk(levels: Levels, way: Route, *, upward: bool, remedies: bool = True) -> Iterator[tuple[int, Met]]:
-    """The speeds asked for in turn, rising or falling, and what is met at each.
-
-    Parameters
-    ----------
-    way : its speeds rise.  remedies : whether unstable motions are replaced by what takes their place.
-    """
+def walk(levels: Levels, way: Route, *, upward: bool, unstable: Unstable = "replace") -> Iterator[tuple[int, Met]]:
+    """The speeds asked for in turn, rising or falling, and what is met at each; `way` : its speeds rise."""
     rising = range(len(way.crossings))
     met = Met(motion=None, run=None)
     for place in rising if upward else reversed(rising):
         speed, choices = float(way.speeds[place]), way.crossings[place]
-        met = _next(levels, speed, met, choices if upward else choices[::-1], remedies)
+        met = _next(levels, speed, met, choices if upward else choices[::-1], unstable)
         yield place, met
 
 
-def _next(levels: Levels, speed: float, before: Met, choices: list[Crossing], remedies: bool) -> Met:
+def _next(levels: Levels, speed: float, before: Met, choices: list[Crossing], unstable: Unstable) -> Met:
     """What follows at a speed after what was met before."""
     last = before.motion
     if last is None:
-        return _along(levels, speed, None, choices[0], remedies) if choices else Met(motion=None, run=None)
+        return _along(levels, speed, None, choices[0], unstable) if choices else Met(motion=None, run=None)
     mine = [each for each in choices if each.run == before.run]
     if mine:
-        return _along(levels, speed, last, mine[0], remedies)
-    if not remedies or len(levels.ready.lines.tones) > 1:
-        return _nearest(last, choices)
+        return _along(levels, speed, last, mine[0], unstable)
+    if unstable != "replace" or len(levels.ready.lines.tones) > 1:
+        return _nearest(levels, last, choices, unstable)
     return _apart_from_way(levels, speed, before, last, choices)
 
 
-def _along(levels: Levels, speed: float, last: Solution | Record | None, at: Crossing, remedies: bool) -> Met:
+def _along(levels: Levels, speed: float, last: Solution | Record | None, at: Crossing, unstable: Unstable) -> Met:
     """The branch goes on: its motion where it is stable, else what takes its place."""
-    here = judged(levels, at.solution) if remedies else at.solution
+    here = _said(levels, at.solution, unstable)
     left = here.verdict.kind if here.verdict else ""
-    kept = _kept(levels, speed, last, here) if remedies else None
+    if unstable != "replace":
+        return Met(motion=here, run=at.run, left=left)
+    kept = _kept(levels, speed, last, here)
     if kept is not None:
         return Met(motion=kept, run=at.run, left=left)
-    if not remedies or here.verdict is None or here.stable:
+    if here.verdict is None or here.stable:
         return Met(motion=here, run=at.run, left=left)
     other: Solution | Record | None = next(_instead(levels, here), None)
     if other is None:
@@ -137,12 +138,22 @@ def _on_way(levels: Levels, found: Solution | Record, choices: list[Crossing], *
     return Met(motion=found, run=None, jumped=jumped)
 
 
-def _nearest(last: Solution | Record, choices: list[Crossing]) -> Met:
-    """The solution of the way most like the last one: all that can be said without stability."""
-    if not choices or isinstance(last, Record):
-        return Met(motion=choices[0].solution if choices else None, run=choices[0].run if choices else None)
-    best = min(choices, key=lambda each: distance(each.solution, last))
-    return Met(motion=best.solution, run=best.run, jumped=True)
+def _nearest(levels: Levels, last: Solution | Record, choices: list[Crossing], unstable: Unstable) -> Met:
+    """The solution of the way most like the last one, of stable ones if there are: all that nothing is run for."""
+    if not choices:
+        return Met(motion=None, run=None)
+    said = [replace(each, solution=_said(levels, each.solution, unstable)) for each in choices]
+    best = next((each for each in said if each.solution.stable), said[0])
+    if isinstance(last, Solution):
+        best = min(
+            said, key=lambda each: (best.solution.stable and not each.solution.stable, distance(each.solution, last))
+        )
+    found = best.solution
+    return Met(motion=found, run=best.run, left=found.verdict.kind if found.verdict else "", jumped=True)
+
+
+def _said(levels: Levels, at: Solution, unstable: Unstable) -> Solution:
+    return at if unstable == "ignore" else judged(levels, at)
 
 
 def _pushed(start: Array) -> Array:

@@ -18,12 +18,11 @@ from ..modes.basis import Modal, modal_form
 from ..statics.linear import linearised
 from .combinations import Combination, combinations
 from .floquet import Floquet, floquet, steps_needed
+from .kinds import STABLE, outside
 
-__all__ = ["KINDS", "Progress", "Speeds", "Stability", "kind_of", "predicted", "prepared", "scan"]
+__all__ = ["Progress", "Speeds", "Stability", "kind_of", "predicted", "prepared", "scan"]
 
 Progress = Callable[[int, int], None] | None
-KINDS = ("stable", "fold", "flip", "pair")
-"""Kinds of stability: of the largest multiplier outside the unit circle, near +1, near -1, or one of a complex pair."""
 
 # Without damping multipliers lie on the circle; two that met part by the root of the rounding.
 _CIRCLE = 1e-7
@@ -177,17 +176,10 @@ def _largest(one: Floquet) -> float:
 
 
 def kind_of(multipliers: ComplexArray) -> str:
-    """One of `KINDS`, of multipliers without those of free motions.
-
-    ``fold`` : largest near +1, ``flip`` : near -1 (period doubling, half mesh orders), ``pair`` : complex, two modes
-    whose frequencies add up to a multiple of the mesh frequency.
-    """
-    if not multipliers.size or np.abs(multipliers).max() <= 1 + _CIRCLE:
-        return "stable"
-    worst = multipliers[np.argmax(np.abs(multipliers))]
-    if abs(worst.imag) > _REAL * abs(worst):
-        return "pair"
-    return "fold" if worst.real > 0 else "flip"
+    """One of `kinds.KINDS`, of multipliers without those of free motions."""
+    if not multipliers.size:
+        return STABLE
+    return outside(complex(multipliers[np.argmax(np.abs(multipliers))]), circle=_CIRCLE, real=_REAL)
 
 
 def predicted(ready: Stability, mesh_frequency: Array) -> list[Combination]:

@@ -10,12 +10,16 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
+import epicyclic
+from epicyclic.analyses.contact import solution as solution_module
+from epicyclic.analyses.contact.balance import State
 from epicyclic.analyses.contact.levels import Levels
 from epicyclic.analyses.contact.measures import measured
 from epicyclic.analyses.contact.newton import linear_start
 from epicyclic.analyses.contact.settling import instant
 from epicyclic.analyses.contact.solution import judged, solution
 from epicyclic.analyses.contact.sweep import contact_sweep
+from epicyclic.analyses.contact.verdict import Verdict, verdict
 from epicyclic.analyses.harmonic.response import response
 from epicyclic.analyses.harmonic.sweep import sweep as linear_sweep
 from epicyclic.assemble import assemble
@@ -110,10 +114,59 @@ def test_speeds_in_any_order_and_wrong_ones_do_not_poison(made: Any, swept: xr.D
 
 
 def test_without_stability_a_run_follows_its_branch(made: Any) -> None:
-    quick = contact_sweep(spur_like(made), relative_speed=SPEEDS, stability=False)
+    quick = contact_sweep(spur_like(made), relative_speed=SPEEDS, unstable="ignore")
     assert np.isnan(quick.largest_multiplier).all()
     assert (quick.motion == "periodic").all()
     assert np.isfinite(quick.mesh_force_rms).all()
+
+
+SLID = {"stages.main.sun.support.z": "inf", "stages.main.planet.bearing.z": "inf", "deviations.sun.position.z": "1 mm"}
+
+
+def test_unstable_motions_are_told() -> None:
+    told = epicyclic.sweep("xu2020", mesh_frequency=[1500.0, 3000.0, 3600.0], contact_loss=True, unstable="tell")
+    linear = epicyclic.stability("xu2020", mesh_frequency=[1500.0, 3000.0, 3600.0])
+    assert list(told.motion.values.ravel()) == ["periodic"] * 6
+    at = told.sel(direction="up")
+    assert not at.contact_open.values[:, 2].any()
+    assert at.stable.values[2] == linear.stable.values[2] == np.False_
+    assert at.branch_instability.values[2] == linear.instability.values[2] == "quasi-periodic"
+    # closed teeth are the linear system: the same 24 steps, summed in another order
+    assert at.largest_multiplier.values[2] == pytest.approx(linear.largest_multiplier.values[2], rel=1e-9)
+    assert at.branch_instability.values[1] == ""
+
+
+def test_points_are_judged_once(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def counted(levels: Levels, given: Any, harmonics: int, state: State, *, backward: bool) -> Verdict:
+        asked.append(state)
+        return verdict(levels, given, harmonics, state, backward=backward)
+
+    monkeypatch.setattr(solution_module, "verdict", counted)
+    contact_sweep(spur_like(made), relative_speed=SPEEDS, unstable="tell")
+    assert len(set(asked)) == len(asked) > len(SPEEDS)
+
+
+def test_a_side_that_stays_open_needs_no_branch() -> None:
+    """A slide of 1 mm opens the left teeth of the sun: a linear motion of all others, which the torus solver finds."""
+    slid = epicyclic.sweep("xu2020", overrides=SLID, mesh_frequency=[300.0, 500.0], contact_loss=True, unstable="tell")
+    left = np.array(["sun" in str(name) and str(name).endswith("left") for name in slid.mesh.values])
+    assert (slid.contact_open.values[:, left] == 1).all()
+    assert (slid.contact_open.values[:, ~left] == 0).all()
+    assert slid.sizes["fold"] == 0
+    other = epicyclic.steady("xu2020", overrides=SLID, contact_loss=True, relative_speed=500 / (95 * 17.3 / 60))
+    # both are right to 1e-6 of the dynamic part, and 3e-4 of it with the harmonics each keeps
+    np.testing.assert_allclose(
+        slid.mesh_force_rms.values[0, :, 1], other.mesh_force_rms, atol=3e-4 * float(other.mesh_force_rms.max())
+    )
+
+
+def test_a_branch_that_begins_at_a_speed_asked_for(made: Any) -> None:
+    system = made.single(variation=(0.2,), zeta=0.05, load=2000.0)
+    one = contact_sweep(system, relative_speed=[1.0], unstable="ignore")
+    assert one.status.values.tolist() == [["ok"], ["ok"]]
+    assert one.contact_open.max() > 0.05
 
 
 def test_it_is_saved_and_loaded(swept: xr.Dataset, tmp_path: Any) -> None:
@@ -159,6 +212,7 @@ def test_no_backlash_on_the_far_side_is_fine(made: Any) -> None:
         ({}, {"relative_speed": [1.0], "mesh_frequency": [1000.0]}, ""),
         ({}, {"relative_speed": [1.0], "harmonics": 0}, "harmonics"),
         ({}, {"relative_speed": [1.0], "frame_speed": "fast"}, "frame_speed"),
+        ({}, {"relative_speed": [1.0], "unstable": "hide"}, "unstable"),
     ],
 )
 def test_wrong_input_is_refused(made: Any, system: dict[str, Any], options: dict[str, Any], path: str) -> None:
