@@ -30,6 +30,9 @@ PARTS = (
     "transient",
     "measures",
     "modulation",
+    "tooth_stiffness",
+    "tooth_contact",
+    "teeth_system",
     "peers",
 )
 

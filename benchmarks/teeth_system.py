@@ -13,11 +13,11 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
 import statistics
-import sys
 import time
 from collections.abc import Callable
 
 import numpy as np
+import table
 
 from epicyclic.analyses.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.statics.record import excitation
@@ -28,17 +28,16 @@ from epicyclic.assemble.contacts import contacts_of, three_rows
 from epicyclic.files import load
 from epicyclic.gears.contact.table import contact_table
 
-Row = tuple[str, str, str, str]
 _INSTANTS, _TABLE = 32, 0.5
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """Rows of the benchmark's table: what, here, target, whether it is met."""
     repeats = 1 if quick else 5
     return [row for name in ("ren2021", "xu2020") for row in (*_train(name, repeats), _table(name, repeats))]
 
 
-def _train(name: str, repeats: int) -> list[Row]:
+def _train(name: str, repeats: int) -> list[table.Row]:
     train = load(name)
     system = assemble(three_rows(train))
     flexible, index = compliance_of(system), np.arange(_INSTANTS)
@@ -69,7 +68,7 @@ def _train(name: str, repeats: int) -> list[Row]:
     ]
 
 
-def _table(name: str, repeats: int) -> Row:
+def _table(name: str, repeats: int) -> table.Row:
     train = load(name)
     mesh = train.meshes[0]
     pair, force = pair_of(train, mesh), mean_force(train, mesh)
@@ -88,14 +87,5 @@ def _median(run: Callable[[], object], repeats: int) -> float:
     return statistics.median(times)
 
 
-def main() -> int:
-    """Print the table; exit status 1 where a target is missed."""
-    found = rows("--quick" in sys.argv[1:])
-    widths = [max(len(row[i]) for row in found) for i in range(4)]
-    for row in found:
-        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
-    return int(any(row[3] == "MISSED" for row in found))
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    table.main(rows, __doc__)

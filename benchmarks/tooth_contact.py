@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 import os
 import statistics
-import sys
 import time
 from collections.abc import Callable
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
+import table
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
@@ -32,7 +32,6 @@ from epicyclic.gears.contact.tooth import tooth_compliance
 
 __all__ = ["rows"]
 
-Row = tuple[str, str, str, str]
 Array = NDArray[np.float64]
 PHASES = np.arange(50) / 50
 FORCE = 20e3
@@ -76,7 +75,7 @@ def pair(**more: float) -> Pair:
     )
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """Times, residuals, targets.  quick : fewer repeats."""
     times = 3 if quick else 9
     hertz, linear = pieces_of(pair(), PHASES), pieces_of(pair(linear_at=5e5), PHASES)
@@ -102,7 +101,7 @@ def _of(found: solve.Loaded) -> tuple[Array, Array]:
     return found.force, found.approach
 
 
-def _row(name: str, run: Callable[[], tuple[Array, Array]], limit: float, pieces: Pieces, times: int) -> Row:
+def _row(name: str, run: Callable[[], tuple[Array, Array]], limit: float, pieces: Pieces, times: int) -> table.Row:
     took = _median(run, times)
     force, approach = run()
     own = _own(pieces, force, approach) if pieces.line is not None else None
@@ -140,7 +139,7 @@ def _nnls(pieces: Pieces) -> tuple[Array, Array]:
     return force, approach
 
 
-def _many(pieces: Pieces, count: NDArray[np.int64], times: int) -> Row:
+def _many(pieces: Pieces, count: NDArray[np.int64], times: int) -> table.Row:
     def run() -> tuple[Array, Array]:
         return compiled.climbs(pieces.compliance, pieces.gap, count, LOADS)
 
@@ -159,7 +158,7 @@ def _many(pieces: Pieces, count: NDArray[np.int64], times: int) -> Row:
     return "pivots, numba, linear, 20 loads", here, "10 ms, 1e-12", "ok" if good else "MISSED"
 
 
-def _table(times: int) -> list[Row]:
+def _table(times: int) -> list[table.Row]:
     """Mesh stiffness over 20 loads and 50 phases, from the drawing on, without numba."""
     found = []
     for name, one in (("Hertz", pair()), ("linear", pair(linear_at=5e5))):
@@ -182,5 +181,4 @@ def _median(run: Callable[[], object], times: int) -> float:
 
 
 if __name__ == "__main__":
-    for row in rows("--quick" in sys.argv):
-        print("  ".join(row))
+    table.main(rows, __doc__)

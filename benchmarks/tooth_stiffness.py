@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+import table
 
 from epicyclic.gears import geometry
 from epicyclic.gears.contact.energy import Meshing, energy_series, section_stiffness
@@ -15,11 +16,10 @@ from epicyclic.gears.contact.kernel import coupling
 from epicyclic.gears.contact.outline import GearForm
 from epicyclic.gears.contact.tooth import tooth_compliance
 
-Row = tuple[str, str, str, str]
 REPEATS = 9
 
 
-def rows(quick: bool) -> list[Row]:
+def rows(quick: bool) -> list[table.Row]:
     """Rows of the table; CPU medians of one thread.  quick : fewer repeats."""
     repeats = 3 if quick else REPEATS
     forms = [GearForm(teeth=z, module=4e-3, pressure_angle=math.radians(20), bore=z * 1e-3) for z in (25, 40)]
@@ -56,5 +56,4 @@ def _median(work: Callable[[], object], repeats: int) -> float:
 
 
 if __name__ == "__main__":
-    for row in rows(False):
-        print("  ".join(row))
+    table.main(rows, __doc__)
