@@ -33,6 +33,7 @@ PARTS = (
     "tooth_stiffness",
     "tooth_contact",
     "teeth_system",
+    "relief",
     "peers",
 )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -13,6 +14,7 @@ from common import stills
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.assemble.contact import Flank, Relief, pair_of, pieces_of, shapes_loaded
 from epicyclic.plots.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
 
 Array = NDArray[np.float64]
@@ -188,6 +190,89 @@ def shapes(case: str, kind: str, title: str) -> Callable[[], go.Figure]:
     return draw
 
 
+TEETH = {"mesh": "p-d", "torque": "43 N m"}
+PRINTED = (32.534, 2.4983)  # um, mm
+VARY = {"tip_relief.amount": "0.02..0.08 mm", "tip_relief.length": "0.001..2.6 mm"}
+# what is searched: name, what varies, colour
+SEARCHES = {
+    "within the printed bounds": (VARY, PALETTE[0]),
+    "amount free": ({**VARY, "tip_relief.amount": "0..0.08 mm"}, PALETTE[2]),
+}
+
+
+@cache
+def relieved(name: str) -> xr.Dataset:
+    """The best relief of both gears."""
+    return epicyclic.relief("yue2014-i", vary=SEARCHES[name][0], samples=256, **TEETH)
+
+
+def flanks(amount: float, length: float) -> dict[str, dict[str, str]]:
+    """Tip relief of both gears [um, mm] as overrides."""
+    relief = {"amount": f"{amount} um", "length": f"{length} mm"}
+    return {f"stages.main.{gear}.flank.tip_relief": relief for gear in ("p", "d")}
+
+
+def relief_error() -> go.Figure:
+    """Transmission error of the p-d pair as drawn, with the relief printed and with that found."""
+    drawn = figure(
+        "At 43 N m the printed relief is too much; one of the size of the deflection takes most away",
+        x="time [mesh cycles]",
+        y="loaded transmission error [µm]",
+        height=460,
+    )
+    options = {**TEETH, "samples": 256, "factors": [1.0]}
+    curves = [("as drawn", epicyclic.contact("yue2014-i", **options).transmission_error.values, INK)]
+    printed = epicyclic.contact("yue2014-i", overrides=flanks(*PRINTED), **options)
+    curves.append(("printed optimum, both gears", printed.transmission_error.values, PALETTE[1]))
+    for name, (_, colour) in SEARCHES.items():
+        found = relieved(name)
+        error = found.relieved_error.sel(state="after").isel(relieved_mesh=0).sel(load_factor=1.0).values
+        curves.append((f"{name}: {', '.join(map(str, found.solution_text.values[0]))}", error, colour))
+    phase = np.arange(257) / 256
+    for name, error, colour in curves:
+        whole = np.append(error, error[0]) * 1e6
+        label = f"{name}, {np.ptp(whole):.2f} µm"
+        drawn.add_scatter(x=phase, y=whole.round(4), mode="lines", line={"color": colour, "width": 2.2}, name=label)
+    drawn.update_xaxes(range=[0, 1])
+    drawn.update_yaxes(rangemode="tozero")
+    return drawn.update_layout(legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.2, "yanchor": "top"})
+
+
+def relief_map() -> go.Figure:
+    """Peak to peak over amount and length of linear relief of both tips."""
+    train = epicyclic.load("yue2014-i")
+    mesh = next(mesh for mesh in train.meshes if mesh.name == "main/p-d/1")
+    pair = pair_of(train, mesh, slices=1)
+    amount, length = np.linspace(0, 40e-6, 61), np.linspace(0.04e-3, 2.6e-3, 65)
+    shapes = [Flank(tip_relief=Relief(amount=float(d), length=float(h))) for h in length for d in amount]
+    force = float(relieved("amount free").relieved_force[0])
+    found = shapes_loaded(
+        pieces_of(pair, np.arange(256) / 256), [replace(pair, flank_a=one, flank_b=one) for one in shapes], force
+    )
+    swing = np.ptp(found.approach[:, 0], axis=1).reshape(len(length), len(amount)) * 1e6
+    title = "Peak to peak of the transmission error over the relief of both tips: the bounds miss the valley"
+    drawn = figure(title, x="amount of relief [µm]", y="length of relief, from the tip [mm]", height=520)
+    drawn.add_contour(
+        **{"x": amount * 1e6, "y": length * 1e3, "z": swing.round(3), "colorscale": SCALE, "ncontours": 24},
+        colorbar={"thickness": 12, "outlinewidth": 0, "title": {"text": "µm"}},
+        line={"width": 0.5, "color": "white"},
+    )
+    box = {"x0": 20, "x1": 40, "y0": 0.0001, "y1": 2.6}
+    drawn.add_shape(type="rect", line={"color": PALETTE[1], "width": 2, "dash": "dash"}, **box)
+    note(drawn, "printed bounds, up to 80 µm", x=30, y=0.1, font={"size": 12, "color": PALETTE[1]})
+    drawn.add_hline(y=2.463, line={"color": INK, "width": 1.2, "dash": "dot"})
+    note(drawn, "one pair begins to bear alone", x=13, y=2.463, yanchor="bottom", font={"size": 12, "color": INK})
+    points = [("printed optimum", *PRINTED, PALETTE[1], "x")]
+    for name, (_, colour) in SEARCHES.items():
+        values = relieved(name).solution_value.values[0]
+        points.append((f"best, {name}", values[0] * 1e6, values[1] * 1e3, colour, "star"))
+    for name, x, y, colour, symbol in points:
+        look = {"symbol": symbol, "size": 14, "color": colour, "line": {"width": 1, "color": "white"}}
+        drawn.add_scatter(x=[x], y=[y], mode="markers", marker=look, name=name)
+    drawn.update_xaxes(range=[0, 40])
+    return drawn.update_layout(legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.18, "yanchor": "top"})
+
+
 FIGURES: dict[str, Callable[[], go.Figure]] = {
     "table2": table2,
     "bounds": bounds,
@@ -198,4 +283,6 @@ FIGURES: dict[str, Callable[[], go.Figure]] = {
     "shapes-i": shapes("i", "rotational", "Simple modes of case I: all branches move alike, sun and ring turn"),
     "shapes-ii": shapes("ii", "rotational", "Simple modes of case II: sun and carrier turn"),
     "shapes-iii": shapes("iii", "rotational", "Simple modes of case III: carrier and ring turn"),
+    "relief-error": relief_error,
+    "relief-map": relief_map,
 }

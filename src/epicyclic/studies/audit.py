@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,6 +109,8 @@ def _runner(drive: str, data: Audit, count: Callable[[], None]) -> Callable[[str
 
 def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Train | System]) -> xr.Dataset:
     run = data.resolved(name)
+    if run.needs is not None and find_spec(run.needs) is None:
+        raise ConvergenceError(f"{run.needs} is not installed, without which this cannot be computed")
     verb = run.verb or ""
     on_train = verb in _ON_TRAIN
     key = json.dumps([run.drive or drive, run.set], sort_keys=True, default=str), on_train

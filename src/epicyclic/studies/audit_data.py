@@ -43,6 +43,7 @@ class Run(_Table):
     set : overrides, path -> value, an empty text removes.  options : keyword arguments of the verb.
     based_on : another run whose verb, drive, set, options and fitted this one starts from.
     fitted : paths of `set` whose values were chosen so that a published number comes out.
+    needs : a package outside the plain installation that the verb needs.
     """
 
     verb: str | None = None
@@ -51,6 +52,7 @@ class Run(_Table):
     options: dict[str, Any] = {}
     based_on: str | None = None
     fitted: tuple[str, ...] = ()
+    needs: str | None = None
 
     @model_validator(mode="after")
     def _known(self) -> Run:
@@ -199,6 +201,7 @@ class Audit(_Table):
             set={**base.set, **run.set},
             options={**base.options, **run.options} if run.verb in (None, base.verb) else run.options,
             fitted=(*base.fitted, *run.fitted),
+            needs=run.needs or base.needs,
             based_on=None if run.verb or base.verb else run.based_on,
         )
 

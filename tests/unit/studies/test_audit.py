@@ -74,6 +74,16 @@ def test_a_claim_that_holds(text: str, run: Auditor) -> None:
     assert run(text).outcome.values.tolist() == ["holds"]
 
 
+def test_a_run_that_needs_what_is_not_installed_is_told(run: Auditor) -> None:
+    head = HEAD.replace(
+        "[runs.modes]", '[runs.plain]\nverb = "check"\nneeds = "no_such_package"\n[runs.modes]\nbased_on = "plain"'
+    )
+    (outcome,) = run(row("reproduced"), head=head).outcome.values
+    assert "no_such_package is not installed" in outcome
+    fine = run(row("reproduced"), head=head.replace("no_such_package", "numpy"))
+    assert fine.outcome.values.tolist() == ["holds"]
+
+
 @pytest.mark.parametrize("text", CONTRADICTED)
 def test_a_claim_that_does_not_hold_is_seen(text: str, run: Auditor) -> None:
     result = run(text)
