@@ -27,7 +27,10 @@ from .plots.sharing import worst
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "modulation", "relief")
+_KNOWN = (
+    *("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "modulation", "contact"),
+    "relief",
+)
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -122,6 +125,10 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
     if "modulation" in datasets:
         body = _figure("modulation", plots.modulation(datasets["modulation"]))
         yield Section(anchor="modulation", title="Vibration at the ring", body=body)
+    if "contact" in datasets:
+        teeth = datasets["contact"]
+        body = _figure("flanks", plots.contact_map(teeth)) + _figure("contact", plots.contact_curves(teeth))
+        yield Section(anchor="contact", title="Teeth in contact", body=body)
     if "relief" in datasets:
         found = datasets["relief"]
         body = _figure("relief", plots.relief_search(found)) + _figure("relief-effect", plots.relief_effect(found))

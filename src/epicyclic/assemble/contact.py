@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Literal
 
 from ..errors import ModelError
+from ..gears.contact.energy import Meshing, interference
 from ..gears.contact.flank import PLAIN, Flank, Relief, Wave
 from ..gears.contact.lines import Plane
 from ..gears.contact.many import Shapes, even_across, shapes_loaded
@@ -29,6 +31,7 @@ from ..train.train import Train
 
 __all__ = [
     "PLAIN",
+    "End",
     "Flank",
     "Pair",
     "PairResult",
@@ -52,18 +55,30 @@ __all__ = [
 ]
 
 
+End = Literal["left", "right"]
+
+
 def pair_of(
-    train: Train, mesh: Mesh, *, slices: int = 20, linear_at: float | None = None, corner: bool = False
+    train: Train,
+    mesh: Mesh,
+    *,
+    slices: int = 20,
+    linear_at: float | None = None,
+    corner: bool = False,
+    misalignment: float = 0.0,
+    torque_ends: tuple[End | None, End | None] = (None, None),
 ) -> Pair:
     """The pair of gears of one mesh as drawn, on its loaded flank; deviations `position.z` slide the faces.
 
     Parameters
     ----------
-    slices, linear_at, corner : as of `Pair`.
+    slices, linear_at, corner, misalignment : as of `Pair`.
+    torque_ends : end of the face at which the torque leaves gear a, and b: their bodies, solid from where they are
+        held to the root circle, twist along the face.  None: rigid.
 
     Raises
     ------
-    ModelError : no face width; a pair that does not mesh, pointed or undercut teeth, no body under them.
+    ModelError : no face width; a pair that does not mesh or interferes, pointed or undercut teeth, no body under them.
     """
     teeth = mesh.teeth
     if teeth is None:
@@ -92,17 +107,36 @@ def pair_of(
         youngs_modulus=(teeth.form_a.youngs_modulus, teeth.form_b.youngs_modulus),
         poisson=(teeth.form_a.poisson, teeth.form_b.poisson),
         teeth=(teeth.form_a.teeth, teeth.form_b.teeth),
+        misalignment=misalignment,
+        torsion_a=_torsion(teeth.form_a, torque_ends[0]),
+        torsion_b=_torsion(teeth.form_b, torque_ends[1]),
         slices=slices,
         linear_at=linear_at,
         corner=corner,
     )
     check_pair(pair, path=mesh.pair, paths=teeth.paths)
+    interference(_meshing(pair), path=mesh.pair)
     return pair
+
+
+def _meshing(pair: Pair) -> Meshing:
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    return Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
 
 
 @lru_cache(maxsize=64)
 def _tooth(form: GearForm, path: str) -> ToothCompliance:
     return tooth_compliance(form, path=path)
+
+
+def _torsion(form: GearForm, end: End | None) -> Torsion | None:
+    """Twist of the body of a gear: G pi/2 |r_f^4 - r_i^4| [N m^2]."""
+    if end is None:
+        return None
+    modulus = form.youngs_modulus / (2 * (1 + form.poisson))
+    return Torsion(rigidity=modulus * math.pi / 2 * abs(form.root**4 - form.bore**4), end=end)
 
 
 def _slide(train: Train, body: str) -> float:
@@ -122,6 +156,6 @@ def mean_force(train: Train, mesh: Mesh) -> float:
 
 
 def tooth_messages(pair: Pair) -> Sequence[str]:
-    """What lies outside the limits of the formulas behind the teeth of a pair."""
-    found = (getattr(tooth, "warnings", ()) for tooth in (pair.tooth_a, pair.tooth_b))
-    return tuple(dict.fromkeys(text for texts in found for text in texts))
+    """What lies outside the limits of the formulas behind the teeth of a pair of `pair_of`, and tips that dig."""
+    meshing = _meshing(pair)
+    return tuple(dict.fromkeys([*meshing.a.warnings, *meshing.b.warnings, *interference(meshing)]))

@@ -37,10 +37,20 @@ def contact(
     ] = 7,
     samples: Annotated[int, typer.Option("--samples", min=3, max=100_000, help="Phases of a mesh cycle.")] = 64,
     slices: Annotated[int, typer.Option("--slices", min=1, max=1000, help="Pieces of each face.")] = 20,
+    misalignment: Annotated[
+        str | None, typer.Option("--misalignment", help='Of the flanks, e.g. "0.1 mrad"; positive opens the right end.')
+    ] = None,
+    torque_end_a: Annotated[
+        str | None, typer.Option("--torque-end-a", help="Where torque leaves the first gear: left or right; it twists.")
+    ] = None,
+    torque_end_b: Annotated[str | None, typer.Option("--torque-end-b", help="The same of the second gear.")] = None,
     corner: Annotated[bool, typer.Option("--corner", help="Let tips bear beyond the path of contact.")] = False,
 ) -> None:
     """Teeth in contact: load over the flank, loaded transmission error, stiffness, at several loads."""
     options: dict[str, Any] = {"mesh": mesh, "torque": torque, "samples": samples, "slices": slices, "corner": corner}
+    options["torque_ends"] = (torque_end_a, torque_end_b)
+    if misalignment is not None:
+        options["misalignment"] = misalignment
     if loads is not None:
         with reported():
             from ..studies.contact import factors_of

@@ -201,7 +201,8 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
             yield where, value.value if isinstance(value, Quantity) else value
 
 
-_LISTS = {(name, "Variation") for name in ("cosine", "sine", "values")} | {("angles", "Bolts")}
+_LISTS = {(name, "Variation") for name in ("cosine", "sine", "values")}
+_LISTS |= {("angles", "Bolts"), ("below_tip", "Profile"), ("missing", "Profile")}
 
 
 def _check_count(path: str, value: object, count: int) -> None:

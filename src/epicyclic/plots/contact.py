@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from .series import compact, engineering, texts
-from .style import DASHES, INK, PALETTE, note, panels, tint
+from .style import DASHES, INK, PALETTE, panels, tint
 
 __all__ = ["contact_curves", "contact_map"]
 
@@ -25,7 +25,8 @@ def contact_map(result: xr.Dataset) -> go.Figure:
     sides = texts(result, "side")
     load = result["flank_load_per_length"].transpose("side", "width", "path_place").values / 1e3
     names = [f"{side}: largest {engineering(float(np.nanmax(load[i])))} N/mm" for i, side in enumerate(sides)]
-    title = f"Load over the flank, {result.attrs['mesh']}, {engineering(float(result.attrs['force']) / 1e3)} kN a helix"
+    force = engineering(float(result.attrs["force"]) / 1e3)
+    title = f"Load over the flank, {result.attrs['mesh']}, {force} kN a helix; orange: contact lines at one instant"
     drawn = panels(title, names, height=460, columns=len(sides), shared_yaxes=True, horizontal_spacing=0.05)
     top = float(np.nanmax(load))
     for i in range(len(sides)):
@@ -59,7 +60,6 @@ def contact_map(result: xr.Dataset) -> go.Figure:
     drawn.update_yaxes(
         title_text=f"path of contact [base pitches]: tip of {second} below, of {first} above", row=1, col=1
     )
-    note(drawn, "orange: contact lines at one instant", x=0, xref="paper", y=-0.2, yref="paper", xanchor="left")
     return drawn
 
 
@@ -118,7 +118,10 @@ def _over_load(drawn: go.Figure, result: xr.Dataset) -> None:
 def _stiffness(drawn: go.Figure, result: xr.Dataset) -> None:
     now = int(np.argmin(np.abs(result["mesh_load"].values - float(result.attrs["force"]))))
     phase = compact(np.append(result["mesh_phase"].values, 1.0))
-    for i, side in enumerate(texts(result, "side")):
+    values = result["tangent_stiffness"].values[:, now]
+    alike = len(values) == 1 or bool(np.allclose(values[0], values[1], rtol=1e-4))
+    sides = ["both helices" if len(values) > 1 else "helix"] if alike else texts(result, "side")
+    for i, side in enumerate(sides):
         for kind, dash in (("tangent", "solid"), ("secant", "dash")):
             values = result[f"{kind}_stiffness"].values[i, now] / 1e6
             look = {"color": PALETTE[i], "width": 1.8, "dash": dash}

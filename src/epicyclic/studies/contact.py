@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..assemble.contact import PairResult, harmonics, loaded, mean_force, pair_of, tooth_messages
+from ..assemble.contact import End, PairResult, harmonics, loaded, mean_force, pair_of, tooth_messages
 from ..errors import ModelError
 from ..results import dataset
 from ..train.connections import Mesh
@@ -36,6 +36,8 @@ def contact(
     slices: int = 20,
     linear_at: float | None = None,
     corner: bool = False,
+    misalignment: float | str = 0.0,
+    torque_ends: tuple[str | None, str | None] = (None, None),
 ) -> xr.Dataset:
     """Loaded tooth contact over a mesh cycle, both helices.
 
@@ -48,6 +50,9 @@ def contact(
     factors : loads beside the operating one, relative to it.  samples : phases of a mesh cycle.
     slices : pieces of each face.  linear_at : load per length [N/m] at which the contact of the flanks is made linear;
         None: Hertz.  corner : let tips bear beyond the path of contact.
+    misalignment : of the flanks, in the plane of action [rad], or a text with its unit; positive opens the right end.
+    torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear; their
+        bodies then twist along the face.
 
     Raises
     ------
@@ -59,7 +64,21 @@ def contact(
     if samples < 3 or slices < 1 or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     phase = np.arange(samples) / samples
-    pairs = [pair_of(train, one, slices=slices, linear_at=linear_at, corner=corner) for one in sides]
+    turn = _radians(misalignment)
+    ends = _end(torque_ends[0]), _end(torque_ends[1])
+    how = {"slices": slices, "corner": corner, "misalignment": turn}
+    pairs = [
+        pair_of(
+            train,
+            one,
+            slices=slices,
+            linear_at=linear_at,
+            corner=corner,
+            misalignment=turn,
+            torque_ends=ends,
+        )
+        for one in sides
+    ]
     found = [loaded(pair, loads, one.sense * (phase + float(one.lead))) for pair, one in zip(pairs, sides, strict=True)]
     now = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair in pairs for text in tooth_messages(pair)]
@@ -75,7 +94,7 @@ def contact(
             "end": ["before", "behind"],
         },
         verb="contact",
-        options={"samples": samples, "slices": slices, "linear_at": linear_at, "corner": corner},
+        options={"samples": samples, "linear_at": linear_at, "torque_ends": torque_ends, **how},
         warnings=[*train.warnings, *dict.fromkeys(messages), *_warnings(found, now, corner)],
         provenance=train_provenance(train),
     )
@@ -142,18 +161,35 @@ def force_of(train: Train, sides: Sequence[Mesh], torque: float | str | None) ->
 
 
 def _newton_metres(torque: float | str) -> float:
-    if not isinstance(torque, str):
-        return float(torque)
+    return _in_si(torque, "torque", "--torque", "850 N m")
+
+
+def _radians(angle: float | str) -> float:
+    return _in_si(angle, "angle", "--misalignment", "0.1 mrad")
+
+
+def _in_si(given: float | str, kind: str, option: str, example: str) -> float:
+    """A number in SI; a text must say its unit."""
+    if not isinstance(given, str):
+        return float(given)
     from ..files.units import Bounds, read_quantity
 
-    if not re.search(r"[A-Za-z]", torque):
-        raise ModelError('needs a number and its unit, e.g. "850 N m"', path="--torque", given=torque)
+    if not re.search(r"[A-Za-z]", given):
+        raise ModelError(f'needs a number and its unit, e.g. "{example}"', path=option, given=given)
     try:
-        value = read_quantity(torque, ("torque",), Bounds())
+        value = read_quantity(given, (kind,), Bounds())
     except ModelError as error:
-        raise ModelError(str(error), path="--torque") from None
+        raise ModelError(str(error), path=option) from None
     assert isinstance(value, float)
     return value
+
+
+def _end(name: str | None) -> End | None:
+    if name is None:
+        return None
+    if name not in ("left", "right"):
+        raise ModelError("no end of a face", path="--torque-end", given=name, allowed="left or right")
+    return "left" if name == "left" else "right"
 
 
 def _over_loads(found: Sequence[PairResult]) -> dict[str, tuple[Any, Array]]:

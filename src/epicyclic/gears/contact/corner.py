@@ -25,9 +25,11 @@ def separation(plane: Plane, sigma: ArrayLike) -> Array:
     sigma : place on the path continued [base pitches], any shape; 0 on the path itself, inf where there is no flank.
     """
     place = np.asarray(sigma, dtype=float)
-    before = _of_tip(plane, np.maximum(plane.limits[0] - place, 0.0), tip_of_b=True)
-    behind = _of_tip(plane, np.maximum(place - plane.limits[1], 0.0), tip_of_b=False)
-    return np.asarray((before + behind) * math.cos(plane.base_helix))
+    total = np.zeros_like(place)
+    for past, tip_of_b in ((plane.limits[0] - place, True), (place - plane.limits[1], False)):
+        apart = _of_tip(plane, np.maximum(past, 0.0), tip_of_b=tip_of_b)
+        total = np.where(past > 0, np.maximum(apart, 0.0), total)  # nearer than rounding it is closed
+    return np.asarray(total * math.cos(plane.base_helix))
 
 
 def reach(plane: Plane, gap: float) -> tuple[float, float]:

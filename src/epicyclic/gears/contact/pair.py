@@ -20,7 +20,7 @@ from . import hertz
 from .corner import reach, separation
 from .lines import contact_lines
 from .pieces import Pair, Pieces, Tooth, Torsion, check_pair, missing, pieces_of, reshaped
-from .solve import Loaded, hertzian, linear, tangent_stiffness
+from .solve import Loaded, hertzian, judged, linear, tangent_stiffness
 
 __all__ = [
     "Pair",
@@ -130,27 +130,30 @@ class PairResult:
         return pieces.spread(hertz.pressure(pieces.contact, places))
 
 
-def loaded(pair: Pair, loads: ArrayLike, phases: ArrayLike) -> PairResult:
+def loaded(pair: Pair, loads: ArrayLike, phases: ArrayLike, *, compiled: bool = False) -> PairResult:
     """Contact at given loads.
 
     Parameters
     ----------
     loads : (F,) or (F, T) forces normal to the tooth, 0 or more [N].  phases : (T,) places sigma of one pair of teeth
-        at mid-face [base pitches]; the cycle of the flanks is 1.
+        at mid-face [base pitches]; the cycle of the flanks is 1.  compiled : with a linear law, all loads in one go by
+        numba (extra ``fast``), the same numbers; of a load for every phase and with Hertz it makes no difference.
 
     Raises
     ------
-    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load.
+    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load; `compiled` without numba.
     """
-    return loaded_pieces(pieces_of(pair, phases), loads)
+    return loaded_pieces(pieces_of(pair, phases), loads, compiled=compiled)
 
 
-def loaded_pieces(pieces: Pieces, loads: ArrayLike) -> PairResult:
+def loaded_pieces(pieces: Pieces, loads: ArrayLike, *, compiled: bool = False) -> PairResult:
     """Contact of pieces at given loads, as `loaded`; `reshaped` pieces keep what another flank does not change."""
     given = np.atleast_1d(np.asarray(loads, dtype=float))
     wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(pieces.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
         raise ModelError("a load on the teeth", path="loads", given=given.tolist(), allowed="0 or more [N]")
+    if compiled and pieces.line is None and given.ndim == 1:
+        return _result(pieces, _compiled(pieces, given))
     found: dict[int, Loaded] = {}
     start: Array | None = None
     for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
@@ -187,6 +190,21 @@ def _solved(
     if pieces.line is None:
         return linear(*what, load, approach=approach)
     return hertzian(*what, load, pieces.law, approach=approach, start=start)
+
+
+def _compiled(pieces: Pieces, loads: Array) -> list[Loaded]:
+    """Contact at loads (F,) of a linear law, by numba."""
+    try:
+        from .compiled import climbs
+    except ImportError:
+        raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
+    order = np.argsort(loads, kind="stable")
+    force, approach = climbs(pieces.compliance, pieces.gap, pieces.valid.sum(axis=1), loads[order])
+    back = np.argsort(order, kind="stable")
+    return [
+        judged(pieces.compliance, pieces.gap, pieces.valid, np.full(len(pieces.sigma), load), force[i], approach[i])
+        for load, i in zip(loads, back, strict=True)
+    ]
 
 
 def _own_approach(pieces: Pieces, found: Loaded) -> Array:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from .pivots import climb
 
-__all__ = ["Loaded", "hertzian", "linear", "tangent_stiffness"]
+__all__ = ["Loaded", "hertzian", "judged", "linear", "tangent_stiffness"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -31,6 +31,7 @@ Law = Callable[[Array, Index], tuple[Array, Array]]
 _SWEEPS, _STEPS, _HALVINGS = 40, 60, 30
 # Force sums and gaps, relative to the load and to the approach.
 _TOLERANCE = 1e-12
+_FAILED = 1e-8  # what is missed by more than rounding of the worst conditioned compliance is no contact
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,7 +80,7 @@ def linear(compliance: Array, gap: Array, valid: Mask, load: Array | None, *, ap
         found = climb(compliance[t][np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
         force[t] = 0.0
         force[t, have], d[t] = found[0][0], found[1][0]
-    return _judged(compliance, gap, valid, load, force, d, own=None, todo=todo[:0])
+    return judged(compliance, gap, valid, load, force, d, own=None)
 
 
 def _given(count: int, load: Array | None, approach: Array | None) -> tuple[Array, Array]:
@@ -147,7 +148,7 @@ def hertzian(
     idle = load <= 0
     u[idle] = d[idle, None] - gap[idle]
     force = np.where(valid & ~idle[:, None], law(u, np.arange(len(load)))[0], 0.0)
-    return _judged(compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo)
+    return judged(compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -253,10 +254,21 @@ def _inverse(law: Law, force: Array) -> Array:
     return (low + high) / 2
 
 
-def _judged(
-    compliance: Array, gap: Array, valid: Mask, load: Array, force: Array, d: Array, *, own: Array | None, todo: Index
+def judged(
+    compliance: Array,
+    gap: Array,
+    valid: Mask,
+    load: Array,
+    force: Array,
+    d: Array,
+    *,
+    own: Array | None = None,
+    todo: Index | None = None,
 ) -> Loaded:
-    """Residuals of what was found, and a word on what was not."""
+    """Residuals of what was found, and a word on what was not; loads are nan where the approach was given.
+
+    own : (T, n) own approaches; None: they are in the compliance.  todo : phases that were given up.
+    """
     shared = np.matmul(compliance, force[:, :, None])[:, :, 0]
     level = shared + gap - d[:, None] + (0.0 if own is None else np.maximum(own, 0.0))
     active = valid & (force > 0)
@@ -267,9 +279,10 @@ def _judged(
         sums = np.abs(force.sum(axis=1) - load) / np.where(load > 0, load, 1.0)
         sums = np.where(np.isnan(load), 0.0, sums)
     status = np.full(len(load), "", dtype=object)
-    status[todo] = "not converged"
+    status[[] if todo is None else todo] = "not converged"
     status[~valid.any(axis=1)] = "no tooth in contact"
     status[(force < 0).any(axis=1)] = "not converged"
+    status[np.maximum(gaps, sums) > _FAILED] = "not converged"
     return Loaded(force=force, approach=d, active=active, residual=np.maximum(gaps, sums), status=status)
 
 

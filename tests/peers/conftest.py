@@ -1,0 +1,21 @@
+"""The peers as a package: tests have none, and relative imports need one."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def plane() -> ModuleType:
+    """Spur gears in plane strain by finite elements."""
+    name = "epicyclic_peers_plane"
+    if name not in sys.modules:
+        package = ModuleType(name)
+        package.__path__ = [str(Path(__file__).with_name("plane"))]
+        sys.modules[name] = package
+    return import_module(f"{name}.pair")
