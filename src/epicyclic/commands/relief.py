@@ -82,12 +82,17 @@ def relief(
     ] = None,
     samples: Annotated[int, typer.Option("--samples", min=3, max=10_000, help="Phases of a mesh cycle.")] = 64,
     slices: Annotated[int, typer.Option("--slices", min=1, max=1000, help="Pieces of each face.")] = 20,
+    misalignment: Annotated[
+        str | None, typer.Option("--misalignment", help='Of the flanks, e.g. "0.1 mrad"; positive opens the right end.')
+    ] = None,
     corner: Annotated[bool, typer.Option("--corner", help="Let tips bear beyond the path of contact.")] = False,
 ) -> None:
     """The best tip and root relief and lead modification of a mesh, or of all meshes of a train."""
     options: dict[str, Any] = {"mesh": mesh or None, "torque": torque, "pick": pick, "resume": resume}
     options |= {"population": population, "generations": generations, "seed": seed}
     options |= {"samples": samples, "slices": slices, "corner": corner}
+    if misalignment is not None:
+        options["misalignment"] = misalignment
     with reported():
         options["vary"] = dict(_varied(text) for text in vary)
         options["objectives"] = [str(one.value) for one in objective or [Objective.lte]]

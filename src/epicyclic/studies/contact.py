@@ -18,7 +18,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
 
-__all__ = ["contact", "factors_of", "force_of", "meshes_named"]
+__all__ = ["contact", "factors_of", "force_of", "meshes_named", "radians_of"]
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def contact(
     if samples < 3 or slices < 1 or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     phase = np.arange(samples) / samples
-    turn = _radians(misalignment)
+    turn = radians_of(misalignment)
     ends = _end(torque_ends[0]), _end(torque_ends[1])
     how = {"slices": slices, "corner": corner, "misalignment": turn}
     pairs = [
@@ -164,7 +164,7 @@ def _newton_metres(torque: float | str) -> float:
     return _in_si(torque, "torque", "--torque", "850 N m")
 
 
-def _radians(angle: float | str) -> float:
+def radians_of(angle: float | str) -> float:
     return _in_si(angle, "angle", "--misalignment", "0.1 mrad")
 
 

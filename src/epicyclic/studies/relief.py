@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,9 +22,10 @@ from ..system.system import System
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
-from .contact import contact, force_of, meshes_named
-from .relief_objectives import DYNAMIC, OBJECTIVES, Helix, Judge, helices, histories, judged, run_up, speed_curves
-from .relief_variables import Setting, Variable, length_text, overrides_of, settings_of, variables_of
+from .contact import force_of, meshes_named, radians_of
+from .relief_objectives import DYNAMIC, OBJECTIVES, Cut, Judge, helices, run_up
+from .relief_result import compared, coords, over_speed, said, solutions
+from .relief_variables import overrides_of, settings_of, variables_of
 from .search import Found, search
 
 if TYPE_CHECKING:
@@ -32,9 +34,6 @@ if TYPE_CHECKING:
 __all__ = ["relief", "relief_model"]
 
 Array = NDArray[np.float64]
-
-_SHOWN = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
-_ALL = 200_000  # numbers of evaluations kept in a result
 
 
 def relief(
@@ -56,6 +55,7 @@ def relief(
     samples: int = 64,
     slices: int = 20,
     corner: bool = False,
+    misalignment: float | str = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Search micro-geometry: one objective by a genetic algorithm, several by NSGA-II (their Pareto set).
@@ -71,7 +71,7 @@ def relief(
     population, generations, seed : of the search; the same seed gives the same bits.
     resume : a record of what was evaluated, written after every generation and gone on with where it exists.
     pick : number of the solution taken as the answer, 0 the first; None: the one nearest to the best of each objective.
-    samples, slices, corner : as of `contact`; teeth that are even along the face are one piece.
+    samples, slices, corner, misalignment : as of `contact`; teeth that are even along the face are one piece.
 
     Ctrl-C ends the search with the best so far, which the attribute ``stopped`` says.
 
@@ -82,7 +82,8 @@ def relief(
     from .verbs import train_of
 
     train = train_of(source, overrides=overrides)
-    _check(objectives, factors, torque)
+    cut = Cut(samples=samples, slices=slices, corner=corner, misalignment=radians_of(misalignment))
+    _check(objectives, factors, torque, cut)
     chosen = _chosen(train, mesh)
     flanks = {path: flank for sides in chosen for one in sides for path, flank in _flanks(one)}
     variables, fixed = variables_of(vary, flanks)
@@ -93,7 +94,7 @@ def relief(
         objectives=tuple(objectives),
         variables=variables,
         fixed=fixed,
-        meshes=helices(train, forces, samples=samples, slices=slices, corner=corner, variables=variables, fixed=fixed),
+        meshes=helices(train, forces, cut, variables=variables, fixed=fixed),
         factors=np.array(factors, dtype=float),
         train=train,
         system=system,
@@ -102,7 +103,7 @@ def relief(
     _check_bounds(judge)
     options = {
         **{"vary": dict(vary), "mesh": mesh, "torque": torque, "objectives": list(objectives)},
-        **{"factors": list(factors), "samples": samples, "slices": slices, "corner": corner},
+        **{"factors": list(factors), **asdict(cut)},
         **({"speeds": speeds, "speed_points": speed_points} if dynamic else {}),
     }
     found = search(
@@ -126,14 +127,14 @@ def relief(
     search_options = {"population": population, "generations": generations, "seed": seed}
     result = dataset(
         {
-            **_solutions(judge, found, answer, flanks),
-            **_compared(judge, (train, after), torque, samples, slices, corner),
-            **(_speeds(judge, settings) if dynamic else {}),
+            **solutions(judge, found, answer, flanks),
+            **compared(judge, (train, after), torque, cut),
+            **(over_speed(judge, settings) if dynamic else {}),
         },
-        coords=_coords(judge, found),
+        coords=coords(judge, found),
         verb="relief",
         options=options | search_options,
-        warnings=_warnings(train, after, judge, found, generations),
+        warnings=said(train, after, judge, found, generations),
         provenance=train_provenance(train),
     )
     result.attrs |= {
@@ -164,7 +165,10 @@ def _changed(source: Source, train: Train, whole: Mapping[str, Any], changes: Ma
 # what is looked at ---------------------------------------------------------------------------------------------------
 
 
-def _check(objectives: Sequence[str], factors: Sequence[float], torque: object) -> None:
+def _check(objectives: Sequence[str], factors: Sequence[float], torque: object, cut: Cut) -> None:
+    if cut.samples < 3 or cut.slices < 1:
+        given = cut.samples, cut.slices
+        raise ModelError("out of range", path="samples, slices", given=given, allowed="3 or more, 1 or more")
     unknown = [name for name in objectives if name not in OBJECTIVES]
     if unknown or not objectives or len(set(objectives)) != len(objectives):
         raise ModelError("objectives", path="objective", given=list(objectives), allowed=", ".join(OBJECTIVES))
@@ -255,125 +259,3 @@ def _picked(found: Found, pick: int | None) -> int:
     span = np.ptp(values, axis=0)
     far = (values - values.min(axis=0)) / np.where(span > 0, span, 1.0)
     return int(found.best[np.argmin((far**2).sum(axis=1))])
-
-
-# what comes out ------------------------------------------------------------------------------------------------------
-
-
-def _coords(judge: Judge, found: Found) -> dict[Any, Any]:
-    return {
-        "variable": [one.name for one in judge.variables],
-        "objective": list(judge.objectives),
-        "solution": np.arange(len(found.best)),
-        "state": ["before", "after"],
-        "relieved_mesh": [_name(sides) for sides in judge.meshes],
-        **({} if judge.speeds is None else {"speed": judge.speeds}),
-    }
-
-
-def _name(sides: Sequence[Helix]) -> str:
-    name = sides[0].mesh.name
-    return name if len(sides) == 1 else name.rsplit("/", 1)[0]
-
-
-def _solutions(judge: Judge, found: Found, answer: int, flanks: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
-    places = found.place[found.best]
-    values = [[one.value(at) for one, at in zip(judge.variables, place.tolist(), strict=True)] for place in places]
-    numbers = [[one.number(v) for one, v in zip(judge.variables, row, strict=True)] for row in values]
-    words = [[_words(one, v) for one, v in zip(judge.variables, row, strict=True)] for row in values]
-    drawn = judged(judge, [{path: {} for path in flanks}])[0]
-    return {
-        "lower_bound": ("variable", np.array([one.low for one in judge.variables])),
-        "upper_bound": ("variable", np.array([one.high for one in judge.variables])),
-        "solution_value": (("solution", "variable"), np.array(numbers)),
-        "solution_text": (("solution", "variable"), np.array(words, dtype=object)),
-        "solution_objective": (("solution", "objective"), found.objective[found.best]),
-        "objective_before": ("objective", drawn),
-        "objective_after": ("objective", found.objective[answer]),
-        "objective_meaning": ("objective", np.array([OBJECTIVES[name][1] for name in judge.objectives], dtype=object)),
-        "objective_unit": ("objective", np.array([OBJECTIVES[name][0] for name in judge.objectives], dtype=object)),
-        "evaluated_place": (("evaluation", "variable"), found.place[:_ALL]),
-        "evaluated_objective": (("evaluation", "objective"), found.objective[:_ALL]),
-        "evaluated_generation": ("evaluation", found.generation[:_ALL]),
-        "best_so_far": (("generation", "objective"), _best_so_far(found)),
-    }
-
-
-def _words(variable: Variable, value: float | str) -> str:
-    if isinstance(value, str):
-        return value
-    return length_text(value, -3 if variable.key.endswith("length") else -6)
-
-
-def _best_so_far(found: Found) -> Array:
-    """Least of each objective up to the end of every generation, (G, o)."""
-    count = int(found.generation.max()) + 1
-    least = [np.nanmin(np.where(found.generation[:, None] <= g, found.objective, np.nan), axis=0) for g in range(count)]
-    return np.array(least)
-
-
-def _compared(
-    judge: Judge, trains: Sequence[Train], torque: float | str | None, samples: int, slices: int, corner: bool
-) -> dict[str, tuple[Any, Any]]:
-    """Loaded contact before and after, of every mesh at several loads."""
-    factors = np.array(sorted({*_SHOWN, *judge.factors.tolist()}))
-    runs = [
-        [
-            contact(
-                train,
-                mesh=_name(sides),
-                torque=torque,
-                factors=factors.tolist(),
-                samples=samples,
-                slices=slices,
-                corner=corner,
-            )
-            for sides in judge.meshes
-        ]
-        for train in trains
-    ]
-
-    def each(take: Callable[[xr.Dataset], Array]) -> Array:
-        return np.array([[take(one) for one in meshes] for meshes in runs])
-
-    over = ("state", "relieved_mesh", "load_factor")
-    return {
-        "load_factor": ("load_factor", factors),
-        "mesh_phase": ("mesh_phase", np.arange(samples) / samples),
-        "relieved_force": ("relieved_mesh", np.array([float(one.attrs["force"]) for one in runs[0]])),
-        "relieved_error": ((*over, "mesh_phase"), each(lambda one: one.loaded_transmission_error.values)),
-        "relieved_peak_to_peak": (over, each(lambda one: one.transmission_error_peak_to_peak.values)),
-        "relieved_largest_load": (over, each(lambda one: one.largest_load_per_length.values.max(axis=0))),
-        "relieved_place": (("relieved_mesh", "path_point"), np.array([one.path_place.values for one in runs[0]])),
-        "relieved_load": (
-            ("state", "relieved_mesh", "path_point"),
-            each(_along_path),
-        ),
-    }
-
-
-def _along_path(one: xr.Dataset) -> Array:
-    """Largest load per length of both faces at places of the path; 0 where nothing touches."""
-    return np.asarray(np.nan_to_num(one.flank_load_per_length.values).max(axis=(0, 1)))
-
-
-def _speeds(judge: Judge, settings: Mapping[str, Setting]) -> dict[str, tuple[Any, Any]]:
-    """Dynamic mesh force over the speed, before and after."""
-    plain: dict[str, Setting] = {path: {} for path in settings}
-    curves = [speed_curves(judge, histories(judge, one)) for one in (plain, settings)]
-    return {DYNAMIC[name]: (("state", "speed"), np.array([one[name] for one in curves])) for name in DYNAMIC}
-
-
-def _warnings(train: Train, after: Train, judge: Judge, found: Found, generations: int) -> list[str]:
-    said = [*train.warnings, *(text for text in after.warnings if text not in train.warnings)]
-    done = int(found.generation.max()) + 1
-    if found.stopped:
-        said.append(f"stopped after {done} of {generations} generations: the best so far")
-    failed = int((~np.isfinite(found.objective)).any(axis=1).sum())
-    if failed:
-        said.append(f"{failed} of {len(found.objective)} candidates could not be computed")
-    for column, variable in enumerate(judge.variables):
-        at = found.place[found.best, column]
-        if not variable.shapes and len(at) == 1 and (at[0] < 1e-3 or at[0] > 1 - 1e-3):
-            said.append(f"{variable.name} ends at its {'lower' if at[0] < 0.5 else 'upper'} bound")
-    return said

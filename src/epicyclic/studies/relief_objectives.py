@@ -19,7 +19,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .relief_variables import Setting, Variable, applied, lead_varies, settings_of
 
-__all__ = ["DYNAMIC", "OBJECTIVES", "Helix", "Judge", "helices", "histories", "judged", "run_up", "speed_curves"]
+__all__ = ["DYNAMIC", "OBJECTIVES", "Cut", "Helix", "Judge", "helices", "histories", "judged", "run_up", "speed_curves"]
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,16 @@ OBJECTIVES = {
 
 DYNAMIC = {"force_rms": "mesh_force_rms", "force_peak": "mesh_force_peak"}
 """Objectives that need the train in motion, and the variable of a sweep they are taken from."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cut:
+    """How contact is computed, as of `contact`: phases, pieces, tips beyond the path, misalignment [rad]."""
+
+    samples: int
+    slices: int
+    corner: bool
+    misalignment: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,10 +86,8 @@ class Judge:
 def helices(
     train: Train,
     meshes: Sequence[Sequence[tuple[Mesh, float]]],
+    cut: Cut,
     *,
-    samples: int,
-    slices: int,
-    corner: bool,
     variables: Sequence[Variable],
     fixed: Mapping[str, Setting],
 ) -> tuple[tuple[Helix, ...], ...]:
@@ -89,12 +97,12 @@ def helices(
     ------
     ModelError : as of `pair_of`; a relief that does not fit a flank at the bounds.
     """
-    phase = np.arange(samples) / samples
+    phase = np.arange(cut.samples) / cut.samples
     found = []
     for sides in meshes:
         own = []
         for mesh, force in sides:
-            pair = pair_of(train, mesh, slices=slices, corner=corner)
+            pair = pair_of(train, mesh, slices=cut.slices, corner=cut.corner, misalignment=cut.misalignment)
             if even_across(pair) and not lead_varies(variables, fixed):
                 pair = replace(pair, slices=1)
             pieces = pieces_of(pair, mesh.sense * (phase + float(mesh.lead)))
