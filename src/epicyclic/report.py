@@ -27,7 +27,19 @@ from .plots.sharing import worst
 __all__ = ["report", "write_report"]
 
 _LOG = logging.getLogger(__name__)
-_KNOWN = ("check", "modes", "campbell", "stiffness", "static", "steady", "sharing", "sweep", "modulation")
+_KNOWN = (
+    "check",
+    "modes",
+    "campbell",
+    "stiffness",
+    "static",
+    "steady",
+    "sharing",
+    "sweep",
+    "modulation",
+    "contact",
+    "train_contact",
+)
 Datasets = Mapping[str, xr.Dataset]
 
 
@@ -122,6 +134,14 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
     if "modulation" in datasets:
         body = _figure("modulation", plots.modulation(datasets["modulation"]))
         yield Section(anchor="modulation", title="Vibration at the ring", body=body)
+    if "contact" in datasets:
+        teeth = datasets["contact"]
+        body = _figure("flanks", plots.contact_map(teeth)) + _figure("contact", plots.contact_curves(teeth))
+        yield Section(anchor="contact", title="Teeth in contact", body=body)
+    if "train_contact" in datasets:
+        train = datasets["train_contact"]
+        body = _figure("faces", plots.face_loads(train)) + _figure("factors", plots.load_factors(train))
+        yield Section(anchor="train_contact", title="Teeth in contact in the train", body=body)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

@@ -8,10 +8,12 @@ from dataclasses import replace
 from typing import Literal
 
 from ..errors import ModelError
+from ..gears.contact.energy import Meshing, interference
 from ..gears.contact.flank import PLAIN, Flank, Relief, Wave
 from ..gears.contact.lines import Plane
 from ..gears.contact.outline import GearForm
 from ..gears.contact.pair import Pair, PairResult, Tooth, Torsion, check_pair, harmonics, loaded, pressed
+from ..gears.contact.tooth import ToothCompliance
 from ..train.connections import Mesh
 from ..train.toothing import pair_of_teeth
 from ..train.train import Train
@@ -60,7 +62,7 @@ def pair_of(
 
     Raises
     ------
-    ModelError : no face width; a pair that does not mesh, pointed or undercut teeth, no body under them.
+    ModelError : no face width; a pair that does not mesh or interferes, pointed or undercut teeth, no body under them.
     """
     teeth = mesh.teeth
     if teeth is None:
@@ -84,12 +86,20 @@ def pair_of(
         corner=corner,
     )
     check_pair(pair, path=mesh.pair, paths=teeth.paths)
+    interference(_meshing(pair), path=mesh.pair)
     return pair
 
 
 def slides_of(train: Train, mesh: Mesh) -> tuple[float, float]:
     """How far both gears of a mesh stand off their drawing along the axis, from deviations that stand still [m]."""
     return _slide(train, mesh.a), _slide(train, mesh.b)
+
+
+def _meshing(pair: Pair) -> Meshing:
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    return Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
 
 
 def _torsion(form: GearForm, end: End | None) -> Torsion | None:
@@ -117,6 +127,6 @@ def mean_force(train: Train, mesh: Mesh) -> float:
 
 
 def tooth_messages(pair: Pair) -> Sequence[str]:
-    """What lies outside the limits of the formulas behind the teeth of a pair."""
-    found = (getattr(tooth, "warnings", ()) for tooth in (pair.tooth_a, pair.tooth_b))
-    return tuple(dict.fromkeys(text for texts in found for text in texts))
+    """What lies outside the limits of the formulas behind the teeth of a pair of `pair_of`, and tips that dig."""
+    meshing = _meshing(pair)
+    return tuple(dict.fromkeys([*meshing.a.warnings, *meshing.b.warnings, *interference(meshing)]))

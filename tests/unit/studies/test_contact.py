@@ -166,6 +166,15 @@ def test_command_prints_tables_and_json(capsys: pytest.CaptureFixture[str]) -> N
     assert float(again.transmission_error_peak_to_peak[0]) == 0  # unloaded involutes without modification
 
 
+def test_html_shows_the_flanks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    target = tmp_path / "teeth.html"
+    code, _, _ = run(["contact", "ren2021", "--samples", "8", "--slices", "3", "-o", str(target)], capsys)
+    assert code == 0
+    html = target.read_text(encoding="utf-8")
+    assert "Load over the flank" in html
+    assert "Harris map" in html
+
+
 def test_loads_are_ranges_or_lists() -> None:
     assert factors_of("0..1", 3) == (0.0, 0.5, 1.0)
     assert factors_of("0.5, 2", 3) == (0.5, 2.0)

@@ -168,6 +168,21 @@ def test_evenly_loaded_teeth_bend_as_plane_ones(pair_of: Build) -> None:
     assert moved == pytest.approx(plane, rel=1e-9)
 
 
+def test_a_loaded_tooth_takes_its_neighbours_along(pair_of: Build) -> None:
+    pair = pair_of(slices=8)
+    place = -0.3
+    pieces = pieces_of(pair, [place])  # one pair at -0.3, the one ahead at 0.7
+    first = np.flatnonzero(pieces.valid[0] & (np.abs(pieces.lines.sigma.ravel()[pieces.index[0]] - place) < 1e-9))
+    other = np.flatnonzero(pieces.valid[0] & (np.abs(pieces.lines.sigma.ravel()[pieces.index[0]] - place - 1) < 1e-9))
+    assert len(first) == len(other) == 8
+    moved = pieces.compliance[0][np.ix_(other, first)] @ np.full(8, 2e5 * 30e-3 / 8)
+    plane = sum(
+        float(tooth.cross(radius(place + 1), radius(place), 1)) * 2e5
+        for tooth, radius in ((pair.tooth_a, pair.plane.radius_a), (pair.tooth_b, pair.plane.radius_b))
+    )
+    assert moved == pytest.approx(plane, rel=1e-9)
+
+
 def test_twist_of_a_shaft_under_an_even_load(pair_of: Build) -> None:
     rigid = pair_of(slices=200)
     pair = replace(rigid, torsion_a=Torsion(rigidity=2e4, end="right"))
