@@ -31,7 +31,8 @@ _LOG = logging.getLogger(__name__)
 _CONTACT = "Dashed: unstable branches. Large marks: motions that take the place of an unstable one. Circles: folds."
 _KNOWN = (
     *("check", "modes", "campbell", "stiffness", "static", "steady", "sharing"),
-    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track", "contact", "relief"),
+    *("sweep", "contact_sweep", "modulation", "transient", "sensitivity", "track", "contact"),
+    *("train_contact", "relief"),
 )
 Datasets = Mapping[str, xr.Dataset]
 
@@ -149,6 +150,10 @@ def _sections(datasets: Datasets, figures: Mapping[str, go.Figure]) -> Iterable[
         found = datasets["relief"]
         body = _figure("relief", plots.relief_search(found)) + _figure("relief-effect", plots.relief_effect(found))
         yield Section(anchor="relief", title="Relief", body=body)
+    if "train_contact" in datasets:
+        train = datasets["train_contact"]
+        body = _figure("faces", plots.face_loads(train)) + _figure("factors", plots.load_factors(train))
+        yield Section(anchor="train_contact", title="Teeth in contact in the train", body=body)
     yield Section(anchor="studies", title="Studies", body=_studies(datasets, figures))
     yield Section(anchor="model", title="Model and provenance", body=_provenance(datasets))
 

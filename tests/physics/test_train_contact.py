@@ -261,6 +261,33 @@ def test_rows_are_the_gradient_of_their_energy() -> None:
             np.testing.assert_allclose(at.tangent[:, k], slope, atol=2e-4 * np.abs(at.tangent).max())
 
 
+def test_weights_give_back_any_straight_field() -> None:
+    pair = pair_of(load(document()), load(document()).meshes[0], slices=5)
+    pieces = pieces_of(pair, np.array([0.2, 0.9]))
+    at = Stations(left=-0.02, right=0.03, along=7e-3)
+    place = np.take_along_axis(pieces.lines.sigma.reshape(2, -1), pieces.index, axis=1) * pair.plane.base_pitch
+    expected = 1e-5 + 3e-4 * pieces.zeta - 2e-3 * place
+    rows = np.array([1e-5 + 3e-4 * at.left, 1e-5 + 3e-4 * at.right, 1e-5 - 2e-3 * at.along])
+    np.testing.assert_allclose((weights(pieces, at) @ rows)[pieces.valid], expected[pieces.valid], rtol=1e-12)
+
+
+def test_rows_are_the_velocities_of_points_of_the_plane_of_action() -> None:
+    """n . (u + theta x r) at the ends of the face and one base pitch along n_t, written out for the sun."""
+    train = load(tilting(document()))
+    system = epicyclic.assemble(three_rows(train))
+    mesh, pair = train.meshes[1], pair_of(train, train.meshes[1])
+    psi, alpha, beta = mesh.direction, mesh.pressure_angle, mesh.base_helix
+    e = np.array([math.cos(psi), math.sin(psi), 0.0])
+    t = np.array([-math.sin(psi), math.cos(psi), 0.0])
+    across = math.sin(alpha) * e + mesh.flank * math.cos(alpha) * t
+    normal = math.cos(beta) * across - mesh.hand * mesh.flank * math.sin(beta) * np.array([0.0, 0.0, 1.0])
+    rows = system.meshes.B[:, 3:6]
+    sun = [system.dofs.names.index(f"{mesh.a}/{d}") for d in ("x", "y", "z", "rx", "ry", "rz")]
+    for column, (zeta, along) in enumerate([(-WIDTH / 2, 0.0), (WIDTH / 2, 0.0), (0.0, pair.plane.base_pitch)]):
+        point = mesh.radius_a * e + along * across + np.array([0.0, 0.0, zeta])
+        np.testing.assert_allclose(rows[sun, column], [*normal, *np.cross(point, normal)], atol=1e-14)
+
+
 def test_a_row_along_the_line_of_action_turns_with_the_bodies() -> None:
     """Rigid turning at the ratio opens no place of the plane of action; tilt turns the normal's arm along the path."""
     train = load(tilting(document()))

@@ -67,6 +67,11 @@ REFUSED = [
     ({"stages.main.d": {"kind": "planet", "teeth": 18}}, "stages.main.meshes", "which of them mesh"),
     ({"stages.main.sun.split": True}, "stages.main.planet.herringbone", "left and a right half"),
     ({"stages.main.split": True}, "stages.main.sun", "neither neck nor hold"),
+    (
+        {"stages.main.meshes.sun-planet.stiffness": "contact", "stages.main.face_width": None},
+        "stages.main.face_width",
+        "needs it",
+    ),
     ({"stages.main.sun.bore": "48 mm"}, "stages.main.sun.bore", "no solid"),
     ({"stages.main.ring.rim": None, "stages.main.ring.outer_diameter": "110 mm"}, "ring.outer_diameter", "no solid"),
     ({"stages.main.planet_angles": "[0, 120, 120] deg"}, "stages.main.planet_angles", "one place"),

@@ -94,3 +94,11 @@ def test_audits_can_ask_for_it(tmp_path: Path) -> None:
         'ours = { run = "teeth", take = "branch_load_factor", reduce = "max" }\n'
     )
     assert audit(data).outcome.values.tolist() == ["holds"]
+
+
+def test_the_report(result: xr.Dataset) -> None:
+    from epicyclic.report import report
+
+    page = report({"train_contact": result})
+    assert "Teeth in contact in the train" in page
+    assert "Load factors over the torque" in page

@@ -8,8 +8,10 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 
+from ...gears.contact.energy import Meshing, interference
 from ...gears.contact.pieces import check_pair
 from ...gears.contact.table import ContactTable, contact_table
+from ...gears.contact.tooth import ToothCompliance
 from ...gears.series import series_in_time
 from ...train.connections import Mesh, ToothPair
 from ...train.kinematics import Kinematics
@@ -53,8 +55,11 @@ def _table(
     pair = pair_of_teeth(teeth, internal=internal, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)
     table = contact_table(pair, force)
-    found = [text for tooth in (pair.tooth_a, pair.tooth_b) for text in getattr(tooth, "warnings", ())]
-    return table, tuple(dict.fromkeys(found))
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    mesh = Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
+    return table, tuple(dict.fromkeys((*a.warnings, *b.warnings, *interference(mesh, path=path))))
 
 
 def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:

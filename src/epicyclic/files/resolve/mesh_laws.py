@@ -84,7 +84,7 @@ def mesh_law(
     elif loaded is not None:
         stiffness = (loaded.stiffness,) * count
     else:
-        stiffness = (_computed(shape, p, width, path, model, ledger),) * count
+        stiffness = (_standard(shape, p, width, path, model, ledger),) * count
     note = stiffness[0] if len(set(stiffness)) == 1 else list(stiffness)
     by_side = len(set(shape.meshes[p.name].width.values())) > 1 or table not in (None, p.keys)
     where = f"{p.path}.{side}.stiffness" if side and by_side else f"{p.path}.stiffness"
@@ -131,7 +131,7 @@ def _needed_width(shape: StageShape, p: Pair, side: str | None, path: str) -> fl
     return width
 
 
-def _computed(shape: StageShape, p: Pair, width: float, path: str, model: ModelFile, ledger: Ledger) -> float:
+def _standard(shape: StageShape, p: Pair, width: float, path: str, model: ModelFile, ledger: Ledger) -> float:
     """Mean stiffness along the tooth normal of one helix by ISO 6336-1 [N/m]."""
     if math.isnan(width):
         _needed_width(shape, p, next(iter(shape.meshes[p.name].width)), path)

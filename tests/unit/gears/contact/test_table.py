@@ -135,6 +135,24 @@ def test_linear_verbs_take_tangent_and_error_of_the_operating_load() -> None:
     assert np.isfinite(epicyclic.modes(train).frequency).all()
 
 
+def test_errors_of_a_mesh_come_with_its_phase() -> None:
+    """The lines of the System, put together over time, are the series of the table at the place of the contact."""
+    system = epicyclic.assemble(load("xu2020", overrides=CONTACT))
+    train = load("xu2020", overrides=CONTACT)
+    time = np.arange(40) / 40
+    total = np.zeros((len(train.meshes), time.size))
+    for line in system.lines:
+        cycles = float(line.frequency / system.tones[0]) * time
+        total += (line.gap[:, None] * np.exp(2j * np.pi * cycles)).real
+    leads = {float(mesh.lead) for mesh in train.meshes}
+    assert len(leads) > 2
+    for mesh, error in zip(train.meshes, total, strict=True):
+        assert mesh.table is not None
+        sigma = mesh.sense * (time + float(mesh.lead))
+        waves = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(mesh.table.missing))))
+        np.testing.assert_allclose(error, (waves @ mesh.table.missing).real, atol=1e-12)  # of micrometres
+
+
 def test_slices_share_the_table() -> None:
     sliced = {**CONTACT, "stages.main.meshes.sun-planet.slices": 3}
     whole = epicyclic.static(load("ren2021", overrides=CONTACT), cycles=1, samples=8)
