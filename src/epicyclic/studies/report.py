@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["REPORT_VERBS", "STUDIES", "run_report"]
 
-REPORT_VERBS = ("check", "stiffness", "modes", "campbell", "sharing", "sweep")
+REPORT_VERBS = ("check", "stiffness", "contact", "modes", "campbell", "sharing", "sweep")
 STUDIES = ("support stiffness", "run-out")
 
 
@@ -62,7 +62,7 @@ def _steps(train: Train) -> dict[str, Callable[[], xr.Dataset]]:
     from .design import run_out_study, support_study
 
     system = cache(lambda: verbs.system_of(train))
-    drawn = {name: partial(verbs.VERBS[name], train) for name in ("check", "stiffness")}
+    drawn = {name: partial(verbs.VERBS[name], train) for name in ("check", "stiffness", "contact")}
     studies = dict(zip(STUDIES, (partial(support_study, train), partial(run_out_study, train)), strict=True))
     run = {name: partial(_on_system, verbs.VERBS[name], system) for name in REPORT_VERBS if name not in drawn}
     return {**drawn, **run, **studies}
