@@ -18,7 +18,7 @@ from .continuation import Measure, PathPoint, Stepping, measure, step_from
 from .levels import Levels, carried, fitting
 from .measures import force_level
 from .newton import dynamic_size, solve
-from .scan import Scan, scanned
+from .scan import REACH, Scan, scanned
 from .solution import Solution, apart, rescued, solution
 
 __all__ = ["Crossing", "Route", "Stretch", "route"]
@@ -128,12 +128,15 @@ def _open_leg(way: _Way, place: int) -> int:
     if before is not None:
         start = solve(given, carried(before.given, given, before.state.y), speed)
     if before is None or not start.converged:
+        asked = int(scan.asked[place])
+        if asked < 0 or way.crossings[asked]:
+            return place + 1
         speed = float(scan.speeds[place])
         start = rescued(way.levels, speed, harmonics=H)
         way.run += 1
-    if not start.converged:
-        way.broken.append(speed)
-        return place + 1
+        if not start.converged:
+            way.broken.append(speed)
+            return place + 1
     points = _followed(way, given, H, start.state)
     behind = _recorded(way, points, H)
     return max(behind, place + 1)
@@ -156,7 +159,7 @@ def _followed(way: _Way, given: Problem, harmonics: int, start: State) -> list[P
         given,
         harmonics,
         start,
-        low=float(scan.speeds[0]),
+        low=REACH * float(scan.speeds[0]),
         high=float(scan.speeds[-1]),
         unit=_unit(start),
         stepping=way.stepping,

@@ -6,7 +6,7 @@ sun does, the motion is linear without these.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,12 @@ from .levels import Levels, fitting
 from .newton import dynamic_size, linear_start
 from .solution import Solution, solution
 
-__all__ = ["Scan", "scanned"]
+__all__ = ["REACH", "Scan", "scanned"]
 
 # Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
 _LINEAR, _ACCEPTED = 1e-6, 1e-4
+# Part of the lowest speed down to which a way may begin, and branches may turn back.
+REACH = 0.4
 # Speeds looked at besides those asked for, at most.
 _MOST = 600
 # Times flanks are opened and closed until those that touch in the mean are those that press; least harmonics then.
@@ -43,23 +45,47 @@ class Scan:
 
 
 def scanned(levels: Levels, speeds: Array) -> Scan:
-    """The linear response at distinct speeds (P,) and at enough between them to see every resonance."""
-    between = np.setdiff1d(_between(levels.ready, speeds.min(), speeds.max()), speeds)
-    every = np.concatenate([speeds, between])
-    order = np.argsort(every)
-    asked = np.where(order < speeds.size, order, -1)
-    found = list[Solution | None]([None] * every.size)
-    harmonics = np.zeros(every.size, np.int64)
-    rank = np.argsort(order)
-    for block in respond(levels.ready, every, tolerance=_LINEAR, shaft_orders=False):
-        for at, place in enumerate(rank[block.index].tolist()):
-            harmonics[place] = block.harmonics
-            if block.residual[at] <= _ACCEPTED:
-                speed, residual = float(block.speed[at]), float(block.residual[at])
-                found[place] = _closed(levels, block.mesh.y[at], speed, block.kept, residual)
-    if len(levels.ready.lines.tones) == 1:
-        _without_open_flanks(levels, every[order], found, harmonics)
-    return Scan(speeds=every[order], asked=asked, solutions=found, harmonics=harmonics)
+    """The linear response at distinct speeds (P,) and at enough between them to see every resonance.
+
+    Where contact changes at the lowest one, those below it down to the first at which it does not come along: a way
+    needs a beginning.
+    """
+    low = float(speeds.min())
+    between = np.setdiff1d(_between(levels.ready, low, float(speeds.max())), speeds)
+    found = _looked(levels, np.union1d(speeds, between))
+    if found.solutions[0] is None:
+        below = _looked(levels, _between(levels.ready, REACH * low, low))
+        last = next((i for i in reversed(range(below.speeds.size)) if below.solutions[i] is not None), None)
+        found = found if last is None else _joined(below, last, found)
+    places = np.searchsorted(found.speeds, speeds)
+    asked = np.full(found.speeds.size, -1, np.int64)
+    asked[places] = np.arange(speeds.size)
+    return replace(found, asked=asked)
+
+
+def _joined(below: Scan, first: int, above: Scan) -> Scan:
+    return Scan(
+        speeds=np.concatenate([below.speeds[first:], above.speeds]),
+        asked=np.concatenate([below.asked[first:], above.asked]),
+        solutions=[*below.solutions[first:], *above.solutions],
+        harmonics=np.concatenate([below.harmonics[first:], above.harmonics]),
+    )
+
+
+def _looked(levels: Levels, speeds: Array) -> Scan:
+    """The linear response at rising speeds, none of them asked for."""
+    found = list[Solution | None]([None] * speeds.size)
+    harmonics = np.zeros(speeds.size, np.int64)
+    if speeds.size:
+        for block in respond(levels.ready, speeds, tolerance=_LINEAR, shaft_orders=False):
+            for at, place in enumerate(block.index.tolist()):
+                harmonics[place] = block.harmonics
+                if block.residual[at] <= _ACCEPTED:
+                    speed, residual = float(block.speed[at]), float(block.residual[at])
+                    found[place] = _closed(levels, block.mesh.y[at], speed, block.kept, residual)
+        if len(levels.ready.lines.tones) == 1:
+            _without_open_flanks(levels, speeds, found, harmonics)
+    return Scan(speeds=speeds, asked=np.full(speeds.size, -1), solutions=found, harmonics=harmonics)
 
 
 def _between(ready: Response, low: float, high: float) -> Array:
