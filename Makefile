@@ -54,5 +54,5 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/.created
 	touch $@
 
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev$(EXTRA)]'
 	touch $(VENV)/.installed $@
