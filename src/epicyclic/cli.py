@@ -218,6 +218,9 @@ def sweep(
     unstable: Annotated[
         Unstable, typer.Option("--unstable", help="With --contact-loss: replace motions that are not stable, or tell.")
     ] = Unstable.replace,
+    shaft_orders: Annotated[
+        bool, typer.Option(help="With --contact-loss: put run-outs and other shaft orders on top.")
+    ] = True,
 ) -> None:
     """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
 
@@ -226,7 +229,11 @@ def sweep(
     with reported():
         low, high = (_end(text, option) for text, option in ((start, "--from"), (stop, "--to")))
     options: dict[str, Any] = {"points": points, "frame_speed": frame_speed.value}
-    options |= {"contact_loss": True, "unstable": unstable.value} if contact_loss else {"orders": orders}
+    options |= (
+        {"contact_loss": True, "unstable": unstable.value, "shaft_orders": shaft_orders}
+        if contact_loss
+        else {"orders": orders}
+    )
     run_verb("sweep", model, sets, as_json, output, start=low, stop=high, **options)
 
 

@@ -192,6 +192,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "motion": ("", "what moves: periodic, symmetry broken, period 2, integrated"),
     "branch_instability": ("", "how the motion of the branch is left; divergence as fold or symmetry breaking"),
     "jumped": ("", "whether the branch of the speed before had ended"),
+    "superposed_error": ("1", "RMS error of the force of a shaft line superposed on flanks that part, of that force"),
     "path_frequency": ("Hz", "mesh frequency along the branches"),
     "path_force_rms": ("N", "RMS of the dynamic mesh force along the branches"),
     "path_stable": ("", "whether the branch is stable"),

@@ -11,7 +11,7 @@ from ...system.system import Array
 from .balance import Problem, State, evaluate, unknowns
 from .precondition import Step, preconditioned
 
-__all__ = ["TOLERANCE", "Found", "dynamic_size", "linear_start", "solve"]
+__all__ = ["TOLERANCE", "WORK", "Found", "dynamic_size", "linear_start", "solve"]
 
 TOLERANCE = 1e-6
 # Newton steps before a point counts as lost; halvings of one step.
@@ -19,7 +19,7 @@ _STEPS, _HALVINGS = 20, 6
 # Residual of the GMRES of a step per residual now.
 _STEP = preconditioned(forcing=1e-3, restarts=3)
 # Products with the derivative before a point counts as lost: three times what the hardest that succeed take.
-_WORK = 300
+WORK = 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,9 +43,10 @@ def solve(
     *,
     tolerance: float = TOLERANCE,
     steps: int = _STEPS,
+    work: int = WORK,
     step: Step | None = None,
 ) -> Found:
-    """Newton's method from a motion (2, J, n) at relative speed s."""
+    """Newton's method from a motion (2, J, n) at relative speed s, with at most so many steps and products."""
     state, calls = evaluate(given, start, speed), 0
     for count in range(steps + 1):
         if not np.isfinite(state.norm):
@@ -53,7 +54,7 @@ def solve(
         size = dynamic_size(state.y)
         if state.norm <= tolerance * size:
             return Found(state=state, converged=True, steps=count, calls=calls)
-        if count == steps or calls > _WORK:
+        if count == steps or calls > work:
             break
         move, used = (step or _STEP)(given, state, state.residual, 0.1 * tolerance * size)
         calls += used

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
 from ..harmonic.response import response
+from .levels import Levels
 from .outcome import Outcome, outcome, strokes
+from .route import route
+from .solution import judged
 from .superposed import Superposed, exact, superposed
 from .torus import DROPPED, Torus, TorusPoint, respond_torus, torus
 
@@ -72,18 +75,32 @@ def settled(
     Where flanks touch whatever the phases of the shaft lines, mesh orders and superposed lines are the whole solution;
     the torus is for speeds at which they part.  One that is not found is tried with one slow tone less, down to none.
     """
-    if given.every and start is None:
+    if start is None:
         flat = respond_torus(given.flat, speed)
-        if flat.status == "ok":
-            lines = superposed(given.flat, flat)
-            if exact(given, flat, lines):
-                return given.flat, flat, lines
+        if not flat.converged:
+            start = _along_the_way(given, speed)
+            if start is None:
+                return given.flat, flat, []
+            flat = respond_torus(given.flat, speed, start=start)
+        lines = superposed(given.flat, flat) if flat.converged else []
+        if not flat.converged or (flat.status == "ok" and exact(given, flat, lines)):
+            return given.flat, flat, lines
         start = flat.problem.grid.points, flat.state.y
     point = respond_torus(given, speed, start=start)
     while not point.converged and given.slow.tones:
         given = given.fewer
         point = respond_torus(given, speed, start=start)
     return given, point, superposed(given, point) if point.converged else []
+
+
+def _along_the_way(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
+    """The motion of mesh orders that the branches from closed teeth lead to, a stable one if there is."""
+    levels = Levels(ready=given.ready)
+    found = [judged(levels, each.solution) for each in route(levels, np.array([speed])).crossings[0]]
+    if not found:
+        return None
+    at = next((each for each in found if each.stable), found[0])
+    return at.given.grid.points, at.state.y
 
 
 def _labelled(given: Torus, point: TorusPoint, lines: Sequence[Superposed], options: dict[str, Any]) -> xr.Dataset:

@@ -14,10 +14,12 @@ from ...system.system import Array, System
 from ..harmonic.response import FrameSpeed, Response, response
 from .branch import folds_of_speed
 from .levels import LEVELS, Levels
-from .measures import force_level, measured
+from .measures import Measures, force_level, measured
+from .orders import ShaftOrders
 from .route import Route, Stretch, route
 from .settling import Record
 from .solution import judged
+from .torus import torus
 from .walk import Met, Unstable, walk
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ __all__ = ["contact_sweep"]
 _POINTS = 200
 _DIRECTIONS = ("up", "down")
 _UNSTABLE = get_args(Unstable)
+# what a point says that holds numbers, or lost them before shaft orders came
+_KNOWN = ("ok", "coarse", "not converged", "speed is not a number above zero")
 
 
 def contact_sweep(
@@ -38,11 +42,14 @@ def contact_sweep(
     frame_speed: FrameSpeed = "kinematic",
     harmonics: int | None = None,
     unstable: Unstable = "replace",
+    shaft_orders: bool = True,
+    slow_tones: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down meet them, and all branches.
 
-    Mesh orders only: run-outs and other lines between them are left out.
+    What is met is a motion of mesh orders; run-outs and other shaft lines come on top of it, at each speed.  The path
+    and the folds are of mesh orders alone.
 
     Parameters
     ----------
@@ -52,6 +59,10 @@ def contact_sweep(
     unstable : what becomes of motions that are not stable.  ``replace``: what takes their place is looked for, at last
         by integration in time.  ``tell``: each point is judged and stays; a run goes on along its branch, and from the
         end of one to the nearest motion, of stable ones if there are.  ``ignore``: as that, and none is judged.
+    shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
+        begun at the motion met; one that fails, and a motion that is not stable or not periodic, holds nan and says so.
+    slow_tones : of that torus, 0 to 3; 30 ms a speed with one, ten times that with two.  Other lines are superposed,
+        ``superposed_error`` says what that leaves.
     progress : called with (points done, points); an exception in it ends the sweep.
 
     Raises
@@ -63,6 +74,8 @@ def contact_sweep(
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * LEVELS[-1]}")
     if unstable not in _UNSTABLE:
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
+    if not 0 <= slow_tones <= 3:
+        raise ModelError("out of range", path="slow_tones", given=slow_tones, allowed="0 to 3")
     ready = response(system, frame_speed=frame_speed)
     if len(ready.lines.tones) > 2:
         raise ModelError(
@@ -74,13 +87,15 @@ def contact_sweep(
     speed = _speeds(ready, mesh_frequency, relative_speed)
     usable = np.isfinite(speed) & (speed > 0)
     levels, (rising, place) = Levels(ready=ready), np.unique(speed[usable], return_inverse=True)
-    curves = [_blank(ready.system, rising.size) for _ in _DIRECTIONS]
+    joint = ShaftOrders(given=torus(ready, most=slow_tones)) if shaft_orders and ready.lines.shaft else None
+    curves = [_blank(ready.system, rising.size, joint is not None) for _ in _DIRECTIONS]
     way = Route(speeds=rising, stretches=[], crossings=[], broken=[])
     if rising.size:
         way = route(levels, rising, harmonics=harmonics)
-        _walked(levels, way, curves, unstable, progress)
+        _walked(levels, way, curves, unstable, joint, progress)
     spread = [_spread(values, usable, place) for values in curves]
     options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
+    options |= {"shaft_orders": shaft_orders, "slow_tones": slow_tones}
     return _labelled(ready, speed, spread, _path(levels, way, unstable != "ignore"), options, way)
 
 
@@ -107,19 +122,20 @@ def _walked(
     way: Route,
     curves: list[dict[str, NDArray[Any]]],
     unstable: Unstable,
+    joint: ShaftOrders | None,
     progress: Callable[[int, int], None] | None,
 ) -> None:
     """Fill the curves of both directions."""
     total, done = 2 * len(way.crossings), 0
     for values, upward in zip(curves, (True, False), strict=True):
         for place, met in walk(levels, way, upward=upward, unstable=unstable):
-            _fill(levels.ready.system, values, place, met)
+            _fill(levels.ready.system, values, place, met, joint)
             done += 1
             if progress is not None:
                 progress(done, total)
 
 
-def _blank(system: System, count: int) -> dict[str, NDArray[Any]]:
+def _blank(system: System, count: int, joint: bool) -> dict[str, NDArray[Any]]:
     m, n = len(faces(system.meshes).name), system.force.size
     return {
         "mesh_force_rms": np.full((m, count), np.nan),
@@ -135,10 +151,11 @@ def _blank(system: System, count: int) -> dict[str, NDArray[Any]]:
         "largest_multiplier": np.full(count, np.nan),
         "harmonics": np.zeros(count, np.int64),
         "residual": np.full(count, np.nan),
+        **({"residual_dropped": np.full(count, np.nan), "superposed_error": np.full(count, np.nan)} if joint else {}),
     }
 
 
-def _fill(system: System, values: dict[str, NDArray[Any]], place: int, met: Met) -> None:
+def _fill(system: System, values: dict[str, NDArray[Any]], place: int, met: Met, joint: ShaftOrders | None) -> None:
     """Enter what was met at one speed."""
     found = met.motion
     values["branch_instability"][place], values["jumped"][place] = met.left, met.jumped
@@ -147,17 +164,27 @@ def _fill(system: System, values: dict[str, NDArray[Any]], place: int, met: Met)
         return
     values["status"][place] = "ok"
     if isinstance(found, Record):
-        made = found.measures
+        made: Measures | None = found.measures
         values["motion"][place] = "integrated"
-        if not np.isfinite(made.rms).all():
+        if not np.isfinite(found.measures.rms).all():
             values["status"][place] = "not finite"
     else:
-        made = measured(system, found.given, found.state)
+        made = None if joint is not None else measured(system, found.given, found.state)
         values["motion"][place] = found.kind
         values["harmonics"][place], values["residual"][place] = found.harmonics, found.residual
         values["stable"][place] = found.stable
         if found.verdict is not None:
             values["largest_multiplier"][place] = abs(found.verdict.multiplier)
+    if joint is not None:
+        one = joint.joined(found)
+        made, values["status"][place] = one.measures, one.status
+        values["harmonics"][place], values["residual"][place] = one.harmonics, one.residual
+        values["residual_dropped"][place], values["superposed_error"][place] = one.dropped, one.off
+    if made is not None:
+        _enter(values, place, made)
+
+
+def _enter(values: dict[str, NDArray[Any]], place: int, made: Measures) -> None:
     values["mesh_force_rms"][:, place] = made.rms
     values["mesh_force_peak"][:, place] = made.highest
     values["mesh_force_minimum"][:, place] = made.lowest
@@ -259,10 +286,24 @@ def _warnings(ready: Response, curves: list[dict[str, NDArray[Any]]], way: Route
     if way.broken:
         at = ", ".join(f"{speed * tone:.4g} Hz" for speed in way.broken[:4])
         said.append(f"a branch ended before it was through, near {at}: motions may be missing there")
-    if ready.lines.shaft:
-        said.append("run-outs and other shaft orders are left out where contact may be lost")
+    if ready.lines.shaft and "superposed_error" not in curves[0]:
+        said.append("run-outs and other shaft orders are left out")
+    elif ready.lines.shaft:
+        said += _of_shaft_orders(curves)
     if len(ready.lines.tones) > 1:
         said.append("stability is not judged with several mesh frequencies")
+    return said
+
+
+def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
+    """Points that shaft orders have cost, and what lines superposed are off by."""
+    said = []
+    lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
+    if lost:
+        said.append(f"with shaft orders nothing is known at {lost} points: see status")
+    off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
+    if off > 0:
+        said.append(f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)")
     return said
 
 

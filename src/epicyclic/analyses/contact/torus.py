@@ -17,7 +17,7 @@ from ..harmonic.excitation import Shaft
 from ..harmonic.response import Response
 from .balance import Problem, State, evaluate, problem, unknowns
 from .beyond import Beyond, beyond, dropped
-from .newton import TOLERANCE, Found, dynamic_size, linear_start, solve
+from .newton import TOLERANCE, WORK, Found, dynamic_size, linear_start, solve
 from .precondition import preconditioned
 from .sizes import Size, points_of, weight
 from .slow import SlowTones, slow_tones
@@ -40,6 +40,8 @@ _CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
 _RISING = (0.25, 0.5, 0.75, 1.0)
 # Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
 _STEPS, _ON_THE_WAY = 10, 1e-3
+# Steps and products of a correction on many samples; those that succeed take 2 to 4 and about 20.
+_CORRECTIONS, _LEFT = 8, 60
 # Residual that tells what is dropped well enough; the rest is left to the size that is kept.
 _ROUGH = 1e-4
 # Residual that is enough where dampers of meshes make forces jump: about what one sample that jumps is worth.
@@ -151,7 +153,11 @@ def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None
 
 
 def respond_torus(
-    given: Torus, speed: float, *, start: tuple[Index, Array] | None = None, tolerance: float = TOLERANCE
+    given: Torus,
+    speed: float,
+    *,
+    start: tuple[Index, Array] | None = None,
+    tolerance: float = TOLERANCE,
 ) -> TorusPoint:
     """The steady motion at one relative speed, all phases of mesh and slow tones at once.
 
@@ -256,7 +262,7 @@ def _corrected(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
         return own(made.coarse, evaluate(made.coarse, at.y, speed), right, target)
 
     for one in (step, own) if made.fine is not made.coarse else (own,):
-        found = solve(made.fine, y, speed, tolerance=tolerance, steps=_STEPS, step=one)
+        found = solve(made.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_LEFT, step=one)
         calls += found.calls
         if found.converged:
             break
@@ -295,7 +301,7 @@ def _risen(given: Torus, made: Problem, start: Array, speed: float, tolerance: f
     for factor in _RISING:
         final = factor == _RISING[-1]
         dimmed, wanted = (made, tolerance) if final else (_dimmed(given, made, factor), _ON_THE_WAY)
-        found = solve(dimmed, y, speed, tolerance=wanted, steps=_STEPS, step=preconditioned())
+        found = solve(dimmed, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=preconditioned())
         y, calls = found.state.y, calls + found.calls
         if not found.converged:
             break

@@ -91,6 +91,6 @@ def _train(
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def train() -> Callable[..., System]:
     return _train
