@@ -58,7 +58,7 @@ def rows(quick: bool) -> list[table.Row]:
     return [redrawn, *_branches(system, quick), *_points(system, quick), *_symmetry(system), *_half_order()]
 
 
-def _redraw(quick: bool) -> Row:
+def _redraw(quick: bool) -> table.Row:
     """Figures 9 and 10 of xu2020 in one process: run-up, coast-down, branches and the stability of every point."""
     necks = [{**HELD, f"{NECK}.torsional_rigidity": value} for value in NECKS]
     slides = [{**HELD, "deviations.sun.position.z": value} for value in SLIDES]
