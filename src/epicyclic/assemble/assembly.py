@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -331,10 +332,16 @@ def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, .
     return tuple(result)
 
 
+@lru_cache(maxsize=4)
+def _model_text(train: Train) -> str:
+    """The model file of a train as JSON; a train is assembled many times, in a study of its operating point, say."""
+    return json.dumps(train.document, default=str)
+
+
 def _provenance(train: Train) -> dict[str, str]:
     return {
         "title": train.title,
         "doi": train.doi,
-        "model": json.dumps(train.document, default=str),
+        "model": _model_text(train),
         "assumed": json.dumps(dict(train.assumed)),
     }

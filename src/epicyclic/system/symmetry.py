@@ -48,7 +48,8 @@ def reduced_operator(R: Array, expand: Array) -> Array | None:
     expand : (6 nb, n), q_full = expand @ q.
     """
     moved = R @ expand
-    reduced, *_ = np.linalg.lstsq(expand, moved, rcond=None)
+    # every column holds a 1 of its own, so the normal equations are well conditioned; what is off is looked at below
+    reduced = np.linalg.solve(expand.T @ expand, expand.T @ moved)
     off = np.abs(expand @ reduced - moved).max(initial=0.0)
     return np.asarray(reduced, np.float64) if off <= _TOLERANCE * max(1.0, np.abs(expand).max(initial=1.0)) else None
 

@@ -40,6 +40,7 @@ Kept = tuple[int, ...]
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 60_000
+_GROUPED = 6
 # Doubles solved for, in all, from which numba pays: some 5 s by numpy, a third of that by numba, whose first use ever
 # compiles for about 10 s, and whose first use in a process takes 0.4 s.
 _WORTH = 20_000_000
@@ -247,8 +248,9 @@ def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -
         same = index[(kept == values).all(axis=1)]
         points = len(ready.kernel(key, shifted=False).lattice.points)
         rows = 2 * max(points, (2 * points - 1) * lines)
-        size = max(1, _BATCH // (rows * ready.modal.squared.size))
-        if ready.compiled:  # whole groups of eight
+        # compiled points are solved in groups of eight, which stay in the cache by themselves
+        size = max(1, (_GROUPED if ready.compiled else 1) * _BATCH // (rows * ready.modal.squared.size))
+        if ready.compiled:
             yield from ((part, key) for part in np.split(same, range(-(-size // 8) * 8, same.size, -(-size // 8) * 8)))
         else:
             yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
