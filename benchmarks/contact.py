@@ -5,12 +5,11 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import table
-from known import bench56
+from known import bench56, with_backlash
 
 import epicyclic
 from epicyclic.analyses.contact.balance import Problem, State
@@ -52,7 +51,7 @@ def rows(quick: bool) -> list[table.Row]:
     """The table of contact loss."""
     redrawn = _redraw(quick)
     try:
-        system = lossy()
+        system = with_backlash(bench56(), backlash=BACKLASH, load=KNOWN_TORQUE / TORQUE)
     except FileNotFoundError as error:
         return [redrawn, ("contact loss, 56 DOF", "skipped", "", f"{error}")]
     return [redrawn, *_branches(system, quick), *_points(system, quick), *_symmetry(system), *_half_order()]
@@ -73,20 +72,6 @@ def _redraw(quick: bool) -> table.Row:
     label = f"xu2020, five necks and three slides, {points} speeds each, up and down, judged"
     here = f"{took:.0f} s ({spent:.0f} s CPU), {lost} lost"
     return _row(label, here, "<= 60 s", took <= 60 and not lost)
-
-
-def lossy() -> System:
-    """The 56-degree-of-freedom set at 700 N m with backlash 100 um, its far flanks opposite to the loaded ones."""
-    system = bench56()
-    meshes = system.meshes
-    m = len(meshes.name)
-    return replace(
-        system,
-        force=system.force * (KNOWN_TORQUE / TORQUE),
-        meshes=replace(meshes, backlash=np.full(m, BACKLASH)),
-        lines=tuple(replace(line, far_gap=-line.gap) for line in system.lines),
-        far=FarFlanks(mesh=np.arange(m), B=-meshes.B, variation=meshes.variation),
-    )
 
 
 def _branches(system: System, quick: bool) -> list[table.Row]:

@@ -1,9 +1,10 @@
-"""Two systems from their arrays: a 56-degree-of-freedom double-helical planetary set, and two of them coupled."""
+"""Systems that benchmarks and tests share: a double-helical set, two of them coupled, and what opens their flanks."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
+from epicyclic.assemble import assemble
+from epicyclic.files import load
+from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]
 TONE = 1000
+TILTS = {
+    "stages.main.sun.support.tilt": 5e7,
+    "stages.main.planet.bearing.tilt": 2e7,
+    "stages.main.ring.support.tilt": 1e9,
+    "stages.main.carrier.support.tilt": 1e8,
+    "stages.main.sun.neck.tilt": 2e8,
+    "stages.main.ring.neck.tilt": 2e8,
+    "stages.main.carrier.neck.tilt": 2e8,
+    "stages.main.carrier.tilt_inertia": "90 kg m^2",
+}
 
 
 RATIO = Fraction(71, 220)
@@ -56,6 +69,27 @@ def bench112() -> System:
         tone=data["tone"],
         zeta=float(data["zeta"]),
     )
+
+
+def with_backlash(system: System, *, backlash: float = 100e-6, load: float = 1.0) -> System:
+    """The system with backlash [m], far flanks opposite to the loaded ones (exact in pure torsion), its force scaled.
+
+    The force of `bench56` is 2000 N m, 20 kN on each half of the sun.
+    """
+    meshes = system.meshes
+    return replace(
+        system,
+        force=load * system.force,
+        meshes=replace(meshes, backlash=np.full(len(meshes.name), backlash)),
+        lines=tuple(replace(line, far_gap=-line.gap) for line in system.lines),
+        far=FarFlanks(mesh=np.arange(len(meshes.name)), B=-meshes.B, variation=meshes.variation),
+    )
+
+
+def sliced_xu2020(slices: int, **more: Any) -> System:
+    """The ready herringbone set with all six directions of every half, 84 degrees of freedom, cut along the face."""
+    cut = {"stages.main.meshes": {pair: {"slices": slices} for pair in ("sun-planet", "planet-ring")}}
+    return assemble(load("xu2020", overrides={**cut, **TILTS, **more}))
 
 
 def _arrays(name: str) -> Mapping[str, Any]:

@@ -20,38 +20,26 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import table
-from known import bench56, bench112
+from known import bench56, bench112, sliced_xu2020, with_backlash
 from numpy.typing import NDArray
 
 from epicyclic.analyses.contact.outcome import outcome
 from epicyclic.analyses.contact.torus import Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.harmonic.response import response
-from epicyclic.system.system import FarFlanks, Line, System
+from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]
 BACKLASH, RUN_OUT = 100e-6, 10e-6
-# The ready herringbone set with all six directions of every half: 84 degrees of freedom.
-TILTS = {
-    "stages.main.sun.support.tilt": 5e7,
-    "stages.main.planet.bearing.tilt": 2e7,
-    "stages.main.ring.support.tilt": 1e9,
-    "stages.main.carrier.support.tilt": 1e8,
-    "stages.main.sun.neck.tilt": 2e8,
-    "stages.main.ring.neck.tilt": 2e8,
-    "stages.main.carrier.neck.tilt": 2e8,
-    "stages.main.carrier.tilt_inertia": "90 kg m^2",
-}
 
 
 def rows(quick: bool) -> list[table.Row]:
     """G11 and G14."""
     try:
         one, two = with_run_outs(("1/27",)), with_run_outs(("1/13", "1/17"))
-        coupled = lossy(bench112())
+        coupled = with_backlash(bench112(), backlash=BACKLASH)
     except FileNotFoundError as error:
         return [("contact loss with shaft orders", "skipped", "", f"{error}"), *_slices()]
     speeds = [1500.0, 1700.0, 1900.0] if quick else [1500.0, 1700.0, 1750.0, 1800.0, 1850.0, 1900.0]
@@ -64,14 +52,6 @@ def rows(quick: bool) -> list[table.Row]:
     return [*found, *_slices()]
 
 
-def lossy(system: System) -> System:
-    """The system with backlash; far flanks mirror the loaded ones."""
-    meshes = replace(system.meshes, backlash=np.full(len(system.meshes.name), BACKLASH))
-    lines = tuple(replace(line, far_gap=-line.gap) for line in system.lines)
-    far = FarFlanks(mesh=np.arange(len(meshes.name)), B=-meshes.B, variation=meshes.variation)
-    return replace(system, meshes=meshes, lines=lines, far=far)
-
-
 def with_run_outs(ratios: Sequence[str]) -> System:
     """`bench56` with backlash and run-outs: of the meshes of one side each, 90 degrees from planet to planet."""
     system = bench56()
@@ -80,7 +60,8 @@ def with_run_outs(ratios: Sequence[str]) -> System:
         gap = np.zeros(len(system.meshes.name), complex)
         gap[8 * i : 8 * (i + 1)] = RUN_OUT * np.exp(0.5j * np.pi * np.arange(8))
         lines.append(_line(system, Fraction(ratio) * system.tones[0], gap))
-    return lossy(replace(system, lines=tuple(sorted(lines, key=lambda line: line.frequency))))
+    ordered = tuple(sorted(lines, key=lambda line: line.frequency))
+    return with_backlash(replace(system, lines=ordered), backlash=BACKLASH)
 
 
 def _line(system: System, frequency: Fraction, gap: NDArray[np.complex128]) -> Line:
@@ -153,8 +134,6 @@ def _slices() -> list[table.Row]:
     from epicyclic.analyses.contact.balance import flank_force, mesh_problem
     from epicyclic.analyses.contact.forces import mesh_total, net_force
     from epicyclic.analyses.contact.newton import linear_start, solve
-    from epicyclic.assemble import assemble
-    from epicyclic.files import load
     from epicyclic.system.faces import faces
 
     # downwards, as a sweep goes: each from the motion at the last
@@ -163,8 +142,7 @@ def _slices() -> list[table.Row]:
     rms: dict[int, list[Array]] = {8: [], 32: []}
     apart, lost = 0.0, 0
     for slices, values in rms.items():
-        cut: dict[str, Any] = {pair: {"slices": slices} for pair in ("sun-planet", "planet-ring")}
-        system = lossy(assemble(load("xu2020", overrides={"stages.main.meshes": cut, **TILTS})))
+        system = with_backlash(sliced_xu2020(slices), backlash=BACKLASH)
         ready, face = response(system, frame_speed="operating"), faces(system.meshes)
         made = mesh_problem(ready, harmonics=16)
         y = linear_start(made, speeds[0] / float(ready.lines.tone))

@@ -21,13 +21,28 @@ import typer
 from .commands.audit import audit
 from .commands.contact import contact
 from .commands.modulation import modulation
-from .commands.options import Cycles, Json, Model, Of, Output, RelativeSpeed, Samples, Sets, Turns, run_verb
+from .commands.options import (
+    Cycles,
+    FrameSpeed,
+    From,
+    Json,
+    Model,
+    Of,
+    Output,
+    RelativeSpeed,
+    Samples,
+    Sets,
+    To,
+    Turns,
+    range_end,
+    run_verb,
+)
 from .commands.relief import relief
 from .commands.sensitivity import sensitivity
 from .commands.stability import stability
 from .commands.track import track
 from .commands.transient import transient
-from .console import frequency, parsed_overrides, progress_bar, put_out, reported, target_of
+from .console import parsed_overrides, progress_bar, put_out, reported, target_of
 
 __all__ = ["app", "main"]
 
@@ -56,13 +71,6 @@ class Method(StrEnum):
     steady = "steady"
     superposition = "superposition"
     static = "static"
-
-
-class FrameSpeed(StrEnum):
-    """Which frame speed the gyroscopic terms of a sweep see."""
-
-    kinematic = "kinematic"
-    operating = "operating"
 
 
 class Unstable(Enum):
@@ -199,10 +207,8 @@ def sweep(
     sets: Sets = None,
     as_json: Json = False,
     output: Output = None,
-    start: Annotated[
-        str | None, typer.Option("--from", help='Lowest mesh frequency or speed: "20 Hz", "50 rpm", "50 %".')
-    ] = None,
-    stop: Annotated[str | None, typer.Option("--to", help='Highest, e.g. "0.6 kHz", "2000 rpm".')] = None,
+    start: From = None,
+    stop: To = None,
     points: Annotated[
         int | None, typer.Option("--points", min=1, max=100_000, help="Number of speeds.", show_default="200")
     ] = None,
@@ -227,7 +233,7 @@ def sweep(
     A speed in rpm is that of the first member whose speed the model gives; % is of the operating speed.
     """
     with reported():
-        low, high = (_end(text, option) for text, option in ((start, "--from"), (stop, "--to")))
+        low, high = (range_end(text, option) for text, option in ((start, "--from"), (stop, "--to")))
     options: dict[str, Any] = {"points": points, "frame_speed": frame_speed.value}
     options |= (
         {"contact_loss": True, "unstable": unstable.value, "shaft_orders": shaft_orders}
@@ -235,11 +241,6 @@ def sweep(
         else {"orders": orders}
     )
     run_verb("sweep", model, sets, as_json, output, start=low, stop=high, **options)
-
-
-def _end(text: str | None, option: str) -> float | str | None:
-    """An end of a range: Hz as a number, rpm and % as they stand, for whoever knows the train."""
-    return text if text is None or text.rstrip().endswith(("rpm", "%")) else frequency(text, option)
 
 
 @app.command()

@@ -4,14 +4,38 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ..console import complain, parsed_overrides, progress_bar, put_out, reported, target_of, write_result
+from ..console import complain, frequency, parsed_overrides, progress_bar, put_out, reported, target_of, write_result
 
-__all__ = ["Cycles", "Json", "Model", "Of", "Output", "RelativeSpeed", "Samples", "Sets", "Turns", "run_verb"]
+__all__ = [
+    "Cycles",
+    "FrameSpeed",
+    "From",
+    "Json",
+    "Model",
+    "Of",
+    "Output",
+    "RelativeSpeed",
+    "Samples",
+    "Sets",
+    "To",
+    "Turns",
+    "range_end",
+    "run_verb",
+]
+
+
+class FrameSpeed(StrEnum):
+    """Which frame speed the gyroscopic terms of a sweep see."""
+
+    kinematic = "kinematic"
+    operating = "operating"
+
 
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
 Sets = Annotated[
@@ -27,6 +51,8 @@ RelativeSpeed = Annotated[
 ]
 
 
+From = Annotated[str | None, typer.Option("--from", help='Lowest mesh frequency or speed: "20 Hz", "50 rpm", "50 %".')]
+To = Annotated[str | None, typer.Option("--to", help='Highest, e.g. "0.6 kHz", "2000 rpm".')]
 Cycles = Annotated[
     int | None, typer.Option("--cycles", min=1, help="Length of the record in mesh cycles.", show_default="chosen")
 ]
@@ -37,6 +63,11 @@ Of = Annotated[str | None, typer.Option("--of", metavar="BODY", help="Count turn
 Samples = Annotated[
     int | None, typer.Option("--samples", min=1, help="Instants per mesh cycle or turn.", show_default="chosen")
 ]
+
+
+def range_end(text: str | None, option: str) -> float | str | None:
+    """An end of a range: Hz as a number, rpm and % as they stand, for whoever knows the train."""
+    return text if text is None or text.rstrip().endswith(("rpm", "%")) else frequency(text, option)
 
 
 def run_verb(

@@ -5,23 +5,15 @@ Depends on: console, studies, imported when used.
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
 
-from ..console import frequency, reported
+from ..console import reported
 from ..errors import ModelError
-from .options import Json, Model, Output, Sets, run_verb
+from .options import FrameSpeed, From, Json, Model, Output, Sets, To, range_end, run_verb
 
 __all__ = ["stability"]
-
-
-class Frame(StrEnum):
-    """Which frame speed the gyroscopic terms see."""
-
-    kinematic = "kinematic"
-    operating = "operating"
 
 
 def stability(
@@ -29,15 +21,15 @@ def stability(
     sets: Sets = None,
     as_json: Json = False,
     output: Output = None,
-    start: Annotated[str | None, typer.Option("--from", help='Lowest mesh frequency, e.g. "20 Hz".')] = None,
-    stop: Annotated[str | None, typer.Option("--to", help='Highest mesh frequency, e.g. "0.6 kHz".')] = None,
+    start: From = None,
+    stop: To = None,
     points: Annotated[
         int | None,
         typer.Option("--points", min=1, max=100_000, help="Number of speeds.", show_default="200, of a map 100"),
     ] = None,
     frame_speed: Annotated[
-        Frame, typer.Option("--frame-speed", help="Let the frame turn with the speed, or as at operation.")
-    ] = Frame.kinematic,
+        FrameSpeed, typer.Option("--frame-speed", help="Let the frame turn with the speed, or as at operation.")
+    ] = FrameSpeed.kinematic,
     over: Annotated[
         str | None,
         typer.Option(
@@ -55,7 +47,7 @@ def stability(
     options: dict[str, Any] = {"points": points, "frame_speed": frame_speed.value}
     with reported():
         for name, text, option in (("start", start, "--from"), ("stop", stop, "--to")):
-            options[name] = None if text is None else frequency(text, option)
+            options[name] = range_end(text, option)
         if (over is None) != (values is None):
             raise ModelError("go together", path="--over, --values", allowed="--over damping.modal --values 0.01..0.05")
         if over is not None and values is not None:

@@ -149,10 +149,8 @@ def sweep(
     ModelError : the model is wrong, or says no speed, torque or damping.
     """
     from ..analyses.harmonic.sweep import sweep as linear
-    from ..system.system import System
 
-    train = None if isinstance(source, System) else train_of(source, overrides=overrides)
-    system = system_of(source if train is None else train, overrides=overrides if train is None else None)
+    train, system = _read(source, overrides)
     if start is not None or stop is not None or points is not None:
         options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
     if contact_loss:
@@ -221,8 +219,8 @@ def stability(
     source: Source,
     *,
     overrides: Overrides | None = None,
-    start: float | None = None,
-    stop: float | None = None,
+    start: float | str | None = None,
+    stop: float | str | None = None,
     points: int | None = None,
     over: str | None = None,
     values: Sequence[Any] | None = None,
@@ -246,15 +244,15 @@ def stability(
 
     if (over is None) != (values is None):
         raise ModelError("a path and its values go together", path="over, values", given=f"{over}, {values}")
-    system = system_of(source, overrides=overrides)
+    train, system = _read(source, overrides)
     if over is not None and values is not None:
         from .stability import stability_map
 
         speeds = options.pop("mesh_frequency", None)
-        speeds = _frequencies(system, start, stop, points or 100) if speeds is None else speeds
+        speeds = _frequencies(system, start, stop, points or 100, train=train) if speeds is None else speeds
         return stability_map(source, over, values, speeds, overrides=overrides, **options)
     if start is not None or stop is not None or points is not None:
-        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200)
+        options["mesh_frequency"] = _frequencies(system, start, stop, points or 200, train=train)
     return run(system, **options)
 
 
@@ -270,6 +268,16 @@ def track(source: Source, *, overrides: Overrides | None = None, **options: Any)
     from .tracking import track as run
 
     return run(train_of(source, overrides=overrides), **options)
+
+
+def _read(source: Source, overrides: Overrides | None) -> tuple[Train | None, System]:
+    """The Train of a source, None where it is assembled already, and its System."""
+    from ..system.system import System
+
+    if isinstance(source, System):
+        return None, system_of(source, overrides=overrides)
+    train = train_of(source, overrides=overrides)
+    return train, system_of(train)
 
 
 def _frequencies(

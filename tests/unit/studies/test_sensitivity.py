@@ -41,7 +41,7 @@ def forces(drive: Any, path: str, relative_speed: float) -> Callable[[float], Ar
     return answer
 
 
-def close(found: Array, wanted: Array, *, rounding: float = 0.0) -> None:
+def assert_close(found: Array, wanted: Array, *, rounding: float = 0.0) -> None:
     """rounding : 1e-12 of the answer over a step of 2e-4, where what is asked for moves the answer very little."""
     assert np.abs(found - wanted).max() <= AGREE * np.abs(wanted).max() + rounding
 
@@ -65,7 +65,7 @@ def test_frequencies(drive: str, path: str) -> None:
     found = epicyclic.sensitivity(drive, paths=[path])
     elastic = found.frequency.values > 0
     wanted = difference(frequencies(drive, path), float(found.parameter_value[0]))
-    close(found.derivative.values[0, elastic], wanted[elastic])
+    assert_close(found.derivative.values[0, elastic], wanted[elastic])
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_frequencies(drive: str, path: str) -> None:
 )
 def test_forces(drive: str, path: str, speed: float) -> None:
     found = epicyclic.sensitivity(drive, of="force", paths=[path], relative_speed=speed)
-    close(found.derivative.values[0], difference(forces(drive, path, speed), float(found.parameter_value[0])))
+    assert_close(found.derivative.values[0], difference(forces(drive, path, speed), float(found.parameter_value[0])))
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_gyroscopic_frequencies(path: str) -> None:
     elastic = found.frequency.values > 0
     assert np.isnan(found.derivative.values[0, ~elastic]).all()
     wanted = difference(answer, parameter.value)
-    close(found.derivative.values[0, elastic], wanted[elastic])
+    assert_close(found.derivative.values[0, elastic], wanted[elastic])
     still = epicyclic.sensitivity("ren2021", paths=[path]).derivative.values[0]
     assert np.abs(still - found.derivative.values[0])[elastic].max() > 1e-3 * np.abs(still).max()  # the speed matters
 
@@ -163,7 +163,7 @@ def test_slices_laws_planets_and_dampers(overrides: dict[str, Any], path: str) -
     found = epicyclic.sensitivity(train, of="force", paths=[path])
     value = float(found.parameter_value[0])
     wanted = difference(forces(dict(train.document), path, 1.0), value)
-    close(found.derivative.values[0], wanted, rounding=1e-8 * float(found.mesh_force_rms.max()) / value)
+    assert_close(found.derivative.values[0], wanted, rounding=1e-8 * float(found.mesh_force_rms.max()) / value)
 
 
 def test_the_drawing_is_asked_and_ranked() -> None:

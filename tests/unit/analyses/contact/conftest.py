@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
+from known import bench56, with_backlash
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]
-DATA = Path(os.environ.get("EPICYCLIC_DATA", Path(__file__).parents[5] / "shared" / "data")) / "bench56.npz"
 TONE = 1000
 
 
@@ -149,62 +147,15 @@ def _coupled(*, tones: int = 1, drag: float = 100.0, load: float = 60.0, far: bo
 
 
 def _bench(scale: float = 0.35, backlash: float = 1e-4) -> System:
-    """The set of 56 coordinates with backlash on both sides.
+    """The set of 56 coordinates with backlash on both sides, its far flanks opposite to the loaded ones.
 
     Its torque of 2000 N m, 20 kN on each half of the sun, times `scale`.
     """
-    if not DATA.is_file():
-        pytest.skip(f"{DATA} is absent (set EPICYCLIC_DATA)")
-    data = np.load(DATA)
-    n, m = data["N"].shape
-    frame = 2 * np.pi * TONE / 89
-    k, e = data["k_harmonics"], data["e_harmonics"]
-    variation: NDArray[np.complex128] = k[:, 1:] / k[:, :1].real
-    none = np.zeros((3, n), complex)
-    return System(
-        dofs=Dofs(
-            names=tuple(f"body/{i}" for i in range(n)),
-            body=("body",) * n,
-            direction=("x",) * n,
-            radius=np.ones(n),
-            bodies=("body",),
-            expand=np.zeros((6, n)),
-        ),
-        M=data["M"],
-        C=data["C"],
-        G=frame * data["G"],
-        K=data["K"],
-        Kg=-(frame**2) * data["Kw"],
-        Cskew=np.zeros((n, n)),
-        meshes=MeshRows(
-            name=tuple(f"mesh/{i}" for i in range(m)),
-            pair=("mesh",) * m,
-            stage=("main",) * m,
-            branch=(0,) * m,
-            side=("",) * m,
-            B=data["N"],
-            stiffness=k[:, 0].real,
-            variation=variation,
-            tone=np.zeros(m, np.int64),
-            damping=np.zeros(m),
-            backlash=np.full(m, backlash),
-            cos_base_helix=np.ones(m),
-        ),
-        links=LinkRows(name=(), link=(), B=np.zeros((n, 0)), stiffness=np.zeros(0), damping=np.zeros(0)),
-        force=scale * data["F"],
-        tones=(Fraction(TONE),),
-        lines=tuple(
-            Line(
-                frequency=Fraction(TONE * h),
-                gap=e[:, h],
-                link_gap=np.zeros(0, complex),
-                force=none,
-                far_gap=-e[:, h],
-            )
-            for h in (1, 2, 3)
-        ),
-        far=FarFlanks(mesh=np.arange(m), B=-data["N"], variation=variation),
-    )
+    try:
+        system = bench56()
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+    return with_backlash(system, backlash=backlash, load=scale)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

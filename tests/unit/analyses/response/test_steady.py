@@ -56,7 +56,7 @@ def start(found: Periodic) -> tuple[Array, Array]:
     return q, v
 
 
-def agree(case: Any, system: System, speed: float, *, cycles: int) -> None:
+def assert_agrees(case: Any, system: System, speed: float, *, cycles: int) -> None:
     """Integration started on the periodic solution stays on it for so many mesh cycles."""
     found = periodic(system, relative_speed=speed, samples=128)
     times = np.linspace(0, cycles / (float(found.tone) * speed), 40 * cycles + 1)
@@ -71,7 +71,7 @@ def agree(case: Any, system: System, speed: float, *, cycles: int) -> None:
 @pytest.mark.parametrize("free", [True, False])
 @pytest.mark.parametrize("speed", [0.4, 1.0, 1.9])
 def test_integration_stays_on_the_periodic_solution(case: Any, free: bool, speed: float) -> None:
-    agree(case, case.pair(free=free), speed, cycles=2)
+    assert_agrees(case, case.pair(free=free), speed, cycles=2)
 
 
 def test_integration_from_rest_joins_the_periodic_solution(case: Any) -> None:
@@ -101,7 +101,7 @@ def shafts(case: Any) -> tuple[Line, ...]:
 def test_shaft_lines_agree_with_integration_over_a_super_period(case: Any, speed: float) -> None:
     system = case.pair(lines=shafts(case))
     assert len(periodic(system, relative_speed=speed).lines) == 2
-    agree(case, system, speed, cycles=7)
+    assert_agrees(case, system, speed, cycles=7)
 
 
 def test_shaft_lines_that_mesh_orders_couple_stand_together(case: Any) -> None:
@@ -111,7 +111,7 @@ def test_shaft_lines_that_mesh_orders_couple_stand_together(case: Any) -> None:
     found = periodic(system)
     assert [line.frequency for line in found.lines] == [Fraction(274, 7), Fraction(137, 2), Fraction(137 * 8, 7)]
     assert found.lines[0].causes == ("deviations.a", "deviations.c")
-    agree(case, system, 1.0, cycles=3)
+    assert_agrees(case, system, 1.0, cycles=3)
 
 
 def dense(case: Any, system: System, speed: float, harmonics: int) -> ComplexArray:

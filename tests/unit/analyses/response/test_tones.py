@@ -16,7 +16,7 @@ from epicyclic.analyses.harmonic.lattice import bundle, kept_points
 from epicyclic.analyses.harmonic.response import respond, response
 from epicyclic.analyses.harmonic.steady import Periodic, periodic, periodic_by_tone, steady
 from epicyclic.analyses.harmonic.sweep import sweep
-from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
+from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
 SLOW = Fraction(137 * 3, 7)
@@ -231,64 +231,8 @@ REFERENCE = {
 }
 
 
-@pytest.fixture(scope="module")
-def welded() -> System:
-    """Two double-helical planetary sets of 56 degrees of freedom, sun welded to carrier, 3 % modal damping."""
-    if not DATA.is_file():
-        pytest.skip(f"{DATA} is absent (set EPICYCLIC_DATA)")
-    data = np.load(DATA)
-    n, m = data["N"].shape
-    tones = (Fraction(1000), Fraction(71000, 220))
-    first, second = (2 * np.pi * float(f) / 89 for f in tones)
-    k, e, tone = data["k_harmonics"], data["e_harmonics"], data["tone"]
-    return System(
-        dofs=Dofs(
-            names=tuple(f"body/{i}" for i in range(n)),
-            body=("body",) * n,
-            direction=("x",) * n,
-            radius=np.ones(n),
-            bodies=("body",),
-            expand=np.zeros((6, n)),
-        ),
-        M=data["M"],
-        C=np.zeros((n, n)),
-        G=first * data["GA"] + second * data["GB"],
-        K=data["K"],
-        Kg=-(first**2) * data["KwA"] - second**2 * data["KwB"],
-        Cskew=np.zeros((n, n)),
-        meshes=MeshRows(
-            name=tuple(f"mesh/{i}" for i in range(m)),
-            pair=("mesh",) * m,
-            stage=tuple(f"stage{t}" for t in tone),
-            branch=(0,) * m,
-            side=("",) * m,
-            B=data["N"],
-            stiffness=k[:, 0].real,
-            variation=k[:, 1:] / k[:, :1].real,
-            tone=tone,
-            damping=np.zeros(m),
-            backlash=np.full(m, np.inf),
-            cos_base_helix=np.ones(m),
-        ),
-        links=LinkRows(name=(), link=(), B=np.zeros((n, 0)), stiffness=np.zeros(0), damping=np.zeros(0)),
-        force=data["F"],
-        tones=tones,
-        lines=tuple(
-            Line(
-                frequency=h * f,
-                gap=np.where(tone == j, e[:, h], 0),
-                link_gap=np.zeros(0, complex),
-                force=np.zeros((3, n), complex),
-            )
-            for j, f in enumerate(tones)
-            for h in range(1, 4)
-        ),
-        zeta=float(data["zeta"]),
-    )
-
-
-def test_dynamic_mesh_forces_of_two_coupled_sets(welded: System) -> None:
-    result = sweep(welded, mesh_frequency=list(REFERENCE))
+def test_dynamic_mesh_forces_of_two_coupled_sets(bench112: System) -> None:
+    result = sweep(bench112, mesh_frequency=list(REFERENCE))
     assert set(result.status.values) == {"ok"}
     # printed to 1e-6, known to some 1e-6
     np.testing.assert_allclose(result.mesh_force_rms[[0, 1, 16, 17]].T, list(REFERENCE.values()), rtol=1e-5)

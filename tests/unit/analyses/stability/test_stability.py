@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -17,8 +16,7 @@ from epicyclic.analyses.stability.scan import kind_of, prepared, scan
 from epicyclic.analyses.stability.stability import stability
 from epicyclic.errors import ModelError
 from epicyclic.results import load_result, save_result
-
-DATA = Path(os.environ.get("EPICYCLIC_DATA", Path(__file__).parents[5] / "shared" / "data")) / "bench56.npz"
+from epicyclic.system.system import System
 
 
 def test_kinds() -> None:
@@ -146,25 +144,19 @@ def test_the_free_rotation_of_a_drive_is_no_instability() -> None:
     assert (found.largest_multiplier < 0.999).all()
 
 
-@pytest.mark.skipif(not DATA.is_file(), reason=f"{DATA} is absent (set EPICYCLIC_DATA)")
 @pytest.mark.parametrize(("frequency", "damping"), [(3500.0, 1.0), (4310.0, 0.3)])
-def test_a_56_degree_of_freedom_set_against_integration(case: Any, frequency: float, damping: float) -> None:
-    data = np.load(DATA)
-    frame, k = 2 * np.pi * 1000 / 89, data["k_harmonics"]
-    system = case.system(
-        data["M"],
-        data["K"],
-        data["N"],
-        k[:, 0].real,
-        k[:, 1:] / k[:, :1].real,
-        tones=(Fraction(1000),),
-        C=data["C"],
-        G=frame * data["G"],
-        Kg=-(frame**2) * data["Kw"],
-    )
-    ready = prepared(system, damping=damping)
+def test_a_56_degree_of_freedom_set_against_integration(
+    case: Any, bench56: System, frequency: float, damping: float
+) -> None:
+    ready = prepared(bench56, damping=damping)
     found = scan(ready, np.array([frequency]))
     reference = np.linalg.eigvals(case.monodromy(ready.system, frequency / 1000, 1 / frequency, rtol=1e-7))
     assert case.apart(found.multipliers[0], reference) < 1e-5  # 48 steps; 3e-6 at a lower speed
     assert found.largest[0] == pytest.approx(np.abs(reference).max(), abs=2e-7)
     assert bool(found.largest[0] > 1) is (damping < 1)
+
+
+def test_a_range_in_shaft_speed() -> None:
+    found = epicyclic.stability("ren2021", start="50 %", stop="200 rpm", points=2)
+    # the sun turns at 100 rpm in operation, its mesh frequency there is 27.3125 Hz
+    assert found.mesh_frequency.values == pytest.approx([27.3125 / 2, 2 * 27.3125], rel=1e-12)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from known import sliced_xu2020
 from typer.testing import CliRunner
 
 import epicyclic
@@ -22,23 +23,6 @@ from epicyclic.system.system import System
 
 F = Fraction
 Train = Callable[..., System]
-
-# the ready herringbone set with all six directions of every half, cut along the face
-TILTS = {
-    "stages.main.sun.support.tilt": 5e7,
-    "stages.main.planet.bearing.tilt": 2e7,
-    "stages.main.ring.support.tilt": 1e9,
-    "stages.main.carrier.support.tilt": 1e8,
-    "stages.main.sun.neck.tilt": 2e8,
-    "stages.main.ring.neck.tilt": 2e8,
-    "stages.main.carrier.neck.tilt": 2e8,
-    "stages.main.carrier.tilt_inertia": "90 kg m^2",
-}
-
-
-def sliced(slices: int, **more: Any) -> System:
-    cut = {"stages.main.meshes": {pair: {"slices": slices} for pair in ("sun-planet", "planet-ring")}}
-    return epicyclic.assemble(epicyclic.load("xu2020", overrides={**cut, **TILTS, **more}))
 
 
 def at(system: System, frequency: float) -> float:
@@ -133,11 +117,13 @@ def test_a_torus_that_is_not_found_leaves_its_lines_superposed(train: Train, mon
 
 def test_slices_converge_and_add_up() -> None:
     """8 slices within 0.5 % of 32, where teeth part; one row of a mesh in one piece is 2e-3 away."""
-    eight, many = (contact_steady(system, relative_speed=at(system, 1200.0)) for system in (sliced(8), sliced(32)))
+    eight, many = (
+        contact_steady(system, relative_speed=at(system, 1200.0)) for system in (sliced_xu2020(8), sliced_xu2020(32))
+    )
     assert eight.open_share.max() > 0.1
     np.testing.assert_allclose(eight.mesh_force_rms, many.mesh_force_rms, rtol=5e-3)
     np.testing.assert_allclose(eight.mesh_force_bound, many.mesh_force_bound, rtol=5e-3)
-    summed = faces(sliced(8).meshes).total(eight.slice_force.values)
+    summed = faces(sliced_xu2020(8).meshes).total(eight.slice_force.values)
     # sums of eight numbers
     np.testing.assert_allclose(summed, eight.mesh_force, rtol=1e-9, atol=1e-6)
 
@@ -145,7 +131,7 @@ def test_slices_converge_and_add_up() -> None:
 def test_a_tilt_loads_one_end_of_the_face() -> None:
     straight, tilted = (
         contact_steady(system, relative_speed=at(system, 800.0))
-        for system in (sliced(8), sliced(8, **{"deviations.sun.tilt": {"x": "2 mrad"}}))
+        for system in (sliced_xu2020(8), sliced_xu2020(8, **{"deviations.sun.tilt": {"x": "2 mrad"}}))
     )
     for result in (straight, tilted):
         assert np.all(result.face_load_factor >= 1 - 1e-9)

@@ -1,0 +1,26 @@
+"""Two published systems that tests of several rooms share; they are skipped where their arrays are absent."""
+
+from __future__ import annotations
+
+import known
+import pytest
+
+from epicyclic.system.system import System
+
+
+@pytest.fixture(scope="session")
+def bench56() -> System:
+    """A double-helical planetary set of 56 degrees of freedom."""
+    try:
+        return known.bench56()
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def bench112() -> System:
+    """Two of them, sun welded to carrier, 3 % modal damping."""
+    try:
+        return known.bench112()
+    except FileNotFoundError as error:
+        pytest.skip(str(error))
