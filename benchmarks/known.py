@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

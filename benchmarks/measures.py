@@ -10,16 +10,16 @@ from collections.abc import Callable
 import numpy as np
 import table
 
-from epicyclic.analyses.harmonic.response import respond, response
-from epicyclic.analyses.harmonic.sweep import sweep
-from epicyclic.results import to_json
+from epicyclic.analyses.steady.response import respond, response
+from epicyclic.analyses.steady.sweep import sweep
+from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
 
 
 def rows(quick: bool) -> list[table.Row]:
     """Time of the whole sweep and of its solution alone, memory and size of the result; CPU seconds of one thread."""
     from epicyclic.assemble import assemble
-    from epicyclic.files import load
+    from epicyclic.resolve import load
 
     system = assemble(load("ren2021"))
     frequency = np.linspace(20, 600, 200)

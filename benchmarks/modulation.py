@@ -9,10 +9,10 @@ from collections.abc import Callable
 import numpy as np
 import table
 
-from epicyclic.analyses.harmonic.steady import periodic
 from epicyclic.analyses.modulation.modulation import modulation
+from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 __all__ = ["rows"]

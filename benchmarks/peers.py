@@ -25,7 +25,7 @@ import numpy as np
 import table
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic.steady import periodic
+from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
 from epicyclic.analyses.transient.numeric import drive, row_force
 from epicyclic.analyses.transient.outputs import mesh_force
@@ -43,7 +43,7 @@ SAMPLES = 128
 def problem() -> System:
     """ren2021 with the lines that are multiples of its mesh frequency."""
     from epicyclic.assemble import assemble
-    from epicyclic.files import load
+    from epicyclic.resolve import load
 
     system = assemble(load("ren2021"))
     tone = system.tones[0]

@@ -12,9 +12,13 @@ import numpy as np
 import table
 from scipy.optimize import differential_evolution
 
-from epicyclic.assemble.contact import Flank, Pieces, Relief, loaded, pair_of, pieces_of, shapes_loaded
-from epicyclic.files import load
+from epicyclic.assemble.tooth_pairs import pair_of
+from epicyclic.gears.flank import Flank, Relief
+from epicyclic.resolve import load
 from epicyclic.studies.relief import relief
+from epicyclic.tooth_contact.many import shapes_loaded
+from epicyclic.tooth_contact.pair import loaded
+from epicyclic.tooth_contact.pieces import Pieces, pieces_of
 
 __all__ = ["rows"]
 

@@ -27,8 +27,8 @@ import numpy as np
 import table
 from known import KNOWN112, MESHES112, bench56, bench112
 
-from epicyclic.analyses.harmonic.steady import periodic
-from epicyclic.analyses.harmonic.sweep import sweep
+from epicyclic.analyses.steady.periodic import periodic
+from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.system.system import System
 
 LIMIT = 1e-4
@@ -42,7 +42,7 @@ def rows(quick: bool) -> list[table.Row]:
 
 def _ren2021(quick: bool) -> list[table.Row]:
     from epicyclic.assemble import assemble
-    from epicyclic.files import load
+    from epicyclic.resolve import load
 
     system = assemble(load("ren2021"))
     speeds = [20.0, 86.0, 212.0, 600.0] if quick else [20.0, 43.0, 86.0, 130.0, 212.0, 300.0, 450.0, 600.0]
@@ -158,7 +158,7 @@ def _modes() -> list[table.Row]:
     from epicyclic.analyses.modes.eigen import eigen
     from epicyclic.analyses.modes.modal import modal
     from epicyclic.assemble import assemble
-    from epicyclic.files import load
+    from epicyclic.resolve import load
 
     train = load("lin1999-n4")
     system = assemble(train)

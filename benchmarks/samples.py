@@ -27,10 +27,10 @@ import table
 from known import TONE, bench56
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.analyses.samples.error_map import error_map, mesh_error_lines
 from epicyclic.analyses.samples.errors import error_samples
 from epicyclic.analyses.samples.stiffness import stiffness_samples
+from epicyclic.analyses.steady.sweep import sweep
 
 Array = NDArray[np.float64]
 FREQUENCIES = (600.0, 1646.0, 3500.0)

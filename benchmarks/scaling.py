@@ -29,9 +29,9 @@ import baseline
 import numpy as np
 import table
 
-from epicyclic.analyses.harmonic.sweep import sweep
+from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 # degrees of freedom: planets (two meshes each), bodies on the carrier, directions

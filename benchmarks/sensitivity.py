@@ -21,9 +21,9 @@ import table
 from known import bench56
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic.response import respond, response
-from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.analyses.sensitivity.forces import stiffness_gradient
+from epicyclic.analyses.steady.response import respond, response
+from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.system.system import System
 
 TOLERANCE = 1e-8

@@ -19,14 +19,14 @@ from collections.abc import Callable
 import numpy as np
 import table
 
-from epicyclic.analyses.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.statics.record import excitation
-from epicyclic.analyses.statics.touching import Problem, Touching, touching
+from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
+from epicyclic.analyses.static.face_contact import Problem, Touching, touching
+from epicyclic.analyses.static.record import excitation
 from epicyclic.assemble import assemble
-from epicyclic.assemble.contact import mean_force, pair_of
-from epicyclic.assemble.contacts import contacts_of, three_rows
-from epicyclic.files import load
-from epicyclic.gears.contact.table import contact_table
+from epicyclic.assemble.faces import contacts_of, three_rows
+from epicyclic.assemble.tooth_pairs import mean_force, pair_of
+from epicyclic.resolve import load
+from epicyclic.tooth_contact.table import contact_table
 
 _INSTANTS, _TABLE = 32, 0.5
 

@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from epicyclic.gears import geometry
-from epicyclic.gears.contact import compiled, solve
-from epicyclic.gears.contact.flank import Flank, Relief
-from epicyclic.gears.contact.lines import Plane
-from epicyclic.gears.contact.outline import GearForm
-from epicyclic.gears.contact.pair import Pair, loaded, loaded_pieces, pieces_of
-from epicyclic.gears.contact.pieces import Pieces
-from epicyclic.gears.contact.tooth import tooth_compliance
+from epicyclic.gears.flank import Flank, Relief
+from epicyclic.gears.outline import GearForm
+from epicyclic.tooth_contact import compiled, solve
+from epicyclic.tooth_contact.lines import Plane
+from epicyclic.tooth_contact.pair import loaded, loaded_pieces
+from epicyclic.tooth_contact.pieces import Pair, Pieces, pieces_of
+from epicyclic.tooth_contact.tooth import tooth_compliance
 
 __all__ = ["rows"]
 
@@ -118,7 +118,7 @@ def _row(name: str, run: Callable[[], tuple[Array, Array]], limit: float, pieces
 
 def _own(pieces: Pieces, force: Array, approach: Array) -> Array:
     """Own approach that the Hertz law has at the forces found."""
-    from epicyclic.gears.contact import hertz
+    from epicyclic.tooth_contact import hertz
 
     bears = np.asarray(hertz.approach(pieces.contact, force / pieces.length))
     level = approach[:, None] - pieces.gap - np.matmul(pieces.compliance, force[:, :, None])[:, :, 0]

@@ -11,10 +11,10 @@ import numpy as np
 import table
 
 from epicyclic.gears import geometry
-from epicyclic.gears.contact.energy import Meshing, energy_series, section_stiffness
-from epicyclic.gears.contact.kernel import coupling
-from epicyclic.gears.contact.outline import GearForm
-from epicyclic.gears.contact.tooth import tooth_compliance
+from epicyclic.gears.outline import GearForm
+from epicyclic.tooth_contact.energy import Meshing, energy_series, section_stiffness
+from epicyclic.tooth_contact.kernel import coupling
+from epicyclic.tooth_contact.tooth import tooth_compliance
 
 REPEATS = 9
 

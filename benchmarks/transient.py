@@ -22,7 +22,7 @@ import numpy as np
 import table
 from known import bench56
 
-from epicyclic.analyses.harmonic.steady import periodic
+from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.program import constant
 from epicyclic.analyses.transient.rk4 import compiled_available, integrate, steps_for

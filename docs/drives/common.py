@@ -8,8 +8,8 @@ from typing import Any
 import plotly.graph_objects as go
 import xarray as xr
 
-from epicyclic.plots import mode_shapes
-from epicyclic.plots.style import INK, panels
+from epicyclic.show.figures import mode_shapes
+from epicyclic.show.figures.style import INK, panels
 
 __all__ = ["PUBLISHED", "stills"]
 

@@ -13,7 +13,7 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.plots.style import DASHES, INK, PALETTE, figure, note, panels
+from epicyclic.show.figures.style import DASHES, INK, PALETTE, figure, note, panels
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,11 @@ from common import stills
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.assemble.contact import Flank, Relief, pair_of, pieces_of, shapes_loaded
-from epicyclic.plots.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
+from epicyclic.assemble.tooth_pairs import pair_of
+from epicyclic.gears.flank import Flank, Relief
+from epicyclic.show.figures.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
+from epicyclic.tooth_contact.many import shapes_loaded
+from epicyclic.tooth_contact.pieces import pieces_of
 
 Array = NDArray[np.float64]
 

@@ -21,12 +21,14 @@ from .errors import ConvergenceError, ModelError
 
 if TYPE_CHECKING:
     from .assemble import assemble
-    from .files import load
-    from .report import write_report
-    from .results import load_result, save_result, to_json
-    from .studies.audit import audit
+    from .audits.audit import audit
+    from .resolve import load
+    from .results.dataset import load_result, save_result, to_json
+    from .show.report import write_report
     from .studies.curves import vary
-    from .studies.verbs import (
+    from .system.system import System
+    from .train.train import Train
+    from .verbs.verbs import (
         campbell,
         check,
         contact,
@@ -44,8 +46,6 @@ if TYPE_CHECKING:
         train_contact,
         transient,
     )
-    from .system.system import System
-    from .train.train import Train
 
 __all__ = [
     "ConvergenceError",
@@ -82,13 +82,13 @@ _HOME = {
     "System": "system.system",
     "Train": "train.train",
     "assemble": "assemble",
-    "audit": "studies.audit",
-    "load": "files",
-    "load_result": "results",
-    "save_result": "results",
-    "to_json": "results",
+    "audit": "audits.audit",
+    "load": "resolve",
+    "load_result": "results.dataset",
+    "save_result": "results.dataset",
+    "to_json": "results.dataset",
     "vary": "studies.curves",
-    "write_report": "report",
+    "write_report": "show.report",
     **dict.fromkeys(
         (
             "campbell",
@@ -108,7 +108,7 @@ _HOME = {
             "transient",
             "train_contact",
         ),
-        "studies.verbs",
+        "verbs.verbs",
     ),
 }
 

@@ -1,6 +1,6 @@
 """``python -m epicyclic``: the command line."""
 
-from .cli import main
+from .cli.main import main
 
 __all__: list[str] = []
 

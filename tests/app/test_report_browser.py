@@ -14,8 +14,8 @@ from typing import Any
 import plotly.graph_objects as go
 import pytest
 
-from epicyclic.report import write_report
-from epicyclic.studies.report import run_report
+from epicyclic.show.report import write_report
+from epicyclic.verbs.report import run_report
 
 pytestmark = pytest.mark.browser
 
@@ -122,7 +122,7 @@ def made_up() -> ModuleType:
     name = "epicyclic_synthetic"
     if name not in sys.modules:
         package = ModuleType(name)
-        package.__path__ = [str(Path(__file__).parents[1] / "unit" / "plots" / "synthetic")]
+        package.__path__ = [str(Path(__file__).parents[1] / "unit" / "show" / "figures" / "synthetic")]
         sys.modules[name] = package
     return import_module(f"{name}.results")
 

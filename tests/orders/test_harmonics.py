@@ -7,9 +7,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic.balance import Rows, solve
-from epicyclic.analyses.harmonic.kernel import kernel
 from epicyclic.analyses.modes.basis import Modal, modal_form
+from epicyclic.analyses.steady.balance import Rows, solve
+from epicyclic.analyses.steady.kernel import kernel
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
 
 LENGTH = 600

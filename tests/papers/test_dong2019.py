@@ -21,11 +21,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.statics.record import Record, record_of
-from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.static.record import Record, record_of
+from epicyclic.analyses.static.static import static
 from epicyclic.assemble import assemble
-from epicyclic.files import load
-from epicyclic.studies.audit_data import read_audit
+from epicyclic.audits.data import read_audit
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 

@@ -21,11 +21,13 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic.steady import periodic, steady
 from epicyclic.analyses.modes.basis import mean_modes
-from epicyclic.analyses.sharing.sharing import Method, sharing
+from epicyclic.analyses.sharing.parts import Method
+from epicyclic.analyses.sharing.sharing import sharing
+from epicyclic.analyses.steady.periodic import periodic
+from epicyclic.analyses.steady.steady import steady
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.studies.check import check
 from epicyclic.system.system import System
 

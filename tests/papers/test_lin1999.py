@@ -13,7 +13,7 @@ import pytest
 
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 
 ROTATIONAL = {
     3: [0, 1475.7, 1930.3, 2658.3, 7462.8, 11775.3],

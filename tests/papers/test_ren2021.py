@@ -21,12 +21,12 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.analyses.harmonic.steady import periodic
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.static.static import static
+from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

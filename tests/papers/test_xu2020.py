@@ -17,10 +17,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.harmonic.steady import periodic
-from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.static.static import static
+from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.studies.stiffness import stiffness, stiffness_history
 from epicyclic.system.system import System
 

@@ -15,13 +15,13 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic.response import FrameSpeed
-from epicyclic.analyses.harmonic.steady import Periodic, periodic
-from epicyclic.analyses.harmonic.sweep import sweep
 from epicyclic.analyses.modes.modal import modal
-from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.static.static import static
+from epicyclic.analyses.steady.periodic import Periodic, periodic
+from epicyclic.analyses.steady.response import FrameSpeed
+from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

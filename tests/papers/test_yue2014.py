@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from epicyclic.analyses.modes.eigen import eigen
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.train.train import Train
 
 CASES = ("i", "ii", "iii")

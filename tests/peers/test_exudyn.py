@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.harmonic.periodic import periodic
+from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.program import constant
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.statics.linear import linearised
+from epicyclic.analyses.static.tangent import linearised
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
 

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.files import load
-from epicyclic.gears.stiffness import contact_line_length, evaluate_series
+from epicyclic.gears.series import evaluate_series
+from epicyclic.gears.stiffness import contact_line_length
+from epicyclic.resolve import load
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.statics.equilibrium import compliance, require_balance
-from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.static.equilibrium import compliance, require_balance
+from epicyclic.analyses.static.static import static
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

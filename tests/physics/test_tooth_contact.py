@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.assemble.contact import pair_of
+from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
-from epicyclic.gears.contact.energy import Meshing, section_stiffness
-from epicyclic.gears.contact.flank import Flank, Relief
-from epicyclic.gears.contact.pair import Pair, loaded
-from epicyclic.gears.contact.tooth import ToothCompliance
+from epicyclic.gears.flank import Flank, Relief
+from epicyclic.tooth_contact.energy import Meshing, section_stiffness
+from epicyclic.tooth_contact.pair import loaded
+from epicyclic.tooth_contact.pieces import Pair
+from epicyclic.tooth_contact.tooth import ToothCompliance
 from epicyclic.train.train import Train
 
 STAGE: dict[str, Any] = {

@@ -12,18 +12,19 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.statics.record import excitation
-from epicyclic.analyses.statics.touching import Problem, Touching, touching
-from epicyclic.assemble.contact import loaded, pair_of
-from epicyclic.assemble.contacts import contacts_of, three_rows
+from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
+from epicyclic.analyses.static.face_contact import Problem, Touching, touching
+from epicyclic.analyses.static.record import excitation
+from epicyclic.assemble.faces import contacts_of, three_rows
+from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
-from epicyclic.files import load
-from epicyclic.gears.contact.pair import pieces_of
-from epicyclic.gears.contact.rows import Stations, answer, weights
-from epicyclic.system.contact import Pressed
+from epicyclic.resolve import load
 from epicyclic.system.faces import faces
+from epicyclic.system.laws.face import Pressed
 from epicyclic.system.system import System
+from epicyclic.tooth_contact.pair import loaded
+from epicyclic.tooth_contact.pieces import pieces_of
+from epicyclic.tooth_contact.rows import Stations, answer, weights
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]

@@ -17,8 +17,8 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.cli import app
-from epicyclic.console import frequency
+from epicyclic.cli.console import frequency
+from epicyclic.cli.main import app
 from epicyclic.errors import ConvergenceError, ModelError
 
 
@@ -228,13 +228,13 @@ def test_schema_and_systems(command: Command) -> None:
 
 
 def test_no_convergence_is_status_3(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("epicyclic.studies.job.run", raising(ConvergenceError("lower the load")))
+    monkeypatch.setattr("epicyclic.verbs.job.run", raising(ConvergenceError("lower the load")))
     assert command("modes", "lin1999-n4") == (3, "", "no convergence: lower the load\n")
 
 
 def test_a_fault_is_one_message(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("EPICYCLIC_DEBUG", raising=False)
-    monkeypatch.setattr("epicyclic.studies.job.run", raising(IndexError("off by one")))
+    monkeypatch.setattr("epicyclic.verbs.job.run", raising(IndexError("off by one")))
     status, out, err = command("modes", "lin1999-n4")
     assert (status, out) == (1, "")
     assert "IndexError: off by one" in err
@@ -243,13 +243,13 @@ def test_a_fault_is_one_message(command: Command, monkeypatch: pytest.MonkeyPatc
 
 def test_a_fault_has_a_traceback_on_demand(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EPICYCLIC_DEBUG", "1")
-    monkeypatch.setattr("epicyclic.studies.job.run", raising(IndexError("off by one")))
+    monkeypatch.setattr("epicyclic.verbs.job.run", raising(IndexError("off by one")))
     with pytest.raises(IndexError):
         app(["modes", "lin1999-n4"])
 
 
 def test_stopped_leaves_nothing(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("epicyclic.results.save_result", raising(KeyboardInterrupt()))
+    monkeypatch.setattr("epicyclic.results.dataset.save_result", raising(KeyboardInterrupt()))
     status, _, err = command("modes", "lin1999-n4", "-o", str(tmp_path / "modes.nc"))
     assert status == 130
     assert err.splitlines()[-1] == "stopped"

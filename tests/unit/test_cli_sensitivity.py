@@ -10,8 +10,8 @@ import xarray as xr
 from typer.testing import CliRunner, Result
 
 import epicyclic
-from epicyclic.cli import app
-from epicyclic.plots import loci, tornado
+from epicyclic.cli.main import app
+from epicyclic.show.figures import loci, tornado
 
 PINS = "stages.main.planet.bearing.radial"
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import epicyclic
-from epicyclic.cli import app
+from epicyclic.cli.main import app
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 import epicyclic
-import epicyclic.commands as commands_room
-from epicyclic.cli import app
+import epicyclic.cli as commands_room
+from epicyclic.cli.main import app
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -67,14 +67,11 @@ def test_there_are_commands() -> None:
 @pytest.mark.parametrize("words", commands(), ids=" ".join)
 def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[str] = []
-    for module in (
-        "epicyclic.cli",
-        *(f"epicyclic.commands.{found.name}" for found in pkgutil.iter_modules(commands_room.__path__)),
-    ):
+    for module in (*(f"epicyclic.cli.{found.name}" for found in pkgutil.iter_modules(commands_room.__path__)),):
         if hasattr(importlib.import_module(module), "run_verb"):
             monkeypatch.setattr(f"{module}.run_verb", lambda verb, *_, **__: seen.append(verb))
-    monkeypatch.setattr("epicyclic.cli._report", lambda *_: seen.append("report"))
-    monkeypatch.setattr("epicyclic.commands.audit._audit", lambda *_, **__: seen.append("audit"))
+    monkeypatch.setattr("epicyclic.cli.main._report", lambda *_: seen.append("report"))
+    monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from epicyclic.errors import ModelError
-from epicyclic.results import dataset, load_result, save_result, to_json
-from epicyclic.variables import VARIABLES
+from epicyclic.results.dataset import dataset, load_result, save_result, to_json
+from epicyclic.results.variables import VARIABLES
 
 
 @pytest.fixture

@@ -25,14 +25,14 @@ from ..system.inertia import (
     mass_diagonal,
     spin_up_load,
 )
-from ..system.mesh_tables import MeshTable
+from ..system.laws.tabulated import MeshTable
 from ..system.symmetry import commutes, reduced_operator, turn_operator
 from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Mesh
 from ..train.train import Train
 from .excitation import FullModel, excitation_lines
-from .laws import idle_friction, law_groups
+from .gaps import idle_friction, law_groups
 from .structure import Structure, structure_of
 
 __all__ = ["assemble"]

@@ -20,8 +20,6 @@ __all__ = [
     "centre_distance",
     "contact_limits",
     "interference_margin",
-    "inverse_involute",
-    "involute",
     "overlap_ratio",
     "radial_clearance",
     "reference_centre_distance",

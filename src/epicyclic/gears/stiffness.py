@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .series import ComplexArray, evaluate_series, fourier_series, series_in_time, table_series
+from .series import ComplexArray
 
 __all__ = [
     "DEFAULT_HARMONICS",
@@ -21,15 +21,11 @@ __all__ = [
     "Limit",
     "contact_line_length",
     "contact_line_series",
-    "evaluate_series",
-    "fourier_series",
     "iso6336_mesh_stiffness",
     "iso6336_single_stiffness",
     "normal_from_transverse",
     "outside_limits",
     "over_face",
-    "series_in_time",
-    "table_series",
 ]
 
 Array = NDArray[np.float64]

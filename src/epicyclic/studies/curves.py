@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ..errors import ConvergenceError, ModelError
-from ..results import dataset
+from ..results.dataset import dataset
 
 if TYPE_CHECKING:
     from ..system.system import System
@@ -80,6 +80,6 @@ def _at(
     source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any], quantity: Callable[[System], float]
 ) -> float:
     from ..assemble import assemble
-    from ..files import load
+    from ..resolve import load
 
     return float(quantity(assemble(load(source, overrides=overrides))))

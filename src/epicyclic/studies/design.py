@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..results import dataset
+from ..results.dataset import dataset
 from .check import train_provenance
 from .curves import vary
 

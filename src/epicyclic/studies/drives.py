@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 
-from ..files.toml import ready_drives
+from ..model.toml import ready_drives
 
 __all__ = ["drive_titles"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from ..files.units import Bounds, factor, read_quantity
+from ..model.units import Bounds, factor, read_quantity
 
 if TYPE_CHECKING:
     import xarray as xr

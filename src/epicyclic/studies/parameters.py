@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from ..errors import ModelError
-from ..files.names import collect, nearest
-from ..files.shorthand import expand_path
-from ..files.tables import leaves
-from ..files.written import Written, written
+from ..model.names import collect, nearest
+from ..model.shorthand import expand_path
+from ..model.tables import leaves
+from ..model.written import Written, written
 from ..train.train import Train
 
 __all__ = ["Parameter", "all_parameters", "parameter_at"]

@@ -14,22 +14,22 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..assemble import assemble
-from ..assemble.contact import check_pair
 from ..errors import ModelError
-from ..files import load
-from ..results import dataset
+from ..resolve import load
+from ..results.dataset import dataset
 from ..system.system import System
+from ..tooth_contact.pieces import check_pair
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
-from .contact import force_of, meshes_named, radians_of
 from .relief_objectives import DYNAMIC, OBJECTIVES, Cut, Judge, helices, run_up
 from .relief_result import compared, coords, over_speed, said, solutions
 from .relief_variables import overrides_of, settings_of, variables_of
 from .search import Found, search
+from .tooth_contact import force_of, meshes_named, radians_of
 
 if TYPE_CHECKING:
-    from .verbs import Source
+    from .source import Source
 
 __all__ = ["relief", "relief_model"]
 
@@ -79,7 +79,7 @@ def relief(
     ------
     ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
     """
-    from .verbs import train_of
+    from .source import train_of
 
     train = train_of(source, overrides=overrides)
     cut = Cut(samples=samples, slices=slices, corner=corner, misalignment=radians_of(misalignment))
@@ -149,7 +149,7 @@ def relief(
 
 def relief_model(result: xr.Dataset) -> str:
     """The model file of a result of `relief`: that of the source, with the flanks of the answer."""
-    from ..files.dump import to_toml
+    from ..model.dump import to_toml
 
     return to_toml(json.loads(str(result.attrs["relieved_model"])))
 

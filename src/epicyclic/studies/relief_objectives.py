@@ -9,12 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analyses.harmonic.sweep import sweep
-from ..analyses.statics.record import reference_tone
-from ..assemble.contact import Pair, Pieces, Shapes, even_across, pair_of, pieces_of, shapes_loaded
-from ..assemble.contact_rows import History, with_contact
+from ..analyses.static.record import reference_tone
+from ..analyses.steady.sweep import sweep
+from ..assemble.tabulated import History, with_contact
+from ..assemble.tooth_pairs import pair_of
 from ..errors import ModelError
 from ..system.system import System
+from ..tooth_contact.many import Shapes, even_across, shapes_loaded
+from ..tooth_contact.pieces import Pair, Pieces, pieces_of
 from ..train.connections import Mesh
 from ..train.train import Train
 from .relief_variables import Setting, Variable, applied, lead_varies, settings_of

@@ -11,10 +11,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..train.train import Train
-from .contact import contact
 from .relief_objectives import DYNAMIC, OBJECTIVES, Cut, Helix, Judge, histories, judged, speed_curves
 from .relief_variables import Setting, Variable, length_text
 from .search import Found
+from .tooth_contact import contact
 
 __all__ = ["compared", "coords", "over_speed", "said", "solutions"]
 

@@ -12,8 +12,8 @@ from typing import TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from ..assemble.contact import Flank, Relief
 from ..errors import ModelError
+from ..gears.flank import Flank, Relief
 
 __all__ = [
     "KEYS",
@@ -164,7 +164,7 @@ def _is_pair(given: object) -> TypeGuard[Sequence[object]]:
 
 
 def _metres(given: object, path: str) -> float:
-    from ..files.units import Bounds, read_quantity
+    from ..model.units import Bounds, read_quantity
 
     try:
         value = read_quantity(given, ("length",), Bounds())

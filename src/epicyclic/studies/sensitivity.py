@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analyses.harmonic.response import response
 from ..analyses.modes.eigen import eigen, whirl
 from ..analyses.modes.kinds import clusters, sort_modes
 from ..analyses.sensitivity.forces import force_derivatives
 from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
 from ..analyses.sensitivity.numbers import Numbers, moves
+from ..analyses.steady.response import response
 from ..errors import ModelError
-from ..files.names import nearest
-from ..results import dataset
+from ..model.names import nearest
+from ..results.dataset import dataset
 from ..system.faces import faces
 from ..system.system import System
 from ..train.train import Train

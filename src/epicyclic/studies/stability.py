@@ -15,12 +15,12 @@ from ..analyses.stability.combinations import Combination
 from ..analyses.stability.scan import Speeds, Stability, predicted, prepared, scan
 from ..analyses.stability.stability import growing, named, told, warned
 from ..errors import ConvergenceError, ModelError
-from ..results import dataset
+from ..results.dataset import dataset
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..analyses.harmonic.response import FrameSpeed
+    from ..analyses.steady.response import FrameSpeed
     from ..system.system import System
     from ..train.train import Train
 
@@ -70,7 +70,7 @@ def stability_map(
     """
     if not len(values) or not len(mesh_frequency):
         raise ModelError("nothing to go over", path=path, given=f"{len(values)} values, {len(mesh_frequency)} speeds")
-    from .verbs import system_of
+    from .source import system_of
 
     if path in FACTORS:  # assembled once for all of them
         source, overrides = system_of(source, overrides=overrides), None
@@ -96,7 +96,7 @@ def _row(
     frame_speed: FrameSpeed,
     progress: Callable[[int, int], None] | None,
 ) -> _Row:
-    from .verbs import system_of
+    from .source import system_of
 
     try:
         ((path, value),) = here.items()

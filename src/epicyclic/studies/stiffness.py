@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..results import dataset
+from ..results.dataset import dataset
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance

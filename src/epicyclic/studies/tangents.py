@@ -13,10 +13,10 @@ from fractions import Fraction
 import numpy as np
 
 from ..analyses.sensitivity.numbers import Numbers, combined, numbers, with_lines
-from ..analyses.statics.linear import linearised
+from ..analyses.static.tangent import linearised
 from ..assemble import assemble
 from ..errors import ConvergenceError, ModelError
-from ..files import load
+from ..resolve import load
 from ..system.system import System
 from ..train.train import Train
 from .parameters import Parameter

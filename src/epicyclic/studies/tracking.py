@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from ..analyses.modes.eigen import eigen
 from ..analyses.modes.follow import Event, State, events, follow, groups_of
 from ..analyses.modes.kinds import sort_modes
-from ..analyses.statics.linear import linearised
+from ..analyses.static.tangent import linearised
 from ..assemble import assemble
 from ..errors import ModelError
-from ..files import load
-from ..files.written import written
-from ..results import dataset
+from ..model.written import written
+from ..resolve import load
+from ..results.dataset import dataset
 from ..system.system import System
 from ..train.train import Train
 from .check import train_provenance

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .laws import LawGroup, Laws, stacked
-from .mesh_tables import MeshTable
+from .laws.groups import LawGroup, Laws, stacked
+from .laws.tabulated import MeshTable
 
 __all__ = ["Dofs", "FarFlanks", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
 

@@ -8,11 +8,10 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gears.contact.flank import PLAIN, Flank
-from ..gears.contact.outline import GearForm
-from ..gears.contact.table import ContactTable
+from ..gears.force_table import ContactTable
+from ..gears.tooth_pair import ToothPair
 
-__all__ = ["Link", "Mesh", "MeshSlice", "ToothPair"]
+__all__ = ["Link", "Mesh", "MeshSlice"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,31 +27,6 @@ class MeshSlice:
     lead: Fraction | float
     variation: NDArray[np.complex128]
     along: float = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ToothPair:
-    """The teeth of one mesh as tooth contact needs them, of one helix.
-
-    form_a, form_b : what shapes teeth and body of the gears.  base_a, base_b : base radii of the teeth themselves [m].
-    pressure_angle : working transverse angle of the teeth [rad].  base_pitch : transverse [m].
-    limits : (sigma_min, sigma_max) of the path of contact [base pitches].
-    face_a, face_b : ends (left, right) of the faces along the axis, from the mesh's station [m].
-    flank_a, flank_b : micro-geometry.  paths : of both flanks in the file.
-    """
-
-    form_a: GearForm
-    form_b: GearForm
-    base_a: float
-    base_b: float
-    pressure_angle: float
-    base_pitch: float
-    limits: tuple[float, float]
-    face_a: tuple[float, float]
-    face_b: tuple[float, float]
-    flank_a: Flank = PLAIN
-    flank_b: Flank = PLAIN
-    paths: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from epicyclic.gears import geometry
-from epicyclic.gears.contact import hertz
-from epicyclic.gears.contact.energy import Meshing
-from epicyclic.gears.contact.outline import GearForm
-from epicyclic.gears.contact.solve import hertzian
-from epicyclic.gears.contact.tooth import tooth_compliance
+from epicyclic.gears.outline import GearForm
+from epicyclic.tooth_contact import hertz
+from epicyclic.tooth_contact.energy import Meshing
+from epicyclic.tooth_contact.solve import hertzian
+from epicyclic.tooth_contact.tooth import tooth_compliance
 
 from .gear import Load, solve
 

@@ -18,7 +18,7 @@ from epicyclic.analyses.modes.eigen import damping_ratios, eigen, neutral_first,
 from epicyclic.analyses.modes.kinds import clusters, sort_modes
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.errors import ModelError
-from epicyclic.results import load_result, save_result
+from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.system import System
 
 # Lin & Parker 1999: natural frequencies [Hz]

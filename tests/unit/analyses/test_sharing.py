@@ -13,17 +13,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic import steady as steady_module
-from epicyclic.analyses.harmonic.steady import Periodic, ShaftLine, periodic
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, groups, merge, tally
-from epicyclic.analyses.sharing.sharing import Method, sharing
+from epicyclic.analyses.sharing.parts import Method
+from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.waves import forces, line_phases, periodic_waves
 from epicyclic.analyses.sharing.worst import blocks, worst_case
-from epicyclic.analyses.statics.equilibrium import compliance, equilibrium
-from epicyclic.analyses.statics.record import excitation
-from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.static.equilibrium import compliance, equilibrium
+from epicyclic.analyses.static.record import excitation
+from epicyclic.analyses.static.static import static
+from epicyclic.analyses.steady import periodic as periodic_module
+from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
 from epicyclic.errors import ModelError
-from epicyclic.results import load_result, save_result
+from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]
@@ -88,7 +89,7 @@ def respond(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Let `sharing` meet a made-up response."""
 
     def use(solution: Periodic) -> None:
-        monkeypatch.setattr(steady_module, "periodic_by_tone", lambda system, **_: (solution,))
+        monkeypatch.setattr(periodic_module, "periodic_by_tone", lambda system, **_: (solution,))
 
     return use
 

@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.analyses.statics.equilibrium import compliance, equilibrium
-from epicyclic.analyses.statics.record import hunting_cycles, turns
-from epicyclic.analyses.statics.static import static
+from epicyclic.analyses.static.equilibrium import compliance, equilibrium
+from epicyclic.analyses.static.record import hunting_cycles, turns
+from epicyclic.analyses.static.static import static
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.system.system import Line, System
 

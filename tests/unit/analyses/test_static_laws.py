@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.analyses.sharing.definitions import groups as share_groups
 from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.statics.linear import linearised
-from epicyclic.analyses.statics.record import Record, excitation, record_of
-from epicyclic.analyses.statics.recorded import cycle_starts, record_tally, recorded, total
-from epicyclic.analyses.statics.static import static
-from epicyclic.analyses.statics.trace import trace
+from epicyclic.analyses.sharing.static_record import cycle_starts, record_tally, recorded, total
+from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
+from epicyclic.analyses.static.record import Record, excitation, record_of
+from epicyclic.analyses.static.static import static
+from epicyclic.analyses.static.tangent import linearised
+from epicyclic.analyses.static.trace import trace
 from epicyclic.errors import ModelError
-from epicyclic.results import load_result, save_result
-from epicyclic.system import laws as law
-from epicyclic.system.laws import Law, LawGroup
+from epicyclic.results.dataset import load_result, save_result
+from epicyclic.system.laws import groups as law
+from epicyclic.system.laws.groups import Law, LawGroup
 from epicyclic.system.system import Line, LinkRows, System
 
 Array = NDArray[np.float64]

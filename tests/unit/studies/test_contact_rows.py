@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.harmonic.sweep import sweep
+from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.assemble import assemble
-from epicyclic.assemble.contact import loaded, mean_force, pair_of
-from epicyclic.assemble.contact_rows import History, with_contact
+from epicyclic.assemble.tabulated import History, with_contact
+from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
+from epicyclic.tooth_contact.pair import loaded
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train
 

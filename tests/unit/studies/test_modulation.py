@@ -12,9 +12,9 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.cli import app
+from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.results import load_result, save_result
+from epicyclic.results.dataset import load_result, save_result
 from epicyclic.studies.modulation import read_transfer, read_window
 
 

@@ -14,9 +14,9 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.cli import app
+from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.plots.relief import relief_effect, relief_search
+from epicyclic.show.figures.relief import relief_effect, relief_search
 from epicyclic.studies.relief import relief, relief_model
 from epicyclic.studies.search import search
 
@@ -372,7 +372,7 @@ Run = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Run:
-    from epicyclic.files.dump import to_toml
+    from epicyclic.model.dump import to_toml
 
     model = tmp_path / "pair.toml"
     model.write_text(to_toml(PAIR), encoding="utf-8")

@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.cli import app
+from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.plots.stability import stability_map as drawn_map
-from epicyclic.plots.stability import stability_over_speed
+from epicyclic.show.figures.stability import stability_map as drawn_map
+from epicyclic.show.figures.stability import stability_over_speed
 from epicyclic.studies.stability import spread
 
 # xu2020 beside its widest range of instability, f34 + f36 = f

@@ -9,10 +9,10 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.studies import job
 from epicyclic.studies.design import run_out_study, support_study
 from epicyclic.studies.drives import drive_titles
-from epicyclic.studies.report import REPORT_VERBS, STUDIES, run_report
+from epicyclic.verbs import job
+from epicyclic.verbs.report import REPORT_VERBS, STUDIES, run_report
 
 
 def test_a_verb_takes_a_name_a_train_or_a_system() -> None:

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.system import laws
-from epicyclic.system.laws import STATES, Law, LawGroup, Laws, stacked
+from epicyclic.system.laws import groups as laws
+from epicyclic.system.laws.groups import STATES, Law, LawGroup, Laws, stacked
 
 Array = NDArray[np.float64]
 K, CLEARANCE, FRICTION = 1e7, 2e-5, 60.0

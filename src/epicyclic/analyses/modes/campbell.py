@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import ModelError
 from ...system.system import System
-from ..statics.linear import linearised
+from ..static.tangent import linearised
 from .eigen import Whirl, eigen, whirl
 from .kinds import sort_modes
 
@@ -61,7 +61,7 @@ def _follow(before: Whirl, here: Whirl, system: System) -> Whirl:
 
 
 def _dataset(system: System, speeds: np.ndarray, followed: list[Whirl], damped: bool) -> xr.Dataset:
-    from ...results import dataset
+    from ...results.dataset import dataset
 
     last = followed[-1]
     rank = np.lexsort((np.abs(last.mu.real), last.mu.imag))

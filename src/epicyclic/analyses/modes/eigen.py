@@ -12,7 +12,7 @@ import scipy.linalg
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
-from ..statics.linear import linearised
+from ..static.tangent import linearised
 from .basis import mean_modes
 
 __all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "neutral_first", "whirl"]

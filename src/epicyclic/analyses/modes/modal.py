@@ -9,15 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, System
-from ..statics.linear import linearised
-from .eigen import Modes, Whirl, damping_ratios, eigen, whirl
+from ..static.tangent import linearised
+from .eigen import damping_ratios, eigen, whirl
 from .energy import connections, kinetic_energy_share, strain_energy_share
 from .kinds import Sorted, normalised, sort_modes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Modes", "Whirl", "eigen", "modal", "whirl"]
+__all__ = [
+    "modal",
+]
 
 _DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -80,7 +82,7 @@ def _dataset(
     options: dict[str, float | bool],
     warnings: Sequence[str],
 ) -> xr.Dataset:
-    from ...results import dataset
+    from ...results.dataset import dataset
 
     dofs = system.dofs
     vectors = kinds.vectors * normalised(kinds.vectors, dofs.radius)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from ...system.system import System
-from ..harmonic.excitation import Excitation, Shaft
+from ..steady.excitation import Excitation, Shaft
 from .lines import Part
 from .place import Place, stages_of
 from .rows import Rows

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
-from ..harmonic.extremes import force_extremes
-from ..harmonic.periodic import TOLERANCE, solved
-from ..harmonic.response import Block, Response
-from ..harmonic.steady import tension
-from ..harmonic.waveform import force_signal
+from ..steady.extremes import force_extremes
+from ..steady.periodic import TOLERANCE, solved
+from ..steady.response import Block, Response
+from ..steady.steady import tension
+from ..steady.waveform import force_signal
 from .labels import Teller, without_faults
 from .lines import Lines, lines_of, synthesised
 from .place import Place, place_of
@@ -229,7 +229,7 @@ def _labelled(
     signal: tuple[float, Array],
     options: dict[str, Any],
 ) -> xr.Dataset:
-    from ...results import dataset
+    from ...results.dataset import dataset
 
     place, system, speed = asked.place, ready.system, float(block.speed[0])
     teller = Teller(system=system, lines=ready.lines, place=place)

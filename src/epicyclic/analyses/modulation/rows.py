@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import ComplexArray, System
-from ..harmonic.response import Block, Response
-from ..harmonic.waveform import Spectrum, force_spectrum, motion_spectrum
+from ..steady.response import Block, Response
+from ..steady.waveform import Spectrum, force_spectrum, motion_spectrum
 from .place import Place
 from .windows import Window
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...errors import ModelError
 from ...system.system import ComplexArray
-from ..harmonic.balance import Rows, Solved, solve
-from ..harmonic.response import Block, Kept, Response, first_kept, last_kept, more_kept
+from ..steady.balance import Rows, Solved, solve
+from ..steady.response import Block, Kept, Response, first_kept, last_kept, more_kept
 
 __all__ = ["Unit", "checked_speed", "column_block", "solved_columns", "with_enough_rows"]
 

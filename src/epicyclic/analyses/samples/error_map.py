@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import ComplexArray, Line, System
-from ..harmonic.balance import Solved
-from ..harmonic.excitation import mesh_rows, shaft_rows
-from ..harmonic.lattice import Point
-from ..harmonic.response import Kept, Response, response
-from ..harmonic.waveform import Spectrum, force_spectrum
-from ..statics.linear import linearised
+from ..static.tangent import linearised
+from ..steady.balance import Solved
+from ..steady.excitation import mesh_rows, shaft_rows
+from ..steady.lattice import Point
+from ..steady.response import Kept, Response, response
+from ..steady.waveform import Spectrum, force_spectrum
 from .columns import Unit, checked_speed, column_block, solved_columns, with_enough_rows
 
 __all__ = ["ErrorMap", "Part", "error_map", "mesh_error_lines"]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array
-from ..harmonic.extremes import grid_counts, largest
-from ..harmonic.waveform import mesh_axis, on_torus
+from ..steady.extremes import grid_counts, largest
+from ..steady.waveform import mesh_axis, on_torus
 from .error_map import ErrorMap, Part
 
 __all__ = ["MEASURES", "Factors", "Measure", "error_samples"]

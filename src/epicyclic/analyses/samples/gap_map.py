@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray
-from ..harmonic.balance import left_over
-from ..harmonic.excitation import mesh_rows, shaft_rows
-from ..harmonic.kernel import Kernel, product
-from ..harmonic.lattice import Lattice
-from ..harmonic.response import Kept, Response
+from ..steady.balance import left_over
+from ..steady.excitation import mesh_rows, shaft_rows
+from ..steady.kernel import Kernel, product
+from ..steady.lattice import Lattice
+from ..steady.response import Kept, Response
 from .columns import Unit, solved_columns
 
 __all__ = ["GapMap", "gap_map"]

@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..harmonic.balance import Solved
-from ..harmonic.extremes import force_extremes
-from ..harmonic.gmres import gmres
-from ..harmonic.measures import mean, mean_square
-from ..harmonic.response import Block, Kept, Response, last_kept, more_kept, respond, response
-from ..harmonic.waveform import Signal, Spectrum, force_spectrum, mesh_axis, whole
+from ..steady.balance import Solved
+from ..steady.extremes import force_extremes
+from ..steady.gmres import gmres
+from ..steady.measures import mean, mean_square
+from ..steady.response import Block, Kept, Response, last_kept, more_kept, respond, response
+from ..steady.waveform import Signal, Spectrum, force_spectrum, mesh_axis, whole
 from .columns import checked_speed
 from .errors import MEASURES, Measure
 from .gap_map import GapMap, gap_map

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray
-from ..harmonic.balance import Rows, Solved, solve
-from ..harmonic.comb import Comb
-from ..harmonic.kernel import Kernel, product
-from ..harmonic.response import Block, Response
-from ..harmonic.waveform import complex_rows, force_signal, force_spectrum, mesh_axis, whole
 from ..modes.basis import Modal
+from ..steady.balance import Rows, Solved, solve
+from ..steady.comb import Comb
+from ..steady.kernel import Kernel, product
+from ..steady.response import Block, Response
+from ..steady.waveform import complex_rows, force_signal, force_spectrum, mesh_axis, whole
 from .transpose import row_weights, tail_adjoint
 
 __all__ = ["Measure", "Part", "adjoint_parts", "measure", "stacked"]

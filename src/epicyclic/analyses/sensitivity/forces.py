@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..harmonic.response import Block, FrameSpeed, Response, respond, response
+from ..steady.response import Block, FrameSpeed, Response, respond, response
 from .adjoint import adjoint_parts, measure
 from .gradient import Basis, Gradient, basis_of, gradient, unsettled
 from .numbers import Numbers

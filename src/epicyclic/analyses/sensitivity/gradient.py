@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
-from ..harmonic.kernel import product
-from ..harmonic.response import Block, Response
 from ..modes.basis import mean_modes
+from ..steady.kernel import product
+from ..steady.response import Block, Response
 from .adjoint import Part
 from .numbers import Numbers, mean_stiffness_change
 from .transpose import row_weights

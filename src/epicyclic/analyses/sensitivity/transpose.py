@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from ..harmonic.kernel import Gather, Kernel
 from ..modes.basis import Modal
+from ..steady.kernel import Gather, Kernel
 
 __all__ = ["adjoint", "row_weights", "tail_adjoint"]
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..harmonic.superposition import superposed
-from ..statics.equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
-from ..statics.record import hunting_cycles, mesh_stiffness, positive, reference_tone, stiffness_at
-from ..statics.recorded import require_speed
-from ..statics.static import free_position_warnings
+from ..static.equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
+from ..static.record import hunting_cycles, mesh_stiffness, positive, reference_tone, stiffness_at
+from ..static.static import free_position_warnings
+from ..steady.superposition import superposed
 from .definitions import Group, groups, samples_per_cycle
+from .static_record import require_speed
 from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
 
 __all__ = ["Method", "Part", "parts"]
@@ -91,7 +91,7 @@ def parts(
 
 
 def _steady(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[Part, ...]:
-    from ..harmonic.steady import periodic_by_tone
+    from ..steady.periodic import periodic_by_tone
 
     solvable = system if method == "steady" else superposed(system, relative_speed)
     solutions = periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)

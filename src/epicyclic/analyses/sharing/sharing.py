@@ -14,18 +14,18 @@ import numpy as np
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..statics.linear import linearised
-from ..statics.record import positive, record_of
-from ..statics.recorded import carries_load, recorded, require_speed, share_notes, total
-from ..statics.static import OPEN
+from ..static.record import positive, record_of
+from ..static.static import OPEN
+from ..static.tangent import linearised
 from .definitions import DEFINITIONS, Tally, coefficients, groups, merge, simultaneous, tally
 from .parts import Method, Part, parts
+from .static_record import carries_load, recorded, require_speed, share_notes, total
 from .worst import worst_case
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Method", "sharing"]
+__all__ = ["sharing"]
 
 # numbers worked on at once (8 bytes each): about 2 MB
 _PIECE = 250_000
@@ -175,7 +175,7 @@ def _dataset(
     options: dict[str, object],
     notes: list[str],
 ) -> xr.Dataset:
-    from ...results import dataset
+    from ...results.dataset import dataset
 
     stored, m, samples = history.shape
     ratio, members = np.empty_like(history), groups(system.meshes)

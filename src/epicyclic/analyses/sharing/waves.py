@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
-from ..statics.equilibrium import Compliance, closed_force, require_balance
-from ..statics.record import mesh_stiffness, turns
+from ..static.equilibrium import Compliance, closed_force, require_balance
+from ..static.record import mesh_stiffness, turns
 
 if TYPE_CHECKING:
-    from ..harmonic.periodic import Periodic
+    from ..steady.periodic import Periodic
 
 __all__ = ["Waves", "bound", "forces", "line_phases", "periodic_waves", "static_waves"]
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from ..statics.record import turns
+from ..static.record import turns
 from .definitions import Group, cycle_ratio
 
 __all__ = ["Source", "blocks", "worst_case"]

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
-from ..harmonic.excitation import mesh_tones
-from ..harmonic.response import FrameSpeed
 from ..modes.basis import Modal, modal_form
-from ..statics.linear import linearised
+from ..static.tangent import linearised
+from ..steady.excitation import mesh_tones
+from ..steady.response import FrameSpeed
 from .combinations import Combination, combinations
 from .floquet import Floquet, floquet, steps_needed
 from .kinds import STABLE, outside

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import ModelError
 from ...system.system import Array, System
-from ..harmonic.response import FrameSpeed
+from ..steady.response import FrameSpeed
 from .combinations import Combination
 from .scan import Progress, Speeds, Stability, predicted, prepared, scan
 
@@ -121,7 +121,7 @@ def _natural(ready: Stability) -> Array:
 def _labelled(
     ready: Stability, frequency: Array, found: Speeds, ranges: list[Combination], options: dict[str, Any]
 ) -> xr.Dataset:
-    from ...results import dataset
+    from ...results.dataset import dataset
 
     several = len(ready.tones) > 1
     return dataset(

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...system import laws as law
+from ...system.laws import groups as law
 from ...system.system import Array, System
-from ..statics.linear import mean_stretch
+from ..static.tangent import mean_stretch
 
 __all__ = ["Held", "held_laws"]
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import mean_modes
-from ..statics.linear import linearised
+from ..static.tangent import linearised
 from .laws import Held, held_laws
 from .program import Program, constant
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...system import laws as law
+from ...system.laws import groups as law
 from ...system.system import Array, ComplexArray
 from .motion import Motion
 from .program import phase_at, speed_at

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, System
 from ..modes.basis import mean_modes
-from ..statics.linear import linearised
+from ..static.tangent import linearised
 
 __all__ = ["Ports", "balancing", "driving", "member_coordinates", "ports_of", "unit_torque"]
 

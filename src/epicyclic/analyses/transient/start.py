@@ -6,7 +6,7 @@ import numpy as np
 
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
-from ..statics.equilibrium import compliance_of, equilibrium
+from ..static.equilibrium import compliance_of, equilibrium
 from .motion import Motion, from_modal, to_modal
 from .numeric import Drive, acceleration, drive
 
@@ -96,7 +96,7 @@ def _newton(moving: Motion, at: Drive, y: Array, left: Array) -> Array:
 
 
 def _law_tangent(moving: Motion, delta: Array) -> Array:
-    from ...system import laws as law
+    from ...system.laws import groups as law
 
     laws = moving.system.laws
     tangent = law.tangent(laws, delta)

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..statics.record import positive, reference_tone
+from ..static.record import positive, reference_tone
 from .motion import Contact, Motion, from_modal
 from .outputs import flank_force, group_force, link_force, mesh_force
 from .program import phase_at, speed_at
@@ -191,7 +191,7 @@ def _state(moving: Motion, start: object) -> Array:
 
 
 def _labelled(moving: Motion, plan: Plan, found: Array, tone: float, options: dict[str, Any]) -> xr.Dataset:
-    from ...results import dataset
+    from ...results.dataset import dataset
 
     system, face, times = moving.system, faces(moving.system.meshes), plan.times(0, plan.count)
     outputs: dict[str, list[Array]] = {"mesh": [], "q": [], "link": [], "group": []}

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.analyses.harmonic.steady import steady
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.place import place_of
+from epicyclic.analyses.steady.steady import steady
 from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 from .conftest import document

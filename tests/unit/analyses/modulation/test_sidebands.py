@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses.harmonic.steady import steady
 from epicyclic.analyses.modulation.lines import lines_of
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.place import Place
 from epicyclic.analyses.modulation.rows import Passed, Rows, heard
 from epicyclic.analyses.modulation.windows import window_of_word
+from epicyclic.analyses.steady.steady import steady
 from epicyclic.system.system import System
 
 from .conftest import GROUPS

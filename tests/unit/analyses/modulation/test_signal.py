@@ -12,12 +12,12 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from epicyclic.analyses.harmonic.steady import periodic
 from epicyclic.analyses.modulation.modulation import modulation
 from epicyclic.analyses.modulation.transfer import transfer_of_table
 from epicyclic.analyses.modulation.windows import Window, window_of_series
+from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

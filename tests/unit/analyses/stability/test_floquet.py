@@ -16,7 +16,7 @@ from epicyclic.analyses.modes.basis import Modal, modal_form
 from epicyclic.analyses.modes.eigen import whirl
 from epicyclic.analyses.stability.floquet import floquet, multipliers, steps_needed
 from epicyclic.assemble import assemble
-from epicyclic.files import load
+from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

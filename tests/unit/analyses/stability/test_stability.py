@@ -15,7 +15,7 @@ from epicyclic.analyses.modes.basis import modal_form
 from epicyclic.analyses.stability.scan import kind_of, prepared, scan
 from epicyclic.analyses.stability.stability import stability
 from epicyclic.errors import ModelError
-from epicyclic.results import load_result, save_result
+from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.system import System
 
 

@@ -12,11 +12,11 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.analyses.contact import orders as orders_module
-from epicyclic.analyses.contact.steady import contact_steady
-from epicyclic.analyses.contact.sweep import contact_sweep
-from epicyclic.analyses.contact.torus import Torus, TorusPoint, respond_torus
-from epicyclic.analyses.harmonic.response import response
+from epicyclic.analyses.contact_loss import shaft_orders as orders_module
+from epicyclic.analyses.contact_loss.steady import contact_steady
+from epicyclic.analyses.contact_loss.sweep import contact_sweep
+from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus
+from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact.balance import Problem, State, evaluate, slope
-from epicyclic.analyses.contact.newton import solve
-from epicyclic.analyses.contact.outcome import outcome
-from epicyclic.analyses.contact.precondition import preconditioned
-from epicyclic.analyses.contact.sizes import Size
-from epicyclic.analyses.contact.superposed import exact, superposed
-from epicyclic.analyses.contact.torus import DROPPED, Torus, TorusPoint, respond_torus, torus
-from epicyclic.analyses.harmonic.gmres import gmres
-from epicyclic.analyses.harmonic.response import response
+from epicyclic.analyses.contact_loss.corrector import solve
+from epicyclic.analyses.contact_loss.outcome import outcome
+from epicyclic.analyses.contact_loss.preconditioner import preconditioned
+from epicyclic.analyses.contact_loss.problem import Problem, State, evaluate, slope
+from epicyclic.analyses.contact_loss.sizes import Size
+from epicyclic.analyses.contact_loss.superposed import exact, superposed
+from epicyclic.analyses.contact_loss.torus import DROPPED, Torus, TorusPoint, respond_torus, torus
+from epicyclic.analyses.steady.gmres import gmres
+from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
@@ -96,7 +96,7 @@ def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
     """A point with rows as said, without raising them."""
     made = given.prepared(size)
     start = respond_torus(given.flat, speed)
-    from epicyclic.analyses.contact.torus import _solved
+    from epicyclic.analyses.contact_loss.torus import _solved
 
     point = _solved(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
     assert point.converged

@@ -1,0 +1,139 @@
+"""Where a linear response is the solution: every flank pressed all the time, or never.
+
+Mostly all loaded flanks are and no far one.  Where the mean load leaves some open for good, as a slide of a herringbone
+sun does, the motion is linear without these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array
+from ..steady.response import Kept, Response, respond
+from .corrector import dynamic_size, linear_start
+from .problem import evaluate
+from .refinement import Levels, fitting
+from .solution import Solution, solution
+
+__all__ = ["REACH", "Scan", "scanned"]
+
+# Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
+_LINEAR, _ACCEPTED = 1e-6, 1e-4
+# Part of the lowest speed down to which a way may begin, and branches may turn back.
+REACH = 0.4
+# Speeds looked at besides those asked for, at most.
+_MOST = 600
+# Times flanks are opened and closed until those that touch in the mean are those that press; least harmonics then.
+_ROUNDS, _LEAST = 8, 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Scan:
+    """speeds : (Q,) rising.  asked : (Q,) place among the speeds asked for, -1 of one between.
+
+    solutions : in which no flank changes its contact, None where one does.
+    harmonics : (Q,) that the linear response needs.
+    """
+
+    speeds: Array
+    asked: NDArray[np.int64]
+    solutions: list[Solution | None]
+    harmonics: NDArray[np.int64]
+
+
+def scanned(levels: Levels, speeds: Array) -> Scan:
+    """The linear response at distinct speeds (P,) and at enough between them to see every resonance.
+
+    Where contact changes at the lowest one, those below it down to the first at which it does not come along: a way
+    needs a beginning.
+    """
+    low = float(speeds.min())
+    between = np.setdiff1d(_between(levels.ready, low, float(speeds.max())), speeds)
+    found = _looked(levels, np.union1d(speeds, between))
+    if found.solutions[0] is None:
+        below = _looked(levels, _between(levels.ready, REACH * low, low))
+        last = next((i for i in reversed(range(below.speeds.size)) if below.solutions[i] is not None), None)
+        found = found if last is None else _joined(below, last, found)
+    places = np.searchsorted(found.speeds, speeds)
+    asked = np.full(found.speeds.size, -1, np.int64)
+    asked[places] = np.arange(speeds.size)
+    return replace(found, asked=asked)
+
+
+def _joined(below: Scan, first: int, above: Scan) -> Scan:
+    return Scan(
+        speeds=np.concatenate([below.speeds[first:], above.speeds]),
+        asked=np.concatenate([below.asked[first:], above.asked]),
+        solutions=[*below.solutions[first:], *above.solutions],
+        harmonics=np.concatenate([below.harmonics[first:], above.harmonics]),
+    )
+
+
+def _looked(levels: Levels, speeds: Array) -> Scan:
+    """The linear response at rising speeds, none of them asked for."""
+    found = list[Solution | None]([None] * speeds.size)
+    harmonics = np.zeros(speeds.size, np.int64)
+    if speeds.size:
+        for block in respond(levels.ready, speeds, tolerance=_LINEAR, shaft_orders=False):
+            for at, place in enumerate(block.index.tolist()):
+                harmonics[place] = block.harmonics
+                if block.residual[at] <= _ACCEPTED:
+                    speed, residual = float(block.speed[at]), float(block.residual[at])
+                    found[place] = _closed(levels, block.mesh.y[at], speed, block.kept, residual)
+        if len(levels.ready.lines.tones) == 1:
+            _without_open_flanks(levels, speeds, found, harmonics)
+    return Scan(speeds=speeds, asked=np.full(speeds.size, -1), solutions=found, harmonics=harmonics)
+
+
+def _between(ready: Response, low: float, high: float) -> Array:
+    """Speeds in steps of the smallest damping ratio."""
+    elastic = ~ready.modal.rigid
+    ratio = ready.modal.damping[elastic] / (2 * np.sqrt(ready.modal.squared[elastic]))
+    least = max(float(np.min(ratio, initial=1.0)), 1e-4)
+    count = min(int(np.log(high / low) / least), _MOST) if high > low else 0
+    return np.geomspace(low, high, count + 2)[1:-1] if count else np.zeros(0)
+
+
+def _closed(levels: Levels, y: Array, speed: float, kept: Kept, residual: float) -> Solution | None:
+    """The linear solution if no tooth of it parts or strikes the other flank."""
+    harmonics = max(kept[:-1])
+    given = levels.lattice(kept[:-1], kept[-1], 1, levels.samples(harmonics))
+    state = evaluate(given, y, speed)
+    if not np.all(state.touching == (given.flanks.sense > 0)):
+        return None
+    residual = max(residual, state.norm / dynamic_size(y))
+    return Solution(given=given, harmonics=harmonics, state=state, residual=residual)
+
+
+def _without_open_flanks(
+    levels: Levels, speeds: Array, found: list[Solution | None], harmonics: NDArray[np.int64]
+) -> None:
+    """Enter the linear solutions in which the flanks that the mean load leaves open never touch."""
+    missing = [place for place, at in enumerate(found) if at is None]
+    if not missing:
+        return
+    pressed = _pressed(levels, float(speeds[missing[0]]), int(harmonics[missing[0]]))
+    if pressed is None:
+        return
+    for place in missing:
+        H = fitting(max(_LEAST, int(harmonics[place])))
+        given, speed = levels.problem(H), float(speeds[place])
+        start = linear_start(given, speed, pressed)
+        if np.all(evaluate(given, start, speed).touching == pressed):
+            at = solution(levels, start, speed, given=given, harmonics=H)
+            found[place] = at if at is not None and np.all(at.state.touching == pressed) else None
+
+
+def _pressed(levels: Levels, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
+    """Flanks (R,) that press in the mean of a linear motion with these alone, None where they are those loaded."""
+    given = levels.problem(fitting(max(_LEAST, harmonics)))
+    loaded = pressed = given.flanks.sense > 0
+    for _ in range(_ROUNDS):
+        mean = given.flanks.gaps @ linear_start(given, speed, pressed)[0, 0] - given.error[0]
+        if np.array_equal(mean > 0, pressed):
+            return None if np.array_equal(pressed, loaded) else pressed
+        pressed = mean > 0
+    return None

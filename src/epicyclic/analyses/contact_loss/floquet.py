@@ -1,0 +1,158 @@
+"""Whether a periodic motion with contact loss is stable, and if not, in which way it is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...system.system import Array
+from ..stability.floquet import Floquet, floquet, steps_needed
+from ..stability.kinds import BREAKING, DIVERGENCE, FOLD, STABLE, outside
+from .problem import Problem, State, evaluate
+from .refinement import Levels, carried
+
+__all__ = ["Verdict", "disturbance", "tangents", "verdict"]
+
+# Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
+_STEPS, _NEAR = 48, 0.03
+# Steps come in multiples of this, so that the grids of their samples are few.
+_STEP = 24
+# Samples of the contact in each step.
+_SAMPLES = 8
+# A multiplier this much above 1 is growth: 96 steps of a cycle with contact loss have it right to 2e-3.
+_GROWTH = 2e-3
+# A multiplier is real when its angle from the real axis is below this; a pair that meets there does so as a root.
+_REAL = 1e-2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """How a small disturbance of a motion goes on.
+
+    multiplier : the largest of the period, free motions apart.  steps : of a period.
+    kind : empty where stable, or how the motion is left, as of `stability.kinds`, a divergence as one of its two forms.
+    """
+
+    multiplier: complex
+    kind: str
+    steps: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether every disturbance dies out."""
+        return not self.kind
+
+
+def verdict(levels: Levels, given: Problem, harmonics: int, state: State, *, backward: bool = False) -> Verdict:
+    """Floquet multipliers with the tangents of the contact.
+
+    Parameters
+    ----------
+    harmonics : of the problem.
+    backward : whether the branch goes back in speed there, between two folds: a real multiplier above 1 is the fold's.
+        Elsewhere it says that another branch leaves this one, which has more symmetry than is stable.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : numbers that are not finite.
+    """
+    steps = _steps(levels, given, state)
+    largest = _largest(_floquet(levels, given, harmonics, state, steps))
+    if abs(abs(largest) - 1) < _NEAR:
+        steps *= 2
+        largest = _largest(_floquet(levels, given, harmonics, state, steps))
+    return Verdict(multiplier=largest, kind=_kind(largest, backward), steps=steps)
+
+
+def disturbance(levels: Levels, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
+    """The most unstable disturbance at the first instant: position y and rate y' (n,), of unit energy."""
+    found = _floquet(levels, given, harmonics, state, _steps(levels, given, state), vectors=True)
+    if found.position is None or found.rate is None:
+        raise ValueError("no vectors were asked for")
+    return found.position[:, 0].real, found.rate[:, 0].real
+
+
+def tangents(
+    levels: Levels, given: Problem, harmonics: int, state: State, steps: int
+) -> tuple[Array, Array | None, Array]:
+    """Changes of stiffness and damping of the flanks over a period, (rows, steps), and their gaps (rows, n).
+
+    Each is the mean of its step; flanks that never change their contact or stiffness are left out, and the damping
+    altogether where it stays.
+    """
+    if state.unchanging:
+        return _unchanged(given, state, steps)
+    fine = levels.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
+    seen = evaluate(fine, carried(given, fine, state.y), state.speed)
+    touching, made = seen.touching, fine.flanks
+
+    def mean(values: Array) -> Array:
+        average: Array = values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
+        return average
+
+    stiffness = np.where(touching, fine.stiffness, 0.0) - made.linear
+    if seen.acting is None or seen.edge is None:
+        used = np.any(stiffness != 0, axis=0)
+        return mean(stiffness)[used], None, made.gaps[used]
+    # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
+    stiffness += made.damping * seen.edge
+    damping = made.damping * seen.acting - made.drag
+    used = np.any((stiffness != 0) | (damping != 0), axis=0)
+    return mean(stiffness)[used], mean(damping)[used], made.gaps[used]
+
+
+def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
+    """As `tangents`, where contact does not change: a linear system, whose stiffness has no corners."""
+    made, orders = given.flanks, np.arange(1, given.flanks.variation.shape[1] + 1)
+    wave = np.exp(2j * np.pi * given.cycles * np.outer(orders, np.arange(steps) / steps))
+    touching = state.touching[0][:, None]
+    stiffness = np.where(touching, made.stiffness[:, None] * (1 + (made.variation @ wave).real), 0.0)
+    stiffness -= made.linear[:, None]
+    damping = np.where(touching, made.damping[:, None], 0.0) - made.drag[:, None]
+    used = np.any((stiffness != 0) | (damping != 0), axis=1)
+    return stiffness[used], np.repeat(damping[used], steps, axis=1), made.gaps[used]
+
+
+def _floquet(
+    levels: Levels, given: Problem, harmonics: int, state: State, steps: int, *, vectors: bool = False
+) -> Floquet:
+    stiffness, damping, gaps = tangents(levels, given, harmonics, state, steps)
+    if not len(stiffness):
+        stiffness, gaps = np.zeros((1, steps)), np.zeros((1, given.modal.squared.size))
+        damping = None
+    return floquet(
+        given.modal,
+        stiffness,
+        period=_period(given, state),
+        frame=state.speed if given.frame_speed == "kinematic" else 1.0,
+        damping=damping,
+        gaps=gaps,
+        vectors=vectors,
+    )
+
+
+def _period(given: Problem, state: State) -> float:
+    return 2 * np.pi / (float(given.omega[1]) * state.speed)
+
+
+def _steps(levels: Levels, given: Problem, state: State) -> int:
+    """Steps of a period, a whole number a mesh cycle; as of the linear system where contact does not change."""
+    cycle = _period(given, state) / given.cycles
+    top = given.flanks.variation.shape[1]
+    least = steps_needed(given.modal, period=cycle, cycle=cycle, harmonics=top)
+    if not state.unchanging:
+        least = max(_STEPS, least)
+    return given.cycles * _STEP * -(-least // _STEP)
+
+
+def _largest(found: Floquet) -> complex:
+    own = found.multipliers[~found.free]
+    return complex(own[0]) if own.size else 0j
+
+
+def _kind(largest: complex, backward: bool) -> str:
+    kind = outside(largest, circle=_GROWTH, real=_REAL)
+    if kind == DIVERGENCE:
+        return FOLD if backward else BREAKING
+    return "" if kind == STABLE else kind

@@ -1,0 +1,381 @@
+"""Harmonic balance of flanks that part and touch: one residual for mesh orders, several tones and slow shaft tones.
+
+In energy-weighted modal coordinates (see `analyses.modes.basis`) the rows at lattice points a read
+
+    R = y + D^-1 [couple y + pulls^T {f(delta) - k0 B^T q - c0 (B^T q)'} - b],   D = omega_r^2 - w^2 + i w d_r
+
+with w = s a . w_tone, and f sampled over a grid of the tone phases and transformed back.  Nothing is assembled: a
+product with the derivative is the same operation with the tangents of f in place.  y stands as (2, J, n): real and
+imaginary parts; mean first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.faces import Faces, faces
+from ...system.system import Array, Line
+from ..modes.basis import Modal
+from ..steady.lattice import Point, kept_points
+from ..steady.response import FrameSpeed, Response
+from .flanks import Flanks, flanks
+from .grid import Transforms, grid
+
+__all__ = [
+    "Placed",
+    "Problem",
+    "State",
+    "derivative",
+    "evaluate",
+    "flank_force",
+    "linearised",
+    "mesh_problem",
+    "problem",
+    "slope",
+    "unknowns",
+]
+
+Index = NDArray[np.int64]
+Placed = tuple[Point, bool, Line]
+"""A line at a lattice point, and whether its conjugate counts there."""
+
+# Samples of a mesh cycle per harmonic kept: contact that opens and closes has slow series.
+_SAMPLES = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Problem:
+    """Everything about the balance that neither the motion nor the speed changes.
+
+    grid : lattice points and samples.  omega : (J,) a . w_tone at s = 1 [rad/s].
+    error : (2 J, R) rows of e of every flank, the backlash in the mean [m].
+    force : (3, 2, J, n) external modal forces for s^0, s^1, s^2.  stiffness : (N, R) of every flank [N/m].
+    tones : (D,) angular frequencies of the phases of `grid` at s = 1 [rad/s].
+    cycles : mesh cycles in a period, of which `omega` and the phases of `grid` are.
+    face : the whole meshes of the rows.
+    """
+
+    modal: Modal
+    flanks: Flanks
+    face: Faces
+    grid: Transforms
+    omega: Array
+    error: Array
+    force: Array
+    stiffness: Array
+    tones: Array
+    frame_speed: FrameSpeed = "kinematic"
+    cycles: int = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class State:
+    """A motion at a speed, and what follows from it.
+
+    y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1 as of `_inverse`.
+    touching : (N, R) whether each flank presses.  norm : |R|.
+    acting : (N, R) part of its sample in which each damper acts.  edge : (N, R) how that part rises with the gap, times
+        the gap rate [1/s]; both None without dampers of meshes.
+    """
+
+    y: Array
+    speed: float
+    residual: Array
+    inverse: tuple[Array, Array]
+    touching: NDArray[np.bool_]
+    norm: float
+    acting: Array | None = None
+    edge: Array | None = None
+
+    @property
+    def unchanging(self) -> bool:
+        """Whether every flank touches all the time or never."""
+        return bool(np.all(self.touching == self.touching[0]))
+
+
+def unknowns(problem: Problem) -> tuple[int, int, int]:
+    """Shape of y, (2, J, n)."""
+    return 2, len(problem.omega), problem.modal.squared.size
+
+
+def mesh_problem(
+    ready: Response,
+    *,
+    harmonics: int | tuple[int, ...],
+    cross: int = 0,
+    samples: int | None = None,
+    cycles: int = 1,
+) -> Problem:
+    """The balance of mesh orders: multiples of every tone up to `harmonics`, combinations up to `cross`.
+
+    Parameters
+    ----------
+    harmonics : of every tone, or of each (D,).  samples : of the mesh cycle of each tone; None takes 8 per harmonic.
+    cycles : mesh cycles of a period; more than one for motions that repeat after as many, with fractional orders.
+    """
+    tones = len(ready.lines.tones)
+    kept = (harmonics,) * tones if isinstance(harmonics, int) else harmonics
+    points = kept_points(tuple(cycles * each for each in kept), cross, mirrored=True).points
+    counts = tuple(cycles * (samples or _SAMPLES * each) for each in kept)
+    lines = [(tuple(cycles * order for order in point), False, line) for point, line in ready.lines.mesh]
+    return problem(ready, points, ready.omega / cycles, counts, lines, cycles=cycles)
+
+
+def problem(
+    ready: Response,
+    points: Index,
+    tones: Array,
+    counts: tuple[int, ...],
+    lines: Sequence[Placed],
+    *,
+    cycles: int = 1,
+) -> Problem:
+    """The balance on given lattice points.
+
+    Parameters
+    ----------
+    points : (J, D), one of a and -a, the origin first.
+    tones : (D,) at s = 1 [rad/s], the mesh tones first, then slow ones.
+    counts : (D,) samples of each phase.  lines : (point, whether the conjugate counts there, line).
+    cycles : mesh cycles in a period of `tones`.
+    """
+    made, net = flanks(ready), grid(points, counts)
+    error, force = _excitation(ready, points, made, lines)
+    return Problem(
+        modal=ready.modal,
+        flanks=made,
+        face=faces(ready.system.meshes),
+        grid=net,
+        omega=points @ tones,
+        error=error,
+        force=force,
+        stiffness=_stiffness(made, cycles * net.phases),
+        tones=tones,
+        frame_speed=ready.frame_speed,
+        cycles=cycles,
+    )
+
+
+def _stiffness(made: Flanks, phases: Array) -> Array:
+    """k of every flank over phases (N, D) of the tones, (N, R) [N/m]."""
+    result = np.empty((len(phases), made.mesh.size))
+    orders = np.arange(1, made.variation.shape[1] + 1)
+    for axis in np.unique(made.axis):
+        mine = made.axis == axis
+        wave = np.exp(2j * np.pi * np.outer(phases[:, axis], orders))
+        result[:, mine] = made.stiffness[mine] * (1 + (wave @ made.variation[mine].T).real)
+    return result
+
+
+def _excitation(ready: Response, points: Index, made: Flanks, lines: Sequence[Placed]) -> tuple[Array, Array]:
+    """Errors of the flanks (2 J, R) and external modal forces (3, 2, J, n) on the points."""
+    system, place = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
+    error = np.zeros((len(points), made.mesh.size), complex)
+    force = np.zeros((3, len(points), system.force.size), complex)
+    force[0, 0] = system.force
+    for point, conjugate, line in lines:
+        at, gap, push = place[point], system.flank_gaps(line), line.force
+        error[at] += gap.conj() if conjugate else gap
+        force[:, at] += push.conj() if conjugate else push
+    error[0] += made.opening
+    error[0], force[:, 0] = error[0].real, force[:, 0].real
+    modal_force = force @ ready.modal.forces.T
+    return np.concatenate([error.real, error.imag]), np.stack([modal_force.real, modal_force.imag], axis=1)
+
+
+def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.bool_] | None = None) -> State:
+    """The residual of a motion y (2, J, n) at relative speed s; flanks touch where said (N, R), or where they press."""
+    w = speed * given.omega
+    inverse = _inverse(given.modal, w)
+    gap = _gaps(given, y)
+    law = _law(given, gap - given.error, speed, touching)
+    unbalanced = _couple(given, y, speed) + _pull(given, _beyond_mean(given, law.force, gap, w)) - _force(given, speed)
+    residual = y + _times(inverse, unbalanced)
+    return State(
+        y=y,
+        speed=speed,
+        residual=residual,
+        inverse=inverse,
+        touching=law.touching,
+        norm=float(np.linalg.norm(residual)),
+        acting=law.acting,
+        edge=law.edge,
+    )
+
+
+def slope(given: Problem, at: State, step: Array) -> Array:
+    """Derivative of the residual along a step of the motion (2, J, n)."""
+    return linearised(given, at)(step)
+
+
+def linearised(given: Problem, at: State) -> Callable[[Array], Array]:
+    """The derivative of the residual as an operator on steps (2, J, n); flanks that add nothing to it are left out."""
+    made, w = given.flanks, at.speed * given.omega
+    tangent, drag = np.where(at.touching, given.stiffness, 0.0) - made.linear, None
+    if at.acting is not None and at.edge is not None:
+        # where the contact opens or closes within a sample, c delta' a rises with both: a = 1/2 + delta / (|delta'| h)
+        rate = np.where((at.acting > 0) & (at.acting < 1), 0.5, at.acting)
+        tangent = tangent + made.damping * at.edge
+        drag = made.damping * rate - made.drag
+    live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
+    gaps, pulls = np.ascontiguousarray(made.gaps[live].T), made.pulls[live]
+    tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
+
+    def apply(step: Array) -> Array:
+        gap = step.reshape(-1, step.shape[2]) @ gaps
+        force = given.grid.values(gap)
+        force *= tangent
+        if drag is not None:
+            force += drag * given.grid.values(_rate(gap, w))
+        pulled = _couple(given, step, at.speed)
+        pulled += (given.grid.rows(force) @ pulls).reshape(step.shape)
+        return step + _times(at.inverse, pulled)
+
+    return apply
+
+
+def derivative(given: Problem, at: State) -> Array:
+    """Derivative of the residual with the relative speed, the motion held, where the residual is zero (2, J, n)."""
+    y, s, omega, modal = at.y, at.speed, given.omega, given.modal
+    w = s * omega
+    turned = np.stack([-y[1], y[0]])
+    moved = (-2 * w * omega)[:, None] * y + (omega[:, None] * modal.damping) * turned
+    rate = 2 * s if given.frame_speed == "kinematic" else 1.0
+    frame = 1.0 if given.frame_speed == "kinematic" else 0.0
+    factors = {"G": rate * omega, "C": omega, "Kg": frame * 2 * s, "Cskew": frame}
+    for name, matrix in modal.coupling.items():
+        factor = np.asarray(factors[name])
+        part = turned if name in ("G", "C") else y
+        moved += (factor[..., None] * part if factor.ndim else factor * part) @ matrix
+    moved -= given.force[1] + 2 * s * given.force[2]
+    made = given.flanks
+    if at.acting is not None:
+        gap = _gaps(given, y)
+        damper = at.acting * made.damping * given.grid.values(_rate(gap - given.error, omega))
+        damper -= made.drag * given.grid.values(_rate(gap, omega))
+        moved += _pull(given, given.grid.rows(damper))
+    return _times(at.inverse, moved)
+
+
+def flank_force(given: Problem, at: State) -> Array:
+    """Force of every flank over the grid of phases, (N, R) [N]."""
+    gap = _gaps(given, at.y) - given.error
+    return _law(given, gap, at.speed, None).force
+
+
+class _Law(NamedTuple):
+    """Forces of the flanks (N, R) [N], and the rest as of `State`."""
+
+    force: Array
+    touching: NDArray[np.bool_]
+    acting: Array | None
+    edge: Array | None
+
+
+def _law(given: Problem, opened: Array, speed: float, said: NDArray[np.bool_] | None) -> _Law:
+    """k delta + c delta' where delta > 0 (or where said), from the rows (2 J, R) of delta.
+
+    A damper that acts at once makes the force jump where teeth meet, and a sum over samples with it: it acts for the
+    part of its sample in which the gap, gone on in a line, is closed.  That leaves the force continuous.
+    """
+    near = _columns(_reaching(opened) if said is None else said.any(axis=0))
+    delta, force = given.grid.values(opened[:, near]), np.zeros_like(given.stiffness)
+    touching, pressed = np.zeros(force.shape, bool), delta > 0 if said is None else said[:, near]
+    touching[:, near] = pressed
+    pushed = np.where(pressed, given.stiffness[:, near] * delta, 0.0)
+    if not given.flanks.damping.any():
+        force[:, near] = pushed
+        return _Law(force, touching, None, None)
+    rate = given.grid.values(_rate(opened[:, near], speed * given.omega))
+    part, rise = pressed.astype(float), np.zeros_like(delta)
+    if said is None:
+        sample = (2 * np.pi / (speed * given.tones * given.grid.counts))[given.flanks.axis[near]]
+        way = np.abs(rate) * sample
+        place = np.divide(delta, way, out=np.full_like(delta, np.inf), where=way > 0)
+        inside = np.abs(place) < 0.5
+        part = np.where(inside, 0.5 + np.where(inside, place, 0.0), part)
+        rise = np.where(inside, np.sign(rate) / sample, 0.0)
+    acting, edge = np.zeros_like(force), np.zeros_like(force)
+    acting[:, near], edge[:, near] = part, rise
+    force[:, near] = pushed + given.flanks.damping[near] * rate * part
+    return _Law(force, touching, acting, edge)
+
+
+def _beyond_mean(given: Problem, force: Array, gap: Array, w: Array) -> Array:
+    """Rows (2 J, R) of the forces of the flanks without what the mean system holds."""
+    made, live = given.flanks, _columns(force.any(axis=0))
+    rows = np.zeros_like(gap)
+    rows[:, live] = given.grid.rows(force[:, live])
+    rows -= made.linear * gap
+    if made.drag.any():
+        rows -= made.drag * _rate(gap, w)
+    return rows
+
+
+def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
+    """Places of the columns chosen, as a slice, of which numpy makes no copy, where they stand together."""
+    places = np.flatnonzero(chosen)
+    together = places.size == 0 or places[-1] - places[0] + 1 == places.size
+    return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
+
+
+def _reaching(opened: Array) -> NDArray[np.bool_]:
+    """Flanks (R,) whose delta, of rows (2 J, R), can rise above 0 at all: its mean and all amplitudes."""
+    J = len(opened) // 2
+    reach: Array = opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0)
+    return reach > 0
+
+
+def _rate(rows: Array, w: Array) -> Array:
+    """Rows of the time derivative, i w x."""
+    J = w.size
+    return np.concatenate([-w[:, None] * rows[J:], w[:, None] * rows[:J]])
+
+
+def _gaps(given: Problem, y: Array) -> Array:
+    gap: Array = y.reshape(-1, y.shape[2]) @ given.flanks.gaps.T
+    return gap
+
+
+def _pull(given: Problem, rows: Array) -> Array:
+    return (rows @ given.flanks.pulls).reshape(unknowns(given))
+
+
+def _force(given: Problem, speed: float) -> Array:
+    force: Array = given.force[0] + speed * (given.force[1] + speed * given.force[2])
+    return force
+
+
+def _couple(given: Problem, y: Array, speed: float) -> Array:
+    """G, Kg, Cskew and the dampers off the diagonal, at the speed."""
+    frame = speed if given.frame_speed == "kinematic" else 1.0
+    w = speed * given.omega[:, None]
+    result = np.zeros_like(y)
+    for name, matrix in given.modal.coupling.items():
+        if name in ("G", "C"):
+            factor = w * (frame if name == "G" else 1.0)
+            result += np.stack([-factor * y[1], factor * y[0]]) @ matrix
+        else:
+            result += (frame**2 if name == "Kg" else frame) * (y @ matrix)
+    return result
+
+
+def _inverse(modal: Modal, w: Array) -> tuple[Array, Array]:
+    """1/D as factors (J, n) of y and (2, J, n) of its rotated copy (-im, re); 0 for the mean of a rigid mode."""
+    w = w[:, None]
+    real, imag = modal.squared - w**2, w * modal.damping
+    size = real**2 + imag**2
+    size[size == 0] = np.inf
+    turn = imag / size
+    return real / size, np.stack([turn, -turn])
+
+
+def _times(factor: tuple[Array, Array], y: Array) -> Array:
+    out = factor[0] * y
+    out += factor[1] * y[::-1]
+    return out

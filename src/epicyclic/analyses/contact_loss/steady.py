@@ -1,0 +1,228 @@
+"""The steady response at one speed with teeth that part, shaft orders included, as a labelled Dataset."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ConvergenceError, ModelError
+from ...system.system import Array
+from ..steady.response import response
+from .branch_set import route
+from .outcome import Outcome, outcome, strokes
+from .refinement import Levels
+from .solution import judged
+from .superposed import Superposed, exact, superposed
+from .torus import DROPPED, Torus, TorusPoint, respond_torus, torus
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ...system.system import System
+
+# An error of a superposed line below this is none.
+_NOTHING = 1e-9
+
+__all__ = ["contact_steady", "settled"]
+
+
+def contact_steady(
+    system: System, *, relative_speed: float = 1.0, shaft_orders: bool = True, slow_tones: int | None = None
+) -> xr.Dataset:
+    """Steady response at one speed with flanks that only press: a motion on the torus of mesh and slow shaft phases.
+
+    Curves over the mesh phase are of each mesh's own tone: the mean over all other phases, and least and most.  The RMS
+    is that of all time; peak and minimum are those over all relative phases, which teeth meet at discrete values.
+    Where there are several solutions, the one next to the linear response is found.  Stability is not looked at.
+
+    Parameters
+    ----------
+    relative_speed : speed per operating speed, above zero.
+    shaft_orders : whether run-outs and other lines between the mesh orders count.
+    slow_tones : how many frequencies of shafts are phases of the torus; None: those that make three with the mesh
+        tones.  The others, the weakest, are superposed linearly: a warning names them and what that leaves unbalanced.
+
+    Raises
+    ------
+    ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
+    ConvergenceError : no solution was found.
+    """
+    if not (math.isfinite(relative_speed) and relative_speed > 0):
+        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
+    if slow_tones is not None and not 0 <= slow_tones <= 3:
+        raise ModelError("out of range", path="slow_tones", given=slow_tones, allowed="0 to 3")
+    given = torus(response(system), shaft_orders=shaft_orders, most=slow_tones)
+    given, point, lines = settled(given, float(relative_speed))
+    if not point.converged:
+        raise ConvergenceError(
+            f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
+            f"frequency ({point.status}, residual {point.residual:.2g}): try a slightly different speed or more damping"
+        )
+    options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
+    return _labelled(given, point, lines, options)
+
+
+def settled(
+    given: Torus, speed: float, *, start: tuple[NDArray[np.int64], Array] | None = None
+) -> tuple[Torus, TorusPoint, list[Superposed]]:
+    """The torus used, the motion at one relative speed, and the lines superposed on it; `start` as of `respond_torus`.
+
+    Where flanks touch whatever the phases of the shaft lines, mesh orders and superposed lines are the whole solution;
+    the torus is for speeds at which they part.  One that is not found is tried with one slow tone less, down to none.
+    """
+    if start is None:
+        flat = respond_torus(given.flat, speed)
+        if not flat.converged:
+            start = _along_the_way(given, speed)
+            if start is None:
+                return given.flat, flat, []
+            flat = respond_torus(given.flat, speed, start=start)
+        lines = superposed(given.flat, flat) if flat.converged else []
+        if not flat.converged or (flat.status == "ok" and exact(given, flat, lines)):
+            return given.flat, flat, lines
+        start = flat.problem.grid.points, flat.state.y
+    point = respond_torus(given, speed, start=start)
+    while not point.converged and given.slow.tones:
+        given = given.fewer
+        point = respond_torus(given, speed, start=start)
+    return given, point, superposed(given, point) if point.converged else []
+
+
+def _along_the_way(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
+    """The motion of mesh orders that the branches from closed teeth lead to, a stable one if there is."""
+    levels = Levels(ready=given.ready)
+    found = [judged(levels, each.solution) for each in route(levels, np.array([speed])).crossings[0]]
+    if not found:
+        return None
+    at = next((each for each in found if each.stable), found[0])
+    return at.given.grid.points, at.state.y
+
+
+def _labelled(given: Torus, point: TorusPoint, lines: Sequence[Superposed], options: dict[str, Any]) -> xr.Dataset:
+    from ...results.dataset import dataset
+
+    ready, system, face = given.ready, given.ready.system, given.face
+    found = outcome(given, point, lines)
+    counts = point.problem.grid.counts
+    axis = ready.lines.axis[face.first]
+    mean, least, most = (
+        _over_phase(force, counts, axis, what)
+        for force, what in (
+            (found.force, "mean"),
+            (found.force - found.reach, "min"),
+            (found.force + found.reach, "max"),
+        )
+    )
+    combined, label = _combinations(given, point, found)
+    along, slices = _along_the_face(given, found, counts)
+    return dataset(
+        {
+            "mesh_force": (("mesh", "mesh_phase"), mean),
+            "mesh_force_least": (("mesh", "mesh_phase"), least),
+            "mesh_force_most": (("mesh", "mesh_phase"), most),
+            "mesh_force_rms": ("mesh", found.rms),
+            "mesh_force_bound": ("mesh", found.peak),
+            "mesh_force_minimum": ("mesh", found.minimum),
+            "open_share": ("mesh", found.open),
+            "far_share": ("mesh", found.far),
+            "contact_lost": ("mesh", face.any(found.row_open > 0)),
+            "amplitude": ("dof", strokes(given, point, lines)),
+            **along,
+            **combined,
+            "status": ((), point.status),
+            "residual": ((), point.residual),
+            "residual_dropped": ((), float(np.linalg.norm(point.dropped))),
+        },
+        {
+            "mesh": list(face.name),
+            **slices,
+            "dof": list(system.dofs.names),
+            "mesh_phase": np.arange(counts[0]) / counts[0],
+            "combination": label,
+            "mesh_frequency": float(ready.lines.tone) * point.state.speed,
+        },
+        verb="steady",
+        options={**options, "harmonics": max(point.size.harmonics), "slow_orders": list(point.size.orders)},
+        provenance=system.provenance,
+        warnings=[*system.warnings, *_warnings(point, lines)],
+    )
+
+
+def _over_phase(force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], what: str) -> Array:
+    """Mean, min or max over all phases but the own one of each column, (c, N_own); mesh tones have equal counts."""
+    box = force.reshape(*counts, -1)
+    by_axis = [
+        getattr(box, what)(axis=tuple(other for other in range(len(counts)) if other != own))
+        for own in range(int(axis.max(initial=0)) + 1)
+    ]
+    values: Array = np.array(by_axis)[axis, :, np.arange(len(axis))]
+    return values
+
+
+def _combinations(given: Torus, point: TorusPoint, found: Outcome) -> tuple[dict[str, Any], Array]:
+    """Complex amplitude of every mesh force at every lattice point, and the names of these."""
+    grid, ready = point.problem.grid, given.ready
+    J, points = len(grid.points), grid.points.tolist()
+    rows = grid.rows(found.force)
+    tones = (*ready.lines.tones, *given.slow.tones)
+    axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
+    names = [stages[axes.index(axis)] for axis in range(given.mesh_tones)]
+    names += [_cause(given, i) for i in range(len(given.slow.tones))]
+    label = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in points]
+    exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in points]
+    return {
+        "combination_force": (("mesh", "combination"), (rows[:J] + 1j * rows[J:]).T),
+        "combination_frequency": ("combination", point.state.speed * np.array([float(f) for f in exact])),
+    }, np.array(label, dtype=object)
+
+
+def _cause(given: Torus, tone: int) -> str:
+    """Path in the file of the first line on a slow tone."""
+    D = given.mesh_tones
+    mine = [line.causes for point, _, line in given.slow.lines if point[D + tone] and line.causes]
+    return mine[0][0] if mine else f"slow tone {tone + 1}"
+
+
+def _along_the_face(
+    given: Torus, found: Outcome, counts: tuple[int, ...]
+) -> tuple[dict[str, Any], dict[Hashable, Any]]:
+    """What slices carry: forces over the mesh phase, largest, open shares and face-load factors; nothing uncut."""
+    face, meshes = given.face, given.ready.system.meshes
+    if not face.cut.any():
+        return {}, {}
+    mean = found.row_force.mean(axis=0)
+    total = face.total(mean)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        static = np.where((face.count > 1) & (total > 0), face.count * -face.least(-mean) / total, np.nan)
+        moving = np.where((face.count > 1) & (total > 0), face.count * -face.least(-found.row_peak) / total, np.nan)
+    wave = _over_phase(found.row_force, counts, given.ready.lines.axis, "mean")
+    return {
+        "face_load_factor": ("mesh", static),
+        "dynamic_face_load_factor": ("mesh", moving),
+        "slice_force": (("mesh_slice", "mesh_phase"), wave[face.cut]),
+        "slice_force_peak": ("mesh_slice", found.row_peak[face.cut]),
+        "slice_open_share": ("mesh_slice", found.row_open[face.cut]),
+    }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
+
+
+def _warnings(point: TorusPoint, lines: Sequence[Superposed]) -> list[str]:
+    """Where the answer is coarse, and which lines are superposed."""
+    said = []
+    if point.status == "coarse":
+        said.append(
+            f"rows dropped are {float(np.linalg.norm(point.dropped)):.2g} of the dynamic motion, above {DROPPED:g}: "
+            "forces at an instant have about that error"
+        )
+    for line in lines:
+        if line.error < _NOTHING:
+            continue
+        said.append(
+            f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on flanks that part without it; "
+            f"its force is off by {line.error:.2g} of itself (RMS)"
+        )
+    return said

@@ -1,0 +1,311 @@
+"""Steady response over speed with teeth that part: run-up, coast-down and the whole way as one Dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import Array, System
+from ..steady.response import FrameSpeed, Response, response
+from .attractor import Record
+from .branch import folds_of_speed
+from .branch_set import Route, Stretch, route
+from .measures import Measures, force_level, measured
+from .refinement import LEVELS, Levels
+from .shaft_orders import ShaftOrders
+from .solution import judged
+from .sweep_direction import Met, Unstable, walk
+from .torus import torus
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["contact_sweep"]
+
+_POINTS = 200
+_DIRECTIONS = ("up", "down")
+_UNSTABLE = get_args(Unstable)
+# what a point says that holds numbers, or lost them before shaft orders came
+_KNOWN = ("ok", "coarse", "not converged", "speed is not a number above zero")
+
+
+def contact_sweep(
+    system: System,
+    *,
+    mesh_frequency: ArrayLike | None = None,
+    relative_speed: ArrayLike | None = None,
+    frame_speed: FrameSpeed = "kinematic",
+    harmonics: int | None = None,
+    unstable: Unstable = "replace",
+    shaft_orders: bool = True,
+    slow_tones: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down meet them, and all branches.
+
+    What is met is a motion of mesh orders; run-outs and other shaft lines come on top of it, at each speed.  The path
+    and the folds are of mesh orders alone.
+
+    Parameters
+    ----------
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed; neither: 200 mesh
+        frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    frame_speed : as of `sweep`.  harmonics : of every point where teeth part; None: 16 to 48, as each needs.
+    unstable : what becomes of motions that are not stable.  ``replace``: what takes their place is looked for, at last
+        by integration in time.  ``tell``: each point is judged and stays; a run goes on along its branch, and from the
+        end of one to the nearest motion, of stable ones if there are.  ``ignore``: as that, and none is judged.
+    shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
+        begun at the motion met; one that fails, and a motion that is not stable or not periodic, holds nan and says so.
+    slow_tones : of that torus, 0 to 3; 30 ms a speed with one, ten times that with two.  Other lines are superposed,
+        ``superposed_error`` says what that leaves.
+    progress : called with (points done, points); an exception in it ends the sweep.
+
+    Raises
+    ------
+    ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
+    A single speed that fails holds nan, and ``status`` says why.
+    """
+    if harmonics is not None and not 1 <= harmonics <= 4 * LEVELS[-1]:
+        raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * LEVELS[-1]}")
+    if unstable not in _UNSTABLE:
+        raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
+    if not 0 <= slow_tones <= 3:
+        raise ModelError("out of range", path="slow_tones", given=slow_tones, allowed="0 to 3")
+    ready = response(system, frame_speed=frame_speed)
+    if len(ready.lines.tones) > 2:
+        raise ModelError(
+            "contact loss is solved on the grid of all mesh phases",
+            path="stages",
+            given=f"{len(ready.lines.tones)} mesh frequencies",
+            allowed="one or two",
+        )
+    speed = _speeds(ready, mesh_frequency, relative_speed)
+    usable = np.isfinite(speed) & (speed > 0)
+    levels, (rising, place) = Levels(ready=ready), np.unique(speed[usable], return_inverse=True)
+    joint = ShaftOrders(given=torus(ready, most=slow_tones)) if shaft_orders and ready.lines.shaft else None
+    curves = [_blank(ready.system, rising.size, joint is not None) for _ in _DIRECTIONS]
+    way = Route(speeds=rising, stretches=[], crossings=[], broken=[])
+    if rising.size:
+        way = route(levels, rising, harmonics=harmonics)
+        _walked(levels, way, curves, unstable, joint, progress)
+    spread = [_spread(values, usable, place) for values in curves]
+    options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
+    options |= {"shaft_orders": shaft_orders, "slow_tones": slow_tones}
+    return _labelled(ready, speed, spread, _path(levels, way, unstable != "ignore"), options, way)
+
+
+def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
+    if mesh_frequency is not None and relative_speed is not None:
+        raise ModelError("give mesh_frequency or relative_speed, not both")
+    tone = float(ready.lines.tone)
+    natural = np.sqrt(ready.modal.squared[ready.modal.squared > 0]) / (2 * np.pi)
+    if relative_speed is not None:
+        speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
+    elif mesh_frequency is not None:
+        speed = np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / tone
+    elif natural.size:
+        speed = np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
+    else:
+        speed = np.array([1.0])
+    if speed.ndim != 1 or not speed.size:
+        raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
+    return speed
+
+
+def _walked(
+    levels: Levels,
+    way: Route,
+    curves: list[dict[str, NDArray[Any]]],
+    unstable: Unstable,
+    joint: ShaftOrders | None,
+    progress: Callable[[int, int], None] | None,
+) -> None:
+    """Fill the curves of both directions."""
+    total, done = 2 * len(way.crossings), 0
+    for values, upward in zip(curves, (True, False), strict=True):
+        for place, met in walk(levels, way, upward=upward, unstable=unstable):
+            _fill(levels.ready.system, values, place, met, joint)
+            done += 1
+            if progress is not None:
+                progress(done, total)
+
+
+def _blank(system: System, count: int, joint: bool) -> dict[str, NDArray[Any]]:
+    m, n = len(faces(system.meshes).name), system.force.size
+    return {
+        "mesh_force_rms": np.full((m, count), np.nan),
+        "mesh_force_peak": np.full((m, count), np.nan),
+        "mesh_force_minimum": np.full((m, count), np.nan),
+        "contact_open": np.full((m, count), np.nan),
+        "amplitude": np.full((n, count), np.nan),
+        "status": np.full(count, "speed is not a number above zero", dtype=object),
+        "motion": np.full(count, "", dtype=object),
+        "branch_instability": np.full(count, "", dtype=object),
+        "stable": np.zeros(count, bool),
+        "jumped": np.zeros(count, bool),
+        "largest_multiplier": np.full(count, np.nan),
+        "harmonics": np.zeros(count, np.int64),
+        "residual": np.full(count, np.nan),
+        **({"residual_dropped": np.full(count, np.nan), "superposed_error": np.full(count, np.nan)} if joint else {}),
+    }
+
+
+def _fill(system: System, values: dict[str, NDArray[Any]], place: int, met: Met, joint: ShaftOrders | None) -> None:
+    """Enter what was met at one speed."""
+    found = met.motion
+    values["branch_instability"][place], values["jumped"][place] = met.left, met.jumped
+    if found is None:
+        values["status"][place] = "not converged"
+        return
+    values["status"][place] = "ok"
+    if isinstance(found, Record):
+        made: Measures | None = found.measures
+        values["motion"][place] = "integrated"
+        if not np.isfinite(found.measures.rms).all():
+            values["status"][place] = "not finite"
+    else:
+        made = None if joint is not None else measured(system, found.given, found.state)
+        values["motion"][place] = found.kind
+        values["harmonics"][place], values["residual"][place] = found.harmonics, found.residual
+        values["stable"][place] = found.stable
+        if found.verdict is not None:
+            values["largest_multiplier"][place] = abs(found.verdict.multiplier)
+    if joint is not None:
+        one = joint.joined(found)
+        made, values["status"][place] = one.measures, one.status
+        values["harmonics"][place], values["residual"][place] = one.harmonics, one.residual
+        values["residual_dropped"][place], values["superposed_error"][place] = one.dropped, one.off
+    if made is not None:
+        _enter(values, place, made)
+
+
+def _enter(values: dict[str, NDArray[Any]], place: int, made: Measures) -> None:
+    values["mesh_force_rms"][:, place] = made.rms
+    values["mesh_force_peak"][:, place] = made.highest
+    values["mesh_force_minimum"][:, place] = made.lowest
+    values["contact_open"][:, place] = made.open
+    values["amplitude"][:, place] = made.amplitude
+
+
+def _spread(
+    values: dict[str, NDArray[Any]], usable: NDArray[np.bool_], place: NDArray[np.int64]
+) -> dict[str, NDArray[Any]]:
+    """Curves of distinct rising speeds on the speeds asked for, nan where those are none."""
+    result = {}
+    for name, rising in values.items():
+        empty: Any = {"f": np.nan, "O": "", "b": False, "i": 0}[rising.dtype.kind]
+        full = np.full((*rising.shape[:-1], usable.size), empty, dtype=rising.dtype)
+        if name == "status":
+            full[:] = "speed is not a number above zero"
+        full[..., usable] = rising[..., place]
+        result[name] = full
+    return result
+
+
+def _path(levels: Levels, way: Route, judge: bool) -> dict[str, NDArray[Any]]:
+    """The whole way as curves over its solutions."""
+    system, m = levels.ready.system, len(faces(levels.ready.system.meshes).name)
+    every = [(at, run) for part in way.stretches for at, run in zip(part.solutions, part.runs, strict=True)]
+    found = [judged(levels, at) if judge else at for at, _ in every]
+    tone = float(levels.ready.lines.tone)
+    rms = [force_level(system, at.given, at.state) for at in found]
+    kinds = ["" if at.verdict is None else at.verdict.kind or "stable" for at in found]
+    size = [np.nan if at.verdict is None else abs(at.verdict.multiplier) for at in found]
+    return {
+        "path_frequency": np.array([at.state.speed * tone for at in found]),
+        "path_force_rms": np.array(rms).reshape(len(found), m).T,
+        "path_stable": np.array([at.stable for at in found], dtype=bool),
+        "path_instability": np.array(kinds, dtype=object),
+        "path_multiplier": np.array(size, dtype=float),
+        "path_part": np.array([run for _, run in every], dtype=np.int64),
+        "path_harmonics": np.array([at.harmonics for at in found], dtype=np.int64),
+        "fold_frequency": tone * np.array(_fold_speeds(way.stretches), dtype=float),
+    }
+
+
+def _fold_speeds(stretches: list[Stretch]) -> list[float]:
+    return [
+        speed
+        for part in stretches
+        if part.branch
+        for speed in folds_of_speed([at.state.speed for at in part.solutions])
+    ]
+
+
+def _labelled(
+    ready: Response,
+    speed: Array,
+    curves: list[dict[str, NDArray[Any]]],
+    path: dict[str, NDArray[Any]],
+    options: dict[str, Any],
+    way: Route,
+) -> xr.Dataset:
+    from ...results.dataset import dataset
+
+    system, variables = ready.system, dict[str, tuple[tuple[str, ...], Any]]()
+    of_mesh, of_dof = ("direction", "mesh", "speed"), ("direction", "dof", "speed")
+    for name in curves[0]:
+        stacked = np.stack([values[name] for values in curves])
+        shape = of_dof if name == "amplitude" else of_mesh
+        variables[name] = (shape if stacked.ndim == 3 else ("direction", "speed"), stacked)
+    for name, values in path.items():
+        along = "fold" if name == "fold_frequency" else "path"
+        variables[name] = (("mesh", along) if values.ndim == 2 else (along,), values)
+    return dataset(
+        variables,
+        {
+            "direction": list(_DIRECTIONS),
+            "mesh": list(faces(system.meshes).name),
+            "dof": list(system.dofs.names),
+            "speed": speed,
+            "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
+        },
+        verb="contact_sweep",
+        options=options,
+        provenance=system.provenance,
+        warnings=[*system.warnings, *_warnings(ready, curves, way)],
+        units={"speed": "1"},
+    )
+
+
+def _warnings(ready: Response, curves: list[dict[str, NDArray[Any]]], way: Route) -> list[str]:
+    """What the reader must know of the result."""
+    tone, said = float(ready.lines.tone), []
+    parted = [name for i, name in enumerate(faces(ready.system.meshes).name) if _any_open(curves, i)]
+    if parted:
+        listed = ", ".join(parted[:4]) + (f" and {len(parted) - 4} more" if len(parted) > 4 else "")
+        said.append(f"contact is lost for a part of the mesh cycle: {listed}")
+    lost = int(sum(np.count_nonzero(values["status"] == "not converged") for values in curves))
+    if lost:
+        said.append(f"no motion was found at {lost} points")
+    if way.broken:
+        at = ", ".join(f"{speed * tone:.4g} Hz" for speed in way.broken[:4])
+        said.append(f"a branch ended before it was through, near {at}: motions may be missing there")
+    if ready.lines.shaft and "superposed_error" not in curves[0]:
+        said.append("run-outs and other shaft orders are left out")
+    elif ready.lines.shaft:
+        said += _of_shaft_orders(curves)
+    if len(ready.lines.tones) > 1:
+        said.append("stability is not judged with several mesh frequencies")
+    return said
+
+
+def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
+    """Points that shaft orders have cost, and what lines superposed are off by."""
+    said = []
+    lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
+    if lost:
+        said.append(f"with shaft orders nothing is known at {lost} points: see status")
+    off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
+    if off > 0:
+        said.append(f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)")
+    return said
+
+
+def _any_open(curves: list[dict[str, NDArray[Any]]], mesh: int) -> bool:
+    return any(bool(np.nanmax(values["contact_open"][mesh], initial=0.0) > 0) for values in curves)

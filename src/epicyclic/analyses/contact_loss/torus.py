@@ -1,0 +1,374 @@
+"""Contact loss with shaft orders: a balance on the torus of the mesh phases and a few slow phases.
+
+Points are combinations of mesh orders, as of mesh tones alone, with slow orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1.
+The solution of the mesh orders is where it starts; harmonics and slow orders grow until what is dropped is small.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.faces import Faces, faces
+from ...system.system import Array
+from ..steady.excitation import Shaft
+from ..steady.response import Response
+from .corrector import TOLERANCE, WORK, Found, dynamic_size, linear_start, solve
+from .preconditioner import preconditioned
+from .problem import Problem, State, evaluate, problem, unknowns
+from .shaft_tones import SlowTones, slow_tones
+from .sizes import Size, points_of, weight
+from .truncation import Beyond, beyond, dropped
+
+__all__ = ["DROPPED", "Torus", "TorusPoint", "embedded", "respond_torus", "torus"]
+
+Index = NDArray[np.int64]
+
+# What may be dropped of the motion, relative to its dynamic part: forces then have that error at an instant and about
+# its square in their RMS.
+DROPPED = 1e-2
+# Most phases in all, by the number of mesh tones; samples per slow order.
+_PHASES, _FINE_SLOW = {1: 4, 2: 3}, 4
+# First and last orders of a slow tone, by the number of them.
+_FIRST, _LAST = {1: 4, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
+# Harmonics: least, most to begin with, most, the last two by the number of mesh tones; cross order: first, step, last.
+_LEAST, _BEGIN, _MOST = 12, {1: 32, 2: 16, 3: 12}, {1: 64, 2: 24, 3: 16}
+_CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
+# Factors of the shaft lines on the way to them where Newton's method fails at once.
+_RISING = (0.25, 0.5, 0.75, 1.0)
+# Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
+_STEPS, _ON_THE_WAY = 10, 1e-3
+# Steps and products of a correction on many samples; those that succeed take 2 to 4 and about 20.
+_CORRECTIONS, _LEFT = 8, 60
+# Residual that tells what is dropped well enough; the rest is left to the size that is kept.
+_ROUGH = 1e-4
+# Residual that is enough where dampers of meshes make forces jump: about what one sample that jumps is worth.
+_JUMP = 1e-4
+# Speeds, as parts of the one wanted beside it, from which it is approached where that fails too, and mesh orders alone.
+_NEARBY, _FAR = (0.05, 0.035, 0.02, 0.01, 0.0), (0.15, 0.11, 0.08, 0.05, 0.03, 0.01, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prepared:
+    """The balance of one size: with few samples, whose derivative and first solution are cheap, and with enough.
+
+    beyond : what the first one drops.
+    """
+
+    fine: Problem
+    coarse: Problem
+    beyond: Beyond
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Torus:
+    """A System ready to be solved with contact loss and shaft orders at any speed.
+
+    slow : the shaft lines as slow tones.  every : all groups of shaft lines that count.  face : whole meshes.
+    problems : those made so far, by size.
+    """
+
+    ready: Response
+    slow: SlowTones
+    every: tuple[Shaft, ...]
+    face: Faces
+    problems: dict[Size, Prepared] = field(default_factory=dict)
+
+    @property
+    def flat(self) -> Torus:
+        """The mesh tones alone, all shaft lines left."""
+        return replace(self, slow=SlowTones(tones=(), highest=(), lines=(), left=self.every))
+
+    @property
+    def fewer(self) -> Torus:
+        """One slow tone less."""
+        slow = slow_tones(self.ready, self.every, most=len(self.slow.tones) - 1)
+        return replace(self, slow=slow, problems={})
+
+    @property
+    def mesh_tones(self) -> int:
+        """Number of mesh tones."""
+        return len(self.ready.lines.tones)
+
+    @property
+    def tones(self) -> Array:
+        """Mesh tones and slow tones at the operating speed, (D,) [rad/s]."""
+        return np.concatenate([self.ready.omega, 2 * np.pi * np.array([float(tone) for tone in self.slow.tones])])
+
+    def prepared(self, size: Size) -> Prepared:
+        """The balance with so many rows, made once."""
+        if size not in self.problems:
+            few, many = _samples(self, size)
+            coarse = _problem(self, size, few)
+            self.problems[size] = Prepared(
+                fine=coarse if few == many else _problem(self, size, many),
+                coarse=coarse,
+                beyond=beyond(coarse, self.tones, mesh=self.mesh_tones, orders=size.orders),
+            )
+        return self.problems[size]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TorusPoint:
+    """What became of one speed.
+
+    state : the motion, of `problem`.  size : rows kept.  converged : whether Newton's method did.
+    residual : of the rows kept; dropped : of the rows dropped, by kind (each mesh tone, combinations of mesh tones,
+    each slow tone); both relative to the dynamic part.  calls : products with the derivative.
+    """
+
+    problem: Problem
+    state: State
+    size: Size
+    converged: bool
+    residual: float
+    dropped: Array
+    calls: int
+
+    @property
+    def status(self) -> str:
+        """``ok``; ``coarse`` where more is dropped than wanted although no more may be kept; or what went wrong."""
+        if not np.isfinite(self.residual):
+            return "not finite"
+        if not self.converged:
+            return "not converged"
+        return "ok" if float(np.linalg.norm(self.dropped)) <= DROPPED else "coarse"
+
+
+def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None) -> Torus:
+    """Prepare a System for contact loss with shaft orders.
+
+    Parameters
+    ----------
+    shaft_orders : whether shaft lines count.
+    most : slow tones at most; None: 3 beside one mesh tone, 1 beside two, 0 beside more.  The rest is in
+        ``slow.left``.
+    """
+    tones = len(ready.lines.tones)
+    room = max(0, _PHASES.get(tones, tones) - tones) if most is None else most
+    every = ready.lines.shaft if shaft_orders else ()
+    return Torus(ready=ready, slow=slow_tones(ready, every, most=room), every=every, face=faces(ready.system.meshes))
+
+
+def respond_torus(
+    given: Torus,
+    speed: float,
+    *,
+    start: tuple[Index, Array] | None = None,
+    tolerance: float = TOLERANCE,
+) -> TorusPoint:
+    """The steady motion at one relative speed, all phases of mesh and slow tones at once.
+
+    Parameters
+    ----------
+    start : lattice points (J, D) and a motion (2, J, n) to start from, of mesh orders alone or of a whole torus: which
+        branch is found where there are several.  None: the solution of the mesh orders next to the linear one.
+    tolerance : relative residual of the rows kept.
+
+    Raises
+    ------
+    Nothing: a speed that fails comes back with its status.
+    """
+    size = _start(given, speed)
+    with np.errstate(all="ignore"):  # a motion that overflows ends as not finite
+        points, y = _mesh_orders(given, size, speed, tolerance) if start is None else start
+        rough = max(tolerance, _ROUGH)
+        point = _solved(given, size, speed, points, y, rough)
+        if start is None and not point.converged:
+            point = _approached(given, point, speed, rough)
+        while point.converged and float(np.linalg.norm(point.dropped)) > DROPPED:
+            larger = _larger(given, point)
+            if larger == point.size:
+                break
+            finer = _solved(given, larger, speed, point.problem.grid.points, point.state.y, rough)
+            finer = replace(finer, calls=finer.calls + point.calls)
+            if not finer.converged:
+                break  # the coarser solution stands, and says what it dropped
+            point = finer
+        return _corrected(given, point, tolerance) if point.converged else point
+
+
+def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
+    """The motion reached from a speed nearby, from above and then from below; the lost point where neither is."""
+    calls = lost.calls
+    for side in (1.0, -1.0):
+        points, y = _mesh_orders(given, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
+        for part in _NEARBY:
+            here = speed * (1 + side * part)
+            point = _solved(given, lost.size, here, points, y, tolerance, rescue=False)
+            calls += point.calls
+            if not point.converged:
+                break
+            points, y = point.problem.grid.points, point.state.y
+        if point.converged:
+            return replace(point, calls=calls)
+    return replace(lost, calls=calls)
+
+
+def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
+    """The motion of the mesh orders alone, as far as Newton's method came: from the linear one, or from near speeds."""
+    mesh = given.prepared(size._replace(orders=())).fine
+    first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned())
+    for side in (1.0, -1.0):
+        if found.converged:
+            break
+        y = linear_start(mesh, speed * (1 + side * _FAR[0]))
+        for part in _FAR:
+            step = preconditioned()
+            found = solve(mesh, y, speed * (1 + side * part), tolerance=tolerance, steps=_STEPS, step=step)
+            if not found.converged:
+                break
+            y = found.state.y
+    return mesh.grid.points, (found if found.converged else first).state.y
+
+
+def _solved(
+    given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
+) -> TorusPoint:
+    """One size: from the motion given, else with shaft lines that rise from a quarter."""
+    made = given.prepared(size)
+    start = embedded(made.coarse, points, y)
+    if points.shape[1] == given.mesh_tones and size.orders:
+        start = _with_lines(given, made.coarse, start, speed)
+    found = solve(made.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=preconditioned())
+    calls = found.calls
+    if not found.converged and size.orders and rescue:
+        found = _risen(given, made.coarse, start, speed, tolerance)
+        calls += found.calls
+    return TorusPoint(
+        problem=made.coarse,
+        state=found.state,
+        size=size,
+        converged=_enough(given, found),
+        residual=found.state.norm / dynamic_size(found.state.y),
+        dropped=dropped(made.coarse, found.state, made.beyond) / dynamic_size(found.state.y),
+        calls=calls,
+    )
+
+
+def _enough(given: Torus, found: Found) -> bool:
+    jumps = bool(given.ready.system.meshes.damping.any())
+    return found.converged or (jumps and found.state.norm <= _JUMP * dynamic_size(found.state.y))
+
+
+def _corrected(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
+    """The residual of many samples brought down with the derivative of few, or where that fails with its own."""
+    made, y, speed = given.prepared(point.size), point.state.y, point.state.speed
+    own, calls = preconditioned(), point.calls
+
+    def step(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+        return own(made.coarse, evaluate(made.coarse, at.y, speed), right, target)
+
+    for one in (step, own) if made.fine is not made.coarse else (own,):
+        found = solve(made.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_LEFT, step=one)
+        calls += found.calls
+        if found.converged:
+            break
+    return replace(
+        point,
+        problem=made.fine,
+        state=found.state,
+        converged=_enough(given, found),
+        residual=found.state.norm / dynamic_size(found.state.y),
+        calls=calls,
+    )
+
+
+def _with_lines(given: Torus, made: Problem, y: Array, speed: float) -> Array:
+    """A motion of mesh orders and the linear response to the shaft lines of flanks that touch when they do in it.
+
+    Slow errors are mostly followed by the bodies: on their own, before these have moved, they would part all flanks.
+    """
+    touching = evaluate(_dimmed(given, made, 0.0), y, speed).touching
+    state = evaluate(made, y, speed, touching=touching)
+    move, _ = preconditioned()(made, state, state.residual, 0.0)
+    return y - move
+
+
+def _dimmed(given: Torus, made: Problem, factor: float) -> Problem:
+    """The same with a part of the shaft lines."""
+    scale = np.where(made.grid.points[:, given.mesh_tones :].any(axis=1), factor, 1.0)
+    return replace(made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force)
+
+
+def _risen(given: Torus, made: Problem, start: Array, speed: float, tolerance: float) -> Found:
+    """Newton's method with a part of the shaft lines, and then with more and more of them."""
+    slow = made.grid.points[:, given.mesh_tones :].any(axis=1)
+    scale = np.where(slow, _RISING[0], 1.0)[:, None]
+    y, calls = scale * start, 0
+    for factor in _RISING:
+        final = factor == _RISING[-1]
+        dimmed, wanted = (made, tolerance) if final else (_dimmed(given, made, factor), _ON_THE_WAY)
+        found = solve(dimmed, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=preconditioned())
+        y, calls = found.state.y, calls + found.calls
+        if not found.converged:
+            break
+    return replace(found, converged=found.converged and final, calls=calls)
+
+
+def embedded(given: Problem, points: Index, y: Array) -> Array:
+    """A motion on other lattice points, of fewer phases too; rows it has not are 0, those it has not here are left."""
+    D = given.grid.points.shape[1]
+    place = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
+    at = np.array([place.get((*point, *(0,) * (D - len(point))), -1) for point in points.tolist()])
+    result = np.zeros(unknowns(given))
+    result[:, at[at >= 0]] = y[:, at >= 0]
+    return result
+
+
+def _start(given: Torus, speed: float) -> Size:
+    """Rows to begin with: harmonics that reach beyond the highest mode, slow orders that hold every line."""
+    lines, slow, D = given.ready.lines, given.slow, given.mesh_tones
+    highest = float(np.sqrt(given.ready.modal.squared.max(initial=0.0)))
+    with np.errstate(all="ignore"):
+        reach = np.nan_to_num(np.ceil(1.7 * highest / (abs(speed) * given.ready.omega)), nan=_LEAST, posinf=1e6)
+    harmonics = tuple(
+        int(max(min(max(_LEAST, wanted), _BEGIN.get(D, _LEAST)), top + 2))
+        for wanted, top in zip(reach, lines.highest, strict=True)
+    )
+    placed = [point[:D] for point, _, _ in slow.lines]
+    cross = max((sum(map(abs, point)) for point in placed if np.count_nonzero(point) > 1), default=0)
+    count = len(slow.tones)
+    orders = tuple(max(_FIRST.get(count, 2), top + 1) for top in slow.highest)
+    while any(weight(point[D:], orders) > 1 for point, _, _ in slow.lines):
+        orders = tuple(order + 1 for order in orders)
+    return Size(harmonics, max(_CROSS, cross) if D > 1 else 0, orders)
+
+
+def _larger(given: Torus, point: TorusPoint) -> Size:
+    """More rows of the kinds that drop more than their part."""
+    size, D, count = point.size, given.mesh_tones, len(given.slow.tones)
+    poor = point.dropped > DROPPED / np.sqrt(point.dropped.size)
+    most, last, cross = _MOST.get(D, _LEAST), _LAST.get(count, 2), _CROSS_LAST.get(D, _CROSS)
+    return Size(
+        tuple(max(H, min(most, H + H // 2)) if poor[j] else H for j, H in enumerate(size.harmonics)),
+        max(size.cross, min(cross, size.cross + _STEP)) if poor[D] else size.cross,
+        tuple(
+            max(H, min(last, H + (2 if far else 1))) if much else H
+            for H, much, far in zip(size.orders, poor[D + 1 :], point.dropped[D + 1 :] > 1.5 * DROPPED, strict=True)
+        ),
+    )
+
+
+def _samples(given: Torus, size: Size) -> tuple[int, int]:
+    """Samples of every mesh phase, few and many; the teeth that part make forces of slow series."""
+    D, top = given.mesh_tones, max(size.harmonics)
+    few, many = max(64, 4 * top), max(192, 16 * top)
+    if len(size.orders) > 1:
+        many //= 2  # several slow phases smooth what samples of a mesh phase miss
+    if given.ready.system.meshes.damping.any() and D == 1:
+        few, many = 2 * few, 2 * many
+    if D > 1:
+        few = many = few if size.orders else 2 * few
+    return (few, many) if size.orders else (many, many)
+
+
+def _problem(given: Torus, size: Size, samples: int) -> Problem:
+    ready, extra = given.ready, len(size.orders)
+    mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
+    counts = (samples,) * given.mesh_tones + tuple(_FINE_SLOW * order for order in size.orders)
+    points = points_of(size)
+    lines = [*mesh, *given.slow.lines] if extra else mesh
+    return problem(ready, points, given.tones[: points.shape[1]], counts, lines)

@@ -1,0 +1,374 @@
+"""Static equilibrium with unilateral meshes and laws: the least energy, by Newton steps with a line search, in batches.
+
+    E(q) = q'Kq/2 - F'q + sum_m k_m <B'q - e>_m^2 / 2 + sum_g phi_g(B'q - e)
+
+with phi_g the potential of a bearing with play or a spline (`system.laws`).  Everything is condensed to the rows B of
+meshes and groups.  With H = K + B diag(k0) B' (all meshes closed, all groups at their nominal stiffness), A = H^+ B,
+S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p, w = B'q, and the residual in row forces is
+r = p - k0 w + f(w - e).  Motions that strain no link and close no row (rigid rotation, an unsupported float) drop out
+with the pseudo-inverse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ConvergenceError, ModelError
+from ...system.laws import groups as law
+from ...system.laws.groups import Laws
+from ...system.laws.tabulated import Curves
+from ...system.system import Array, System
+from .line_search import least
+
+Values = NDArray[Any]  # real or complex
+
+__all__ = [
+    "Compliance",
+    "Equilibrium",
+    "closed_force",
+    "compliance",
+    "compliance_of",
+    "equilibrium",
+    "require_balance",
+]
+
+# Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support met is 1e-7 of a mesh.
+_FREE = 1e-12
+# Part of a unit motion that is rounding of the null space; 1e-14 is seen.
+_STILL = 1e-10
+# Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
+_BALANCE = 1e-9
+# Rounding of a free motion, per the largest load.
+_NOISE = 1e-12
+# Stiffness an open mesh keeps in the Newton matrix (not in the forces), so that a body whose meshes are all open does
+# not make it singular; 1e-9 of a mesh is below any support, so the steps stay Newton steps.
+_OPEN = 1e-9
+# The same of a group in its clearance.  Less leaves an unloaded body that just touches swinging round its clearance
+# with steps so long that the touch itself is not resolved; 1e-3 costs two steps more.
+_FLOATING = 1e-6
+# Rounding of the residual, per row and per its largest term.
+_ROUNDING = 1e-15
+# Drop of the residual that lets a full Newton step stand without a line search.
+_DROP = 0.1
+# Energy slope that counts as none; rounding of the difference it comes from is 1e-15.
+_FLAT = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Compliance:
+    """The train seen from its rows: m meshes, then the R rows of groups (M = m + R together).
+
+    stiffness : (M,) k0 [N/m].  inverse : (n, n) H^+.  to_body : (n, M) A.  to_mesh : (M, M) S [m/N].
+    gap_of_force : (M, n) B'H^+.  free : (n, r) unit motions without any stiffness.
+    """
+
+    stiffness: Array
+    inverse: Array
+    to_body: Array
+    to_mesh: Array
+    gap_of_force: Array
+    free: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Equilibrium:
+    """Static state at T instants.
+
+    displacement : (T, n), without any part along free motions.  mesh_force : (T, m) [N], >= 0.
+    iterations : (T,) Newton steps taken.
+    group_stretch, group_force : (T, R) of the rows of groups [m], [N].  approach : (T, M) B'q of all rows [m].
+    """
+
+    displacement: Array
+    mesh_force: Array
+    iterations: np.ndarray
+    group_stretch: Array
+    group_force: Array
+    approach: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Rows:
+    """What the rows do at T instants: mesh stiffness k (T, m), errors (T, M), laws and their sliders (T, R).
+
+    curves : of the meshes that are tabulated, in place of their k.
+    """
+
+    k: Array
+    gap: Array
+    laws: Laws
+    anchor: Array | None
+    curves: Curves | None = None
+
+    def at(self, chosen: np.ndarray) -> _Rows:
+        """The same at some of the instants."""
+        anchor = None if self.anchor is None else self.anchor[chosen]
+        curves = None if self.curves is None else self.curves.at(chosen)
+        return _Rows(k=self.k[chosen], gap=self.gap[chosen], laws=self.laws, anchor=anchor, curves=curves)
+
+    def contact(self, opening: Array) -> tuple[Array, Array]:
+        """Force and tangent of the meshes at gaps (T, m)."""
+        force, tangent = self.k * np.maximum(opening, 0.0), np.where(opening > 0, self.k, 0.0)
+        if self.curves is not None:
+            mine = self.curves.rows
+            force[:, mine], tangent[:, mine] = self.curves.evaluate(opening[:, mine])
+        return force, tangent
+
+    @property
+    def stiffest(self) -> Array:
+        """Tangent of the meshes far closed, (T, m) [N/m]."""
+        if self.curves is None:
+            return self.k
+        final = self.k.copy()
+        final[:, self.curves.rows] = self.curves.slope[:, :, -1]
+        return final
+
+    def force(self, approach: Array) -> Array:
+        """Force of every row at B'q, (T, M) [N]."""
+        opening, m = approach - self.gap, self.k.shape[1]
+        contact, _ = self.contact(opening[:, :m])
+        if opening.shape[1] == m:
+            return contact
+        return np.hstack([contact, law.force(self.laws, opening[:, m:], self.anchor)])
+
+    def newton(self, approach: Array, k0: Array, S: Array) -> Array:
+        """Derivative of the residual by the pull, 1 - (k0 - tangent) S, (T, M, M)."""
+        opening, m = approach - self.gap, self.k.shape[1]
+        soft = np.tile(k0, (len(opening), 1))
+        soft[:, :m] -= np.maximum(self.contact(opening[:, :m])[1], _OPEN * k0[:m])
+        soft[:, m:] *= 1.0 - _FLOATING
+        matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
+        if opening.shape[1] > m:
+            matrix[:, m:] += law.tangent(self.laws, opening[:, m:], self.anchor) @ S[m:]
+        return matrix
+
+    def kinks(self, opening: Array, closing: Array) -> Array:
+        """Lengths (T, J) along `closing` at which a row's law changes."""
+        m = self.k.shape[1]
+        touch = np.zeros_like(self.k)
+        if self.curves is not None:
+            touch[:, self.curves.rows] = self.curves.gap[:, :, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            meshes = np.where(closing[:, :m] != 0, (touch - opening[:, :m]) / closing[:, :m], -1.0)
+        return np.hstack([meshes, law.kinks(self.laws, opening[:, m:], closing[:, m:], self.anchor)])
+
+
+def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
+    """Compliance of the train with all meshes closed; K (n, n), B (n, m), stiffness (m,) mean [N/m]."""
+    H = K + (B * stiffness) @ B.T
+    diagonal = np.diag(H)
+    scale: Array = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    values, vectors = np.linalg.eigh(scale[:, None] * ((H + H.T) / 2) * scale)
+    stiff = values > _FREE * max(float(np.max(values, initial=0.0)), 1.0)
+    held = scale[:, None] * vectors[:, stiff]
+    inverse = (held / values[stiff]) @ held.T
+    free = scale[:, None] * vectors[:, ~stiff]
+    free /= np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny)
+    return Compliance(
+        stiffness=stiffness,
+        inverse=inverse,
+        to_body=inverse @ B,
+        to_mesh=B.T @ inverse @ B,
+        gap_of_force=B.T @ inverse,
+        # a line may load nothing but what does not move here: against rounding it would not balance
+        free=np.where(np.abs(free) > _STILL, free, 0.0),
+    )
+
+
+def compliance_of(system: System) -> Compliance:
+    """Compliance of a train seen from its meshes and the rows of its groups."""
+    B = np.hstack([system.meshes.B, system.group_rows])
+    return compliance(system.K, B, np.concatenate([system.meshes.stiffness, system.laws.row_stiffness]))
+
+
+def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
+    """Check that no load (T, n) works on a free motion (n, r).
+
+    Raises
+    ------
+    ModelError : one does; names the coordinate that contributes most.
+    """
+    work = force @ free
+    # of several free motions one may meet no load but the rounding of another
+    noise = _NOISE * np.max(np.abs(force), initial=0.0)
+    excess = np.abs(work) - np.maximum(_BALANCE * (np.abs(force) @ np.abs(free)), noise)
+    if not np.any(excess > 0):
+        return
+    instant, motion = np.unravel_index(int(np.argmax(excess)), work.shape)
+    worst = int(np.argmax(np.abs(force[instant] * free[:, motion])))
+    raise ModelError(
+        "the load does not balance along a motion that nothing holds",
+        path=names[worst],
+        given=float(force[instant, worst]),
+        allowed="loads in equilibrium, or a support",
+    )
+
+
+def closed_force(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
+    """Mesh forces with all meshes closed, tension allowed.
+
+    Parameters
+    ----------
+    stiffness : (T, m) [N/m].  gap : (..., T, m) errors e [m], real or complex.  free_gap : (..., T, m) B'H^+ F [m].
+    """
+    pull = _closed_pull(flexible, stiffness, gap, free_gap)
+    force: Values = flexible.stiffness * (free_gap + pull @ flexible.to_mesh) - pull
+    return force
+
+
+def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
+    """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m)."""
+    soft = flexible.stiffness - stiffness
+    matrix = np.eye(len(flexible.stiffness)) - soft[:, :, None] * flexible.to_mesh
+    right = soft * free_gap + stiffness * gap
+    pull: Values = np.linalg.solve(matrix, right[..., None])[..., 0]
+    return pull
+
+
+def equilibrium(
+    flexible: Compliance,
+    *,
+    stiffness: Array,
+    gap: Array,
+    force: Array,
+    curves: Curves | None = None,
+    laws: Laws | None = None,
+    anchor: Array | None = None,
+    start: Array | None = None,
+    tolerance: float = 1e-10,
+    max_iterations: int = 60,
+) -> Equilibrium:
+    """Equilibrium at T instants, meshes pulling nothing, groups following their laws.
+
+    Parameters
+    ----------
+    stiffness : (T, m) k of the meshes [N/m].  gap : (T, M) e of meshes and rows of groups [m].  force : (T, n) load.
+    curves : of the tabulated meshes, in place of their stiffness.
+    laws : of the groups, where there are any.  anchor : (T, R) sliders before this step, for laws with a memory [m];
+        without it they follow the radial law.
+    start : (T, M) approach B'q to start from [m]; all rows closed where None.
+    tolerance : of the residual of row forces, relative to the largest.
+
+    Raises
+    ------
+    ModelError : the load drives bodies apart and nothing holds them.
+    ConvergenceError : not converged in `max_iterations`.
+    """
+    k0, S = flexible.stiffness, flexible.to_mesh
+    laws = law.stacked(()) if laws is None else laws
+    rows = _Rows(k=stiffness, gap=gap, laws=laws, anchor=anchor, curves=curves)
+    free_gap = force @ flexible.gap_of_force.T
+    if start is None:
+        nominal = np.tile(k0, (len(gap), 1))
+        nominal[:, : stiffness.shape[1]] = stiffness
+        pull = _closed_pull(flexible, nominal, gap, free_gap)
+    else:
+        pull = k0 * start - rows.force(start)
+    iterations = np.zeros(len(gap), dtype=np.int64)
+    todo = np.arange(len(gap))
+    for _ in range(max_iterations + 1):
+        here = rows.at(todo)
+        residual, limit = _residual(S, k0, pull[todo], free_gap[todo], here, tolerance)
+        unfinished = np.max(np.abs(residual), axis=1, initial=0.0) > limit
+        todo = todo[unfinished]
+        if not todo.size:
+            return _finished(flexible, pull, free_gap, rows, force, iterations)
+        if iterations[todo[0]] >= max_iterations:
+            break
+        pull[todo] += _step(S, k0, residual[unfinished], pull[todo], free_gap[todo], here.at(unfinished))
+        iterations[todo] += 1
+    raise ConvergenceError(
+        f"no static equilibrium after {max_iterations} steps at {todo.size} of {len(gap)} instants; "
+        "check that supports and meshes can carry the load"
+    )
+
+
+def _residual(
+    S: Array, k0: Array, pull: Array, free_gap: Array, rows: _Rows, tolerance: float = 0.0
+) -> tuple[Array, Array]:
+    """r = p - k0 w + f(w - e) (T, M) and what of it may stay (T,) [N]: a part of the largest force, and rounding."""
+    w = free_gap + pull @ S
+    contact = rows.force(w)
+    terms = np.max(np.maximum(np.abs(pull), k0 * (np.abs(w) + np.abs(rows.gap))), axis=1, initial=np.finfo(float).tiny)
+    limit = tolerance * np.max(np.abs(contact), axis=1, initial=0.0) + _ROUNDING * len(k0) * terms
+    return pull - k0 * w + contact, limit
+
+
+def _step(S: Array, k0: Array, residual: Array, pull: Array, free_gap: Array, rows: _Rows) -> Array:
+    """Newton step of the pull times its length, (T, M): one where that solves most, else where the energy is least."""
+    approach = free_gap + pull @ S
+    direction = -np.linalg.solve(rows.newton(approach, k0, S), residual[:, :, None])[:, :, 0]
+    after, _ = _residual(S, k0, pull + direction, free_gap, rows)
+    far = np.max(np.abs(after), axis=1) > _DROP * np.max(np.abs(residual), axis=1)
+    length = np.ones(len(pull))
+    if far.any():
+        length[far] = _best_length(S, k0, residual[far], direction[far], approach[far], rows.at(far))
+    return length[:, None] * direction
+
+
+def _best_length(S: Array, k0: Array, residual: Array, direction: Array, approach: Array, rows: _Rows) -> Array:
+    """Length (T,) of least energy along a direction of the pull.
+
+    The energy is convex along it with slope(a) = rest + curvature a + d . f(w + a d), d = S direction, so that the
+    best length is safe in flat directions, where a full step would be far too long.
+
+    Raises
+    ------
+    ModelError : the energy falls for ever.
+    """
+    closing = direction @ S
+    rest = np.sum(closing * (residual - rows.force(approach)), axis=1)
+    curvature = np.sum(closing * (direction - k0 * closing), axis=1)
+    start = np.sum(closing * residual, axis=1)
+    m = rows.k.shape[1]
+    final = curvature + np.sum(rows.stiffest * np.maximum(closing[:, :m], 0.0) ** 2, axis=1)
+    final += np.sum(k0[m:] * closing[:, m:] ** 2, axis=1)
+    if np.any((final <= _FLAT * np.sum(k0 * closing**2, axis=1)) & (_far_slope(rest, closing, approach, rows) < 0)):
+        raise ModelError(
+            "the load drives meshing bodies apart and nothing holds them",
+            path="operation.torque",
+            allowed="torques that press the meshes, or supports that hold every body",
+        )
+    # a slope that is not falling at the start is rounding at the solution: a plain Newton step
+    falling = np.flatnonzero(start < 0)
+    length = np.ones(len(start))
+    if falling.size:
+        here, d = rows.at(falling), closing[falling]
+
+        def slope(a: Array, instants: np.ndarray) -> Array:
+            w = approach[falling[instants]] + a[:, None] * d[instants]
+            rising = curvature[falling[instants]] * a
+            value: Array = rest[falling[instants]] + rising + np.sum(d[instants] * here.at(instants).force(w), axis=1)
+            return value
+
+        kinks = here.kinks(approach[falling] - here.gap, d)
+        length[falling] = least(slope, kinks, start[falling])
+    return length
+
+
+def _far_slope(rest: Array, closing: Array, approach: Array, rows: _Rows) -> Array:
+    """Slope (T,) behind the last kink of the meshes, in a direction of no final stiffness."""
+    kinks = rows.kinks(approach - rows.gap, closing)[:, : rows.k.shape[1]]
+    last = np.max(np.where(np.isfinite(kinks), kinks, 0.0), axis=1, initial=0.0)
+    slope: Array = rest + np.sum(closing * rows.force(approach + last[:, None] * closing), axis=1)
+    return slope
+
+
+def _finished(
+    flexible: Compliance, pull: Array, free_gap: Array, rows: _Rows, force: Array, iterations: np.ndarray
+) -> Equilibrium:
+    approach, m = free_gap + pull @ flexible.to_mesh, rows.k.shape[1]
+    contact = rows.force(approach)
+    return Equilibrium(
+        displacement=force @ flexible.inverse + pull @ flexible.to_body.T,
+        mesh_force=contact[:, :m],
+        iterations=iterations,
+        group_stretch=(approach - rows.gap)[:, m:],
+        group_force=contact[:, m:],
+        approach=approach,
+    )

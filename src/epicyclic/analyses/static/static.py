@@ -1,0 +1,188 @@
+"""Quasi-static equilibrium over the record, meshes carrying pressure only, as a labelled Dataset."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...system.faces import Faces, faces
+from ...system.laws import groups as law
+from ...system.system import Array, System
+from .equilibrium import compliance_of
+from .record import Record, positive, record_of
+from .trace import Piece, history_note, trace
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Columns = dict[str, tuple[Sequence[str] | str, Any]]
+
+__all__ = ["OPEN", "free_position_warnings", "group_columns", "law_attributes", "static", "whole_contact"]
+
+# A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
+# force that is rounding (1e-16 times mesh per support stiffness, 1e7).
+OPEN = 1e-7
+# A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles` or `turns`.
+_CYCLES = 64
+
+
+def static(
+    system: System,
+    *,
+    cycles: int | None = None,
+    turns: int | None = None,
+    of: str | None = None,
+    samples: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Static state at every instant of a record, with meshes that open and all errors, shaft orders included.
+
+    Loads at rest count (torques, gravity, forces, link errors times stiffness); inertia does not.  The far flanks are
+    taken as never touching: backlash is not used here.  Displacements leave out motions without stiffness (the turning
+    of the whole train).  The twist of a neck or shaft is the ``link_deflection`` of its rz row [rad], first body less
+    second: of a neck, left less right.  Time runs at the operating speed; without speeds it is counted in mesh cycles.
+    Links with a law (play, rolling elements, spline) follow it; attributes ``laws`` and ``history`` say which.
+
+    Parameters
+    ----------
+    cycles : mesh cycles of the first mesh; the common period of all lines, at most 64, where None.
+    turns : instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns, at most 2048
+        instants.
+    samples : instants per mesh cycle or turn, 32 where None.  progress : called with the share done, 0..1.
+
+    Raises
+    ------
+    ModelError : an option out of range, or a load that nothing balances or holds.
+    ConvergenceError : the equilibrium was not found.
+    """
+    samples = positive("samples", samples, 32)
+    record = record_of(
+        system, cycles=cycles, turns=turns, of=of, samples=samples, most=_CYCLES * (samples if of is None else 32)
+    )
+    flexible = compliance_of(system)
+    pieces = list(trace(system, flexible, record, progress))
+    warnings = [*system.warnings, *free_position_warnings(system, flexible.free), *record.notes]
+    force = np.concatenate([piece.state.mesh_force for piece in pieces])
+    touching = force > OPEN * np.max(force, initial=0.0)
+    lost = ~np.all(touching, axis=0)
+    if np.any(lost):
+        names = [name for name, open_ in zip(system.meshes.name, lost, strict=True) if open_]
+        warnings.append(f"meshes open: {', '.join(names)}; bodies held by them alone have no unique position")
+    return _dataset(system, record, pieces, touching, warnings)
+
+
+def law_attributes(system: System, record: Record) -> dict[str, str]:
+    """What a result says about its laws: kind and numbers of each, the derived slip start, and how a history begins."""
+    if not system.groups:
+        return {}
+    said = {
+        group.name: {"kind": group.law.kind, **asdict(group.law), "slip_start": group.law.slip_start}
+        for group in system.groups
+    }
+    return {"laws": json.dumps(said), "history": history_note(system, record)}
+
+
+def free_position_warnings(system: System, free: Array) -> list[str]:
+    """A warning where a body's place is not unique: a free motion (n, r) moves more than the turning of the train does.
+
+    Turning leaves the lateral place of central bodies and the z, rx, ry of all bodies alone.
+    """
+    dofs = system.dofs
+    lateral = np.array(
+        [
+            d in ("z", "rx", "ry") or (d in ("x", "y") and not re.match(r"[^/]+/[^/]+/\d+", b))
+            for b, d in zip(dofs.body, dofs.direction, strict=True)
+        ]
+    )
+    # columns are unit vectors: 1e-9 is rounding of the null space
+    moved = np.abs(free) > 1e-9
+    bodies = dict.fromkeys(b for b, yes in zip(dofs.body, np.any(moved, axis=1) & lateral, strict=True) if yes)
+    if not bodies:
+        return []
+    return [f"position of {', '.join(bodies)} is not unique: no support holds it; mesh forces are"]
+
+
+def _dataset(
+    system: System, record: Record, pieces: list[Piece], touching: np.ndarray, warnings: list[str]
+) -> xr.Dataset:
+    from ...results.dataset import dataset
+
+    displacement = np.concatenate([piece.state.displacement for piece in pieces])
+    deflection = np.concatenate([piece.link_deflection for piece in pieces])
+    force, face = np.concatenate([piece.state.mesh_force for piece in pieces]), faces(system.meshes)
+    lost = ~np.all(touching, axis=0)
+    coords: dict[Hashable, np.ndarray] = {
+        "mesh": np.array(face.name, dtype=object),
+        **({"mesh_slice": np.array(system.meshes.name, dtype=object)[face.cut]} if face.cut.any() else {}),
+        "dof": np.array(system.dofs.names, dtype=object),
+        "link_row": np.array(system.links.name, dtype=object),
+        "time": np.arange(record.instants) / record.samples / float(record.unit),
+    }
+    if system.groups:
+        coords["group"] = np.array([group.name for group in system.groups], dtype=object)
+    result = dataset(
+        {
+            "mesh_force": (("mesh", "time"), face.total(force.T)),
+            "displacement": (("dof", "time"), (displacement * system.dofs.radius).T),
+            "link_force": (("link_row", "time"), (system.links.stiffness * deflection).T),
+            "link_deflection": (("link_row", "time"), deflection.T),
+            "mesh_contact": (("mesh", "time"), whole_contact(face, touching).T),
+            "contact_lost": ("mesh", face.any(lost)),
+            **_along_the_face(face, force, lost),
+            **group_columns(system, pieces),
+        },
+        coords,
+        verb="static",
+        options={"cycles" if record.name == "mesh cycles" else record.name: record.count, "samples": record.samples},
+        provenance={**system.provenance, **law_attributes(system, record)},
+        warnings=warnings,
+    )
+    result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
+    return result
+
+
+def whole_contact(face: Faces, touching: np.ndarray) -> np.ndarray:
+    """Whether all slices of each mesh touch (T, w), from the rows (T, m)."""
+    return np.asarray(np.logical_and.reduceat(touching, face.first, axis=1))
+
+
+def _along_the_face(face: Faces, force: Array, lost: np.ndarray) -> Columns:
+    """What the slices of meshes carry; nothing where no mesh is cut.
+
+    The face-load factor is n times the largest mean force of a slice per sum of all n: largest over mean load per
+    width, as K_H beta of gear standards, with each slice's load taken as even; nan of a mesh in one piece.
+    """
+    if not face.cut.any():
+        return {}
+    mean = force.mean(axis=0)
+    total = face.total(mean)
+    largest = -face.least(-mean)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = np.where((face.count > 1) & (total > 0), face.count * largest / total, np.nan)
+    return {
+        "face_load_factor": ("mesh", factor),
+        "slice_force": (("mesh_slice", "time"), force.T[face.cut]),
+        "slice_contact_lost": ("mesh_slice", lost[face.cut]),
+    }
+
+
+def group_columns(system: System, pieces: list[Piece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:
+    """Force, stretch and state of every group over time; nothing without groups."""
+    if not system.groups:
+        return {}
+    laws = system.laws
+
+    def column(values: list[np.ndarray]) -> tuple[tuple[str, str], np.ndarray]:
+        return ("group", "time"), np.concatenate(values).T
+
+    states = np.array(law.STATES, dtype=object)
+    return {
+        "group_force": column([law.size(laws, piece.state.group_force) for piece in pieces]),
+        "group_stretch": column([law.size(laws, piece.state.group_stretch) for piece in pieces]),
+        "group_state": column([states[law.state(laws, p.state.group_stretch, p.anchor)] for p in pieces]),
+    }

@@ -1,0 +1,392 @@
+"""The batch of `balance` compiled: eight points side by side, all their vectors in the cache.  Needs numba.
+
+The equation, its preconditioner, GMRES and the residuals are those of `balance` and `gmres`, for one mesh frequency.
+One thing is done otherwise: G, Kg, Cskew and dampers act on the few coordinates that they touch, entry by entry, so
+that a product with the operator is two small matrix products: y -> gaps and touched coordinates -> forces on y.
+
+Krylov vectors are single precision: a cycle gains what that holds, six digits, and the next starts from the true
+residual, which is double precision, as the solution is.  What is left over in the end is for `balance` to go on with.
+
+Eight points are one lane each: y is (n, X), X = 2 J 8, real parts of all rows and lanes before the imaginary ones.
+A lane never sees another: it keeps the vectors up to its own convergence, whatever the others still need.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array
+from ..fast import compiled
+from .condensed import Scratch, Shared, room
+
+__all__ = ["solve_points"]
+
+Index = NDArray[np.int64]
+_LANES = 8
+_TINY = 1e-300
+# Vectors before a restart, how often to restart, and what a cycle in single precision may gain.
+_BASIS, _RESTARTS, _GAIN = 60, 4, 1e-6
+
+
+def solve_points(
+    shared: Shared,
+    frequency: Array,
+    frame: Array,
+    right: Array,
+    *,
+    start: tuple[Array, Array] | None,
+    tolerance: float,
+    mean: bool,
+) -> tuple[Array, Array, Array, int]:
+    """Solve a batch.
+
+    Parameters
+    ----------
+    frequency : (P, J) [rad/s].  frame : (P,).  right : (P, 2, J, n).
+    start : solution to start from (P, 2, J, n) and its scale (P,); None starts from the diagonal alone.
+    mean : whether row 0 is a mean, which is no part of the scale.
+
+    Returns
+    -------
+    (y (P, 2, J, n), residual (P,) relative to the scale, scale (P,), largest count of operator calls).
+    """
+    (P, J), n = frequency.shape, shared.squared.size
+    y, scale = (np.zeros((P, 2 * J, n)), np.zeros(P)) if start is None else (start[0].copy(), start[1].copy())
+    y, flat = y.reshape(P, 2 * J, n), np.ascontiguousarray(right).reshape(P, 2 * J, n)
+    left, calls = np.empty(P), np.empty(P, np.int64)
+    rough = Shared._make(each.astype(np.float32) if each.dtype == float else each for each in shared)
+    rooms = room(shared, J, lanes=_LANES, basis=0), room(rough, J, lanes=_LANES, basis=_BASIS)
+    given = shared, rough, *rooms, frequency, np.ascontiguousarray(frame), flat
+    _solve_all(*given, y, scale, left, calls, start is None, tolerance, mean)
+    return y.reshape(right.shape), left / scale, scale, int(calls.max(initial=0))
+
+
+@compiled
+def _solve_all(
+    shared: Shared,
+    rough: Shared,
+    scratch: Scratch,
+    quick: Scratch,
+    frequency: Array,
+    frame: Array,
+    right: Array,
+    y: Array,
+    scale: Array,
+    left: Array,
+    calls: Index,
+    fresh: bool,
+    tolerance: float,
+    mean: bool,
+) -> None:
+    (P, J), n = frequency.shape, shared.squared.size
+    first, guess, norm = np.empty((n, 2 * J * _LANES)), np.empty((n, 2 * J * _LANES)), np.empty(_LANES)
+    size = np.empty(_LANES)
+    for start in range(0, P, _LANES):
+        _prepare(shared, scratch, frequency, frame, start)
+        _copy(scratch, quick)
+        _load(right, start, guess)
+        _precondition(scratch.inverse, guess, first)
+        if fresh:
+            guess = first.copy()
+        else:
+            _load(y, start, guess)
+        residual = _residual(shared, scratch, first, guess, norm)
+        for q in range(_LANES):
+            p = min(start + q, P - 1)
+            size[q] = _scale(first, norm, q, J, mean) if fresh else scale[p]
+        count = _gmres(shared, scratch, rough, quick, first, guess, residual, norm, tolerance * size)
+        for q in range(min(_LANES, P - start)):
+            scale[start + q], left[start + q], calls[start + q] = size[q], norm[q], count
+            for r in range(n):
+                for a in range(2 * J):
+                    y[start + q, a, r] = guess[r, a * _LANES + q]
+
+
+@compiled
+def _copy(scratch: Scratch, quick: Scratch) -> None:
+    """Speeds and 1/D in the other precision; loops, as for slices numba would compile the text of an error message."""
+    for i in range(2):
+        for x in range(quick.still.shape[1]):
+            quick.still[i, x], quick.turn[i, x] = scratch.still[i, x], scratch.turn[i, x]
+            for r in range(quick.inverse.shape[1]):
+                quick.inverse[i, r, x] = scratch.inverse[i, r, x]
+
+
+@compiled
+def _load(points: Array, start: int, out: Array) -> None:
+    """Points (P, 2 J, n) from `start` on as lanes (n, X); the last point fills lanes beyond it."""
+    P, J2, n = points.shape
+    for q in range(_LANES):
+        p = min(start + q, P - 1)
+        for a in range(J2):
+            for r in range(n):
+                out[r, a * _LANES + q] = points[p, a, r]
+
+
+@compiled
+def _prepare(shared: Shared, scratch: Scratch, frequency: Array, frame: Array, start: int) -> None:
+    """Speeds and frequencies of all lanes, and 1/D, 0 for the mean of a rigid mode."""
+    P, J = frequency.shape
+    for a in range(J):
+        for q in range(_LANES):
+            p = min(start + q, P - 1)
+            x = a * _LANES + q
+            scratch.still[0, x], scratch.still[1, x] = frame[p] * frame[p], frame[p]
+            scratch.turn[0, x], scratch.turn[1, x] = frequency[p, a] * frame[p], frequency[p, a]
+    for r in range(shared.squared.size):
+        for x in range(J * _LANES):
+            w = scratch.turn[1, x]
+            real, imag = shared.squared[r] - w * w, w * shared.damping[r]
+            size = real * real + imag * imag
+            over = 0.0 if size == 0 else 1 / size
+            scratch.inverse[0, r, x], scratch.inverse[1, r, x] = real * over, imag * over
+
+
+@compiled
+def _precondition(inverse: Array, given: Array, out: Array) -> None:
+    half = inverse.shape[2]
+    for r in range(given.shape[0]):
+        for x in range(half):
+            real, imag = given[r, x], given[r, half + x]
+            out[r, x] = inverse[0, r, x] * real + inverse[1, r, x] * imag
+            out[r, half + x] = inverse[0, r, x] * imag - inverse[1, r, x] * real
+
+
+@compiled
+def _apply(shared: Shared, scratch: Scratch, y: Array, out: Array) -> None:
+    """out = y + D^-1 coupling y."""
+    values, forces, work, still, turn = scratch.values, scratch.forces, scratch.work, scratch.still, scratch.turn
+    m, J2 = shared.own.shape[0], shared.own.shape[1]
+    np.dot(shared.read, y, values)
+    for k in range(m):
+        np.dot(shared.own[k], values[k].reshape(J2, _LANES), forces[k].reshape(J2, _LANES))
+    forces[m:] = 0.0
+    for e in range(shared.row.size):
+        given, out_row = values[shared.column[e]], forces[shared.row[e]]
+        _entry(shared.stiff[:, e], shared.rate[:, e], still, turn, given, out_row)
+    np.dot(shared.push, forces, work)
+    for r in range(y.shape[0]):
+        _finish(work[r], y[r], turn[1], shared.diagonal[r], scratch.inverse[0, r], scratch.inverse[1, r], out[r])
+
+
+@compiled
+def _entry(stiff: Array, rate: Array, still: Array, turn: Array, given: Array, out: Array) -> None:
+    """One entry of the operators: force (X,) += (stiffness + i rate) given."""
+    half = still.shape[1]
+    s0, s1, r0, r1 = stiff[0], stiff[1], rate[0], rate[1]
+    f2, f1, wf, w = still[0], still[1], turn[0], turn[1]
+    real, imag = given[:half], given[half:]
+    out_real, out_imag = out[:half], out[half:]
+    for x in range(half):
+        k, c = s0 * f2[x] + s1 * f1[x], r0 * wf[x] + r1 * w[x]
+        out_real[x] += k * real[x] - c * imag[x]
+        out_imag[x] += k * imag[x] + c * real[x]
+
+
+@compiled
+def _finish(work: Array, y: Array, turn: Array, diagonal: float, re: Array, im: Array, out: Array) -> None:
+    """out = y + D^-1 (work without the diagonal of the dampers, which D holds), of one mode (X,)."""
+    half = turn.size
+    work_real, work_imag, y_real, y_imag, out_real, out_imag = (
+        work[:half],
+        work[half:],
+        y[:half],
+        y[half:],
+        out[:half],
+        out[half:],
+    )
+    for x in range(half):
+        extra = turn[x] * diagonal
+        a, b = work_real[x] + extra * y_imag[x], work_imag[x] - extra * y_real[x]
+        out_real[x] = y_real[x] + re[x] * a + im[x] * b
+        out_imag[x] = y_imag[x] + re[x] * b - im[x] * a
+
+
+@compiled
+def _products(rows: Array, vectors: Array, y: Array, out: Array) -> None:
+    """Scalar products (k, 8) of k vectors (k, n, X) with y (n, X), lane by lane."""
+    k, n, X = vectors.shape
+    rows[:k] = 0.0
+    for r in range(n):
+        mine = y[r]
+        for i in range(k):
+            row, vector = rows[i], vectors[i, r]
+            for x in range(X):
+                row[x] += vector[x] * mine[x]
+    for i in range(k):
+        out[i] = 0.0
+        for a in range(X // _LANES):
+            for q in range(_LANES):
+                out[i, q] += rows[i, a * _LANES + q]
+
+
+@compiled
+def _combine(rows: Array, factors: Array, vectors: Array, y: Array) -> None:
+    """y (n, X) += sum of factors (k, 8) times vectors (k, n, X), lane by lane."""
+    k, n, X = vectors.shape
+    for i in range(k):
+        for a in range(X // _LANES):
+            for q in range(_LANES):
+                rows[i, a * _LANES + q] = factors[i, q]
+    for r in range(n):
+        mine = y[r]
+        for i in range(k):
+            row, vector = rows[i], vectors[i, r]
+            for x in range(X):
+                mine[x] += row[x] * vector[x]
+
+
+@compiled
+def _stretch(rows: Array, factor: Array, given: Array, out: Array) -> None:
+    """out (n, X) = factor (8,) times given, lane by lane."""
+    row = rows[0]
+    for a in range(row.size // _LANES):
+        for q in range(_LANES):
+            row[a * _LANES + q] = factor[q]
+    for r in range(given.shape[0]):
+        for x in range(row.size):
+            out[r, x] = row[x] * given[r, x]
+
+
+@compiled
+def _residual(shared: Shared, scratch: Scratch, first: Array, y: Array, norm: Array) -> Array:
+    """first - A y (n, X), and its size (8,)."""
+    out = np.empty_like(y)
+    _apply(shared, scratch, y, out)
+    for r in range(y.shape[0]):
+        for x in range(y.shape[1]):
+            out[r, x] = first[r, x] - out[r, x]
+    norm[:] = 0.0
+    for r in range(y.shape[0]):
+        for a in range(y.shape[1] // _LANES):
+            for q in range(_LANES):
+                norm[q] += out[r, a * _LANES + q] ** 2
+    for q in range(_LANES):
+        norm[q] = np.sqrt(norm[q])
+    return out
+
+
+@compiled
+def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
+    """As `balance._scale`, of one lane."""
+    total, still = 0.0, 0.0
+    for r in range(first.shape[0]):
+        for a in range(2 * J):
+            total += first[r, a * _LANES + q] ** 2
+        if mean:
+            still += first[r, q] ** 2
+    size = np.sqrt(max(max(total - still, 0.0) + norm[q] * norm[q], 1e-12 * total))
+    return 1.0 if size == 0 else size
+
+
+@compiled
+def _gmres(
+    shared: Shared,
+    scratch: Scratch,
+    rough: Shared,
+    quick: Scratch,
+    first: Array,
+    y: Array,
+    residual: Array,
+    norm: Array,
+    target: Array,
+) -> int:
+    """Improve y until the true residual norms (8,) are at their targets, or stay; returns operator calls."""
+    calls, active, better, last = 1, norm > target, np.empty(_LANES, np.bool_), np.empty(_LANES)
+    for _ in range(_RESTARTS):
+        if not active.any():
+            break
+        trial = y.copy()
+        calls += 1 + _cycle(rough, quick, residual, norm, np.maximum(target, 2 * _GAIN * norm), active, trial)
+        left = _residual(shared, scratch, first, trial, last)
+        for q in range(_LANES):
+            # a singular point may come out worse than it went in: keep what it had (not finite is kept, to be seen)
+            if active[q] and not last[q] >= norm[q]:
+                active[q] = last[q] > target[q] and last[q] < 0.9 * norm[q]
+                norm[q] = last[q]
+                better[q] = True
+            else:
+                active[q], better[q] = False, False
+        _take(better, trial, y)
+        _take(better, left, residual)
+    return calls
+
+
+@compiled
+def _take(which: NDArray[np.bool_], given: Array, out: Array) -> None:
+    """Copy some lanes (n, X)."""
+    for r in range(out.shape[0]):
+        for a in range(out.shape[1] // _LANES):
+            for q in range(_LANES):
+                if which[q]:
+                    out[r, a * _LANES + q] = given[r, a * _LANES + q]
+
+
+@compiled
+def _cycle(
+    shared: Shared,
+    scratch: Scratch,
+    residual: Array,
+    norm: Array,
+    target: Array,
+    active: NDArray[np.bool_],
+    y: Array,
+) -> int:
+    """One Arnoldi cycle with classical Gram-Schmidt, its step added to y; returns operator calls."""
+    V, g, along, used, one = scratch.vectors, scratch.projected, scratch.along, scratch.used, np.empty(_LANES)
+    for q in range(_LANES):
+        one[q] = 1 / max(norm[q], _TINY) if active[q] else 0.0
+        g[0, q], used[q] = norm[q] if active[q] else 0.0, 0
+    _stretch(scratch.rows, one, residual, V[0])
+    k, going = 0, True
+    while k < _BASIS and going:
+        new = V[k + 1]
+        _apply(shared, scratch, V[k], new)
+        _products(scratch.rows, V[: k + 1], new, along)
+        _combine(scratch.rows, -along[: k + 1], V[: k + 1], new)
+        _products(scratch.rows, V[k + 1 : k + 2], new, along[k + 1 :])
+        going = False
+        for q in range(_LANES):
+            below = np.sqrt(along[k + 1, q])
+            one[q] = 1 / max(below, _TINY)
+            _rotate(scratch, k, q, below)
+            if active[q] and used[q] == 0:
+                if abs(g[k + 1, q]) > 0.5 * target[q] and k + 1 < _BASIS:
+                    going = True
+                else:
+                    used[q] = k + 1
+        _stretch(scratch.rows, one, new, new)
+        k += 1
+    _back(scratch, k)
+    _combine(scratch.rows, along[:k], V[:k], y)
+    return k
+
+
+@compiled
+def _back(scratch: Scratch, k: int) -> None:
+    """Factors of the first k vectors into `along`: each lane's triangle solved with the vectors it used."""
+    R, g, along = scratch.triangle, scratch.projected, scratch.along
+    along[:k] = 0.0
+    for q in range(_LANES):
+        for i in range(scratch.used[q] - 1, -1, -1):
+            rest = g[i, q]
+            for j in range(i + 1, scratch.used[q]):
+                rest -= R[i, j, q] * along[j, q]
+            along[i, q] = rest / (1.0 if R[i, i, q] == 0 else R[i, i, q])
+
+
+@compiled
+def _rotate(scratch: Scratch, k: int, q: int, below: float) -> None:
+    """Column k of one lane's triangle by Givens rotations, and its right side with it."""
+    R, turn, g = scratch.triangle, scratch.rotations, scratch.projected
+    for i in range(k + 1):
+        R[i, k, q] = scratch.along[i, q]
+    for i in range(k):
+        upper, lower = R[i, k, q], R[i + 1, k, q]
+        R[i, k, q] = turn[0, i, q] * upper + turn[1, i, q] * lower
+        R[i + 1, k, q] = turn[0, i, q] * lower - turn[1, i, q] * upper
+    length = max(np.hypot(R[k, k, q], below), _TINY)
+    turn[0, k, q], turn[1, k, q] = R[k, k, q] / length, below / length
+    R[k, k, q] = length
+    g[k + 1, q], g[k, q] = -turn[1, k, q] * g[k, q], turn[0, k, q] * g[k, q]

@@ -1,0 +1,339 @@
+"""Linear steady response of a System at many speeds: chunks, rows raised until what is dropped is small."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.system import Array, System
+from ..fast import numba_is_there, require_numba
+from ..modes.basis import Modal, modal_form
+from ..static.tangent import linearised
+from .balance import Guess, Rows, Solved, solve
+from .comb import Comb, Integers, comb, row_steps, unit_of
+from .condensed import Shared, touched
+from .excitation import Excitation, excitation, mesh_rows, shaft_rows
+from .kernel import Kernel, kernel
+
+__all__ = [
+    "Block",
+    "FrameSpeed",
+    "Kept",
+    "Response",
+    "first_kept",
+    "last_kept",
+    "more_kept",
+    "respond",
+    "response",
+]
+
+FrameSpeed = Literal["kinematic", "operating"]
+Index = NDArray[np.int64]
+Kept = tuple[int, ...]
+"""Harmonics of each tone, and the cross order of combinations."""
+
+# Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
+_BATCH = 60_000
+_GROUPED = 6
+# Doubles solved for, in all, from which numba pays: some 5 s by numpy, a third of that by numba, whose first use ever
+# compiles for about 10 s, and whose first use in a process takes 0.4 s.
+_WORTH = 20_000_000
+# Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
+_DROPPED = 30.0
+# Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
+_CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Response:
+    """A System ready to be solved at any speed.
+
+    frame_speed : whether G, Kg follow the speed or stay.  compiled : as of `response`.
+    """
+
+    system: System
+    modal: Modal
+    lines: Excitation
+    frame_speed: FrameSpeed = "kinematic"
+    compiled: bool | None = None
+    kernels: dict[tuple[Kept, bool], Kernel] = field(default_factory=dict)
+    frequencies: dict[tuple[Kept, bool], tuple[Array, Array]] = field(default_factory=dict)
+    combs: dict[tuple[Kept, bool, bool], Comb] = field(default_factory=dict)
+    shared: dict[tuple[Kept, bool], Shared] = field(default_factory=dict)
+
+    @property
+    def omega(self) -> Array:
+        """Angular mesh frequencies at the operating speed, (D,) [rad/s]."""
+        return 2 * np.pi * np.array([float(tone) for tone in self.lines.tones])
+
+    def kernel(self, kept: Kept, *, shifted: bool) -> Kernel:
+        """The convolution matrices for so many rows, made once."""
+        key = (kept, shifted)
+        if key not in self.kernels:
+            *harmonics, cross = kept
+            self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
+        return self.kernels[key]
+
+    def touched(self, kept: Kept, *, shifted: bool) -> Shared:
+        """The operators for the compiled path, made once."""
+        key = (kept, shifted)
+        if key not in self.shared:
+            self.shared[key] = touched(self.system, self.modal, self.kernel(kept, shifted=shifted))
+        return self.shared[key]
+
+    def steps(self, kept: Kept, *, shifted: bool) -> tuple[Integers, int]:
+        """Frequency of every row, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit Hz.
+
+        S = 1 of mesh orders; the unit is the same for all of them.
+        """
+        made = self.kernel(kept, shifted=shifted)
+        shafts = [shaft.frequency for shaft in self.lines.shaft]
+        unit = unit_of(self.lines.tones, shafts)
+        points = np.concatenate([made.lattice.points, made.dropped])
+        return row_steps(points, self.lines.tones, shafts if shifted else [Fraction(0)], unit), unit
+
+    def frequency(self, kept: Kept, *, shifted: bool) -> tuple[Array, Array]:
+        """Angular frequency of every row (S, J) and of every row dropped (S, T) at the operating speed [rad/s].
+
+        S = 1 of mesh orders.  Exact before the last rounding: a combination that stands still is exactly 0.
+        """
+        key = (kept, shifted)
+        if key not in self.frequencies:
+            steps, unit = self.steps(kept, shifted=shifted)
+            J = len(self.kernel(kept, shifted=shifted).lattice.points)
+            omega = 2 * np.pi * (steps / unit).astype(float)
+            self.frequencies[key] = omega[:, :J], omega[:, J:]
+        return self.frequencies[key]
+
+    def comb(self, kept: Kept, *, shafts: bool, dropped: bool) -> Comb:
+        """Frequencies of the rows kept, with the rows `dropped` or not, of mesh orders and of `shafts` or not."""
+        key = (kept, shafts, dropped)
+        if key not in self.combs:
+            parts, unit = [], 1
+            for shifted in (False, True)[: 1 + shafts]:
+                steps, unit = self.steps(kept, shifted=shifted)
+                J = len(self.kernel(kept, shifted=shifted).lattice.points)
+                parts.append((steps if dropped else steps[:, :J]).ravel())
+            self.combs[key] = comb(np.concatenate(parts), unit)
+        return self.combs[key]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Block:
+    """Solved points.
+
+    index : (P,) place of each point among the speeds asked for.  speed : (P,) relative.
+    kept : harmonics of each tone and cross order, in all of them.  mesh : mesh orders.
+    shaft : shaft orders, points outermost, None without lines.  residual : (P,) whole relative residual.
+    """
+
+    index: Index
+    speed: Array
+    kept: Kept
+    mesh: Solved
+    shaft: Solved | None
+    residual: Array
+
+    @property
+    def harmonics(self) -> int:
+        """Most harmonics kept of any tone."""
+        return max(self.kept[:-1])
+
+
+def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled: bool | None = None) -> Response:
+    """Prepare a System for its steady response; tangents at the mean load stand for the laws of links.
+
+    Parameters
+    ----------
+    compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is there and the
+        job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
+
+    Raises
+    ------
+    ModelError : no damping; no mesh frequency; torques that do not balance; `compiled` without numba.
+    """
+    if compiled:
+        require_numba("compiled")
+    if frame_speed not in ("kinematic", "operating"):
+        raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
+    system = linearised(system)
+    modal = modal_form(system)
+    lines = excitation(system, modal)
+    return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled)
+
+
+def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
+    """Solve every relative speed (P,), in blocks as they come out.
+
+    The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
+    grows until the forces on the rows dropped, an exact residual, are below 30 x tolerance of the dynamic part.
+    """
+    start, limit = first_kept(ready), last_kept(ready, speed)
+    ready = replace(ready, compiled=_by_numba(ready, start, speed.size, shaft_orders=shaft_orders))
+    first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
+    waiting: list[tuple[Index, Kept, Block | None]] = [(*chunk, None) for chunk in first]
+    while waiting:
+        index, kept, before = waiting.pop(0)
+        with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
+            tried = block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance, before=before)
+            more = more_kept(block.mesh.dropped, kept, limit[index], tolerance)
+            poor = np.any(more, axis=1)
+            if shaft_orders and ready.lines.shaft and not np.all(poor):
+                block = _with_shaft(ready, _select(block, ~poor), tolerance=tolerance)
+                more[~poor] = more_kept(_worst(block), kept, limit[block.index], tolerance)
+                poor = np.any(more, axis=1)
+        done = ~poor[np.isin(index, block.index)]
+        if np.any(done):
+            yield block if np.all(done) else _select(block, done)
+        if np.any(poor):
+            again = _chunks(ready, index[poor], (np.array(kept) + more)[poor], shaft_orders=shaft_orders)
+            waiting[:0] = [(*chunk, _select(tried, np.isin(index, chunk[0]))) for chunk in again]
+
+
+def _by_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:
+    """Whether this job goes to numba: asked for, or there and worth its loading."""
+    if len(ready.lines.tones) > 1:
+        return False
+    if ready.compiled is None:
+        rows = 2 * int(start[0]) + 2
+        rows += 2 * rows * len(ready.lines.shaft) if shaft_orders else 0
+        return points * rows * ready.modal.squared.size > _WORTH and numba_is_there()
+    return ready.compiled
+
+
+def first_kept(ready: Response) -> Index:
+    """Harmonics of each tone and cross order to begin with, (D + 1,)."""
+    varying = bool(ready.system.meshes.variation.any())
+    combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
+    return np.array(
+        [*(max(8 if len(ready.lines.tones) == 1 else 12, highest) for highest in ready.lines.highest), combined],
+        dtype=np.int64,
+    )
+
+
+def last_kept(ready: Response, speed: Array) -> Index:
+    """Most that each may grow to, (P, D + 1): four times what reaches beyond the highest mode, 1.7 f_highest / f."""
+    start = first_kept(ready)
+    highest = float(np.sqrt(ready.modal.squared.max(initial=0.0)))
+    with np.errstate(all="ignore"):
+        wanted = np.ceil(1.7 * highest / np.outer(np.abs(speed), ready.omega))
+    rule = np.nan_to_num(np.clip(wanted, 8, 400), nan=8.0).astype(np.int64)
+    last = _LAST.get(len(ready.lines.tones), _CROSS) if start[-1] else 0
+    return np.hstack([4 * np.maximum(start[:-1], rule), np.full((speed.size, 1), last)])
+
+
+def more_kept(dropped: Array, kept: Kept, limit: Index, tolerance: float) -> Index:
+    """By how much each count has to grow, (P, D + 1): 0 where too little is dropped, or no more may be kept."""
+    enough = _DROPPED * tolerance
+    poor = _size(dropped) > enough
+    # the kinds that make it too large: those above their part of what is allowed
+    large = (dropped > enough / np.sqrt(dropped.shape[1])) & poor[:, None]
+    have = np.array(kept)
+    step = np.maximum(4, have // 2)
+    step[-1] = _STEP
+    more: Index = np.where(large, np.clip(limit - have, 0, step), 0)
+    return more
+
+
+def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -> Iterator[tuple[Index, Kept]]:
+    lines = len(ready.lines.shaft) if shaft_orders else 0
+    for values in np.unique(kept, axis=0):
+        key = tuple(int(value) for value in values)
+        same = index[(kept == values).all(axis=1)]
+        points = len(ready.kernel(key, shifted=False).lattice.points)
+        rows = 2 * max(points, (2 * points - 1) * lines)
+        # compiled points are solved in groups of eight, which stay in the cache by themselves
+        size = max(1, (_GROUPED if ready.compiled else 1) * _BATCH // (rows * ready.modal.squared.size))
+        if ready.compiled:
+            yield from ((part, key) for part in np.split(same, range(-(-size // 8) * 8, same.size, -(-size // 8) * 8)))
+        else:
+            yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
+
+
+def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None) -> Block:
+    guess = None if before is None else _guess(ready, before, kept)
+    mesh = _solve(ready, speed, kept=kept, tolerance=tolerance, shifted=False, guess=guess)
+    residual = np.maximum(mesh.residual, _size(mesh.dropped))
+    return Block(index=index, speed=speed, kept=kept, mesh=mesh, shaft=None, residual=residual)
+
+
+def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> Block:
+    shaft = _solve(ready, block.speed, kept=block.kept, tolerance=tolerance, shifted=True)
+    worst = np.maximum(shaft.residual, _size(shaft.dropped)).reshape(block.speed.size, -1).max(axis=1)
+    return replace(block, shaft=shaft, residual=np.maximum(block.residual, worst))
+
+
+def _guess(ready: Response, before: Block, kept: Kept) -> Guess:
+    """A solution with fewer rows among more."""
+    old, new = (ready.kernel(count, shifted=False).lattice.points.tolist() for count in (before.kept, kept))
+    place = {tuple(point): i for i, point in enumerate(new)}
+    P, _, _, n = before.mesh.y.shape
+    y = np.zeros((P, 2, len(new), n))
+    y[:, :, [place[tuple(point)] for point in old]] = before.mesh.y
+    return Guess(y=y, scale=before.mesh.scale)
+
+
+def _solve(
+    ready: Response, speed: Array, *, kept: Kept, tolerance: float, shifted: bool, guess: Guess | None = None
+) -> Solved:
+    made = ready.kernel(kept, shifted=shifted)
+    excite = shaft_rows if shifted else mesh_rows
+    error, force = excite(ready.system, ready.lines, speed, made.lattice)
+    frame = speed if ready.frame_speed == "kinematic" else np.ones_like(speed)
+    at, beyond = ready.frequency(kept, shifted=shifted)
+    rows = Rows(
+        frequency=np.multiply.outer(speed, at).reshape(speed.size * len(at), at.shape[1]),
+        beyond=np.multiply.outer(speed, beyond).reshape(speed.size * len(at), beyond.shape[1]),
+        frame=np.repeat(frame, len(at)),
+        error=error,
+        force=force,
+    )
+    shared = ready.touched(kept, shifted=shifted) if ready.compiled else None
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, shared=shared)
+
+
+def _size(dropped: Array) -> Array:
+    """What is dropped in all, (P, D + 1) -> (P,)."""
+    size: Array = np.sqrt((dropped**2).sum(axis=1))
+    return size
+
+
+def _worst(block: Block) -> Array:
+    """What the worst of a point's solutions dropped, by kind (P, D + 1)."""
+    if block.shaft is None:
+        return block.mesh.dropped
+    shaft = block.shaft.dropped.reshape(block.speed.size, -1, block.shaft.dropped.shape[1])
+    worst: Array = np.maximum(block.mesh.dropped, shaft.max(axis=1))
+    return worst
+
+
+def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
+    if keep.all():
+        return block
+
+    def pick(solved: Solved) -> Solved:
+        mine = np.repeat(keep, solved.residual.size // keep.size)
+        return Solved(
+            y=solved.y[mine],
+            gap=solved.gap[:, mine],
+            frequency=solved.frequency[mine],
+            residual=solved.residual[mine],
+            dropped=solved.dropped[mine],
+            scale=solved.scale[mine],
+            calls=solved.calls,
+        )
+
+    return Block(
+        index=block.index[keep],
+        speed=block.speed[keep],
+        kept=block.kept,
+        mesh=pick(block.mesh),
+        shaft=None if block.shaft is None else pick(block.shaft),
+        residual=block.residual[keep],
+    )

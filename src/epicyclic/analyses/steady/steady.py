@@ -1,0 +1,206 @@
+"""The steady response at one speed as a labelled Dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import Array, ComplexArray, System
+from ..static.tangent import linearised
+from .extremes import force_extremes
+from .links import lateral, link_signal
+from .measures import dynamic_factor, link_measures, mean, mean_square
+from .periodic import TOLERANCE, counted, solved
+from .response import Block, Response
+from .superposition import superposed
+from .waveform import Spectrum, force_signal, mesh_axis, motion_signal, on_torus, own_waves, samples_needed, whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["steady", "tension"]
+
+
+def steady(
+    system: System,
+    *,
+    relative_speed: float = 1.0,
+    samples: int = 64,
+    method: Literal["exact", "superposition"] = "exact",
+) -> xr.Dataset:
+    """Steady response at one speed as a Dataset: forces and displacements over the mesh phase, harmonics, lines.
+
+    With several mesh frequencies a mesh force over the mesh phase is its part at multiples of the mesh's own tone, a
+    displacement that at multiples of the first mesh's; ``combination_force`` and ``combination_displacement`` hold
+    every multiple and combination of them, and RMS, bound and minimum count them all.
+
+    Parameters
+    ----------
+    relative_speed : speed per operating speed, above zero.  samples : of the mesh phase in the result.
+    method : ``exact``, or ``superposition``: every frequency alone on the mean system, see `superposed`.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : as of `periodic`.
+    """
+    from ...results.dataset import dataset
+
+    if method not in ("exact", "superposition"):
+        raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
+    theta = np.arange(counted(samples)) / samples
+    ready, block = solved(
+        system if method == "exact" else superposed(linearised(system), relative_speed), relative_speed, TOLERANCE
+    )
+    system = ready.system
+    face, axis = faces(system.meshes), mesh_axis(ready)
+    rows, moved = force_signal(ready, block), motion_signal(ready, block)
+    every, motion = whole(rows, face), moved.orders
+    force, shafts = every.orders, every.lines
+    low, high = force_extremes(every, axis=axis)
+    lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else low
+    radius = system.dofs.radius[:, None]
+    combined, labels = _combinations(ready, force, motion, relative_speed)
+    return dataset(
+        {
+            "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
+            "displacement": (("dof", "mesh_phase"), radius * own_waves(motion, 0, theta)[:, 0, 0].real),
+            "mesh_force_harmonic": (("mesh", "harmonic"), _harmonics(ready, force, block.harmonics)),
+            "displacement_harmonic": (
+                ("dof", "harmonic"),
+                radius * _orders(motion, 0, block.harmonics + _length(ready)),
+            ),
+            **combined,
+            "mesh_force_rms": ("mesh", np.sqrt(mean_square(every)[:, 0])),
+            "mesh_force_bound": ("mesh", high[:, 0]),
+            "mesh_force_minimum": ("mesh", low[:, 0]),
+            "dynamic_factor": ("mesh", dynamic_factor(high, mean(every))[:, 0]),
+            **_link_variables(ready, block, theta),
+            **_line_variables(ready, block, shafts, theta),
+            "residual": ((), block.residual[0]),
+        },
+        {
+            "mesh": list(face.name),
+            "dof": list(system.dofs.names),
+            **_link_names(system),
+            "mesh_phase": theta,
+            "harmonic": np.arange(block.harmonics + _length(ready) + 1),
+            **labels,
+            "line": np.array(["; ".join(shaft.causes) for shaft in ready.lines.shaft], dtype=object),
+            "mesh_frequency": float(ready.lines.tone) * relative_speed,
+        },
+        verb="steady",
+        options={"method": method, "relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
+        provenance=system.provenance,
+        warnings=[*system.warnings, *tension(system, lowest)],
+    )
+
+
+def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, Any]:
+    """Forces of the links at multiples of the first mesh frequency, and what is told of them with all frequencies."""
+    if not ready.system.links.name:
+        return {}
+    links, pairs = link_signal(ready, block), lateral(ready.system)
+    found = {name: values[:, 0] for name, values in link_measures(links, pairs).items()}
+    by_bearing = {
+        name: ("bearing", values) for name, values in found.items() if name.startswith("bearing") and values.size
+    }
+    return {
+        "link_force": (("link_row", "mesh_phase"), own_waves(links.orders, 0, theta)[:, 0, 0].real),
+        "link_force_harmonic": (
+            ("link_row", "harmonic"),
+            _orders(links.orders, 0, block.harmonics + _length(ready)),
+        ),
+        **{name: ("link_row", values) for name, values in found.items() if name.startswith("link")},
+        **by_bearing,
+    }
+
+
+def _link_names(system: System) -> dict[Hashable, Any]:
+    links, pairs = system.links, lateral(system)
+    names: dict[Hashable, Any] = {"link_row": list(links.name)} if links.name else {}
+    return {**names, "bearing": [links.link[x] for x in pairs[:, 0]]} if len(pairs) else names
+
+
+def tension(system: System, lowest: Array) -> list[str]:
+    """A warning where the linear model pulls on teeth; lowest : (m, P) smallest force at every point [N]."""
+    pulled = np.nan_to_num(lowest, nan=np.inf) < 0
+    if not pulled.any():
+        return []
+    names = [name for name, row in zip(system.meshes.name, pulled, strict=True) if row.any()]
+    listed = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+    points = int(pulled.any(axis=0).sum())
+    where = f" at {points} of {pulled.shape[1]} speeds" if pulled.shape[1] > 1 else ""
+    return [f"tensile mesh force in the linear model{where}: the teeth of {listed} would separate"]
+
+
+def _length(ready: Response) -> int:
+    return int(ready.system.meshes.variation.shape[1])
+
+
+def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[Any]:
+    """Multiples of each mesh's own tone over its phase, (m, S, Nt)."""
+    waves = [own_waves(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
+    axis = mesh_axis(ready)
+    result: NDArray[Any] = np.array(waves)[axis, np.arange(len(axis))]
+    return result
+
+
+def _orders(spectrum: Spectrum, axis: int, harmonics: int) -> ComplexArray:
+    """One-sided harmonics 0..H of one tone, (rows, H + 1): value = Re sum harmonic_h exp(2 pi i h theta)."""
+    own = np.count_nonzero(np.delete(spectrum.points, axis, axis=1), axis=1) == 0
+    orders = spectrum.points[:, axis]
+    result = np.zeros((spectrum.amplitude.shape[0], harmonics + 1), complex)
+    known = own & (orders <= harmonics)
+    result[:, orders[known]] = spectrum.amplitude[:, 0, 0, known]
+    return result
+
+
+def _harmonics(ready: Response, force: Spectrum, kept: int) -> ComplexArray:
+    """Harmonics of each mesh force in its own tone, (m, H + L + 1)."""
+    every = [_orders(force, axis, kept + _length(ready)) for axis in range(len(ready.lines.tones))]
+    axis = mesh_axis(ready)
+    result: ComplexArray = np.array(every)[axis, np.arange(len(axis))]
+    return result
+
+
+def _combinations(
+    ready: Response, force: Spectrum, motion: Spectrum, speed: float
+) -> tuple[dict[str, Any], dict[Hashable, Any]]:
+    """Amplitudes of all lattice points kept where there are several tones: variables and coordinates."""
+    tones = ready.lines.tones
+    if len(tones) == 1:
+        return {}, {}
+    points = motion.points
+    exact = [sum((a * f for a, f in zip(p, tones, strict=True)), Fraction(0)) for p in points.tolist()]
+    axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
+    names = [stages[axes.index(axis)] for axis in range(len(tones))]
+    labels = [" ".join(f"{a:+d} {n}" for a, n in zip(p, names, strict=True) if a) or "mean" for p in points.tolist()]
+    radius = ready.system.dofs.radius[:, None]
+    return {
+        "combination_force": (("mesh", "combination"), force.amplitude[:, 0, 0, : len(points)]),
+        "combination_displacement": (("dof", "combination"), radius * motion.amplitude[:, 0, 0]),
+        "combination_frequency": ("combination", speed * np.array([float(f) for f in exact])),
+    }, {"combination": np.array(labels, dtype=object)}
+
+
+def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, theta: Array) -> dict[str, Any]:
+    """Shaft lines: envelopes over each mesh's own phase, and largest amplitudes over all phases."""
+    m, count = len(mesh_axis(ready)), len(ready.lines.shaft)
+    speed = float(block.speed[0])
+    force, largest = np.zeros((m, count, theta.size), complex), np.zeros((m, count))
+    if shafts is not None:
+        force = _by_mesh(ready, shafts, theta)
+        grid = [max(128 if len(ready.lines.tones) == 1 else 32, samples_needed(ready, H)) for H in block.kept[:-1]]
+        values = np.abs(on_torus(shafts, grid, block.kept[-1])[:, 0])
+        largest = values.reshape(m, count, -1).max(axis=2)
+    return {
+        "line_force": (("mesh", "line", "mesh_phase"), force),
+        "line_amplitude": (("mesh", "line"), largest),
+        "line_frequency": ("line", np.array([float(shaft.frequency) * speed for shaft in ready.lines.shaft])),
+    }

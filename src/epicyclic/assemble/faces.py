@@ -1,0 +1,149 @@
+"""All meshes of a train in full contact: the train with three rows a mesh, and what presses between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..system.laws.face import ROWS, Pressed
+from ..tooth_contact.pieces import Pair, Pieces, pieces_of
+from ..tooth_contact.rows import Stations, answer, weights
+from ..train.connections import Mesh, MeshSlice
+from ..train.train import Train
+from .tooth_pairs import pair_of, slides_of
+
+__all__ = ["FaceLoad", "MeshContacts", "contacts_of", "three_rows"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def three_rows(train: Train) -> Train:
+    """The train with every mesh cut into the rows of `system.contact`: both ends of the face, and one along the path.
+
+    Raises
+    ------
+    ModelError : no face width.
+    """
+    meshes = tuple(_cut(mesh, _stations(pair_of(train, mesh))) for mesh in train.meshes)
+    # what loaded contact left as an error of the row is in the flanks already
+    errors = tuple(error for error in train.mesh_errors if error.cause != "contact")
+    return replace(train, meshes=meshes, mesh_errors=errors)
+
+
+def _cut(mesh: Mesh, at: Stations) -> Mesh:
+    none = np.zeros(0, complex)
+    places = ((at.left, 0.0), (at.right, 0.0), (0.0, at.along))
+    rows = (
+        MeshSlice(station=mesh.station + zeta, lead=mesh.lead, variation=none, along=along) for zeta, along in places
+    )
+    return replace(mesh, slices=tuple(rows), variation=none, table=None)
+
+
+def _stations(pair: Pair) -> Stations:
+    left, right = pair.plane.face
+    return Stations(left=left, right=right, along=pair.plane.base_pitch)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FaceLoad:
+    """Load on g meshes at T instants, K slices of the face, J lines.
+
+    force : (T, g, J, K) along the normal [N].  per_length : of contact line [N/m], nan where nothing or only a sliver
+    touches, as of `PairResult.whole`.  sigma : places on the path of contact [base pitches].
+    """
+
+    force: Array
+    per_length: Array
+    sigma: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _At:
+    """Alike meshes at T instants: pieces of all T g of them, instant by instant."""
+
+    pieces: Pieces
+    weight: Array
+
+    def press(self, rows: Array, instants: Index, start: Array | None) -> Pressed:
+        """As `system.contact.Contact` says."""
+        t, g = rows.shape[:2]
+        phases = (instants[:, None] * g + np.arange(g)).ravel()
+        begin = None if start is None else start.reshape(t * g, -1)
+        found = answer(self.pieces, self.weight, rows.reshape(t * g, ROWS), phases, start=begin)
+        return Pressed(
+            force=found.force.reshape(t, g, ROWS),
+            tangent=found.tangent.reshape(t, g, ROWS, ROWS),
+            energy=found.energy.reshape(t, g),
+            residual=found.residual.reshape(t, g),
+            state=found.own.reshape(t, g, -1),
+        )
+
+    def face(self, rows: Array, start: Array) -> FaceLoad:
+        """Load along the face at approaches (T, g, 3) that have been pressed before, to `start`."""
+        T, g = rows.shape[:2]
+        phases = np.arange(T * g)
+        found = answer(self.pieces, self.weight, rows.reshape(T * g, ROWS), phases, start=start.reshape(T * g, -1))
+        force, lines = self.pieces.spread(found.piece), self.pieces.lines
+        whole = lines.length >= 0.5 * lines.length.max() * (1 - 1e-9)
+        shape = (T, g, *force.shape[1:])
+        return FaceLoad(
+            force=force.reshape(shape),
+            per_length=np.where(whole, force / np.where(whole, lines.length, 1.0), np.nan).reshape(shape),
+            sigma=lines.sigma.reshape(shape),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MeshContacts:
+    """Meshes that are alike: the same pair of gears, side and place of the faces; only their phases differ.
+
+    meshes : their numbers.  pair : what is in contact.  lead, sense : (g,) of each.
+    """
+
+    meshes: tuple[int, ...]
+    pair: Pair
+    lead: Array
+    sense: Array
+
+    def at(self, cycles: Array) -> _At:
+        """As `system.contact.ContactModel` says."""
+        sigma = self.sense * (cycles + self.lead)
+        pieces = pieces_of(self.pair, sigma.ravel())
+        return _At(pieces=pieces, weight=weights(pieces, _stations(self.pair)))
+
+
+def contacts_of(
+    train: Train, *, slices: int = 20, linear_at: float | None = None, corner: bool = False
+) -> tuple[MeshContacts, ...]:
+    """Full contact of every mesh of a train, meshes that are alike together.
+
+    slices, linear_at, corner : as of `Pair`.
+
+    Raises
+    ------
+    ModelError : as of `pair_of`.
+    """
+    alike: dict[object, list[int]] = {}
+    for number, mesh in enumerate(train.meshes):
+        alike.setdefault((mesh.pair, mesh.side, slides_of(train, mesh)), []).append(number)
+    return tuple(
+        _alike(
+            [train.meshes[i] for i in numbers],
+            numbers,
+            pair_of(train, train.meshes[numbers[0]], slices=slices, linear_at=linear_at, corner=corner),
+        )
+        for numbers in alike.values()
+    )
+
+
+def _alike(meshes: Sequence[Mesh], numbers: Sequence[int], pair: Pair) -> MeshContacts:
+    return MeshContacts(
+        meshes=tuple(numbers),
+        pair=pair,
+        lead=np.array([float(mesh.lead) for mesh in meshes]),
+        sense=np.array([float(mesh.sense) for mesh in meshes]),
+    )

@@ -1,0 +1,110 @@
+"""Mesh rows of a System from loaded contact: the force k(t) (delta - e(t)) about the mean load of the teeth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from ..gears.series import ComplexArray, mesh_phasor, series_in_time, table_series
+from ..system.system import Line, System
+from ..tooth_contact.pair import harmonics
+from ..train.connections import Mesh
+from ..train.train import Train
+
+__all__ = ["History", "with_contact"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class History:
+    """Contact of one mesh over its cycle, at times 0, 1/T, ... of its own mesh cycle.
+
+    force : along the normal [N].  approach : (T,) of the teeth along the normal under that force [m].
+    tangent : (T,) dF/dd there [N/m].
+    """
+
+    force: float
+    approach: Array
+    tangent: Array
+
+
+def with_contact(train: Train, system: System, histories: Mapping[str, History]) -> System:
+    """A System whose meshes have the tangent of the contact at its load, and the error that makes it bear just that.
+
+        f = F + k(t) (delta - d_F(t)) = k(t) (delta - e(t)),    e(t) = d_F(t) - F/k(t)
+
+    so that a train that runs slowly has the displacement d_F, the loaded transmission error, and no dynamic force.
+
+    Parameters
+    ----------
+    histories : name of a mesh -> its contact; holds for the same pair and side in all branches, each at its own phase.
+
+    Raises
+    ------
+    ModelError : meshes in slices, no mesh frequency, a tangent that is not above zero.
+    """
+    if any(system.meshes.slice):
+        raise ModelError("the dynamic force needs whole meshes", path="meshes.slices", given="slices", allowed="none")
+    if not system.tones:
+        raise ModelError("the dynamic force needs a speed", path="operation.speed", allowed="the speed of one member")
+    given = {(mesh.pair, mesh.side): (mesh, histories[mesh.name]) for mesh in train.meshes if mesh.name in histories}
+    stiffness, variation = system.meshes.stiffness.copy(), [*system.meshes.variation]
+    gaps: dict[Fraction, ComplexArray] = {}
+    for i, mesh in enumerate(train.meshes):
+        if (mesh.pair, mesh.side) not in given:
+            continue
+        first, history = given[mesh.pair, mesh.side]
+        mean, series, errors = _series(history)
+        stiffness[i] = mean
+        variation[i] = _moved(series, first, mesh)
+        tone = system.tones[int(system.meshes.tone[i])]
+        for order, error in enumerate([errors[0], *_moved(errors[1:], first, mesh)]):
+            gaps.setdefault(tone * order, np.zeros(len(train.meshes), complex))[i] += error
+    L = max(len(row) for row in variation)
+    rows = np.array([np.pad(row, (0, L - len(row))) for row in variation])
+    meshes = replace(system.meshes, stiffness=stiffness, variation=rows)
+    return replace(system, meshes=meshes, lines=_lines(system, gaps))
+
+
+def _series(history: History) -> tuple[float, ComplexArray, ComplexArray]:
+    """Mean stiffness [N/m], relative series (L,) and error of orders 0 .. L [m], over mesh time."""
+    if not (np.isfinite(history.tangent).all() and (history.tangent > 0).all()):
+        raise ModelError("the teeth do not keep contact over the mesh cycle", given=float(np.min(history.tangent)))
+    T = len(history.tangent)
+    count = (T - 1) // 2
+    mean, series = table_series(history.tangent)
+    return mean, series[:count], harmonics(history.approach - history.force / history.tangent, count)
+
+
+def _moved(series: ComplexArray, first: Mesh, mesh: Mesh) -> ComplexArray:
+    """A series over the time of one mesh, at the phase of another: back to sigma, and from there to its time."""
+    back = np.array([mesh_phasor(order, -first.lead) for order in range(1, len(series) + 1)], dtype=np.complex128)
+    own = series * back
+    return series_in_time(own if first.sense > 0 else own.conj(), lead=mesh.lead, sense=mesh.sense)
+
+
+def _lines(system: System, gaps: Mapping[Fraction, ComplexArray]) -> tuple[Line, ...]:
+    """The lines with errors added, frequencies rising."""
+    lines = {line.frequency: line for line in system.lines}
+    n, p, rows = len(system.force), len(system.links.name), sum(group.B.shape[1] for group in system.groups)
+    for frequency, gap in gaps.items():
+        old = lines.get(frequency)
+        lines[frequency] = (
+            replace(old, gap=old.gap + gap, causes=tuple(sorted({*old.causes, "contact"})))
+            if old is not None
+            else Line(
+                frequency=frequency,
+                gap=gap,
+                link_gap=np.zeros(p, complex),
+                force=np.zeros((3, n), complex),
+                causes=("contact",),
+                group_gap=np.zeros(rows, complex),
+            )
+        )
+    return tuple(lines[frequency] for frequency in sorted(lines))

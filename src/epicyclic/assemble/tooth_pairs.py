@@ -1,0 +1,118 @@
+"""Tooth contact of one mesh of a train: the pair it means, and the load that passes it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+from ..errors import ModelError
+from ..gears.outline import GearForm
+from ..tooth_contact.drawn import pair_of_teeth
+from ..tooth_contact.energy import Meshing, interference
+from ..tooth_contact.pieces import Pair, Torsion, check_pair
+from ..tooth_contact.tooth import ToothCompliance
+from ..train.connections import Mesh
+from ..train.train import Train
+
+__all__ = [
+    "End",
+    "mean_force",
+    "pair_of",
+    "slides_of",
+    "tooth_messages",
+]
+
+
+End = Literal["left", "right"]
+
+
+def pair_of(
+    train: Train,
+    mesh: Mesh,
+    *,
+    slices: int = 20,
+    linear_at: float | None = None,
+    corner: bool = False,
+    misalignment: float = 0.0,
+    torque_ends: tuple[End | None, End | None] = (None, None),
+) -> Pair:
+    """The pair of gears of one mesh as drawn, on its loaded flank; deviations `position.z` slide the faces.
+
+    Parameters
+    ----------
+    slices, linear_at, corner, misalignment : as of `Pair`.
+    torque_ends : end of the face at which the torque leaves gear a, and b: their bodies, solid from where they are
+        held to the root circle, twist along the face.  None: rigid.
+
+    Raises
+    ------
+    ModelError : no face width; a pair that does not mesh or interferes, pointed or undercut teeth, no body under them.
+    """
+    teeth = mesh.teeth
+    if teeth is None:
+        raise ModelError(
+            "is missing: tooth contact needs it", path=f"stages.{mesh.stage}.face_width", allowed="of both gears [m]"
+        )
+    plain = pair_of_teeth(
+        teeth,
+        internal=mesh.internal,
+        base_helix=mesh.base_helix,
+        lean=mesh.flank * mesh.hand,
+        slides=slides_of(train, mesh),
+    )
+    pair = replace(
+        plain,
+        misalignment=misalignment,
+        torsion_a=_torsion(teeth.form_a, torque_ends[0]),
+        torsion_b=_torsion(teeth.form_b, torque_ends[1]),
+        slices=slices,
+        linear_at=linear_at,
+        corner=corner,
+    )
+    check_pair(pair, path=mesh.pair, paths=teeth.paths)
+    interference(_meshing(pair), path=mesh.pair)
+    return pair
+
+
+def _meshing(pair: Pair) -> Meshing:
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    return Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
+
+
+def slides_of(train: Train, mesh: Mesh) -> tuple[float, float]:
+    """How far both gears of a mesh stand off their drawing along the axis, from deviations that stand still [m]."""
+    return _slide(train, mesh.a), _slide(train, mesh.b)
+
+
+def _torsion(form: GearForm, end: End | None) -> Torsion | None:
+    """Twist of the body of a gear: G pi/2 |r_f^4 - r_i^4| [N m^2]."""
+    if end is None:
+        return None
+    modulus = form.youngs_modulus / (2 * (1 + form.poisson))
+    return Torsion(rigidity=modulus * math.pi / 2 * abs(form.root**4 - form.bore**4), end=end)
+
+
+def _slide(train: Train, body: str) -> float:
+    """Axial place of a body off its drawing, from deviations that stand still [m]."""
+    still = (d for d in train.displacements if d.body == body and d.cause == "position" and d.frequency == 0)
+    return math.fsum(float(d.vector[2].real) for d in still)
+
+
+def mean_force(train: Train, mesh: Mesh) -> float:
+    """Mean force of one mesh along the tooth normal, branches and sides sharing alike [N]; nan without torques."""
+    torques = train.kinematics.mesh_torque
+    if torques is None or mesh.pair not in torques:
+        return math.nan
+    alike = sum(other.pair == mesh.pair for other in train.meshes)
+    lever = mesh.radius_b * math.cos(mesh.pressure_angle) * math.cos(mesh.base_helix)
+    return abs(torques[mesh.pair]) / (alike * lever)
+
+
+def tooth_messages(pair: Pair) -> Sequence[str]:
+    """What lies outside the limits of the formulas behind the teeth of a pair of `pair_of`, and tips that dig."""
+    meshing = _meshing(pair)
+    return tuple(dict.fromkeys([*meshing.a.warnings, *meshing.b.warnings, *interference(meshing)]))

@@ -1,0 +1,1 @@
+"""Published numbers of the ready drives beside ours."""

@@ -1,0 +1,353 @@
+"""What an audit file says: published numbers of a drive, how ours is computed, and what is claimed of the two.
+
+The format is described in docs/audit.md.  Reading it checks its form; whether the claims hold is found by `audit`.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from ..errors import ModelError
+from ..verbs.verbs import VERBS
+
+__all__ = ["AUDITED", "Audit", "Claim", "Label", "Row", "Run", "Value", "audited_drives", "claim_of", "read_audit"]
+
+AUDITED = ".audit.toml"
+Verdict = Literal["reproduced", "under a reading", "not reproducible"]
+Label = str | bool | int | float
+Text = Annotated[str, Field(min_length=1)]
+_REDUCTIONS = ("max", "min", "mean", "sum", "rms", "range", "ratio", "largest", "count", "first", "last")
+_PLACES = ("argmax", "argmin")
+_NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
+_BOUND = re.compile(rf"(<=|>=|<|>)\s*({_NUMBER})")
+_RANGE = re.compile(rf"({_NUMBER})\s*\.\.\s*({_NUMBER})")
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Run(_Table):
+    """One run of a verb.
+
+    verb : name of a verb; may come from `based_on`.  drive : another ready drive than the audited one.
+    set : overrides, path -> value, an empty text removes.  options : keyword arguments of the verb.
+    based_on : another run whose verb, drive, set, options and fitted this one starts from.
+    fitted : paths of `set` whose values were chosen so that a published number comes out.
+    needs : a package outside the plain installation that the verb needs.
+    """
+
+    verb: str | None = None
+    drive: str | None = None
+    set: dict[str, Any] = {}
+    options: dict[str, Any] = {}
+    based_on: str | None = None
+    fitted: tuple[str, ...] = ()
+    needs: str | None = None
+
+    @model_validator(mode="after")
+    def _known(self) -> Run:
+        if self.verb is None and self.based_on is None:
+            raise ModelError("neither verb nor based_on", allowed="verb = " + ", ".join(VERBS))
+        if self.verb is not None and self.verb not in VERBS:
+            raise ModelError(f"no verb {self.verb!r}", allowed=", ".join(VERBS))
+        return self
+
+
+class Value(_Table):
+    """A number (or several) taken from a run, or made of others.
+
+    run, take : variable `take` of the result of a run; ``take = "warnings"`` are its warnings.
+    where : labels to keep, by coordinate or variable of one dimension: a text (``*`` and ``?`` match), number or list.
+    between : least and greatest value to keep, by coordinate or variable.  nearest : keep the one label nearest to it.
+    reduce : how one number is left, in steps: "max", "mean time".  read : variable read where the largest or smallest
+    is ("argmax", "argmin").  pick : positions kept of what is left, 0 the first.
+    difference, ratio (of two), sum, product, greatest, least (of several) : made of other values.
+    value : a plain number.  unit : converted to before scale and offset.  scale : number, or text with a unit.
+    """
+
+    run: str | None = None
+    take: str | None = None
+    where: dict[str, Label | list[Label]] = {}
+    between: dict[str, tuple[float, float]] = {}
+    nearest: dict[str, float] = {}
+    pick: int | list[int] | None = None
+    reduce: str | list[str] = "only"
+    read: str | None = None
+    difference: tuple[Value, Value] | None = None
+    ratio: tuple[Value, Value] | None = None
+    sum: tuple[Value, ...] | None = None
+    product: tuple[Value, ...] | None = None
+    greatest: tuple[Value, ...] | None = None
+    least: tuple[Value, ...] | None = None
+    value: float | None = None
+    unit: str | None = None
+    scale: float | str = 1.0
+    offset: float = 0.0
+    absolute: bool = False
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Value:
+        forms = [key for key in _FORMS if getattr(self, key) is not None]
+        if len(forms) != 1:
+            problem = f"both {' and '.join(forms)}" if forms else "nothing to compute"
+            raise ModelError(problem, allowed="one of " + ", ".join(_FORMS))
+        if (self.take is None) != (self.run is None):
+            raise ModelError("take and run belong together", allowed='run = "NAME", take = "VARIABLE"')
+        for step in self.steps:
+            _check_step(step, self.read)
+        return self
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """The steps of the reduction."""
+        return (self.reduce,) if isinstance(self.reduce, str) else tuple(self.reduce)
+
+    @property
+    def parts(self) -> tuple[Value, ...]:
+        """The values this one is made of."""
+        found = [getattr(self, key) for key in _FORMS[1:-1]]
+        return tuple(part for parts in found if parts is not None for part in parts)
+
+    def runs(self) -> Iterator[str]:
+        """Names of the runs it needs."""
+        if self.run is not None:
+            yield self.run
+        for part in self.parts:
+            yield from part.runs()
+
+
+_FORMS = ("take", "difference", "ratio", "sum", "product", "greatest", "least", "value")
+
+
+class Row(_Table):
+    """A published number (or list of them, one row each) and what is claimed of it.
+
+    published : number, list, inequality "> 0", range "0.2 .. 0.3"; any text where not reproducible.
+    tolerance (in `unit`) or relative : how far ours may be away, and because : why so much.
+    reading : under which reading of the source.  reason : erratum or missing datum.  fitted : a parameter was fitted.
+    labels : of the numbers of a list, put in place of {} in `quantity`.
+    """
+
+    quantity: Text
+    place: Text
+    published: float | str | list[float]
+    unit: str = "1"
+    ours: Value | None = None
+    verdict: Verdict
+    tolerance: Annotated[float, Field(ge=0)] | None = None
+    relative: Annotated[float, Field(ge=0)] | None = None
+    because: str = ""
+    reading: str = ""
+    reason: str = ""
+    fitted: bool = False
+    labels: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _claims_fit(self) -> Row:
+        for problem, allowed in _problems(self):
+            raise ModelError(problem, allowed=allowed)
+        return self
+
+
+class Audit(_Table):
+    """An audit file.  drive : ready drive or path of the model audited; None: the name of the file."""
+
+    format: Literal[1]
+    drive: str | None = None
+    source: Text
+    notes: str = ""
+    runs: dict[str, Run] = {}
+    rows: tuple[Row, ...]
+
+    @model_validator(mode="after")
+    def _runs_exist(self) -> Audit:
+        for at, row in enumerate(self.rows):
+            for name in row.ours.runs() if row.ours else ():
+                self._known(name, f"rows.{at}.ours.run")
+        for name, run in self.runs.items():
+            self._chain(name)
+            if missing := [path for path in run.fitted if path not in self.resolved(name).set]:
+                raise ModelError(
+                    "fitted, but not set", path=f"runs.{name}.fitted", given=missing, allowed="paths of set"
+                )
+            if self.resolved(name).verb is None:
+                raise ModelError("no verb", path=f"runs.{name}.verb", allowed=", ".join(VERBS))
+        for at, row in enumerate(self.rows):
+            if row.verdict == "reproduced" and self.fitted(row):
+                raise ModelError(
+                    "reproduced with a fitted value", path=f"rows.{at}.verdict", allowed='verdict = "under a reading"'
+                )
+        return self
+
+    def resolved(self, name: str) -> Run:
+        """The run with what it is based on."""
+        run = self.runs[name]
+        if run.based_on is None:
+            return run
+        base = self.resolved(run.based_on)
+        return Run(
+            verb=run.verb or base.verb,
+            drive=run.drive or base.drive,
+            set={**base.set, **run.set},
+            options={**base.options, **run.options} if run.verb in (None, base.verb) else run.options,
+            fitted=(*base.fitted, *run.fitted),
+            needs=run.needs or base.needs,
+            based_on=None if run.verb or base.verb else run.based_on,
+        )
+
+    def fitted(self, row: Row) -> bool:
+        """Whether a row rests on a fitted parameter, its own or one of its runs'."""
+        return row.fitted or any(self.resolved(name).fitted for name in (row.ours.runs() if row.ours else ()))
+
+    def _chain(self, name: str) -> None:
+        seen: list[str] = []
+        while name is not None:
+            if name in seen:
+                raise ModelError("based on itself", path=f"runs.{name}.based_on", given=" -> ".join([*seen, name]))
+            seen.append(name)
+            follow = self.runs[name].based_on
+            if follow is None:
+                return
+            self._known(follow, f"runs.{name}.based_on")
+            name = follow
+
+    def _known(self, name: str, path: str) -> None:
+        if name not in self.runs:
+            raise ModelError(
+                "no such run", path=path, given=name, allowed=", ".join(self.runs) or "a table [runs.NAME]"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Claim:
+    """What a published entry says of a number: between low and high (in the row's unit), one of them infinite."""
+
+    low: float
+    high: float
+    strict: bool
+
+
+def claim_of(text: str) -> Claim | None:
+    """The inequality or range a text stands for; None where it is plain words."""
+    infinite = float("inf")
+    if found := _BOUND.fullmatch(text.strip()):
+        sign, limit = found[1], float(found[2])
+        low, high = (limit, infinite) if sign.startswith(">") else (-infinite, limit)
+        return Claim(low=low, high=high, strict="=" not in sign)
+    if found := _RANGE.fullmatch(text.strip()):
+        return Claim(low=float(found[1]), high=float(found[2]), strict=False)
+    return None
+
+
+def audited_drives() -> tuple[str, ...]:
+    """Names of the ready drives that come with an audit."""
+    files = resources.files("epicyclic.systems").iterdir()
+    return tuple(sorted(file.name.removesuffix(AUDITED) for file in files if file.name.endswith(AUDITED)))
+
+
+def read_audit(source: str | Path) -> tuple[str, Audit]:
+    """Read the audit of a ready drive (its name), or an audit file (its path).
+
+    Returns
+    -------
+    name or path of the model audited, and what is said of it.
+
+    Raises
+    ------
+    ModelError : no such audit, or something in it is wrong, with path, what was given and what is allowed.
+    """
+    name, text = _text(source)
+    try:
+        table = tomllib.loads(text)
+    except ValueError as error:
+        raise ModelError(f"not TOML: {error}", path=str(source), allowed="an audit file") from None
+    try:
+        audit = Audit.model_validate(table)
+    except ValidationError as error:
+        raise _as_model_error(error, table) from None
+    return audit.drive or name, audit
+
+
+def _text(source: str | Path) -> tuple[str, str]:
+    """Model audited and text of the audit."""
+    drives = audited_drives()
+    if isinstance(source, str) and source in drives:
+        return source, resources.files("epicyclic.systems").joinpath(source + AUDITED).read_text(encoding="utf-8")
+    path = Path(source)
+    if not path.name.endswith(AUDITED) or not path.is_file():
+        near = get_close_matches(str(source), drives, n=1)
+        problem = f"no such audit; did you mean {near[0]!r}?" if near else "no such audit"
+        raise ModelError(problem, path=str(source), allowed=", ".join(drives) + f", or the path of a file *{AUDITED}")
+    name = path.name.removesuffix(AUDITED)
+    beside = path.with_name(f"{name}.toml")
+    return (str(beside) if beside.is_file() else name), path.read_text(encoding="utf-8")
+
+
+def _check_step(step: str, read: str | None) -> None:
+    """Raise where a step of a reduction is none."""
+    words = step.split()
+    known = (*_REDUCTIONS, *_PLACES, "only", "each")
+    if not words or words[0] not in known or len(words) > 2:
+        raise ModelError(f"no reduction {step!r}", allowed=", ".join(known) + "; each may name a dimension")
+    if (words[0] in _PLACES) != (read is not None) and (words[0] in _PLACES or step == "only"):
+        raise ModelError("argmax and argmin need `read`, and it needs them", allowed='reduce = "argmax", read = "..."')
+
+
+def _problems(row: Row) -> Iterator[tuple[str, str]]:
+    """What contradicts what in a row, and what is allowed."""
+    claimed = row.verdict != "not reproducible"
+    bounds = row.tolerance is not None or row.relative is not None
+    worded = isinstance(row.published, str) and claim_of(row.published) is None
+    number = not isinstance(row.published, str)
+    if claimed and row.ours is None:
+        yield f"{row.verdict}, but nothing is computed", "ours = { run = ..., take = ... }"
+    if claimed and worded:
+        yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
+    if claimed and number and not bounds:
+        yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
+    if row.tolerance is not None and row.relative is not None:
+        yield "both tolerance and relative", "one of them"
+    if bounds and not row.because:
+        yield "a tolerance without its reason", 'because = "..."'
+    if row.verdict == "under a reading" and not row.reading:
+        yield "the reading is not stated", 'reading = "..."'
+    if row.verdict == "not reproducible" and not row.reason:
+        yield "no reason", 'reason = "the erratum, or the datum that is missing"'
+    if row.fitted and row.verdict == "reproduced":
+        yield "reproduced with a fitted value", 'verdict = "under a reading"'
+    if row.labels and (not isinstance(row.published, list) or len(row.labels) != len(row.published)):
+        yield "labels do not go with the published list", "as many labels as published numbers"
+
+
+def _as_model_error(error: ValidationError, table: dict[str, Any]) -> ModelError:
+    """One ModelError: unknown keys first, since a misspelt key is also a missing one."""
+    details = sorted(error.errors(include_url=False), key=lambda entry: entry["type"] != "extra_forbidden")
+    first = details[0]
+    inner = first.get("ctx", {}).get("error")
+    path = ".".join(str(part) for part in first["loc"] if not re.search(r"[\[\]]|^(str|float|int|bool)$", str(part)))
+    if isinstance(inner, ModelError):
+        whole = inner.path or path
+        return ModelError(inner.problem, path=whole, allowed=inner.allowed)
+    if first["type"] == "extra_forbidden":
+        return ModelError("unknown key", path=path, allowed=", ".join(_keys(first["loc"])))
+    return ModelError(str(first["msg"]), path=path, given=first["input"])
+
+
+def _keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Keys of the table a place is in."""
+    table: type[BaseModel] = Audit
+    if "ours" in loc[:-1]:
+        table = Value
+    elif len(loc) > 1:
+        table = Run if loc[0] == "runs" else Row
+    return tuple(table.model_fields)

@@ -1,0 +1,62 @@
+"""The command `epicyclic audit`: published numbers beside ours.
+
+Depends on: console, terminal, studies, results, imported when used.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .console import complain, progress_bar, reported, target_of, write_result
+
+__all__ = ["audit"]
+
+CONTRADICTED = 4
+
+
+def audit(
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]",
+            show_default="all",
+            help="A ready drive, or an audit file (NAME.audit.toml beside NAME.toml).",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON on stdout.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table: .nc or .json.")
+    ] = None,
+) -> None:
+    """Published numbers beside ours, each with a verdict and its reason; exit status 4 where one does not hold."""
+    with reported():
+        _audit(name, as_json=as_json, output=output)
+
+
+def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
+    if output is not None:
+        target_of(output, (".nc", ".json"))
+    from ..audits.audit import audit as run
+
+    with progress_bar(f"audit {name or 'of all ready drives'}") as step:
+        result = run(name, progress=step)
+    if output is not None:
+        write_result(result, output)
+    wrong = json.loads(result.attrs["warnings"])
+    if as_json:
+        from ..results.dataset import to_json
+
+        typer.echo(to_json(result))
+    elif output is None:
+        from ..show.terminal import stdout_console
+        from ..show.terminal.audit import show_audit
+
+        show_audit(result, stdout_console())
+    for text in wrong if as_json or output is not None else ():
+        complain(text)
+    if wrong:
+        raise typer.Exit(CONTRADICTED)

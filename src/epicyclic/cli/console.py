@@ -1,0 +1,202 @@
+"""What every command needs: overrides, progress, files that appear whole or not at all, errors as one block of text.
+
+Depends on: files (overrides); results, report (writing).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from ..errors import ConvergenceError, ModelError
+
+__all__ = [
+    "complain",
+    "frequency",
+    "parsed_overrides",
+    "progress_bar",
+    "put_out",
+    "reported",
+    "seconds",
+    "target_of",
+    "write_result",
+]
+
+Step = Callable[[str | float], None]
+
+
+def complain(text: str) -> None:
+    """Write one line on stderr."""
+    typer.echo(text, err=True)
+
+
+@contextmanager
+def reported() -> Iterator[None]:
+    """Turn what can go wrong into a message on stderr and an exit status; a traceback only with EPICYCLIC_DEBUG set."""
+    try:
+        yield
+        sys.stdout.flush()
+    except typer.Exit:
+        raise
+    except ModelError as error:
+        complain(f"error: {error}")
+        raise typer.Exit(2) from None
+    except ConvergenceError as error:
+        complain(f"no convergence: {error}")
+        raise typer.Exit(3) from None
+    except KeyboardInterrupt:
+        complain("stopped")
+        raise typer.Exit(130) from None
+    except BrokenPipeError:  # the reader has seen enough; what is still buffered must not raise again at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(0) from None
+    except Exception as error:
+        if os.environ.get("EPICYCLIC_DEBUG"):
+            raise
+        complain(f"a fault of epicyclic itself, {type(error).__name__}: {error}")
+        complain("please report it, with the model file and the output of the same command with EPICYCLIC_DEBUG=1")
+        raise typer.Exit(1) from None
+
+
+def parsed_overrides(sets: list[str] | None) -> dict[str, object]:
+    """Overrides of repeated ``--set PATH=VALUE``; the last one of a path counts.
+
+    Raises
+    ------
+    ModelError : no path or no = in a text.
+    """
+    if not sets:
+        return {}
+    from ..model.overrides import parse_setting
+
+    return dict(parse_setting(text) for text in sets)
+
+
+def frequency(text: str, option: str) -> float:
+    """Read a frequency [Hz] with or without its unit.
+
+    Raises
+    ------
+    ModelError : not a positive number of Hz or kHz.
+    """
+    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?\d+)?)\s*(Hz|kHz)?\s*", text)
+    try:
+        value = float(found[1]) * (1000.0 if found[2] == "kHz" else 1.0) if found else 0.0
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < 1e9:
+        raise ModelError("not a frequency", path=option, given=text, allowed='a positive mesh frequency, e.g. "20 Hz"')
+    return value
+
+
+def seconds(text: str, option: str) -> float:
+    """Read a time [s] with or without its unit.
+
+    Raises
+    ------
+    ModelError : not a time of zero or more in s, ms or min.
+    """
+    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?\d+)?)\s*(s|ms|min)?\s*", text)
+    try:
+        value = float(found[1]) * {"ms": 1e-3, "min": 60.0}.get(found[2] or "s", 1.0) if found else -1.0
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < 1e9:
+        raise ModelError("not a time", path=option, given=text, allowed='a time, e.g. "0.5 s" or "20 ms"')
+    return value
+
+
+def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
+    """Make sure, before the work, that a result can be written there.
+
+    Raises
+    ------
+    ModelError : another suffix, a directory, or no directory to write it into.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise ModelError("no such kind of output", path="--output", given=str(path), allowed=" or ".join(suffixes))
+    if path.is_dir():
+        raise ModelError("is a directory", path="--output", given=str(path), allowed="a file")
+    if not path.absolute().parent.is_dir():
+        raise ModelError(
+            "its directory does not exist", path="--output", given=str(path), allowed="a file in a directory"
+        )
+    if not os.access(path.absolute().parent, os.W_OK):
+        raise ModelError(
+            "its directory cannot be written", path="--output", given=str(path), allowed="a writable place"
+        )
+
+
+def put_out(path: Path, text: str) -> None:
+    """Write a text file that appears whole or not at all.
+
+    Raises
+    ------
+    ModelError : it cannot be written.
+    """
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(path)) from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def write_result(result: Any, path: Path) -> None:
+    """Write a result as .nc, .json or .html, whole or not at all, and say so.
+
+    Raises
+    ------
+    ModelError : it cannot be written.
+    """
+    kind = path.suffix.lower()
+    if kind == ".nc":
+        from ..results.dataset import save_result
+
+        save_result(result, path)
+    elif kind == ".json":
+        from ..results.dataset import to_json
+
+        put_out(path, to_json(result) + "\n")
+    else:
+        from ..show.report import write_report
+
+        write_report(path, {str(result.attrs["verb"]): result})
+    complain(f"written: {path}")
+
+
+@contextmanager
+def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
+    """Show progress on stderr: a bar in a terminal, else a line for each named step.
+
+    Yields a function to call with the name of the step that starts (``steps`` of them), or with the share done, 0..1.
+    """
+    if not sys.stderr.isatty():
+        yield lambda done: complain(f"{title}: {done}") if isinstance(done, str) else None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(title, total=float(steps) if steps else None)
+        started = 0
+
+        def step(done: str | float) -> None:
+            nonlocal started
+            if isinstance(done, str):
+                progress.update(task, description=f"{title}: {done}", completed=started)
+                started += 1
+            else:
+                progress.update(task, total=1.0, completed=done)
+
+        yield step

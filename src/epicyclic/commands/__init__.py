@@ -1,4 +1,0 @@
-"""The commands of the command line, one file each; `cli` puts them together.
-
-Depends on: console, terminal, studies, results, report, files.
-"""

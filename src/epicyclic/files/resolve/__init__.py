@@ -1,1 +1,0 @@
-"""The validated document -> the frozen Train: everything that follows from what the file says."""

@@ -1,0 +1,143 @@
+"""Micro-geometry of a flank: material missing along the tooth normal, over the profile and over the face.
+
+Lengths along the profile are heights of the tooth, radial: from the tip circle inward (a ring's outward), or from the
+lowest point that the mate touches.  A drawing that gives a length of roll instead: `height_of_roll`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ModelError
+
+__all__ = ["PLAIN", "Flank", "Relief", "Wave", "check_flank", "height_of_roll", "lead_missing", "profile_missing"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Relief:
+    """Material taken off towards an edge: amount there [m], length over which it fades [m], linear or parabolic."""
+
+    amount: float
+    length: float
+    shape: Literal["linear", "parabolic"] = "linear"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wave:
+    """Deviation A cos(2 pi n sigma + phase): A [m], n waves per base pitch, phase at the pitch point [rad]."""
+
+    amplitude: float
+    order: int = 1
+    phase: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Flank:
+    """Micro-geometry of one flank of a gear; positive = material missing, lengths [m].
+
+    tip_relief : height from the tip circle.  root_relief : height from the lowest point that the mate touches.
+    end_relief : length along the axis from either end of the face.  crown : at both ends of the face, none at its
+    middle, parabolic.  slope : over the face width, half of it missing at the right end and as much too much at the
+    left.  profile : deviation at heights below the tip circle, ((height, missing), ...), linear between, constant
+    beyond.  waves : along the path of contact.  pitch : cumulative deviation of each tooth, one each, or empty.
+    """
+
+    tip_relief: Relief | None = None
+    root_relief: Relief | None = None
+    end_relief: Relief | None = None
+    crown: float = 0.0
+    slope: float = 0.0
+    profile: tuple[tuple[float, float], ...] = ()
+    waves: tuple[Wave, ...] = ()
+    pitch: tuple[float, ...] = ()
+
+
+PLAIN = Flank()
+
+
+def profile_missing(flank: Flank, *, below_tip: ArrayLike, above_root: ArrayLike, sigma: ArrayLike) -> Array:
+    """Material missing over the profile [m], of the common shape of the places.
+
+    below_tip : height below the tip circle.  above_root : height above the lowest point that the mate touches [m].
+    sigma : place on the path of contact [base pitches].
+    """
+    depth, height = np.asarray(below_tip, dtype=float), np.asarray(above_root, dtype=float)
+    missing = _relieved(flank.tip_relief, depth) + _relieved(flank.root_relief, height)
+    if flank.profile:
+        at, value = np.array(flank.profile).T
+        missing = missing + np.interp(depth, at, value)
+    for wave in flank.waves:
+        turn = 2 * np.pi * wave.order * np.asarray(sigma) + wave.phase
+        missing = missing + wave.amplitude * np.cos(turn)
+    return np.asarray(missing)
+
+
+def lead_missing(flank: Flank, zeta: ArrayLike, face: tuple[float, float]) -> Array:
+    """Material missing over the face [m]; zeta, and the ends of the gear's own face, along the axis [m]."""
+    left, right = face
+    along = np.asarray(zeta, dtype=float)
+    part = (2 * along - left - right) / (right - left)
+    ends = _relieved(flank.end_relief, np.minimum(along - left, right - along))
+    return np.asarray(flank.crown * part**2 + 0.5 * flank.slope * part + ends)
+
+
+def _relieved(relief: Relief | None, distance: Array) -> Array:
+    """Depth of a relief at a distance from its edge [m]; beyond the edge as at the edge."""
+    if relief is None or relief.amount == 0.0:
+        return np.zeros_like(distance)
+    part = np.clip(1 - distance / relief.length, 0.0, 1.0)
+    return np.asarray(relief.amount * (part**2 if relief.shape == "parabolic" else part))
+
+
+def height_of_roll(roll: float, edge: float, base: float, *, root: bool = False) -> float:
+    """Radial height of a relief of which the length is given along the line of action [m].
+
+    roll : length of roll, from the edge towards the middle of the profile [m].  edge : radius at which it starts;
+    base : base radius [m].  root : the edge is that of a relief of the root (of a ring: of the tip).
+    """
+    at = math.sqrt(max(0.0, edge**2 - base**2)) + (roll if root else -roll)
+    return abs(math.hypot(base, max(0.0, at)) - edge)
+
+
+def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: str = "") -> None:
+    """Refuse micro-geometry that does not fit a flank.
+
+    height : of the flank that the mate touches [m].  width : of the face [m].  path : of the flank in the model file.
+
+    Raises
+    ------
+    ModelError : a relief without length or longer than the flank (end relief: than half the face), a negative or
+        infinite amount, heights of a profile that do not rise, pitch deviations of another number than teeth.
+    """
+    for name, most in (("tip_relief", height), ("root_relief", height), ("end_relief", width / 2)):
+        _check_relief(getattr(flank, name), most, f"{path}.{name}" if path else name)
+    for name in ("crown", "slope"):
+        if not math.isfinite(getattr(flank, name)):
+            raise ModelError("is no finite length", path=f"{path}.{name}", given=getattr(flank, name))
+    heights = [at for at, _ in flank.profile]
+    if any(b <= a for a, b in itertools.pairwise(heights)) or not np.isfinite(flank.profile).all():
+        raise ModelError("heights below the tip must rise", path=f"{path}.profile", given=heights)
+    if flank.pitch and len(flank.pitch) != teeth:
+        raise ModelError("one deviation a tooth", path=f"{path}.pitch", given=len(flank.pitch), allowed=str(teeth))
+
+
+def _check_relief(relief: Relief | None, most: float, path: str) -> None:
+    if relief is None:
+        return
+    if not 0 <= relief.amount < math.inf:
+        raise ModelError("takes material off", path=f"{path}.amount", given=relief.amount, allowed="0 or more [m]")
+    if relief.amount and not 0 < relief.length <= most * (1 + 1e-9):
+        raise ModelError(
+            "does not fit the flank",
+            path=f"{path}.length",
+            given=f"{relief.length * 1e3:.5g} mm",
+            allowed=f"more than 0, at most {most * 1e3:.5g} mm",
+        )

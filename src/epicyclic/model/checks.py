@@ -1,0 +1,216 @@
+"""What one table of a document says against another; the resolver checks what geometry and statics say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..errors import ModelError
+from .names import SIDES, nearest
+from .schema import KIND_BY_NAME, Body, Member, ModelFile, Side, Stage
+from .schema_links import Coupling, Link, Support
+from .units import Quantity
+
+__all__ = ["check"]
+
+_COMMON = {"kind", "mass", "inertia", "tilt_inertia", "split", "neck", "left", "right", "station", "material"}
+_GEAR = (
+    set(Member.model_fields) - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter"}
+) | (_COMMON)
+_ALLOWED: dict[str, set[str]] = {
+    "sun": _GEAR | {"support"},
+    "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter"},
+    "gear": _GEAR | {"support", "direction"},
+    "planet": _GEAR | {"bearing", "pin_radius", "ahead"},
+    "carrier": _COMMON | {"support", "pin_radius"},
+}
+
+
+def check(model: ModelFile) -> None:
+    """Raise ModelError for the first contradiction between tables."""
+    if not model.stages:
+        raise ModelError("missing", path="stages", allowed="at least one stage, [stages.NAME]")
+    for name, stage in model.stages.items():
+        _check_stage(name, stage)
+    for name, body in model.bodies.items():
+        _check_body(f"bodies.{name}", body)
+        if body.frame is not None and body.frame not in model.stages:
+            near = nearest(body.frame, model.stages)
+            allowed = f"one of {', '.join(model.stages)}, or nothing for the housing"
+            raise ModelError(f"no such stage{near}", path=f"bodies.{name}.frame", given=body.frame, allowed=allowed)
+    for name, coupling in model.couplings.items():
+        _check_coupling(f"couplings.{name}", coupling)
+    _check_operation(model)
+    _check_deviations(model)
+
+
+def _check_stage(name: str, stage: Stage) -> None:
+    """Check the members, meshes and per-planet values of a stage."""
+    path = f"stages.{name}"
+    if not any(m.kind != "carrier" for m in stage.members.values()):
+        raise ModelError("no gears", path=path, allowed="sun, planet, ring, wheel, pinion, or a table with kind")
+    planets = [m for m, member in stage.members.items() if member.kind == "planet"]
+    if planets and not stage.branches:
+        raise ModelError("missing", path=f"{path}.planets", allowed="number of planets, or planet_angles")
+    for member, table in stage.members.items():
+        _check_member(f"{path}.{member}", name, table, stage)
+    for mesh, keys in stage.meshes.items():
+        count = stage.branches if set(mesh.split("-")) & set(planets) else 0
+        for where, value in _values(keys, f"{path}.meshes.{mesh}"):
+            _check_count(where, value, count)
+
+
+def _check_member(path: str, stage_name: str, member: Member, stage: Stage) -> None:
+    """Check one member against its name, its kind and its stage."""
+    named = KIND_BY_NAME.get(path.rpartition(".")[2], member.kind)
+    if member.kind != named:
+        raise ModelError(
+            "contradicts the name", path=f"{path}.kind", given=member.kind, allowed=f"{named}, or another name"
+        )
+    for key in sorted(member.model_fields_set - _ALLOWED[member.kind]):
+        allowed = f"one of {', '.join(sorted(_ALLOWED[member.kind]))}"
+        near = {"support": "; a planet has a bearing", "bearing": f"; a {member.kind} has a support"}.get(key, "")
+        raise ModelError(f"no key of a {member.kind}{near}", path=f"{path}.{key}", allowed=allowed)
+    if member.kind != "carrier" and member.teeth is None:
+        raise ModelError("missing", path=f"{path}.teeth", allowed="number of teeth, positive also of a ring")
+    if member.on is not None:
+        _check_shaft(path, stage_name, member.on, stage)
+    for key in ("shaft", "clocking"):
+        if getattr(member, key) is not None and member.on is None:
+            raise ModelError("without `on`", path=f"{path}.{key}", allowed="on = the member whose shaft it sits on")
+    for key in ("bearing", "neck", "shaft"):
+        _check_bolts(f"{path}.{key}", getattr(member, key))
+    _check_sides(path, member)
+    for where, value in _values(member, path):
+        _check_count(where, value, stage.branches if member.kind == "planet" else 0)
+
+
+def _check_sides(path: str, member: Member) -> None:
+    """Check what the sides say against the member's kind."""
+    for side in SIDES:
+        table: Side | None = getattr(member, side)
+        _check_bolts(f"{path}.{side}.bearing", None if table is None else table.bearing)
+        for key in sorted(table.model_fields_set - _ALLOWED[member.kind] if table else ()):
+            allowed = ", ".join(sorted(set(Side.model_fields) & _ALLOWED[member.kind]))
+            raise ModelError(f"no key of a {member.kind}", path=f"{path}.{side}.{key}", allowed=f"one of {allowed}")
+
+
+def _check_shaft(path: str, stage_name: str, on: str, stage: Stage) -> None:
+    """Check that a gear sits on another gear of its stage."""
+    first, _, other = on.partition(".")
+    own = path.rpartition(".")[2]
+    if first != stage_name or other == own or other not in stage.members or stage.members[other].kind == "carrier":
+        known = [m for m, table in stage.members.items() if m != own and table.kind != "carrier"]
+        near = nearest(other, known)
+        raise ModelError(f"no other gear of this stage{near}", path=f"{path}.on", given=on, allowed=", ".join(known))
+
+
+def _check_body(path: str, body: Body) -> None:
+    """Check a body's support: it has no radius, and no geometry to take a transverse inertia from."""
+    for where, value in _values(body, path):
+        _check_count(where, value, 0)
+    for link in _links(body.support):
+        if link.rz is not None and link.rz.unit == "N/m":
+            raise ModelError("rz in N/m without radius", path=f"{path}.support.rz", allowed="rz in N m/rad")
+        if (link.rx is not None or link.ry is not None) and body.tilt_inertia is None:
+            raise ModelError(
+                "missing", path=f"{path}.tilt_inertia", allowed="inertia about x and y of a body that tilts"
+            )
+
+
+def _check_coupling(path: str, coupling: Coupling) -> None:
+    """Check that an rz in N/m has a radius, and that two different things are joined."""
+    if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
+        raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
+    if coupling.between[0] == coupling.between[1]:
+        raise ModelError("joins a thing with itself", path=f"{path}.between", allowed="two members or bodies")
+    for where, value in _values(coupling, path, skip=("between",)):
+        _check_count(where, value, 0)
+
+
+def _check_bolts(path: str, link: Link | None) -> None:
+    """Check that bolts stand only where a pitch circle is: in supports and couplings."""
+    for name, table in {"": link, **getattr(link, "bearings", {})}.items():
+        if table is not None and table.bolts is not None:
+            where = f"{path}.{name}.bolts" if name else f"{path}.bolts"
+            raise ModelError("no bolts here", path=where, given=table.bolts.radius, allowed="in supports and couplings")
+
+
+def _links(support: Support | None) -> tuple[Link, ...]:
+    """Return the links of a support."""
+    return () if support is None else (support, *support.bearings.values())
+
+
+def _check_operation(model: ModelFile) -> None:
+    """Check that held members are named once and given no speed, and that one member takes the balance."""
+    operation = model.operation
+    for i, member in enumerate(operation.held):
+        if member in operation.held[:i]:
+            raise ModelError("held twice", path="operation.held", given=member, allowed="each member once")
+        if operation.speed.get(member, 0.0) != 0.0:
+            path = f"operation.speed.{member}"
+            raise ModelError("is held", path=path, given=operation.speed[member], allowed="no speed of a held member")
+    balance = [m for m, torque in operation.torque.items() if torque == "balance"]
+    if len(balance) > 1:
+        path = f"operation.torque.{balance[1]}"
+        raise ModelError(f"{balance[0]} takes it already", path=path, given="balance", allowed="one balance")
+
+
+def _check_deviations(model: ModelFile) -> None:
+    """Check per-planet lists and lists per tooth."""
+    for path, table in model.deviations.members.items():
+        stage_name, _, rest = path.partition(".")
+        member = model.stages[stage_name].members[rest.partition(".")[0]] if rest else None
+        count = model.stages[stage_name].branches if member and member.kind == "planet" else 0
+        for where, value in _values(table, f"deviations.{path}", skip=("pitch",)):
+            _check_count(where, value, count)
+        if table.pitch is not None:
+            _check_pitch(f"deviations.{path}.pitch", table.pitch, member, count)
+    for path, mesh in model.deviations.meshes.items():
+        stage = model.stages[path.partition(".")[0]]
+        gears = path.split(".")[2].split("-")
+        planets = any(stage.members[g].kind == "planet" for g in gears)
+        for where, value in _values(mesh, f"deviations.{path}"):
+            _check_count(where, value, stage.branches if planets else 0)
+
+
+def _check_pitch(path: str, pitch: tuple[tuple[float, ...], ...], member: Member | None, count: int) -> None:
+    """Check that there is one deviation for each tooth."""
+    if member is None or member.teeth is None:
+        raise ModelError("has no teeth", path=path, allowed="a gear")
+    if len(pitch) not in (1, max(count, 1)):
+        raise ModelError(f"{len(pitch)} lists", path=path, allowed=f"one list, or one for each of {count} planets")
+    for entries in pitch:
+        if len(entries) != member.teeth:
+            raise ModelError(f"{len(entries)} values", path=path, allowed=f"one for each of {member.teeth} teeth")
+
+
+def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
+    """Yield path and value of every number or per-planet tuple in a table and those in it."""
+    fields = getattr(type(table), "model_fields", {})
+    for name in fields:
+        value = getattr(table, name)
+        where = path if name in ("members", "bearings") else f"{path}.{name}"
+        if name in skip or value is None or (name, type(table).__name__) in _LISTS:
+            continue
+        if isinstance(value, dict):
+            for entry, below in value.items():
+                yield from _values(below, f"{where}.{entry}")
+        elif hasattr(type(value), "model_fields"):
+            yield from _values(value, where)
+        else:
+            yield where, value.value if isinstance(value, Quantity) else value
+
+
+_LISTS = {(name, "Variation") for name in ("cosine", "sine", "values")}
+_LISTS |= {("angles", "Bolts"), ("below_tip", "Profile"), ("missing", "Profile")}
+
+
+def _check_count(path: str, value: object, count: int) -> None:
+    """Raise ModelError for a list that has not one entry per planet (count 0: no planets here)."""
+    if isinstance(value, tuple) and len(value) != count:
+        given = list(value)
+        if not count:
+            raise ModelError("a list where one number stands", path=path, given=given, allowed="one number")
+        raise ModelError(
+            f"a list of {len(value)}", path=path, given=given, allowed=f"one number, or {count}, one per planet"
+        )

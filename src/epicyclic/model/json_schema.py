@@ -1,0 +1,183 @@
+"""The JSON Schema of a model file as it is written: unit texts, shorthands, free member names."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from .schema import KIND_BY_NAME, ModelFile
+
+__all__ = ["json_schema", "json_schema_text"]
+
+Schema = dict[str, Any]
+_NAME = "^[A-Za-z0-9_]{1,60}$"
+_LINK_NAME = "^[A-Za-z0-9_-]{1,60}$"
+_LINKS = ("Link", "Support", "Solid", "Coupling", "LinkDamping")
+
+
+def json_schema() -> Schema:
+    """Return the JSON Schema (draft 2020-12) of a model file; units and kinds of quantity stand in `description`."""
+    raw = ModelFile.model_json_schema(mode="validation")
+    defs: Schema = raw.pop("$defs")
+    _as_written(raw, defs)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "epicyclic model file",
+        **_tidy({k: v for k, v in raw.items() if k != "title"}),
+        "$defs": {name: _tidy(table) for name, table in sorted(defs.items())},
+    }
+
+
+def json_schema_text() -> str:
+    """Return the schema as the text that is published with the package."""
+    return json.dumps(json_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def _as_written(root: Schema, defs: Schema) -> None:
+    """Turn the schema of the normalised document into that of the file."""
+    _stage(defs["Stage"], defs)
+    _links(defs)
+    _deviations(defs)
+    _operation(defs["Operation"])
+    defs["Variation"] = _either({"enum": ["none", "contact-lines", "energy"]}, _without(defs["Variation"], "form"))
+    for name in ("stages", "bodies"):
+        root["properties"][name]["propertyNames"] = {"pattern": _NAME}
+    for name in ("couplings", "loads"):
+        root["properties"][name]["propertyNames"] = {"pattern": _LINK_NAME}
+    for name in ("assumed", "tolerance"):
+        root["properties"][name]["additionalProperties"] = {"type": ["string", "object"]}
+    root["required"] = ["format", "title", "stages"]
+
+
+def _stage(stage: Schema, defs: Schema) -> None:
+    """Put the members among the keys: known names as they are, any other with its kind."""
+    member = defs["Member"]
+    defs["NamedMember"] = {**member, "required": ["kind"], "description": "A member of any name, with its kind."}
+    member.pop("required", None)
+    known = {name: {"$ref": "#/$defs/Member", "description": f"a {kind}"} for name, kind in KIND_BY_NAME.items()}
+    stage["properties"] = {k: v for k, v in stage["properties"].items() if k != "members"} | known
+    stage["additionalProperties"] = {"$ref": "#/$defs/NamedMember"}
+    stage["properties"]["meshes"]["propertyNames"] = {"pattern": "^[A-Za-z0-9_]+-[A-Za-z0-9_]+$"}
+
+
+def _links(defs: Schema) -> None:
+    """Add the shorthands of links, and bearings of any name."""
+    for name in _LINKS:
+        keys = defs[name]["properties"]
+        keys["radial"] = {**keys["x"], "description": "x and y"}
+        keys["tilt"] = {**keys["rx"], "description": "rx and ry"}
+        if name != "LinkDamping":
+            keys["damping"] = {
+                **_either({"type": ["number", "string"]}, keys["damping"]),
+                "x-quantity": "damping [N s/m]",
+            }
+    support = defs["Support"]
+    support["properties"].pop("bearings")
+    support["additionalProperties"] = {"$ref": "#/$defs/Link", "description": "one of several bearings"}
+
+
+def _deviations(defs: Schema) -> None:
+    """Nest deviations by stage, member and mesh; a bare number or text is the amplitude."""
+    member, mesh = defs["MemberDeviations"], defs["MeshDeviations"]
+    bare: Schema = {"type": ["number", "string", "array"]}
+    for name in ("run_out", "bearing_run_out", "position", "tilt", "unbalance"):
+        member["properties"][name] = _either(bare, member["properties"][name])
+    member["properties"]["pitch"] = {
+        "type": ["array", "string"],
+        "description": member["properties"]["pitch"]["description"] + "; or the name of a CSV file",
+    }
+    mesh["properties"]["profile"] = _either(bare, mesh["properties"]["profile"])
+    for table, ref in ((member, "MemberDeviations"), (mesh, "MeshDeviations")):
+        table["properties"] |= {side: {"$ref": f"#/$defs/{ref}"} for side in ("left", "right")}
+    meshes = {
+        "description": "deviations of meshes, by `A-B`",
+        "type": "object",
+        "additionalProperties": {"$ref": "#/$defs/MeshDeviations"},
+    }
+    # a stage's members, or a member (or body) itself: its keys are no names of members
+    defs["DeviationsOf"] = {
+        "description": "deviations of a member or body, or of the members of a stage",
+        "properties": {**member["properties"], "meshes": meshes},
+        "type": "object",
+        "additionalProperties": {"$ref": "#/$defs/MemberDeviations"},
+    }
+    defs["Deviations"] = {
+        "description": "Deviations from nominal, by member; the stage may be left out where there is only one.",
+        "type": "object",
+        "properties": {"meshes": meshes},
+        "additionalProperties": {"$ref": "#/$defs/DeviationsOf"},
+    }
+
+
+def _operation(operation: Schema) -> None:
+    """Nest speeds, torques and powers by stage, member and side."""
+    for name in ("speed", "torque", "power"):
+        table = operation["properties"][name]
+        value = table["additionalProperties"]
+        side = {"type": "object", "additionalProperties": value}
+        member = {"anyOf": [*value["anyOf"], side]}
+        table["additionalProperties"] = {
+            "anyOf": [*value["anyOf"], {"type": "object", "additionalProperties": member}],
+            "x-quantity": value.get("x-quantity", ""),
+        }
+    gravity = operation["properties"]["gravity"]
+    operation["properties"]["gravity"] = _either({"type": "boolean"}, gravity)
+
+
+def _either(first: Schema, second: Schema) -> Schema:
+    """Return a schema that takes either, with the description of the second."""
+    inner = {k: v for k, v in second.items() if k not in ("description", "default")}
+    return {"anyOf": [first, inner], **({"description": second["description"]} if "description" in second else {})}
+
+
+def _without(table: Schema, key: str) -> Schema:
+    """Return a table's schema without one key."""
+    kept = {k: v for k, v in table["properties"].items() if k != key}
+    rest = {k: v for k, v in table.items() if k != "required"}
+    return rest | {"properties": kept}
+
+
+def _tidy(schema: Any) -> Any:
+    """Return a schema with quantities in descriptions, without nulls, generated titles and defaults."""
+    if isinstance(schema, list):
+        return [_tidy(v) for v in schema]
+    if not isinstance(schema, dict):
+        return schema
+    schema = _flat(schema)
+    quantity = _quantities(schema)
+    dropped = ("default", "x-quantity", "x-words")
+    result = {
+        k: {name: _tidy(v) for name, v in value.items()} if k == "properties" else _tidy(value)
+        for k, value in schema.items()
+        if k not in dropped and not (k == "title" and isinstance(value, str))
+    }
+    if quantity:
+        result["description"] = f"{result['description']}: {quantity}" if "description" in result else quantity
+    return result
+
+
+def _flat(schema: Schema) -> Schema:
+    """Return a schema with nested `anyOf` joined and null left out; a file has no null."""
+    forms = schema.get("anyOf")
+    if forms is None:
+        return schema
+    flat: list[Schema] = []
+    found: Schema = {}
+    for form in (_flat(f) for f in forms):
+        found |= {k: v for k, v in form.items() if k.startswith("x-")}
+        flat += form["anyOf"] if "anyOf" in form else [form] if form.get("type") != "null" else []
+    rest = {k: v for k, v in schema.items() if k != "anyOf"}
+    if len(flat) == 1:
+        return {**flat[0], **found, **rest}
+    return {"anyOf": [f for i, f in enumerate(flat) if f not in flat[:i]], **found, **rest}
+
+
+def _quantities(schema: Schema) -> str:
+    """Return kind of quantity, unit and words of a schema, in words."""
+    words = " or ".join(f'"{w}"' for w in schema.get("x-words", ()))
+    return " or ".join(part for part in (schema.get("x-quantity", ""), words) if part)
+
+
+if __name__ == "__main__":  # python -m epicyclic.model.json_schema > src/epicyclic/model/model.schema.json
+    sys.stdout.write(json_schema_text())

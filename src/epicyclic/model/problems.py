@@ -1,0 +1,124 @@
+"""One readable ModelError from whatever pydantic found."""
+
+from __future__ import annotations
+
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from ..errors import ModelError
+from .names import nearest
+from .schema import KIND_BY_NAME, ModelFile, Stage
+from .schema_links import Link, LinkDamping
+
+__all__ = ["as_model_error", "path_of"]
+
+_WORDS = {
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "float_type": "a number",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "tuple_type": "a list",
+    "list_type": "a list",
+}
+_ORDER = ("extra_forbidden",)  # said first: a misspelt key is also a missing one
+_HIDDEN = {"members", "bearings", "form"}
+Loc = tuple[int | str, ...]
+
+
+def as_model_error(error: ValidationError) -> ModelError:
+    """Return one ModelError: the first problem with path, value and what is allowed, and where the others are."""
+    details = sorted(error.errors(include_url=False), key=lambda e: e["type"] not in _ORDER)
+    first = details[0]
+    loc = first["loc"]
+    problem, allowed = _say(first, loc)
+    others = [path_of(d["loc"]) for d in details[1:] if d["loc"] != loc]
+    if others:
+        problem += f" (and {len(others)} more, at {', '.join(others[:3])}{', ...' if len(others) > 3 else ''})"
+    if first["type"] == "missing":
+        return ModelError(problem, path=path_of(loc), allowed=allowed)
+    return ModelError(problem, path=path_of(loc), given=first["input"], allowed=allowed)
+
+
+def path_of(loc: Loc) -> str:
+    """Return the path in the file of a place in the schema, without the tables only the schema has."""
+
+    def only_schema(i: int, part: int | str) -> bool:
+        return (
+            (i == 1 and loc[0] == "deviations")
+            or (i == 2 and loc[0] == "stages" and part == "members")
+            or (i > 2 and part == "bearings")
+        )
+
+    return ".".join(str(part).strip() for i, part in enumerate(loc) if not only_schema(i, part))
+
+
+def _say(detail: Any, loc: Loc) -> tuple[str, str]:
+    """Return what is wrong and what is allowed."""
+    kind, context = detail["type"], detail.get("ctx", {})
+    if isinstance(context.get("error"), ModelError):
+        return context["error"].problem, context["error"].allowed
+    if kind == "extra_forbidden":
+        known = _keys(loc[:-1])
+        near = nearest(loc[-1], known)
+        return f"unknown key{near}", "" if near else f"one of {', '.join(known)}"
+    if kind == "missing":
+        near = nearest(loc[-2], (*_keys(loc[:-3]),)) if loc[-1] == "kind" else ""
+        return f"missing{near}", _described(loc)
+    if kind == "literal_error":
+        return "not a word known here", context["expected"].replace("'", '"')
+    if kind in _WORDS:
+        return f"not {_WORDS[kind]}", _WORDS[kind]
+    limits = [f"{sign} {context[name]}" for name, sign in (("ge", ">="), ("le", "<=")) if name in context]
+    return ("out of range", limits[0]) if limits else (str(detail["msg"]), "")
+
+
+def _described(loc: Loc) -> str:
+    """Return what a missing key stands for."""
+    table = _table_at(loc[:-1])
+    field = table.model_fields.get(str(loc[-1])) if table else None
+    if loc[-1] == "kind":
+        names = ", ".join(KIND_BY_NAME)
+        return f"kind = sun, planet, ring, carrier or gear, for a table that is none of {names}"
+    return field.description or "" if field else ""
+
+
+def _keys(loc: Loc) -> tuple[str, ...]:
+    """Return the keys a table may have, as they are written."""
+    table = _table_at(loc)
+    if table is None:
+        return ()
+    names = [field.alias or name for name, field in table.model_fields.items() if name not in _HIDDEN]
+    if issubclass(table, Stage):
+        names += KIND_BY_NAME
+    if issubclass(table, Link | LinkDamping):
+        names += ["radial", "tilt"]
+    return tuple(names)
+
+
+def _table_at(loc: Loc) -> type[BaseModel] | None:
+    """Return the model of the table at a place in the schema."""
+    here: Any = ModelFile
+    for part in loc:
+        if get_origin(here) is dict:
+            here = get_args(here)[1]
+        elif _is_model(here) and part in here.model_fields:
+            here = _unwrap(here.model_fields[str(part)].annotation)
+        else:
+            return None
+    return here if _is_model(here) else None
+
+
+def _unwrap(annotation: Any) -> Any:
+    """Return the model in `X | None`, anything else as it is."""
+    if get_origin(annotation) is dict:
+        return annotation
+    return next((a for a in get_args(annotation) if _is_model(a)), annotation)
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)

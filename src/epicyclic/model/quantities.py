@@ -1,0 +1,61 @@
+"""How a number with a unit stands in a pydantic model: read into SI at validation, described in the JSON Schema."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from ..errors import ModelError
+from .units import KINDS, Bounds, read_quantity
+
+__all__ = ["Unit"]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """Annotation of a field: which quantities may stand there.
+
+    kinds : names in `units.KINDS`; of a bare number the first. With two kinds the value is a `Quantity`.
+    low, high : bounds [SI]; above : low itself is excluded.  inf : infinity is allowed.
+    many : a list, one value per planet, is allowed (a tuple then).  lists : only a list is allowed, of `count` entries.
+    words : words allowed in place of a number, kept as they are.
+    """
+
+    kinds: str
+    low: float | None = None
+    high: float | None = None
+    above: bool = False
+    inf: bool = False
+    many: bool = False
+    lists: bool = False
+    count: int | None = None
+    words: tuple[str, ...] = ()
+
+    def read(self, value: object) -> object:
+        """Return the SI value (float, tuple, Quantity or word) of what stands in the file."""
+        bounds = Bounds(low=self.low, high=self.high, above=self.above, inf=self.inf)
+        kinds = tuple(self.kinds.split())
+        read = read_quantity(value, kinds, bounds, many=self.many or self.lists, one=not self.lists, words=self.words)
+        if self.count is not None and isinstance(read, tuple) and len(read) != self.count:
+            raise ModelError(f"a list of {len(read)}", given=value, allowed=f"a list of {self.count}")
+        return read
+
+    def describe(self) -> str:
+        """Return the unit and kind of quantity in words, for the schema."""
+        kinds = [KINDS[k] for k in self.kinds.split()]
+        text = " or ".join(f"{k.name} [{k.unit}]" if k.unit else f"{k.name} [1]" for k in kinds)
+        return text + (", one value or one per planet" if self.many else "")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        forms: list[dict[str, Any]] = [{"type": "string"}]
+        if not self.lists:
+            forms.insert(0, {"type": "number"})
+        if self.many or self.lists:
+            forms.append({"type": "array", "items": {"type": ["number", "string"]}, "minItems": 1})
+        return {"anyOf": forms, "x-quantity": self.describe(), **({"x-words": list(self.words)} if self.words else {})}

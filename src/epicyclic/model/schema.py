@@ -1,0 +1,302 @@
+"""The normalised document: every table of a model file as a frozen pydantic model, in SI, references as full paths.
+
+A value that is None was not given. Per-planet values are one number or a tuple. Where a key takes two kinds of
+quantity its value is a `Quantity` whose `unit` says which.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from ..errors import ModelError
+from .quantities import Unit
+from .schema_flank import Flank
+from .schema_links import Coupling, Length, PerPlanet, Place, Solid, Support, Table, key
+from .schema_operation import (
+    Deviations,
+    LoadCase,
+    Operation,
+)
+from .units import Quantity
+
+__all__ = [
+    "KIND_BY_NAME",
+    "Body",
+    "Damping",
+    "Material",
+    "Member",
+    "MeshKeys",
+    "MeshSide",
+    "ModelFile",
+    "Side",
+    "Stage",
+    "Variation",
+]
+
+Kind = Literal["sun", "planet", "ring", "carrier", "gear"]
+KIND_BY_NAME: dict[str, Kind] = {
+    "sun": "sun",
+    "planet": "planet",
+    "ring": "ring",
+    "carrier": "carrier",
+    "wheel": "gear",
+    "pinion": "gear",
+}
+LIMIT_ANGLE = 1.0471975511965976  # 60 deg: nothing steeper is cut, and a bare "20" (rad) is caught
+Module = Annotated[float, Unit("length", low=1e-5)]
+Radius = Annotated[float, Unit("length", low=1e-5)]
+Slant = Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE)]
+Mass = Annotated[float, Unit("mass", low=0)]
+Inertia = Annotated[Quantity, Unit("inertia mass", low=0)]
+TiltInertia = Annotated[float, Unit("inertia", low=0)]
+Gap = Annotated[float, Unit("length", low=0)]
+Coefficients = Annotated[tuple[float, ...], Unit("ratio", lists=True)]
+
+
+class Material(Table):
+    """Material of the gears."""
+
+    density: Annotated[float, Unit("density", low=0, above=True)] | None = key(None, "density; default 7850")
+    youngs_modulus: Annotated[float, Unit("pressure", low=0, above=True)] | None = key(None, "default 206 GPa")
+    poisson_ratio: Annotated[float, Unit("ratio", low=0, high=0.5)] | None = key(None, "default 0.3")
+
+
+class Damping(Table):
+    """Damping of the whole train: modal, or proportional, or of every mesh."""
+
+    modal: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every elastic mode")
+    mass: Annotated[float, Unit("rate", low=0)] | None = key(None, "proportional damping, factor of the mass matrix")
+    stiffness: Annotated[float, Unit("time", low=0)] | None = key(None, "proportional damping, factor of the stiffness")
+    mesh: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every mesh")
+
+
+class Side(Table):
+    """What a left or right side says differently."""
+
+    mass: Mass | None = key(None, "mass of this half")
+    inertia: Inertia | None = key(None, "inertia of this half; in kg J/r^2 at the base radius")
+    tilt_inertia: TiltInertia | None = key(None, "inertia about x and y of this half")
+    support: Support | None = key(None, "support of this half")
+    bearing: Support | None = key(None, "bearing of this half")
+    face_width: Length | None = key(None, "face width of this helix")
+    addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient")
+    dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient")
+    flank: Flank | None = key(None, "flank modification")
+
+
+class Member(Table):
+    """A gear or carrier of a stage. `kind` is always set, from the name where the file leaves it out."""
+
+    kind: Kind = Field(description="what it is; by the names sun planet ring carrier wheel pinion")
+    # teeth and geometry
+    teeth: Annotated[int, Field(ge=3, le=100_000)] | None = key(None, "number of teeth, positive also of a ring")
+    profile_shift: Annotated[float, Unit("ratio", low=-5, high=5)] | None = key(
+        None, "x, positive lengthens the addendum"
+    )
+    hand: Literal["left", "right"] | None = key(None, "hand of the helix; of a herringbone gear of its left helix")
+    base_radius: Radius | None = key(None, "base radius; default from teeth")
+    tip_diameter: Radius | None = key(None, "tip diameter; default from teeth")
+    root_diameter: Radius | None = key(None, "root diameter; default from teeth")
+    module: Module | None = key(None, "normal module")
+    transverse_module: Module | None = key(None, "transverse module")
+    pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
+        None, "normal pressure angle; default 20 deg"
+    )
+    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude")
+    herringbone: bool | None = key(None, "carries two helices")
+    split: bool | None = key(None, "its halves are bodies of their own")
+    gap: Gap | None = key(None, "between the two helices")
+    stagger: Annotated[float, Unit("ratio")] | None = key(None, "turn of the right half, in tooth pitches")
+    face_width: Length | None = key(None, "face width of one helix")
+    addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
+    dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "rounding of the tool's tip per module; default 0.38"
+    )
+    flank: Flank | None = key(None, "flank modification")
+    material: Material | None = key(None, "material of this gear")
+    # mass
+    mass: Mass | None = key(None, "mass; of a split member of one half; of a carrier without the planets")
+    inertia: Inertia | None = key(None, "inertia about z; in kg J/r^2 at the base radius (carrier: pin radius)")
+    tilt_inertia: TiltInertia | None = key(None, "inertia about x and y")
+    bore: Gap | None = key(None, "bore diameter of the solid the mass is taken from")
+    rim: Length | None = key(None, "radial thickness of a ring outside its root circle")
+    outer_diameter: Radius | None = key(None, "outer diameter of a ring")
+    # shafts, halves
+    on: str | None = key(None, "member whose shaft it sits on")
+    clocking: Annotated[PerPlanet | str, Unit("angle", many=True, words=("fit",))] | None = key(
+        None, "turn against the member it sits on; default fit"
+    )
+    shaft: Solid | None = key(None, "shaft to the member it sits on; default rigid")
+    neck: Solid | None = key(None, "joins the left and the right half")
+    left: Side | None = key(None, "what the left side says differently")
+    right: Side | None = key(None, "what the right side says differently")
+    # place and links
+    bearing: Support | None = key(None, "of a planet: link to the carrier, or the housing where there is none")
+    support: Support | None = key(None, "of a central member: link to the housing or to `to`")
+    pin_radius: Radius | None = key(None, "radius of the planet axes")
+    ahead: bool | None = key(
+        None, "of a planet that meets another planet: ahead of it in the positive sense; default true"
+    )
+    direction: Annotated[float, Unit("angle")] | None = key(
+        None, "direction of its centre, seen from its first partner"
+    )
+    station: Place | None = key(None, "axial place of its centre; default 0")
+
+
+_VARIATIONS = ("none", "contact-lines", "energy")
+
+
+class Variation(Table):
+    """Mesh stiffness over one mesh cycle, relative to its mean: a word, a Fourier series or a table.
+
+    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` says which.
+    """
+
+    form: Literal["none", "contact-lines", "energy", "series", "values"] = Field(description="which of the five")
+    cosine: Coefficients = key((), "cosine coefficients of orders 1, 2, ...")
+    sine: Coefficients = key((), "sine coefficients of orders 1, 2, ...")
+    values: Coefficients = key((), "relative stiffness at equal steps of sigma, from 0 to 1")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _form(cls, data: Any) -> Any:
+        """Say which form it has."""
+        if isinstance(data, dict):
+            if "form" in data:
+                return {**{k: v for k, v in data.items() if k != "form"}, "form ": data["form"]}
+            return {**data, "form": "values" if "values" in data else "series"}
+        if data in _VARIATIONS:
+            return {"form": data}
+        raise ModelError(
+            "not a variation", given=data, allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}"
+        )
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse a series without terms."""
+        if self.form == "series" and not self.cosine + self.sine:
+            raise ModelError("no coefficients", allowed=f"{', '.join(_VARIATIONS)}, {{cosine, sine}} or {{values}}")
+        return self
+
+
+class MeshSide(Table):
+    """What may be said of a mesh, or of one side of it."""
+
+    stiffness: (
+        Annotated[
+            Quantity | str,
+            Unit("stiffness stiffness_per_width", low=0, above=True, many=True, words=("iso6336", "energy", "contact")),
+        ]
+        | None
+    ) = key(None, "mean stiffness of one helix, per planet; default iso6336")
+    direction: Literal["normal", "transverse"] | None = key(None, "in which direction the stiffness is given")
+    variation: Variation | None = key(None, "over one mesh cycle")
+    phase: Annotated[PerPlanet, Unit("cycles", many=True)] | None = key(None, "k_i(t) = k_1(t + phase T)")
+    pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
+        None, "working transverse pressure angle; default from the centre distance"
+    )
+    damping: Annotated[float, Unit("damping", low=0)] | None = key(None, "damper along the tooth normal")
+    backlash: Annotated[float, Unit("length", low=0, inf=True)] | None = key(
+        None, "normal backlash; inf: the far flank never touches"
+    )
+
+
+class MeshKeys(MeshSide):
+    """A mesh `A-B`."""
+
+    centre_distance: Radius | None = key(None, "centre distance of this mesh")
+    slices: Annotated[int, Field(ge=1, le=200)] | None = key(None, "equal pieces along the face, each a row; default 1")
+    left: MeshSide | None = key(None, "what the left side says differently")
+    right: MeshSide | None = key(None, "what the right side says differently")
+
+
+class Stage(Table):
+    """A stage: gears that mesh around one centre. `members` holds the tables that are no keys of the stage."""
+
+    planets: Annotated[int, Field(ge=1, le=100)] | None = key(None, "number of equally spaced branches")
+    planet_angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(
+        None, "polar angle of each branch"
+    )
+    centre_distance: Radius | None = key(None, "of the meshes with a central gear; default from shifts, else reference")
+    module: Module | None = key(None, "normal module")
+    transverse_module: Module | None = key(None, "transverse module")
+    pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
+        None, "normal pressure angle; default 20 deg"
+    )
+    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude")
+    herringbone: bool | None = key(None, "the gears carry two helices")
+    split: bool | None = key(None, "halves are bodies of their own")
+    gap: Gap | None = key(None, "between the two helices")
+    stagger: Annotated[float, Unit("ratio")] | None = key(
+        None, "turn of the right half of every gear, in tooth pitches"
+    )
+    face_width: Length | None = key(None, "face width of one helix")
+    addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
+    dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient; default 1.25")
+    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "rounding of the tool's tip per module; default 0.38"
+    )
+    flank: Flank | None = key(None, "flank modification")
+    material: Material | None = key(None, "material of the gears of this stage")
+    meshes: dict[str, MeshKeys] = Field(default_factory=dict, description="what is said of meshes, by `A-B`")
+    members: dict[str, Member] = Field(default_factory=dict, description="gears and carrier, by name")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _collect(cls, data: Any) -> Any:
+        """Collect the member tables and give those with a known name their kind."""
+        if not isinstance(data, dict):
+            return data
+        named = {k: v for k, v in data.items() if k not in STAGE_KEYS and (isinstance(v, dict) or k in KIND_BY_NAME)}
+        rest = {k: v for k, v in data.items() if k not in named}
+        return {**rest, "members": {k: _with_kind(k, v) for k, v in named.items()}}
+
+    @property
+    def branches(self) -> int:
+        """Number of branches (0 without planets)."""
+        return len(self.planet_angles) if self.planet_angles is not None else self.planets or 0
+
+
+STAGE_KEYS = frozenset(Stage.model_fields) - {"members"}
+
+
+def _with_kind(name: str, table: Any) -> Any:
+    """Return a member's table with the kind its name says."""
+    if isinstance(table, dict) and "kind" not in table and name in KIND_BY_NAME:
+        return {"kind": KIND_BY_NAME[name], **table}
+    return table
+
+
+class Body(Table):
+    """A body of its own: a sleeve, an output shaft."""
+
+    mass: Mass | None = key(None, "mass; default 0")
+    inertia: TiltInertia | None = key(None, "inertia about z; default 0")
+    tilt_inertia: TiltInertia | None = key(None, "inertia about x and y; required where it tilts")
+    support: Support | None = key(None, "link to the housing")
+    frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
+    station: Place | None = key(None, "axial place of its centre; default 0")
+
+
+class ModelFile(Table):
+    """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
+
+    format: Literal[1] = Field(description="version of the format")
+    title: str = Field(description="one line")
+    doi: str = key("", "of the source")
+    notes: str = key("", "free text")
+    material: Material = key(Material(), "material of all gears")
+    damping: Damping = key(Damping(), "damping of the whole train")
+    assumed: dict[str, str] = Field(
+        default_factory=dict, description="path = why this value, where the source is silent"
+    )
+    tolerance: dict[str, str] = Field(default_factory=dict, description="path = distribution")
+    stages: dict[str, Stage] = Field(default_factory=dict, description="stages by name")
+    bodies: dict[str, Body] = Field(default_factory=dict, description="bodies by name")
+    couplings: dict[str, Coupling] = Field(default_factory=dict, description="couplings by name")
+    operation: Operation = key(Operation(), "what drives, holds and loads the train")
+    loads: dict[str, LoadCase] = Field(default_factory=dict, description="external forces and moments by name")
+    deviations: Deviations = key(Deviations(), "what differs from nominal")

@@ -1,0 +1,180 @@
+"""The tables of links: supports, bearings, necks, shafts, couplings. SI, as read; what is not named is None."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from ..errors import ModelError
+from .quantities import Unit
+from .units import Quantity
+
+__all__ = [
+    "LINK_KEYS",
+    "Bolts",
+    "Coupling",
+    "Friction",
+    "Link",
+    "LinkDamping",
+    "PerPlanet",
+    "Solid",
+    "Support",
+    "Table",
+    "key",
+]
+
+PerPlanet = float | tuple[float, ...]  # one value, or one per planet
+Stiffness = Annotated[PerPlanet, Unit("stiffness", low=0, inf=True, many=True)]
+TiltStiffness = Annotated[PerPlanet, Unit("torsional_stiffness", low=0, inf=True, many=True)]
+TurnStiffness = Annotated[Quantity, Unit("torsional_stiffness stiffness", low=0, inf=True, many=True)]
+BoltStiffness = Annotated[float, Unit("stiffness", low=0, inf=True)]
+Damper = Annotated[float, Unit("damping", low=0)]
+TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
+Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True)]
+Length = Annotated[float, Unit("length", low=0, above=True)]
+Place = Annotated[float, Unit("length")]
+
+
+def key(default: Any, text: str, **more: Any) -> Any:
+    """Return a field with a default and a description for the schema."""
+    return Field(default, description=text, **more)
+
+
+class Table(BaseModel):
+    """A table of the file: frozen, unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Friction(Table):
+    """Friction in a link: a force, or a coefficient at a radius."""
+
+    force: Annotated[float, Unit("force", low=0)] | None = key(None, "friction force")
+    coefficient: Annotated[float, Unit("ratio", low=0)] | None = key(None, "coefficient of friction")
+    radius: Length | None = key(None, "radius the friction acts at")
+    law: Literal["holonomic", "coulomb"] = key("holonomic", "holonomic (no memory) or coulomb (with history)")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse half a friction law."""
+        if self.force is None and (self.coefficient is None or self.radius is None):
+            raise ModelError("not a friction law", allowed="force, or coefficient and radius")
+        return self
+
+
+class LinkDamping(Table):
+    """Dampers of a link; a bare number in the file is x, y and z."""
+
+    x: Damper | None = key(None, "damper along x")
+    y: Damper | None = key(None, "damper along y")
+    z: Damper | None = key(None, "damper along z")
+    rx: TurnDamper | None = key(None, "damper about x")
+    ry: TurnDamper | None = key(None, "damper about y")
+    rz: TurnDamper | None = key(None, "damper about z")
+
+
+class Bolts(Table):
+    """Bolts or pins on a pitch circle; stiffness of one. A direction that is not named is rigid; 0 floats."""
+
+    count: Annotated[int, Field(ge=1, le=1000)] | None = key(None, "how many, evenly spaced, the first along x")
+    angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(None, "polar angle of each")
+    radius: Length = Field(description="radius of the pitch circle")
+    radial: BoltStiffness | None = key(None, "stiffness of one bolt along the radius")
+    tangential: BoltStiffness | None = key(None, "stiffness of one bolt along the circle")
+    z: BoltStiffness | None = key(None, "axial stiffness of one bolt")
+
+    @model_validator(mode="after")
+    def _some(self) -> Self:
+        """Refuse bolts of which nobody knows where they are."""
+        if self.count is None and not self.angles:
+            raise ModelError("no bolts", allowed="count, or angles")
+        return self
+
+
+class Link(Table):
+    """One bearing. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
+
+    x: Stiffness | None = key(None, "stiffness along x (of a bearing: radial)")
+    y: Stiffness | None = key(None, "stiffness along y (of a bearing: tangential)")
+    z: Stiffness | None = key(None, "axial stiffness; 0 floats")
+    rx: TiltStiffness | None = key(None, "tilting stiffness about x")
+    ry: TiltStiffness | None = key(None, "tilting stiffness about y")
+    rz: TurnStiffness | None = key(None, "torsional stiffness; in N/m at the base radius (carrier: pin radius)")
+    at: Place | None = key(None, "axial place, from the centre of the member")
+    damping: LinkDamping | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
+    clearance: Clearance | None = key(None, "radial clearance; per planet")
+    exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(None, "force exponent; 10/9 rolling elements")
+    load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
+        None, "load at which the stiffness holds, with an exponent other than 1"
+    )
+    friction: Friction | None = key(None, "friction in the link")
+    bolts: Bolts | None = key(None, "bolts or pins on a pitch circle around the axis of the link")
+
+    @model_validator(mode="after")
+    def _law(self) -> Self:
+        """Refuse an exponent without the load its stiffness holds at, a load without exponent, friction with one."""
+        if self.exponent is None and self.load is not None:
+            raise ModelError("load without exponent", allowed="exponent, e.g. 10/9 = 1.1111")
+        if self.exponent not in (None, 1.0) and self.load is None:
+            raise ModelError("exponent without load", allowed="load: the force at which the stiffness holds")
+        if self.exponent not in (None, 1.0) and self.friction is not None:
+            raise ModelError("friction with an exponent", allowed="one of the two")
+        return self
+
+    def directions(self) -> dict[str, PerPlanet | Quantity]:
+        """Return the stiffnesses that are named, by direction."""
+        pairs = {d: getattr(self, d) for d in ("x", "y", "z", "rx", "ry", "rz")}
+        return {d: v for d, v in pairs.items() if v is not None}
+
+
+class Support(Link):
+    """A support or a planet bearing: a link, or several named ones."""
+
+    to: str | None = key(None, "who carries it (a member or body); default the housing, of a planet its carrier")
+    bearings: dict[str, Link] = Field(default_factory=dict, description="several bearings, by name")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _collect(cls, data: Any) -> Any:
+        """Collect the named sub-tables."""
+        if not isinstance(data, dict):
+            return data
+        named = {k: v for k, v in data.items() if k not in LINK_KEYS and isinstance(v, dict)}
+        rest = {k: v for k, v in data.items() if k not in named}
+        return {**rest, "bearings": named} if named else rest
+
+    @model_validator(mode="after")
+    def _either(self) -> Self:
+        """Refuse keys of one link beside several named ones."""
+        own = self.model_fields_set - {"to", "bearings"}
+        if self.bearings and own:
+            raise ModelError(f"{', '.join(sorted(own))} beside named bearings", allowed="each key in a named bearing")
+        return self
+
+
+class Solid(Link):
+    """A neck or shaft: stiffness from its shape, each direction settable."""
+
+    diameter: Length | None = key(None, "outer diameter")
+    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter")
+    length: Length | None = key(None, "length; of a neck default face_width + gap")
+    torsional_rigidity: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(None, "G J_p")
+
+    @model_validator(mode="after")
+    def _hollow(self) -> Self:
+        """Refuse a bore without or above its diameter."""
+        if self.bore is not None and self.bore >= (self.diameter or 0.0):
+            raise ModelError("bore not below diameter", allowed="bore < diameter")
+        return self
+
+
+class Coupling(Solid):
+    """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
+
+    between: tuple[str, str] = Field(description="the two members or bodies it joins")
+    radius: Length | None = key(None, "radius at which an rz in N/m acts")
+    ends: Literal["splined", "fixed"] = key("splined", "fixed: a shaft also passes forces and bending")
+
+
+LINK_KEYS = frozenset(Coupling.model_fields) | {"to", "bearings", "radial", "tilt"}

@@ -1,0 +1,249 @@
+"""Bodies of a stage: where they are, what they weigh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..errors import ModelError
+from ..model.schema import Material, Member, ModelFile
+from ..model.units import Quantity
+from ..train.bodies import HOUSING, Body, Frame, GearData
+from .centres import StageShape
+from .gears import gap_of, width_of
+from .ledger import NAN, Ledger
+from .plan import Plan, sides_of
+
+__all__ = [
+    "Halves",
+    "bodies_of_stage",
+    "body_name",
+    "frames_of",
+    "free_bodies",
+    "half_station",
+    "member_bodies",
+    "member_centre",
+]
+
+STEEL_DENSITY = 7850.0  # kg/m^3
+Halves = Mapping[str | None, GearData]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Solid:
+    """Mass [kg], inertia about the axis and about a diameter [kg m^2], with the origin of mass and inertia."""
+
+    mass: float
+    inertia: float
+    tilt: float
+    origins: tuple[str, str, str]
+
+
+def body_name(stage: str, member: str, branch: int | None = None, side: str | None = None) -> str:
+    """Name of a body, ``stage/member[/branch][/side]``."""
+    return "/".join(str(part) for part in (stage, member, branch, side) if part is not None)
+
+
+def member_bodies(plan: Plan, member: str, branch: int | None) -> dict[str | None, str]:
+    """Names of the bodies of a member (of one branch, counted from 1), by side."""
+    return {side: body_name(plan.name, member, branch, side) for side in sides_of(plan, member)}
+
+
+def half_station(plan: Plan, member: str, side: str | None) -> float:
+    """Axial place of a body or helix [m]: of a half, half a width and half the gap from the member's centre."""
+    table = plan.stage.members[member]
+    centre = table.station or 0.0
+    if side is None:
+        return centre
+    if table.kind == "carrier":
+        planet = next((name for name in plan.gears if not plan.central(name)), None)
+        return centre if planet is None else centre + half_station(plan, planet, side) - half_centre(plan, planet)
+    offset = ((width_of(plan, member, side) or 0.0) + gap_of(plan, member)) / 2
+    return centre + (offset if side == "right" else -offset)
+
+
+def half_centre(plan: Plan, member: str) -> float:
+    """Axial place of a member's centre [m]."""
+    return plan.stage.members[member].station or 0.0
+
+
+def member_centre(body: Body) -> float:
+    """Axial place of the centre of a body's member [m]: of a half, the middle of the gap."""
+    if body.gear is None or body.side is None:
+        return body.station
+    offset = ((body.gear.face_width or 0.0) + body.gear.gap) / 2
+    return body.station + (offset if body.side == "left" else -offset)
+
+
+def frames_of(plans: tuple[Plan, ...]) -> tuple[Frame, ...]:
+    """The frame of every stage, and the housing."""
+    stages = tuple(Frame(name=p.name, carrier=p.carrier and f"{p.name}.{p.carrier}") for p in plans)
+    return (*stages, Frame(name=HOUSING))
+
+
+def bodies_of_stage(shape: StageShape, model: ModelFile, ledger: Ledger) -> list[Body]:
+    """All bodies of a stage: central members in file order, then the planets branch by branch."""
+    plan = shape.plan
+    found: list[Body] = []
+    for name in plan.stage.members:
+        if plan.central(name):
+            found += _member(shape, name, None, model, ledger)
+    for branch in range(plan.branches):
+        for name in shape.pin:
+            found += _member(shape, name, branch, model, ledger)
+    return found
+
+
+def free_bodies(model: ModelFile, ledger: Ledger) -> list[Body]:
+    """The bodies of the file's `[bodies]`; what they do not say is 0."""
+    found = []
+    for name, body in model.bodies.items():
+        for key, unit in (("mass", "kg"), ("inertia", "kg m^2"), ("tilt_inertia", "kg m^2"), ("station", "m")):
+            value = getattr(body, key)
+            ledger.note(f"bodies.{name}.{key}", value or 0.0, unit, "default" if value is None else "given")
+        found.append(
+            Body(
+                name=name,
+                member=name,
+                kind="body",
+                frame=body.frame or HOUSING,
+                station=body.station or 0.0,
+                mass=body.mass or 0.0,
+                inertia=body.inertia or 0.0,
+                tilt_inertia=body.tilt_inertia or 0.0,
+            )
+        )
+    return found
+
+
+def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, ledger: Ledger) -> list[Body]:
+    plan, member = shape.plan, shape.plan.stage.members[name]
+    carried = branch is not None
+    sides = sides_of(plan, name)
+    if name not in plan.gears:
+        ledger.note(
+            f"{plan.member_path(name)}.split", plan.split(name), "", "default" if member.split is None else "given"
+        )
+    if name == plan.carrier:
+        origin = "geometry" if member.pin_radius is None else "given"
+        ledger.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
+    radius = shape.teeth[name].base_radius if name in plan.gears else shape.pin_radius
+    found = []
+    for side in sides:
+        gear = shape.gears[name][side] if name in plan.gears else None
+        solid = _solid(plan, name, side, gear, radius, model)
+        if not branch:
+            _note_solid(plan, name, side, solid, ledger)
+        found.append(
+            Body(
+                name=body_name(plan.name, name, branch + 1 if branch is not None else None, side),
+                member=f"{plan.name}.{name}",
+                kind=member.kind,
+                frame=plan.name,
+                carried_by=_carrier_body(plan, side) if carried else None,
+                branch=branch + 1 if branch is not None else None,
+                side=side,
+                centre=shape.place(name, branch or 0) if name in plan.gears else (0.0, 0.0),
+                station=half_station(plan, name, side),
+                angle=shape.polar(name, branch or 0) if name in plan.gears else 0.0,
+                mass=solid.mass,
+                inertia=solid.inertia,
+                tilt_inertia=solid.tilt,
+                reference_radius=radius if math.isfinite(radius) else 1.0,
+                gear=gear,
+            )
+        )
+    return found
+
+
+def _carrier_body(plan: Plan, side: str | None) -> str | None:
+    """The carrier body that carries a planet; of a split carrier its half, the left one for planets in one piece."""
+    if plan.carrier is None:
+        return None
+    return body_name(plan.name, plan.carrier, None, (side or "left") if plan.split(plan.carrier) else None)
+
+
+# mass and inertia ----------------------------------------------------------------------------------------------------
+
+
+def _solid(plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile) -> _Solid:
+    """Mass and inertias of one body: given, else of the solid; nan where nothing says them."""
+    member = plan.stage.members[name]
+    table = getattr(member, side) if side else None
+    mass, mass_path = _said(member, table, side, "mass", radius)
+    inertia, inertia_path = _said(member, table, side, "inertia", radius)
+    tilt, tilt_path = _said(member, table, side, "tilt_inertia", radius)
+    radii, width = _radii(member, gear), _width(gear, side)
+    if radii[1] >= radii[0]:
+        key = "outer_diameter" if gear is not None and gear.internal else "bore"
+        limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
+        path = f"{plan.member_path(name)}.{key}"
+        raise ModelError(
+            "leaves no solid beside the pitch circle", path=path, given=getattr(member, key), allowed=limit
+        )
+    squares = radii[0] ** 2 + radii[1] ** 2
+    origins = [mass_path or "geometry", inertia_path or "geometry", tilt_path or "geometry"]
+    if mass is None:
+        mass = _density(member, plan, model) * math.pi * (radii[0] ** 2 - radii[1] ** 2) * width
+    if inertia is None:
+        inertia = 0.5 * mass * squares
+    if tilt is None:
+        tilt = inertia / 2 + mass * width**2 / 12
+    return _Solid(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
+
+
+def _said(member: Member, table: object, side: str | None, key: str, radius: float) -> tuple[float | None, str]:
+    """A given value in SI and where it stands; an inertia in kg is J/r^2 at `radius` [m]."""
+    own = getattr(table, key, None)
+    value, path = (own, f"{side}.{key}") if own is not None else (getattr(member, key), key)
+    if isinstance(value, Quantity):
+        assert isinstance(value.value, float)  # the schema takes no list here
+        value = value.value * (radius**2 if value.unit == "kg" else 1.0)
+    return (None, "") if value is None else (float(value), path)
+
+
+def _radii(member: Member, gear: GearData | None) -> tuple[float, float]:
+    """Outer and inner radius of the solid of a gear [m]: to its pitch circle, of a ring from its pitch circle."""
+    if gear is None:
+        return NAN, NAN
+    if not gear.internal:
+        return gear.reference_radius, (member.bore or 0.0) / 2
+    if member.outer_diameter is not None:
+        return member.outer_diameter / 2, gear.reference_radius
+    return (NAN if member.rim is None else gear.root_radius + member.rim), gear.reference_radius
+
+
+def _width(gear: GearData | None, side: str | None) -> float:
+    """Axial width of the solid of a body [m]: the gap counts, to one half its half."""
+    if gear is None or gear.face_width is None:
+        return NAN
+    if side is not None:
+        return gear.face_width + gear.gap / 2
+    return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
+
+
+def _density(member: Member, plan: Plan, model: ModelFile) -> float:
+    tables: tuple[Material | None, ...] = (member.material, plan.stage.material, model.material)
+    return next((t.density for t in tables if t is not None and t.density is not None), STEEL_DENSITY)
+
+
+def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, ledger: Ledger) -> None:
+    """Record the values; of a half at the member's path, at the side's where that says its own."""
+    path = plan.member_path(name)
+    member = plan.stage.members[name]
+    by_side = side is not None and any(
+        getattr(member, s) is not None and getattr(getattr(member, s), k) is not None
+        for s in ("left", "right")
+        for k in ("mass", "inertia", "tilt_inertia", "face_width")
+    )
+    for key, value, said, unit in zip(
+        ("mass", "inertia", "tilt_inertia"),
+        (solid.mass, solid.inertia, solid.tilt),
+        solid.origins,
+        ("kg", "kg m^2", "kg m^2"),
+        strict=True,
+    ):
+        where = f"{path}.{side}.{key}" if by_side else f"{path}.{key}"
+        origin = "geometry" if said == "geometry" else "given" if where == f"{path}.{said}" else f"as {name}"
+        ledger.note(where, value, unit, origin if math.isfinite(value) else "missing")

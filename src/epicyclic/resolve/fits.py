@@ -1,0 +1,127 @@
+"""What a stage cannot be, and what is doubtful about it: room for the planets, one centre distance for all meshes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..errors import ModelError
+from ..gears import geometry
+from ..train.phasing import disc_gaps
+from .centres import StageShape
+from .ledger import Ledger
+from .plan import Pair
+
+__all__ = ["check_stage"]
+
+# Tooth heights of rim outside the root circle.  From there on the rim-thickness factor of [iso6336], part 3, is 1 for
+# external teeth: the rim then carries like a solid body.  Quoted from memory; for internal teeth the same part sets the
+# limit at 3.5 modules as far as remembered, 1.6 tooth heights, so what is warned of here is thin by either.
+THIN_RIM = 1.2
+ONE_DISTANCE = 1e-6  # relative; distances computed twice agree to rounding, printed radii do not
+
+
+def check_stage(shape: StageShape, ledger: Ledger) -> None:
+    """Check one stage: neighbouring planets, rings, and whether the distances of all meshes agree.
+
+    Raises
+    ------
+    ModelError : planets collide, a ring smaller than what turns in it; warnings instead where radii are given.
+    """
+    plan = shape.plan
+    given = any(m.base_radius is not None or m.pin_radius is not None for m in plan.stage.members.values())
+    for p in plan.pairs:
+        if p.internal:
+            _check_ring(shape, p, given, ledger)
+    _check_rims(shape, ledger)
+    _check_neighbours(shape, given, ledger)
+    _check_distances(shape, ledger)
+
+
+def _complain(problem: str, path: str, given: bool, ledger: Ledger, *, value: str, allowed: str) -> None:
+    if given:
+        ledger.warn(f"{path}: {problem} ({value})")
+    else:
+        raise ModelError(problem, path=path, given=value, allowed=allowed)
+
+
+def _check_ring(shape: StageShape, p: Pair, given: bool, ledger: Ledger) -> None:
+    planet, ring = (next(iter(shape.gears[name].values())) for name in (p.a, p.b))
+    room = geometry.radial_clearance(_axes(shape, p), planet.tip_radius, ring.root_radius, internal=True)
+    if room < -planet.module:
+        _complain(
+            f"the ring is smaller than {p.a}, which turns in it",
+            f"{shape.plan.member_path(p.b)}.teeth",
+            given,
+            ledger,
+            value=str(ring.teeth),
+            allowed=f"a root radius above {(ring.root_radius - room) * 1e3:.4g} mm; "
+            f"it is {ring.root_radius * 1e3:.4g} mm",
+        )
+    elif room < 0:
+        ledger.warn(f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
+
+
+def _check_rims(shape: StageShape, ledger: Ledger) -> None:
+    """Warn of a ring that is too thin to keep its shape."""
+    for name, member in shape.plan.gears.items():
+        gear = next(iter(shape.gears[name].values()))
+        height = gear.root_radius - gear.tip_radius
+        rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
+        if rim is not None and rim < THIN_RIM * height:
+            key = "rim" if member.outer_diameter is None else "outer_diameter"
+            ledger.warn(
+                f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights thick, "
+                f"below {THIN_RIM:g} it bends between the planets; it is computed as rigid"
+            )
+
+
+def _axes(shape: StageShape, p: Pair) -> float:
+    """Distance between the axes of a pair [m]."""
+    return math.dist(shape.place(p.a, 0), shape.place(p.b, 0))
+
+
+def _check_neighbours(shape: StageShape, given: bool, ledger: Ledger) -> None:
+    """Tip circles of planet gears that lie beside each other must not overlap; stepped gears lie in other planes."""
+    plan = shape.plan
+    groups: dict[str, list[str]] = {}
+    for name in shape.pin:
+        groups.setdefault("beside" if plan.axis[name] == name else name, []).append(name)
+    meshing = {frozenset((p.a, p.b)) for p in plan.pairs}
+    for names in groups.values():
+        gears = [(name, i) for i in range(plan.branches) for name in names]
+        centres = np.array([shape.place(name, i) for name, i in gears])
+        tips = np.array([next(iter(shape.gears[name].values())).tip_radius for name, _ in gears])
+        gaps = disc_gaps(centres, tips)
+        for (i, (a, branch_a)), (j, (b, branch_b)) in (
+            (x, y) for x in enumerate(gears) for y in enumerate(gears) if x[0] < y[0]
+        ):
+            own = branch_a == branch_b and frozenset((a, b)) in meshing
+            if gaps[i, j] < 0 and not own:
+                _complain(
+                    "planets collide",
+                    f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles",
+                    given,
+                    ledger,
+                    value=f"{plan.branches}; {a} {branch_a + 1} and {b} {branch_b + 1} "
+                    f"overlap by {-gaps[i, j] * 1e3:.4g} mm",
+                    allowed="fewer planets, or smaller ones",
+                )
+                return
+
+
+def _check_distances(shape: StageShape, ledger: Ledger) -> None:
+    """Warn where the radii and working angles of the meshes fit no single place of the axes."""
+    plan, differs, texts = shape.plan, False, []
+    for p in plan.pairs:
+        a, b = shape.teeth[p.a].base_radius, shape.teeth[p.b].base_radius
+        own = (b - a if p.internal else b + a) / math.cos(shape.meshes[p.name].working_angle)
+        between = _axes(shape, p)
+        differs |= abs(own - between) > ONE_DISTANCE * between
+        texts.append(f"{p.name} {own * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
+    if differs:
+        ledger.warn(
+            f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
+            f"{', '.join(texts)}; turning as a whole then stresses the teeth"
+        )

@@ -1,0 +1,248 @@
+"""Meshes: flank, phase lead, stiffness and its variation, branch by branch and side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from ..gears.phasing import shift_term
+from ..model.schema import ModelFile
+from ..train.connections import Mesh
+from ..train.kinematics import Kinematics
+from ..train.phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
+from .bodies import body_name, half_station, member_bodies
+from .centres import StageShape
+from .flanks import tooth_pair
+from .ledger import Ledger, Number, per_branch, turns_of
+from .mesh_laws import MeshLaw, mesh_law, overlap_of, said_by
+from .plan import Pair, Plan
+from .slices import require_width, slices_of
+
+__all__ = ["meshes_of_stage"]
+
+SHORT = 10**4  # a phase in the file this near to a fraction of small numbers is that fraction
+
+
+def meshes_of_stage(
+    shape: StageShape,
+    model: ModelFile,
+    kinematics: Kinematics,
+    tones: Mapping[str, str],
+    ledger: Ledger,
+) -> list[Mesh]:
+    """All meshes of a stage.
+
+    tones : mesh frequency each pair follows, by its path.
+
+    Raises
+    ------
+    ModelError : a stiffness that cannot be computed from what is given.
+    """
+    plan = shape.plan
+    flanks = _flanks(plan, kinematics)
+    sense = _sun_sense(plan, kinematics)
+    gears, toothed = _toothed(plan, shape), _tooth_meshes(shape, flanks)
+    phases = stage_leads(gears, toothed, sense=sense)
+    _check_assembly(plan, phases, ledger)
+    _check_shafts(plan, gears, toothed, ledger)
+    for name, turns in phases.clocking.items():
+        origin = "given" if isinstance(plan.gears[name].clocking, tuple) else "geometry"
+        angles = [math.tau * float(turn) for turn in turns]
+        ledger.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
+    found: list[Mesh] = []
+    for p in plan.pairs:
+        if p.keys.slices is not None:
+            ledger.note(f"{p.path}.slices", p.keys.slices)
+        for side in shape.meshes[p.name].width:
+            teeth = tooth_pair(shape, p, side, model, ledger)
+            lean = flanks[p.name] * _hand(shape, p, side)
+            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, ledger, teeth=teeth, lean=lean)
+            leads = _leads(plan, p, side, phases, sense, ledger)
+            width, count = shape.meshes[p.name].width[side], p.keys.slices or 1
+            require_width(width, count, plan.path)
+            for branch in range(len(plan.angles)):
+                mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
+                mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth, table=law.table)
+                found.append(replace(mesh, slices=slices_of(mesh, count, width, law.narrow)))
+    return sorted(found, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
+
+
+def _mesh(shape: StageShape, p: Pair, side: str | None, branch: int, law: MeshLaw, signs: tuple[int, int]) -> Mesh:
+    plan, meshing = shape.plan, shape.meshes[p.name]
+    a, b = shape.teeth[p.a], shape.teeth[p.b]
+    number = branch + 1 if plan.branches and not (plan.central(p.a) and plan.central(p.b)) else None
+    direction = shape.directions[p.name][branch]
+    turns = float(direction if isinstance(direction, (int, float, Fraction)) else direction.value)
+    width = meshing.width[side]
+    cosine = math.cos(meshing.working_angle)
+    return Mesh(
+        name=body_name(plan.name, p.name, number, side),
+        pair=p.path,
+        stage=plan.name,
+        branch=number,
+        side=side,
+        a=_body(plan, p.a, number, side),
+        b=_body(plan, p.b, number, side),
+        internal=p.internal,
+        direction=math.tau * turns,
+        pressure_angle=meshing.working_angle,
+        base_helix=a.base_helix,
+        hand=_hand(shape, p, side),
+        flank=signs[0],
+        station=(half_station(plan, p.a, side) + half_station(plan, p.b, side)) / 2,
+        radius_a=a.base_radius / cosine,
+        radius_b=b.base_radius / cosine,
+        stiffness=law.stiffness[branch],
+        variation=law.variation,
+        sense=signs[1],
+        damping=law.damping,
+        backlash=law.backlash,
+        tooth_shift=2 * _shift(shape, p),
+        contact_ratio=meshing.contact_ratio,
+        overlap_ratio=overlap_of(meshing, shape, p, width),
+    )
+
+
+def _hand(shape: StageShape, p: Pair, side: str | None) -> int:
+    """Hand of gear a on a side."""
+    hand = shape.teeth[p.a].hand
+    return -hand if side == "right" else hand
+
+
+def _shift(shape: StageShape, p: Pair) -> float:
+    """c of gear a in this mesh [pitches], see `gears.phasing`."""
+    return shift_term(
+        teeth=shape.plan.gears[p.a].teeth or 0,
+        profile_shift=next(iter(shape.gears[p.a].values())).profile_shift,
+        normal_angle=shape.teeth[p.a].pressure_angle,
+        transverse_angle=shape.teeth[p.a].transverse_angle,
+        working_angle=shape.meshes[p.name].tooth_angle,
+    )
+
+
+def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
+    own = member_bodies(plan, member, None if plan.central(member) else number)
+    return own[side] if side in own else own[None]
+
+
+# flanks, senses, leads -----------------------------------------------------------------------------------------------
+
+
+def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
+    found = []
+    for name, member in plan.gears.items():
+        fit = member.clocking is None or isinstance(member.clocking, str)
+        angles = () if fit else per_branch(member.clocking, len(plan.angles), f"{plan.member_path(name)}.clocking")  # type: ignore[arg-type]
+        found.append(
+            ToothedGear(
+                name=name,
+                teeth=member.teeth or 0,
+                internal=member.kind == "ring",
+                central=plan.central(name),
+                profile_shift=next(iter(shape.gears[name].values())).profile_shift,
+                on=None if member.on is None else member.on.split(".")[-1],
+                clocking=None if fit else tuple(turns_of(angle) for angle in angles),
+            )
+        )
+    return found
+
+
+def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMesh]:
+    return [
+        ToothMesh(
+            pair=p.name,
+            a=p.a,
+            b=p.b,
+            directions=shape.directions[p.name],
+            flank=flanks[p.name],
+            normal_angle=shape.teeth[p.a].pressure_angle,
+            transverse_angle=shape.teeth[p.a].transverse_angle,
+            working_angle=shape.meshes[p.name].tooth_angle,
+        )
+        for p in shape.plan.pairs
+    ]
+
+
+def _flanks(plan: Plan, kinematics: Kinematics) -> dict[str, int]:
+    """Flank d of every pair: from the torque it passes; without torques +1 at the first central gear."""
+    torques = {p.name: (kinematics.mesh_torque or {}).get(p.path, 0.0) for p in plan.pairs}
+    largest = max(abs(torque) for torque in torques.values())
+    if largest == 0.0:
+        gears = [
+            ToothedGear(name=n, teeth=m.teeth or 0, internal=m.kind == "ring", central=plan.central(n), on=_on(m.on))
+            for n, m in plan.gears.items()
+        ]
+        signs = chain_flanks(gears, [(p.a, p.b) for p in plan.pairs], 1)
+        return {p.name: sign for p, sign in zip(plan.pairs, signs, strict=True)}
+    return {p.name: flank_of_torque(torques[p.name], internal=p.internal) for p in plan.pairs}
+
+
+def _on(reference: str | None) -> str | None:
+    return None if reference is None else reference.split(".")[-1]
+
+
+def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
+    """Sign of the first gear's speed relative to the carrier; without speeds, of the first freedom turning positive."""
+    gear = f"{plan.name}.{plan.pairs[0].a}"
+    carrier = None if plan.carrier is None else f"{plan.name}.{plan.carrier}"
+    if kinematics.speed is not None:
+        relative = kinematics.speed[gear] - (kinematics.speed[carrier] if carrier else 0)
+        return -1 if relative < 0 else 1
+    for freedom in kinematics.freedoms:
+        relative = kinematics.ratio[gear][freedom] - (kinematics.ratio[carrier][freedom] if carrier else 0)
+        if relative:
+            return -1 if relative < 0 else 1
+    return 1
+
+
+def _leads(
+    plan: Plan, p: Pair, side: str | None, phases: StagePhases, sense: int, ledger: Ledger
+) -> tuple[Number, ...]:
+    """Lead of every branch: given as `phase`, else from teeth and angles, staggered on the right."""
+    table = said_by(p, side, "phase")
+    path = f"{p.path}.{side}.phase" if side else f"{p.path}.phase"
+    if table is not None:
+        values = per_branch(table.phase, len(plan.angles), path)
+        leads = tuple(_fraction(value) % 1 for value in values)
+        ledger.note(f"{p.path}.phase" if table is p.keys else path, [float(lead) for lead in leads], "cycles")
+        if table is p.keys:
+            return leads
+    else:
+        leads = phases.lead[p.name]
+        stagger = plan.gears[p.a].stagger if plan.gears[p.a].stagger is not None else plan.stage.stagger
+        if side == "right" and stagger:
+            leads = tuple(staggered(lead, _fraction(stagger), sense) for lead in leads)
+        ledger.note(path, [float(lead) for lead in leads], "cycles", "geometry")
+    return leads
+
+
+def _fraction(value: float) -> Number:
+    exact = Fraction(value).limit_denominator(SHORT)
+    return exact if abs(float(exact) - value) < 1e-12 else value
+
+
+def _check_assembly(plan: Plan, phases: StagePhases, ledger: Ledger) -> None:
+    if phases.assembles:
+        return
+    given, nearest = (
+        ", ".join(f"{float(turn) * 360:.6g}" for turn in turns) for turns in (plan.angles, phases.nearest_angles)
+    )
+    ledger.warn(
+        f"{plan.path}: planets at {given} deg cannot be assembled, the teeth do not meet; nearest angles {nearest} deg"
+    )
+
+
+def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], ledger: Ledger) -> None:
+    """Warn where stepped shafts clocked as their places demand cannot all be alike."""
+    stepped = [gear.name for gear in gears if gear.on is not None and not gear.central and gear.clocking is None]
+    if not stepped:
+        return
+    alike = (Fraction(0),) * len(plan.angles)
+    clocked = [replace(gear, clocking=alike) if gear.name in stepped else gear for gear in gears]
+    if not stage_leads(clocked, meshes, sense=1).assembles:
+        ledger.warn(
+            f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
+            "each is clocked as its place demands"
+        )

@@ -1,0 +1,259 @@
+"""What stands in a stage: members, pairs that mesh, chains, axes and branch angles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ..errors import ModelError
+from ..model.schema import Member, MeshKeys, ModelFile, Stage
+from .ledger import Ledger, Number, turns_of
+
+__all__ = ["Pair", "Plan", "plan_stages", "sides_of"]
+
+SIDES = ("left", "right")
+FAR = 10**6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pair:
+    """Two gears of a stage that mesh: `a` nearer the sun along the power path, in a ring mesh the planet gear."""
+
+    name: str
+    stage: str
+    a: str
+    b: str
+    internal: bool
+    keys: MeshKeys
+
+    @property
+    def path(self) -> str:
+        """Its table in the file."""
+        return f"stages.{self.stage}.meshes.{self.name}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """A stage before any number is known.
+
+    gears : toothed members in file order; carrier : its name, None where the axes stand in the housing.
+    pairs : in the order of the power path.  chains : number of the chain of meshing gears each gear belongs to.
+    axis : gear -> first gear on the same shaft.  branches : 0 without planets.
+    angles : polar angle of every branch [turns], one entry (0) without planets.
+    """
+
+    name: str
+    stage: Stage
+    gears: Mapping[str, Member]
+    carrier: str | None
+    pairs: tuple[Pair, ...]
+    chains: Mapping[str, int]
+    axis: Mapping[str, str]
+    branches: int
+    angles: tuple[Number, ...]
+
+    @property
+    def path(self) -> str:
+        """Its table in the file."""
+        return f"stages.{self.name}"
+
+    def member_path(self, member: str) -> str:
+        """A member's table in the file."""
+        return f"stages.{self.name}.{member}"
+
+    def central(self, member: str) -> bool:
+        """Whether there is one of it for all branches."""
+        return self.stage.members[member].kind != "planet"
+
+    def two_sided(self, member: str) -> bool:
+        """Whether it has a left and a right half, in one body or two."""
+        return self.split(member) or self.herringbone(member)
+
+    def split(self, member: str) -> bool:
+        """Whether its halves are bodies of their own."""
+        own = self.stage.members[member]
+        if own.neck is not None:
+            return True
+        return bool(own.split if own.split is not None else self.stage.split)
+
+    def herringbone(self, member: str) -> bool:
+        """Whether it carries two helices."""
+        own = self.stage.members[member].herringbone
+        return bool(own if own is not None else self.stage.herringbone)
+
+    def chain(self, gear: str) -> tuple[str, ...]:
+        """The gears that share module, pressure angle and helix with this one, itself included, in file order."""
+        return tuple(name for name in self.gears if self.chains[name] == self.chains[gear])
+
+
+def sides_of(plan: Plan, member: str) -> tuple[str | None, ...]:
+    """Sides that are bodies of their own: left and right, or None."""
+    return SIDES if plan.split(member) else (None,)
+
+
+def plan_stages(model: ModelFile, ledger: Ledger) -> tuple[Plan, ...]:
+    """Plan every stage.
+
+    Raises
+    ------
+    ModelError : no stage, two carriers, missing teeth or planets, meshes to be named, a gear that meshes with nothing.
+    """
+    if not model.stages:
+        raise ModelError("a train needs a stage", path="stages", given={}, allowed="[stages.NAME] with gears that mesh")
+    return tuple(_plan(name, stage, ledger) for name, stage in model.stages.items())
+
+
+def _plan(name: str, stage: Stage, ledger: Ledger) -> Plan:
+    path = f"stages.{name}"
+    carriers = [m for m, member in stage.members.items() if member.kind == "carrier"]
+    gears = {m: member for m, member in stage.members.items() if member.kind != "carrier"}
+    if len(carriers) > 1:
+        raise ModelError(
+            "a stage has one carrier", path=path, given=carriers, allowed="one; split = true for its halves"
+        )
+    if not gears:
+        raise ModelError(
+            "no gear in this stage", path=path, given=list(stage.members), allowed="sun, planet, ring, ..."
+        )
+    for m, member in gears.items():
+        if member.teeth is None:
+            raise ModelError("is missing", path=f"{path}.{m}.teeth", allowed="number of teeth, 3 or more")
+        _check_shaft(f"{path}.{m}", m, gears)
+        ledger.note(f"{path}.{m}.teeth", member.teeth)
+    axis = {m: _shaft_root(m, gears) for m in gears}
+    pairs = _pairs(name, stage, gears)
+    branches, angles = _branches(path, stage, gears, ledger)
+    return Plan(
+        name=name,
+        stage=stage,
+        gears=gears,
+        carrier=carriers[0] if carriers else None,
+        pairs=_ordered(pairs, gears, axis),
+        chains=_chains(pairs, gears, path),
+        axis=axis,
+        branches=branches,
+        angles=angles,
+    )
+
+
+def _check_shaft(path: str, name: str, gears: Mapping[str, Member]) -> None:
+    on = gears[name].on
+    if on is None:
+        return
+    target = on.split(".")[-1]
+    if target not in gears or target == name:
+        raise ModelError("no other gear of this stage", path=f"{path}.on", given=on, allowed=", ".join(gears))
+    if (gears[target].kind == "planet") != (gears[name].kind == "planet"):
+        raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.on", given=on)
+
+
+def _shaft_root(name: str, gears: Mapping[str, Member]) -> str:
+    seen = [name]
+    while (on := gears[seen[-1]].on) is not None:
+        seen.append(on.split(".")[-1])
+        if len(seen) > len(gears):
+            raise ModelError("shafts in a circle", path="on", given=seen)
+    return seen[-1]
+
+
+def _branches(path: str, stage: Stage, gears: Mapping[str, Member], ledger: Ledger) -> tuple[int, tuple[Number, ...]]:
+    if all(member.kind != "planet" for member in gears.values()):
+        return 0, (Fraction(0),)
+    if not stage.branches:
+        raise ModelError("is missing", path=f"{path}.planets", allowed="number of planets, or planet_angles")
+    if stage.planet_angles is None:
+        count = stage.branches
+        ledger.note(f"{path}.planets", count)
+        ledger.note(f"{path}.planet_angles", [math.tau * i / count for i in range(count)], "rad", "equal spacing")
+        return count, tuple(Fraction(i, count) for i in range(count))
+    ledger.note(f"{path}.planet_angles", list(stage.planet_angles), "rad")
+    angles = tuple(turns_of(angle) for angle in stage.planet_angles)
+    if len({round(float(angle) % 1, 9) for angle in angles}) < len(angles):
+        raise ModelError("two planets at one place", path=f"{path}.planet_angles", given=list(stage.planet_angles))
+    return len(angles), angles
+
+
+def _pairs(stage_name: str, stage: Stage, gears: Mapping[str, Member]) -> list[Pair]:
+    """The pairs that mesh: named ones, and those that a single planet gear or two fixed gears leave no doubt about."""
+    implied = _implied(gears)
+    named = {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
+    found = []
+    for a, b in implied:
+        key, keys = named.pop(frozenset((a, b)), (f"{a}-{b}", MeshKeys()))
+        found.append(_pair(stage_name, key, keys, gears))
+    found += [_pair(stage_name, key, keys, gears) for key, keys in named.values()]
+    if not found:
+        raise ModelError(
+            "these gears do not say which of them mesh",
+            path=f"stages.{stage_name}.meshes",
+            given=list(gears),
+            allowed="a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring",
+        )
+    return found
+
+
+def _implied(gears: Mapping[str, Member]) -> list[tuple[str, str]]:
+    by_kind: dict[str, list[str]] = {}
+    for name, member in gears.items():
+        by_kind.setdefault(member.kind, []).append(name)
+    planets, fixed = by_kind.get("planet", []), by_kind.get("gear", [])
+    if len(planets) == 1:
+        inner = [(sun, planets[0]) for sun in by_kind.get("sun", [])]
+        return inner + [(planets[0], ring) for ring in by_kind.get("ring", [])]
+    if not planets and len(gears) == 2:
+        a, b = sorted(gears, key=lambda name: gears[name].kind == "ring")
+        return [(a, b)] if len(fixed) == 2 or "ring" in by_kind else []
+    return []
+
+
+def _pair(stage: str, key: str, keys: MeshKeys, gears: Mapping[str, Member]) -> Pair:
+    path = f"stages.{stage}.meshes.{key}"
+    names = key.split("-")
+    if len(names) != 2 or any(name not in gears for name in names):
+        raise ModelError("not two gears of this stage", path=path, given=key, allowed=", ".join(gears))
+    a, b = sorted(names, key=lambda name: gears[name].kind == "ring")
+    if gears[a].kind == "ring":
+        raise ModelError("two rings do not mesh", path=path, given=key)
+    return Pair(name=key, stage=stage, a=a, b=b, internal=gears[b].kind == "ring", keys=keys)
+
+
+def _ordered(pairs: Sequence[Pair], gears: Mapping[str, Member], axis: Mapping[str, str]) -> tuple[Pair, ...]:
+    """Turn every pair so that `a` is nearer the sun, and sort them along the power path."""
+    joints = [(p.a, p.b) for p in pairs] + [(g, axis[g]) for g in gears if axis[g] != g]
+    suns = [g for g, m in gears.items() if m.kind == "sun"] or [g for g, m in gears.items() if m.kind == "gear"][:1]
+    if suns:
+        far = _distances(suns, joints)
+    else:
+        far = {g: -d for g, d in _distances([g for g, m in gears.items() if m.kind == "ring"], joints).items()}
+    turned = []
+    for p in pairs:
+        swap = not p.internal and far.get(p.b, FAR) < far.get(p.a, FAR)
+        a, b = (p.b, p.a) if swap else (p.a, p.b)
+        turned.append(Pair(name=p.name, stage=p.stage, a=a, b=b, internal=p.internal, keys=p.keys))
+    return tuple(sorted(turned, key=lambda p: (far.get(p.a, FAR), p.internal)))
+
+
+def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[str, int]:
+    far = dict.fromkeys(roots, 0)
+    both = [*joints, *((b, a) for a, b in joints)]
+    while new := [(b, far[a] + 1) for a, b in both if a in far and b not in far]:
+        far.update(new)
+    return far
+
+
+def _chains(pairs: Sequence[Pair], gears: Mapping[str, Member], path: str) -> dict[str, int]:
+    chain = {name: i for i, name in enumerate(gears)}
+    for p in pairs:
+        low, high = sorted((chain[p.a], chain[p.b]))
+        chain = {name: low if c == high else c for name, c in chain.items()}
+    meshing = {name for p in pairs for name in (p.a, p.b)}
+    for name in gears:
+        if name not in meshing:
+            raise ModelError(
+                "meshes with nothing",
+                path=f"{path}.{name}",
+                allowed=f"a mesh in {path}.meshes with one of {', '.join(g for g in gears if g != name)}",
+            )
+    return chain

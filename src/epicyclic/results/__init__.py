@@ -1,0 +1,1 @@
+"""Labelled Datasets: the variables they may hold, how they are made, written and read."""

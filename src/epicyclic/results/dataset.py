@@ -1,0 +1,152 @@
+"""Results: labelled Datasets with units, long names and provenance; saved to and reopened from netCDF.
+
+One table says what every variable means; analyses only hand over arrays.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Hashable, Mapping, Sequence
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from ..errors import ModelError
+from .variables import VARIABLES
+
+__all__ = ["dataset", "load_result", "save_result", "to_json"]
+
+
+def dataset(
+    variables: Mapping[str, tuple[Sequence[str] | str, Any]],
+    coords: Mapping[Hashable, Any] | None = None,
+    *,
+    verb: str,
+    options: Mapping[str, Any] | None = None,
+    provenance: Mapping[str, str] | None = None,
+    warnings: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+) -> xr.Dataset:
+    """Make a Dataset whose variables carry unit and long name from `variables.VARIABLES`.
+
+    Parameters
+    ----------
+    variables : name -> (dims, values).  coords : as of xarray; known names get their unit too.
+    verb : the analysis.  options : its options, stored as JSON.  provenance : attributes of the System.
+    warnings : physical warnings, stored as JSON in the attribute ``warnings``.
+    units : unit of a variable where it differs from the table (an rz row in a mixed array, say).
+
+    Raises
+    ------
+    KeyError : a variable is missing from the table.
+    """
+    result = xr.Dataset(dict(variables), coords={name: _index(name, values) for name, values in (coords or {}).items()})
+    for name in result.variables:
+        entry = VARIABLES.get(str(name))
+        if entry is None and name in variables:
+            raise KeyError(f"{name} has no entry in variables.VARIABLES")
+        if entry is not None:
+            unit = (units or {}).get(str(name), entry[0])
+            result[name].attrs.update({"units": unit, "long_name": entry[1]})
+    result.attrs.update(
+        {
+            "verb": verb,
+            "package": "epicyclic",
+            "version": _version(),
+            "options": json.dumps(dict(options or {}), default=str),
+            "warnings": json.dumps(list(warnings)),
+            **dict(provenance or {}),
+        }
+    )
+    return result
+
+
+def _index(name: Hashable, values: Any) -> Any:
+    """A list or array of labels as a pandas index: xarray then does not try whether it is one of pint's arrays, which
+    would import pint, half a second, for nothing."""
+    if isinstance(values, tuple) and len(values) == 2 and values[0] == name:
+        values = values[1]
+    if isinstance(values, tuple) or np.ndim(values) != 1:
+        return values
+    array = np.asarray(values)
+    return pd.Index(array.astype(object) if array.dtype.kind in "UO" else array, name=name)
+
+
+def to_json(result: xr.Dataset) -> str:
+    """`Dataset.to_dict()` as JSON; read back with ``xarray.Dataset.from_dict(json.loads(text))``.
+
+    Complex variables have a trailing ``part`` dimension (real, imaginary), as in a saved file.
+    """
+    return json.dumps(_real(result).to_dict(), default=_plain)
+
+
+def save_result(result: xr.Dataset, path: str | Path) -> Path:
+    """Write a Dataset to a netCDF-4 file; complex variables become a trailing ``part`` dimension (real, imaginary).
+
+    The file appears whole or not at all.
+    """
+    target = Path(path)
+    flat = _real(result)
+    for name in list(flat.variables):
+        values = flat[name]
+        if values.dtype == bool:
+            flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
+    partial = target.with_name(target.name + ".part")
+    try:
+        flat.to_netcdf(partial, engine="h5netcdf")
+        partial.replace(target)
+    except OSError as error:
+        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(target)) from error
+    finally:
+        partial.unlink(missing_ok=True)
+    return target
+
+
+def _real(result: xr.Dataset) -> xr.Dataset:
+    """A copy without complex numbers: real and imaginary part along a trailing dimension ``part``."""
+    flat = result.copy()
+    for name in list(flat.variables):
+        values = flat[name]
+        if np.iscomplexobj(values.values):
+            split = np.stack([values.values.real, values.values.imag], axis=-1)
+            flat[name] = ((*values.dims, "part"), split, {**values.attrs, "complex": "1"})
+    return flat
+
+
+def load_result(path: str | Path) -> xr.Dataset:
+    """Reopen what `save_result` wrote, equal to the Dataset that was saved."""
+    if not Path(path).is_file():
+        raise ModelError("no such file", path=str(path))
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as file:
+            flat = file.load()
+    except (OSError, ValueError) as error:
+        raise ModelError(f"not a result file: {error}", path=str(path)) from error
+    result = flat.copy()
+    for name in list(flat.variables):
+        attrs = dict(flat[name].attrs)
+        if attrs.pop("complex", None):
+            values = flat[name].values
+            result[name] = (flat[name].dims[:-1], values[..., 0] + 1j * values[..., 1], attrs)
+        elif attrs.pop("boolean", None):
+            result[name] = (flat[name].dims, flat[name].values.astype(bool), attrs)
+    return result
+
+
+@cache
+def _version() -> str:
+    try:
+        return version("epicyclic")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.generic):
+        return value.item()
+    return str(value)

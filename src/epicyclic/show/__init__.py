@@ -1,0 +1,1 @@
+"""Datasets for people: figures, tables, and the report.  Computes nothing."""

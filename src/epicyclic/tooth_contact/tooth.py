@@ -1,0 +1,186 @@
+"""Compliance of a tooth over the height of the load, by potential energy, with the body under it.
+
+The load of one length of contact line acts along the normal of the flank; it meets the middle of the tooth at a depth
+h below the flank [weber1953].  From there to the root the tooth is a beam of variable section, wide enough for plane
+strain: bending, shear (6/5) and compression.  It is held where the tangent of its fillet leans 30 deg against its
+middle (of a ring's 60), the critical section of [iso6336] part 3; from there on the body gives, see `body`, and takes
+the neighbouring teeth along.  What happens between flank and middle is contact, and not in here: see `hertz`, which
+takes h as its depth.
+
+Helical teeth: the normal section of the virtual spur gear, per length of contact line.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from ..errors import ModelError
+from ..gears.outline import GearForm, Outline, tooth_outline
+from . import body
+
+__all__ = ["NEIGHBOURS", "Parts", "ToothCompliance", "tooth_compliance"]
+
+Array = NDArray[np.float64]
+
+NEIGHBOURS = 4  # pitches that the body couples; teeth that bear together stand nearer
+_KNOTS = 64
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(48)
+_SHEAR = 6 / 5
+_LEAN, _LEAN_RING = math.radians(30), math.radians(60)  # of the tangent in the critical section
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Parts:
+    """Compliance of a tooth by cause, all of one shape [m^2/N]: displacement along the normal per load per length."""
+
+    bending: Array
+    shear: Array
+    compression: Array
+    body: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ToothCompliance:
+    """Compliance of a tooth against the radius of the load; of the gear itself, not of its virtual one.
+
+    knots : (n,) radii, rising, from where the involute begins to the tip (of a ring from the tip outward) [m].
+    table : over them bending, shear, compression [m^2/N], depth [m], and the load of 1 N/m on the root (3), as `body`
+        counts it.  roots : (NEIGHBOURS + 1, 3, 3) motion of a root per load on another.
+    shared : what every tooth of the gear gives when one is loaded, because the body winds up; part of `body` [m^2/N].
+    height : of the tooth above its root [m].  warnings : what lies outside the limits of a formula.
+    """
+
+    gear: GearForm
+    outline: Outline
+    knots: Array
+    table: CubicSpline
+    roots: Array
+    shared: float
+    height: float
+    warnings: tuple[str, ...]
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and largest radius of the involute [m]."""
+        return float(self.knots[0]), float(self.knots[-1])
+
+    def bending(self, radius: ArrayLike) -> Array:
+        """Whole compliance q of the tooth and its body, without contact [m^2/N], at radii of any shape [m].
+
+        Beyond the involute the value at its end.
+        """
+        found = self.parts(radius)
+        return found.bending + found.shear + found.compression + found.body
+
+    def parts(self, radius: ArrayLike) -> Parts:
+        """The same by cause."""
+        at = self._at(radius)
+        under = np.einsum("...i,ij,...j->...", at[..., 4:], self.roots[0], at[..., 4:])
+        return Parts(bending=at[..., 0], shear=at[..., 1], compression=at[..., 2], body=under)
+
+    def depth(self, radius: ArrayLike) -> Array:
+        """From the flank to the middle of the tooth along the normal [m]."""
+        return np.asarray(self._at(radius)[..., 3])
+
+    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
+        """What the body gives to a tooth at `radius` per load per length on another at `other` [m^2/N].
+
+        ahead : by how many pitches the other stands on the side to which the loaded flanks face, whole numbers of any
+            sign; 0 is the tooth itself.  Beyond NEIGHBOURS as there.  With flanks that face the push (gear a of a pair)
+            the pair at sigma + 1 is one pitch ahead, else (gear b) one behind.
+        """
+        count = np.clip(np.asarray(ahead, dtype=np.int64), -NEIGHBOURS, NEIGHBOURS)
+        moved, loaded = self._at(radius)[..., 4:], self._at(other)[..., 4:]
+        matrix = np.where(
+            count[..., None, None] >= 0, self.roots[abs(count)], np.swapaxes(self.roots[abs(count)], -1, -2)
+        )
+        return np.asarray(np.einsum("...i,...ij,...j->...", moved, matrix, loaded))
+
+    def _at(self, radius: ArrayLike) -> Array:
+        return np.asarray(self.table(np.clip(radius, *self.limits)))
+
+
+def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", path: str = "") -> ToothCompliance:
+    """Compliance of the teeth of a gear.
+
+    under : the body as an elastic ring, or by the published fit (external teeth; no coupling of neighbours).
+    path : of the gear in the model file, for the message.
+
+    Raises
+    ------
+    ModelError : pointed or undercut teeth, no body under them (see `outline.tooth_outline`), a fit for a ring.
+    """
+    shape = tooth_outline(gear, path=path)
+    low, high = sorted((shape.form_radius, shape.tip))
+    radius = low + (high - low) * 0.5 * (1 - np.cos(np.pi * np.arange(_KNOTS) / (_KNOTS - 1)))
+    psi, gamma = shape.flank_angle(radius)
+    half, along = radius * np.sin(psi), radius * np.cos(psi)
+    crossing = along + half * np.tan(gamma) * (1 if shape.internal else -1)  # of the load and the middle of the tooth
+    section = _critical(shape)
+    root = _root(gear, shape, section)
+    roots, shared, messages = _body(gear, shape, root, under, path)
+    load = np.stack([-np.cos(gamma), np.sin(gamma) * (1 if shape.internal else -1)], axis=1)
+    moment = load[:, 0] * (crossing - root.middle)
+    beam = _beam(shape, crossing, gamma, section, gear)
+    table = np.column_stack([*beam, half / np.cos(gamma), load, moment])
+    knots = radius - gear.to_virtual
+    return ToothCompliance(
+        gear=gear,
+        outline=shape,
+        knots=knots,
+        table=CubicSpline(knots, table),
+        roots=roots,
+        shared=shared,
+        height=float(shape.depth[section]),
+        warnings=messages,
+    )
+
+
+def _critical(shape: Outline) -> int:
+    """Index of the section in which the tooth is held."""
+    lean = _LEAN_RING if shape.internal else _LEAN
+    return int(shape.form + np.searchsorted(shape.slope[shape.form :], lean))
+
+
+def _root(gear: GearForm, shape: Outline, section: int) -> body.Root:
+    """The tooth's stand on the body of the virtual gear, whose radii are to each other as those of the gear."""
+    return body.Root(
+        circle=float(shape.radius[section]),
+        held=gear.bore * shape.root / gear.root,
+        thickness=2 * float(shape.x[section]),
+        pitch=2 * shape.half_pitch,
+    )
+
+
+def _body(
+    gear: GearForm, shape: Outline, root: body.Root, under: str, path: str
+) -> tuple[Array, float, tuple[str, ...]]:
+    E, nu = gear.youngs_modulus, gear.poisson
+    shared = body.winding(root, shape.base, youngs_modulus=E, poisson=nu)
+    if under == "ring":
+        return body.root_compliance(root, NEIGHBOURS, youngs_modulus=E, poisson=nu), shared, ()
+    if shape.internal:
+        raise ModelError("the fit is for external teeth", path=path, given=under, allowed="ring")
+    own, messages = body.fitted(root, youngs_modulus=E)
+    return np.concatenate([own[None], np.zeros((NEIGHBOURS, 3, 3))]), shared, messages
+
+
+def _beam(shape: Outline, crossing: Array, gamma: Array, section: int, gear: GearForm) -> tuple[Array, Array, Array]:
+    """Bending, shear and compression (n,) of the beam from places on the middle line to the section [m^2/N]."""
+    nu, plane = gear.poisson, gear.youngs_modulus / (1 - gear.poisson**2)
+    G = gear.youngs_modulus / (2 * (1 + nu))
+    place = crossing - shape.tip if shape.internal else shape.tip - crossing
+    length = np.maximum(shape.depth[section] - place, 0.0)
+    arm = length[:, None] * 0.5 * (_POINTS + 1)
+    weight = length[:, None] * 0.5 * _WEIGHTS
+    thick = 2 * np.interp(place[:, None] + arm, shape.depth[: section + 1], shape.x[: section + 1])
+    across, down = np.cos(gamma) ** 2, np.sin(gamma) ** 2
+    bending = across * (12 * arm**2 / thick**3 * weight).sum(axis=1) / plane
+    stretched = (weight / thick).sum(axis=1)
+    return bending, _SHEAR * across * stretched / G, down * stretched / plane

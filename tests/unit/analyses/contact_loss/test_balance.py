@@ -1,0 +1,96 @@
+"""The balance of flanks that part: its derivatives, its linear limit, dampers of the contact, several tones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from epicyclic.analyses.contact_loss.corrector import linear_start, solve
+from epicyclic.analyses.contact_loss.problem import (
+    Problem,
+    State,
+    derivative,
+    evaluate,
+    flank_force,
+    mesh_problem,
+    slope,
+    unknowns,
+)
+from epicyclic.analyses.steady.response import FrameSpeed, respond, response
+
+
+def solved(given: Problem, speed: float) -> State:
+    """A solution to rounding, from closed flanks."""
+    found = solve(given, linear_start(given, speed), speed, tolerance=1e-13, steps=60)
+    assert found.state.norm < 1e-11 * np.linalg.norm(found.state.y)
+    return found.state
+
+
+@pytest.mark.parametrize("tones", [1, 2])
+@pytest.mark.parametrize("frame", ["kinematic", "operating"])
+def test_slope_is_the_derivative_along_a_motion(made: Any, tones: int, frame: FrameSpeed) -> None:
+    given = mesh_problem(response(made.coupled(tones=tones), frame_speed=frame), harmonics=4, cross=3)
+    random = np.random.default_rng(0)
+    y = 0.3 * linear_start(given, 0.9)
+    y += 0.3 * np.abs(y).max() * random.standard_normal(unknowns(given))
+    step = random.standard_normal(unknowns(given))
+    y[1, 0] = step[1, 0] = 0.0  # the mean has no imaginary part
+    at = evaluate(given, y, 0.9)
+    h = 1e-9 * np.linalg.norm(y)
+    ahead, behind = (evaluate(given, y + sign * h * step, 0.9) for sign in (1, -1))
+    # no sample may change its contact in between: there the balance is a polygon with a corner
+    assert np.array_equal(ahead.touching, behind.touching)
+    assert 0.05 < at.touching.mean() < 0.95
+    differences = (ahead.residual - behind.residual) / (2 * h)
+    # linear between corners: what is left is rounding over the step, 1e-16 / 1e-9
+    np.testing.assert_allclose(slope(given, at, step), differences, atol=1e-7 * np.abs(differences).max())
+
+
+@pytest.mark.parametrize("frame", ["kinematic", "operating"])
+def test_derivative_with_the_speed(made: Any, frame: FrameSpeed) -> None:
+    given = mesh_problem(response(made.coupled(), frame_speed=frame), harmonics=8)
+    at = solved(given, 1.1)
+    assert 0.05 < at.touching.mean() < 0.95
+    h = 1e-6
+    ahead, behind = (evaluate(given, at.y, 1.1 + sign * h) for sign in (1, -1))
+    differences = (ahead.residual - behind.residual) / (2 * h)
+    # central differences: h^2 of a third derivative, and rounding 1e-16 / h
+    np.testing.assert_allclose(derivative(given, at), differences, atol=1e-7 * np.abs(differences).max())
+
+
+@pytest.mark.parametrize("tones", [1, 2])
+def test_without_parting_it_is_the_linear_response(made: Any, tones: int) -> None:
+    system = made.coupled(tones=tones, load=3000.0, far=False)
+    ready = response(system)
+    block = next(respond(ready, np.array([0.8]), tolerance=1e-12))
+    given = mesh_problem(ready, harmonics=tuple(block.kept[:-1]), cross=block.kept[-1])
+    state = evaluate(given, block.mesh.y[0], 0.8)
+    assert state.touching.all()
+    # the linear solver's own residual 1e-12, and sums over samples that its convolutions do without
+    assert state.norm < 1e-10 * np.linalg.norm(state.y)
+
+
+def test_dampers_act_with_the_contact_alone(made: Any) -> None:
+    given = mesh_problem(response(made.coupled()), harmonics=8)
+    state = solved(given, 1.1)
+    force = flank_force(given, state)
+    apart = ~(state.touching | np.roll(state.touching, 1, axis=0) | np.roll(state.touching, -1, axis=0))
+    assert apart.any()
+    assert np.all(force[apart] == 0)
+    # where it touches the force is k delta + c delta', and the damper is a fair part of it
+    without = flank_force(mesh_problem(response(made.coupled(drag=0.0)), harmonics=8), state)
+    assert np.abs(force - without)[state.touching].max() > 0.02 * np.abs(force).max()
+
+
+def test_two_cycles_hold_the_motion_of_one(made: Any) -> None:
+    ready = response(made.coupled())
+    one, two = mesh_problem(ready, harmonics=6), mesh_problem(ready, harmonics=6, cycles=2)
+    state = solved(one, 1.1)
+    y = np.zeros(unknowns(two))
+    y[:, ::2] = state.y
+    assert evaluate(two, y, 1.1).norm < 1e-11 * np.linalg.norm(y)
+    # an error at another place of the period is seen
+    y[:, 1] += 0.01 * y[:, 2]
+    assert evaluate(two, y, 1.1).norm > 1e-3 * np.linalg.norm(y[:, 1])

@@ -1,0 +1,205 @@
+"""Motions with contact loss: against time integration, their energy, their stability and what replaces them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from epicyclic.analyses.contact_loss.attractor import Record, instant, settled
+from epicyclic.analyses.contact_loss.branch_switching import broken_symmetry, searched, two_cycles
+from epicyclic.analyses.contact_loss.corrector import linear_start
+from epicyclic.analyses.contact_loss.measures import measured, net_force
+from epicyclic.analyses.contact_loss.refinement import Levels
+from epicyclic.analyses.contact_loss.solution import Solution, apart, judged, solution
+from epicyclic.analyses.steady.response import response
+from epicyclic.assemble import assemble
+from epicyclic.resolve import load
+from epicyclic.system.system import System
+
+Array = NDArray[np.float64]
+
+
+def found(system: System, speed: float, *, harmonics: int = 32) -> tuple[Levels, Solution]:
+    """The motion that Newton's method reaches from closed teeth, judged."""
+    levels = Levels(ready=response(system))
+    given = levels.problem(harmonics)
+    at = solution(levels, linear_start(given, speed), speed, given=given, harmonics=harmonics, fixed=True)
+    assert at is not None
+    return levels, judged(levels, at)
+
+
+def force_over_cycle(system: System, at: Solution) -> Array:
+    """Mesh forces over the samples of the period, (m, N)."""
+    from epicyclic.analyses.contact_loss.problem import flank_force
+
+    return net_force(system, flank_force(at.given, at.state)).T
+
+
+def test_a_train_that_parts_is_what_time_integration_says(made: Any) -> None:
+    system = made.bench()
+    _, at = found(system, 1.3, harmonics=48)
+    assert at.stable
+    assert measured(system, at.given, at.state).open.max() > 0.2
+    equation, count = made.equation(system, 1.3), at.given.grid.counts[0]
+    start = instant(at).ravel()
+    states = equation.run(start, 1, samples=count, rtol=1e-7, atol=1e-12)
+    force, ours = equation.force(states), force_over_cycle(system, at)
+    # 48 harmonics leave 3e-4 of a mesh force with its corners; a wrong term is off by far more
+    assert np.abs(force - ours).max() < 1e-3 * np.abs(ours).max()
+    assert force.std(axis=1) == pytest.approx(measured(system, at.given, at.state).rms, rel=5e-4)
+    end = equation.run(start, 1, rtol=1e-7, atol=1e-12)[:, -1]
+    assert np.abs(end - start)[:56].max() < 1e-3 * np.abs(start[:56]).max()
+
+
+def test_every_term_of_the_equation_is_what_time_integration_says(made: Any) -> None:
+    system = made.coupled()
+    _, at = found(system, 1.1, harmonics=48)
+    touching = at.state.touching.mean(axis=0)
+    assert np.any((touching > 0) & (touching < 1))
+    equation, count = made.equation(system, 1.1), at.given.grid.counts[0]
+    force = equation.force(equation.run(instant(at).ravel(), 1, samples=count))
+    ours = force_over_cycle(system, at)
+    # dampers jump where teeth meet: 48 harmonics and samples of 1/768 cycle hold such a force to a few 1e-3
+    assert np.abs(force - ours).mean() < 2e-3 * np.abs(ours).max()
+
+
+def test_energy_of_a_cycle(made: Any) -> None:
+    """Work of loads, of the varying stiffness and of the errors is what modal damping takes, teeth parted or not.
+
+    d/dt [T + V + sum k delta^2 / 2] = push q' + sum (k' delta^2 / 2 - f e') - dissipation, over one period zero.
+    """
+    system = made.bench()
+    _, at = found(system, 1.3, harmonics=48)
+    given, state = at.given, at.state
+    w, N = state.speed * given.omega, given.grid.counts[0]
+    time = np.arange(N) / N
+    rows = state.y.reshape(-1, state.y.shape[2])
+    rate_rows = np.concatenate([-w[:, None] * state.y[1], w[:, None] * state.y[0]])
+    delta = given.grid.values(rows @ given.flanks.gaps.T - given.error)
+    J = len(w)
+    error_rate = given.grid.values(np.concatenate([-w[:, None] * given.error[J:], w[:, None] * given.error[:J]]))
+    orders = np.arange(1, 9)
+    turn = 2j * np.pi * 1000 * state.speed * orders
+    wave = np.exp(2j * np.pi * np.outer(time, orders)) * turn
+    stiffness_rate = given.flanks.stiffness * (wave @ given.flanks.variation.T).real
+    pressed = delta > 0
+    force = np.where(pressed, given.stiffness * delta, 0.0)
+    parametric = (np.where(pressed, stiffness_rate * delta**2 / 2, 0.0)).mean(axis=0).sum()
+    of_errors = -(force * error_rate).mean(axis=0).sum()
+    velocity = given.grid.values(rate_rows) @ given.modal.shapes.T
+    of_loads = float((velocity @ system.force).mean())
+    lost = float(np.einsum("ti,ij,tj->t", velocity, made.equation(system, state.speed).dampers(), velocity).mean())
+    gained = parametric + of_errors + of_loads
+    assert abs(parametric) > 0.05 * lost
+    assert abs(of_errors) > 0.05 * lost
+    # the sums over 768 samples of a force with corners, and 48 harmonics of the motion
+    assert gained == pytest.approx(lost, rel=2e-3)
+
+
+def test_a_broken_symmetry(made: Any) -> None:
+    system = made.bench()
+    levels, at = found(system, 2.11)
+    assert at.verdict is not None
+    assert at.verdict.kind == "symmetry breaking"
+    assert measured(system, at.given, at.state).rms.max() == pytest.approx(963, rel=2e-3)
+    other = next(broken_symmetry(levels, at))
+    assert other.kind == "symmetry broken"
+    assert other.stable
+    # the known values have three and four figures
+    assert measured(system, other.given, other.state).rms.max() == pytest.approx(1129, rel=2e-3)
+    # time integration from the unstable motion, a little off, goes there
+    pytest.importorskip("numba")
+    random = np.random.default_rng(1)
+    start = instant(at)
+    reached = settled(levels, start * (1 + 0.05 * random.standard_normal(start.shape)), 2.11, harmonics=16)
+    assert isinstance(reached, Solution)
+    assert measured(system, reached.given, reached.state).rms.max() == pytest.approx(1129, rel=2e-3)
+
+
+def half_order_pair(made: Any) -> System:
+    """A pair near twice its natural frequency, where its stiffness shakes it most."""
+    system: System = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)
+    return system
+
+
+def test_two_cycles_near_twice_the_natural_frequency(made: Any) -> None:
+    system = half_order_pair(made)
+    levels, at = found(system, 2.0, harmonics=16)
+    assert at.verdict is not None
+    assert at.verdict.kind == "period doubling"
+    assert at.verdict.multiplier.real < -1
+    small = measured(system, at.given, at.state).rms.max()
+    other = next(two_cycles(levels, at))
+    assert other.kind == "period 2"
+    assert other.stable
+    large = measured(system, other.given, other.state).rms.max()
+    assert large > 15 * small
+    # DOP853 over two cycles from its state comes back to it, and to no such place after one
+    equation = made.equation(system, 2.0)
+    start = instant(other).ravel()
+    once, twice = (equation.run(start, cycles)[:, -1] for cycles in (1, 2))
+    scale = np.abs(start)
+    assert np.all(np.abs(twice - start) < 2e-3 * scale.max() + 2e-3 * scale)
+    assert np.abs(once - start)[0] > 0.5 * scale[0]
+
+
+def test_multipliers_are_those_of_a_disturbed_run(made: Any) -> None:
+    system: System = made.single(variation=(0.3,), zeta=0.05, load=2000.0, backlash=5e-5)
+    _, at = found(system, 0.95)
+    assert 0 < measured(system, at.given, at.state).open.max() < 1
+    assert at.verdict is not None
+    equation, start = made.equation(system, 0.95), instant(at).ravel()
+    size = np.array([1e-7, 1e-7 * 2 * np.pi * 1000])
+    columns = []
+    for place in range(2):
+        step = np.zeros(2)
+        step[place] = size[place]
+        ends = [equation.run(start + sign * step, 1, rtol=1e-10, atol=1e-16)[:, -1] for sign in (1, -1)]
+        columns.append((ends[0] - ends[1]) / 2 / size[place])
+    ours = np.linalg.eigvals(np.array(columns).T)
+    # 48 steps a cycle, where the contact changes within a step: 2e-3
+    assert max(abs(ours)) == pytest.approx(abs(at.verdict.multiplier), rel=4e-3)
+
+
+def test_kicks_find_what_is_not_connected(made: Any) -> None:
+    system = half_order_pair(made)
+    levels, at = found(system, 1.9, harmonics=16)
+    assert at.stable  # the small motion is stable here, and the large one is there too
+    others = searched(levels, at, cycles=2, tries=12)
+    assert len(others) == 1  # shifted by a cycle it is the same
+    assert others[0].stable
+    assert apart(at, others[0])
+    small, large = (measured(system, each.given, each.state).rms.max() for each in (at, others[0]))
+    assert large > 10 * small
+
+
+def test_a_motion_that_never_repeats_is_recorded(made: Any) -> None:
+    pytest.importorskip("numba")
+    system = made.bench()
+    levels = Levels(ready=response(system))
+    given = levels.problem(16)
+    start = linear_start(given, 1.46)
+    shapes = given.modal.shapes
+    state = np.stack([start[0].sum(axis=0), -(1.46 * given.omega) @ start[1]]) @ shapes.T
+    reached = settled(levels, state, 1.46, harmonics=16)
+    assert isinstance(reached, Record)
+    # the periodic motion has 1715 N there and is unstable
+    assert 1500 < reached.measures.rms.max() < 1800
+
+
+def test_a_train_that_turns_freely_and_drifts_settles(made: Any) -> None:
+    pytest.importorskip("numba")
+    system = assemble(load("xu2020"))
+    speed = 1700.0 / float(system.tones[0])
+    levels, at = found(system, speed, harmonics=16)
+    modal = levels.ready.modal
+    assert modal.rigid.sum() == 1
+    start = instant(at)
+    # every gear gains a little speed: nothing is stretched by it, and nothing holds it
+    start[1] += 200 * np.abs(start[0]).max() * modal.shapes[:, modal.rigid][:, 0] / np.abs(modal.shapes).max()
+    reached = settled(levels, start, speed, harmonics=16)
+    assert isinstance(reached, Solution)
+    assert not apart(at, reached)

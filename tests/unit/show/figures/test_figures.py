@@ -1,0 +1,356 @@
+"""What each figure shows, read back from its data."""
+
+from __future__ import annotations
+
+import json
+import re
+from types import ModuleType
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+import xarray as xr
+
+from epicyclic.show import figures as plots
+from epicyclic.show.figures.campbell import crossings
+from epicyclic.show.figures.energy import gathered
+from epicyclic.show.figures.frequencies import groups
+from epicyclic.show.figures.parts import faces, parts
+from epicyclic.show.figures.style import DASHES, PALETTE, branch_colour
+from epicyclic.show.figures.waterfall import crests, rays
+
+Datasets = dict[str, xr.Dataset]
+
+
+def every_figure(datasets: Datasets) -> dict[str, go.Figure]:
+    check, modes = datasets["check"], datasets["modes"]
+    found = {
+        "front": plots.train_front(check),
+        "section": plots.train_section(check),
+        "members": plots.members(check),
+        "phases": plots.phases(check),
+        "orders": plots.orders(check),
+        "stiffness": plots.mesh_stiffness(datasets["stiffness"]),
+        "frequencies": plots.frequencies(modes, check),
+        "shapes": plots.mode_shapes(check, modes),
+        "energy": plots.energy_shares(modes),
+    }
+    if "sharing" in datasets:
+        found["campbell"] = plots.campbell(datasets["campbell"])
+        found["sharing"] = plots.load_sharing(datasets["sharing"])
+        found["history"] = plots.load_history(datasets["sharing"])
+        found["forces"] = plots.mesh_forces(datasets["sharing"])
+        found["sweep"] = plots.speed_sweep(datasets["sweep"], modes)
+        found["waterfall"] = plots.waterfall(datasets["sweep"], modes)
+        found["bearings"] = plots.bearing_forces(datasets["sweep"], modes)
+    return found
+
+
+def numbers(values: object) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    return np.array(values, dtype=np.float64)
+
+
+def test_every_axis_with_numbers_says_its_unit(ren: Datasets) -> None:
+    for name, drawn in every_figure(ren).items():
+        titles = [axis.title.text for axis in drawn.select_yaxes() if axis.title.text]
+        titles += [axis.title.text for axis in drawn.select_xaxes() if axis.title.text]
+        if name in ("front", "section", "stiffness", "campbell", "history", "forces", "sweep", "waterfall", "bearings"):
+            assert titles, name
+        for title in titles:
+            assert title == "mode" or re.search(r"\[.+\]$", title), (name, title)
+
+
+def test_figures_are_json_without_nan(ren: Datasets, lin: Datasets) -> None:
+    for datasets in (ren, lin):
+        for name, drawn in every_figure(datasets).items():
+            text = drawn.to_json()
+            assert "NaN" not in text, name
+            assert json.loads(text)["layout"]["title"]["text"], name
+
+
+def test_branch_colours_differ() -> None:
+    assert len({branch_colour(branch) for branch in range(1, 9)}) == len(PALETTE) == 8
+
+
+def test_the_front_view_has_the_teeth_of_every_gear(ren: Datasets) -> None:
+    drawn = plots.train_front(ren["check"])
+    text = next(trace for trace in drawn.data if trace.mode == "text").text
+    assert sum("z = 17" in word for word in text) == 3
+    assert "ring, z = 57, held" in text
+    assert any(word.startswith("carrier, 28.75 rpm") for word in text)
+    # x and y have one scale
+    assert drawn.layout.yaxis.scaleanchor == "x"
+    sun = next(trace for trace in drawn.data if trace.text and "sun" in str(trace.text) and trace.fill == "toself")
+    radius = np.hypot(numbers(sun.x), numbers(sun.y))
+    # tip circle of the sun, to the hundredth of a millimetre that is written
+    assert radius.max() == pytest.approx(1e3 * float(ren["check"].tip_radius.sel(gear="main/sun")), abs=0.05)
+    tips = np.sum(np.diff((radius > radius.max() - 1).astype(int)) == 1)
+    assert tips == 23
+
+
+def test_herringbone_faces_lie_on_either_side_of_the_gap(ren: Datasets) -> None:
+    sun = next(part for part in parts(ren["check"]) if part.name == "main/sun")
+    (a, b, left), (c, d, right) = faces(sun)
+    assert (a, b, c, d) == pytest.approx((-0.18, -0.01, 0.01, 0.18))
+    assert (left, right) == (-1, 1)
+
+
+def test_sense_of_rotation_arrows_follow_the_signs(ren: Datasets) -> None:
+    drawn = plots.train_front(ren["check"])
+    arcs = next(trace for trace in drawn.data if trace.name == "sense of rotation")
+    x, y = numbers(arcs.x), numbers(arcs.y)
+    ends = np.flatnonzero(np.isnan(x))
+    first = slice(0, ends[0])
+    # bodies come in the order sun, planets: the sun turns counter-clockwise about the origin, planets clockwise
+    turned = np.unwrap(np.arctan2(y[first], x[first]))
+    assert turned[-1] > turned[0]
+    second = slice(ends[0] + 1, ends[1])
+    turned = np.unwrap(np.arctan2(y[second], x[second] - 706.16))
+    assert turned[-1] < turned[0]
+
+
+def test_member_bars_balance(ren: Datasets) -> None:
+    drawn = plots.members(ren["check"])
+    torque, power = numbers(drawn.data[1].x), numbers(drawn.data[2].x)
+    # torques of all members in equilibrium and power in = power out, to rounding
+    assert torque.sum() == pytest.approx(0, abs=1e-9)
+    assert power.sum() == pytest.approx(0, abs=1e-9)
+    assert [label for label in drawn.data[0].y] == ["planet", "carrier", "ring", "sun"]
+
+
+def test_dials_show_the_leads(ren: Datasets) -> None:
+    drawn = plots.phases(ren["check"])
+    shown = {(trace.subplot, trace.name): trace.theta[1] for trace in drawn.data}
+    # leads of 23 teeth and three planets: 0, 1/3, 2/3; of 57 teeth: all 0; input is rounded to 1e-9
+    assert [shown["polar", f"branch {branch} L, R"] for branch in (1, 2, 3)] == pytest.approx([0, 120, 240], abs=1e-6)
+    assert [shown["polar2", f"branch {branch} L, R"] for branch in (1, 2, 3)] == pytest.approx([0, 0, 0], abs=1e-6)
+
+
+def test_stiffness_curves_that_coincide_are_broken(ren: Datasets) -> None:
+    drawn = plots.mesh_stiffness(ren["stiffness"])
+    ring = [trace for trace in drawn.data if trace.yaxis == "y2"]
+    assert [trace.line.dash for trace in ring] == ["solid", "dash", "dot"]
+    sun = [trace for trace in drawn.data if trace.yaxis == "y"]
+    assert {trace.line.dash for trace in sun} == {DASHES[0]}
+    assert all(trace.x[-1] == 1 and trace.y[-1] == trace.y[0] for trace in drawn.data)
+
+
+def test_frequency_groups_add_up(ren: Datasets, lin: Datasets) -> None:
+    for datasets in (ren, lin):
+        found = groups(datasets["modes"])
+        assert sum(one.multiplicity for one in found) == datasets["modes"].sizes["mode"]
+        assert [one.frequency for one in found] == sorted(one.frequency for one in found)
+
+
+def test_energy_shares_of_a_group_are_summed(ren: Datasets) -> None:
+    shares = ren["modes"].strain_energy_share
+    names, total = gathered([str(name) for name in shares.connection.values], shares.values)
+    assert "sun-planet" in names
+    expected = shares.sel(connection=[n for n in shares.connection.values if "sun-planet" in n]).sum("connection")
+    np.testing.assert_allclose(total[names.index("sun-planet")], expected, atol=1e-12)  # a sum in another order
+    np.testing.assert_allclose(total.sum(axis=0)[1:], 1, atol=1e-9)
+
+
+def test_crossings_lie_on_ray_and_curve(synthetic: ModuleType) -> None:
+    speed = np.linspace(0, 2, 21)
+    whirl = np.stack([100 - 10 * speed, 100 + 10 * speed], axis=1)
+    data = synthetic.dataset(
+        {
+            "whirl_frequency": (("relative_speed", "mode"), whirl),
+            "mesh_frequency": (("stage", "relative_speed"), 60.0 * speed[None]),
+        },
+        coords={"relative_speed": speed, "stage": ["main"]},
+        verb="modes",
+    )
+    found = crossings(data, orders=2)
+    # 60 l s = 100 -+ 10 s; straight lines, so interpolation is exact
+    expected = sorted(100 / (60 * order + sign * 10) for order in (1, 2) for sign in (1, -1))
+    assert sorted(one.relative_speed for one in found) == pytest.approx([s for s in expected if s <= 2], rel=1e-12)
+    for one in found:
+        assert one.frequency == pytest.approx(60 * one.order * one.relative_speed, rel=1e-12)
+
+
+def frame_of(drawn: go.Figure, name: str) -> list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
+    frame = next(frame for frame in drawn.frames if frame.name == name)
+    return [numbers(trace.x) + 1j * numbers(trace.y) for trace in frame.data]
+
+
+def test_a_mode_swings_about_its_place_at_rest(lin: Datasets) -> None:
+    drawn = plots.mode_shapes(lin["check"], lin["modes"])
+    rest = [numbers(trace.x) + 1j * numbers(trace.y) for trace in drawn.data[: len(drawn.frames[0].data)]]
+    for mode in (1, 5):
+        high, middle, low = (frame_of(drawn, f"{mode}.{step}") for step in (0, 4, 8))
+        moved = max(float(np.nanmax(np.abs(a - b))) for a, b in zip(high, rest, strict=True))
+        smallest = 1e3 * float(lin["check"].reference_radius.min())
+        assert 0.05 * smallest < moved < 0.6 * smallest
+        for up, at, down, still in zip(high, middle, low, rest, strict=True):
+            np.testing.assert_allclose(at, still, atol=0.011, equal_nan=True)  # written to 0.01 mm
+            # forth and back are alike but for the curvature of a turn, moved^2 / radius
+            assert np.nanmax(np.abs(up + down - 2 * still)) < moved**2 / smallest + 0.05
+
+
+@pytest.mark.parametrize(("direction", "expected"), [("x", 1j), ("y", -1)])
+def test_planets_move_in_their_own_axes(lin: Datasets, direction: str, expected: complex) -> None:
+    modes = lin["modes"].copy(deep=True)
+    modes["full_shape"][:] = 0.0
+    modes["full_shape"].loc[{"body": "main/planet/2", "direction": direction, "mode": 1}] = 1.0
+    drawn = plots.mode_shapes(lin["check"], modes.isel(mode=slice(0, 1)))
+    count = len(drawn.frames[0].data)
+    rest = [numbers(trace.x) + 1j * numbers(trace.y) for trace in drawn.data[:count]]
+    moved = [a - b for a, b in zip(frame_of(drawn, "0.0"), rest, strict=True)]
+    shift = moved[[trace.name for trace in drawn.data[:count]].index("planet")]
+    largest = shift[np.nanargmax(np.abs(shift))]
+    # of planet 2, radially outward is +y and tangential -x; numbers are written to 0.01 mm
+    assert abs(largest) > 1
+    assert abs(largest / expected - abs(largest)) < 0.03
+
+
+def test_the_slider_has_a_step_for_each_mode_and_frames_exist(ren: Datasets) -> None:
+    drawn = plots.mode_shapes(ren["check"], ren["modes"])
+    names = {frame.name for frame in drawn.frames}
+    steps = drawn.layout.sliders[0].steps
+    assert len(steps) == 28
+    for step in steps:
+        assert set(step.args[0]) <= names
+    assert "side view, z to the right" in [note.text for note in drawn.layout.annotations]
+
+
+def test_whirling_shapes_go_all_the_way_round(lin: Datasets) -> None:
+    modes = lin["modes"].isel(mode=slice(0, 2)).copy()
+    shape = np.zeros(modes["full_shape"].shape, dtype=complex)
+    shape[0, 0], shape[0, 1] = 1.0, -1j
+    modes["full_shape"] = modes["full_shape"].astype(complex).copy(data=shape)
+    drawn = plots.mode_shapes(lin["check"], modes)
+    count = len(drawn.frames[0].data)
+    sun = [trace.name for trace in drawn.data[:count]].index("sun")
+    rest = numbers(drawn.data[sun].x) + 1j * numbers(drawn.data[sun].y)
+    angles = [np.angle(np.nanmean(frame_of(drawn, f"0.{step}")[sun] - rest)) for step in range(16)]
+    # x = cos, y = sin: one turn counter-clockwise in equal steps, to the rounding of what is written
+    np.testing.assert_allclose(np.diff(np.unwrap(angles)), 2 * np.pi / 16, atol=5e-3)
+
+
+def test_a_page_can_be_passed_on_by_mail(synthetic: ModuleType) -> None:
+    gears = synthetic.lin_gears(8)
+    text = plots.mode_shapes(synthetic.check(gears), synthetic.modes(gears)).to_json()
+    assert len(text) < 2.3e6
+
+
+def test_sharing_bars_start_at_one(ren: Datasets) -> None:
+    drawn = plots.load_sharing(ren["sharing"])
+    first = drawn.data[0]
+    expected = ren["sharing"].load_sharing.sel(mesh="main/sun-planet/1/left").values
+    np.testing.assert_allclose(1 + numbers(first.y), expected, atol=5.1e-6)  # written to six digits of the largest
+    assert first.base == 1
+    assert {trace.name for trace in drawn.data} == {f"branch {branch} L, R" for branch in (1, 2, 3)}
+
+
+def test_histories_keep_their_peaks(synthetic: ModuleType) -> None:
+    data = synthetic.sharing(synthetic.REN, cycles=200)
+    drawn = plots.load_history(data)
+    peak = data.load_sharing_history.sel(mesh="main/planet-ring/3/left").values.max()
+    shown = [trace for trace in drawn.data if trace.yaxis == "y2" and trace.name.startswith("branch 3")]
+    # written to five digits
+    assert numbers(shown[0].y).max() == pytest.approx(peak, abs=1e-4)
+    assert len(shown[0].y) < 0.3 * data.sizes["time"]
+
+
+def test_lost_contact_is_said(ren: Datasets) -> None:
+    data = ren["sharing"].copy()
+    data["contact_lost"] = data.contact_lost.copy(data=np.arange(12) < 2)
+    notes = [note.text for note in plots.mesh_forces(data).layout.annotations]
+    assert "contact lost in 2 of 12 meshes" in notes
+
+
+def test_the_waterfall_has_a_ray_for_every_line(ren: Datasets) -> None:
+    sweep = ren["sweep"]
+    every = rays(sweep)
+    assert [ray.order for ray in every] == pytest.approx([0.0435, 1, 1.0435, *range(2, 13)])
+    first = every[1]
+    assert first.label == "1× mesh"
+    expected = sweep.mesh_force_order.sel(order=1).max("mesh").values
+    np.testing.assert_array_equal(first.amplitude, expected)
+    at = int(np.nanargmax(expected))
+    assert first.mesh[at] == str(sweep.mesh.values[sweep.mesh_force_order.sel(order=1).values[:, at].argmax()])
+    found = crests(every, sweep.mesh_frequency.values, ren["modes"])
+    natural = np.array([one.frequency for one in groups(ren["modes"])])
+    assert 1 <= len(found) <= 5
+    assert found[0].amplitude == max(one.amplitude for one in found)
+    for one in found:
+        assert np.abs(natural / one.y - 1).min() < 0.06
+        assert one.y / one.x == pytest.approx(float(one.label.partition("×")[0])) or "run_out" in one.label
+    drawn = plots.waterfall(sweep, ren["modes"])
+    shades = [trace for trace in drawn.data if trace.marker.coloraxis == "coloraxis"]
+    strongest = max(shades, key=lambda trace: max(trace.marker.color))
+    # in kN, as a logarithm, to four digits
+    assert 10 ** max(strongest.marker.color) == pytest.approx(float(np.nanmax(expected)) / 1e3, rel=1e-2)
+    alone = plots.waterfall(sweep, mesh=str(sweep.mesh.values[0]))
+    assert "main/" in alone.layout.title.text
+
+
+def test_lines_of_one_frequency_are_one_ray(ren: Datasets) -> None:
+    sweep = ren["sweep"].assign_coords(line_order=("line", [1.0, 1.0435]))
+    (first,) = [ray for ray in rays(sweep) if ray.order == 1.0]
+    both = np.maximum(sweep.mesh_force_order.sel(order=1).max("mesh"), sweep.mesh_force_line[:, 0].max("mesh"))
+    np.testing.assert_array_equal(first.amplitude, both.values)
+
+
+def test_a_mesh_of_another_tone_has_its_own_rays(ren: Datasets) -> None:
+    tones = np.where(np.arange(ren["sweep"].sizes["mesh"]) < 6, 1.0, 0.3)
+    found = {ray.order: ray.label for ray in rays(ren["sweep"].assign_coords(mesh_tone=("mesh", tones)))}
+    assert found[0.3] == found[1.0] == "1× main mesh"
+    assert found[0.6] == "2× main mesh"
+    assert len(found) == 12 + 12 + 2 - 1  # 10 x 0.3 is 3 x 1
+
+
+def test_bearings_that_carry_the_same_are_one_curve(ren: Datasets) -> None:
+    drawn = plots.bearing_forces(ren["sweep"], ren["modes"])
+    names = [trace.name for trace in drawn.data if trace.showlegend is not False and trace.y[0] is not None]
+    assert [name for name in names if "bearing" in name] == ["planet 1, 2, 3 bearing"]
+    assert "ring left, right support" in names
+    curve = next(trace for trace in drawn.data if trace.name == "planet 1, 2, 3 bearing")
+    expected = ren["sweep"].bearing_force_peak[0].values / 1e3
+    np.testing.assert_allclose(numbers(curve.y), expected, rtol=1e-3)
+
+
+def test_sweep_marks_natural_frequencies_operating_point_and_failures(ren: Datasets) -> None:
+    drawn = plots.speed_sweep(ren["sweep"], ren["modes"])
+    at = {round(float(shape.x0), 6) for shape in drawn.layout.shapes}
+    inside = [one.frequency for one in groups(ren["modes"]) if 20 <= one.frequency <= 600]
+    assert {round(value, 6) for value in inside} < at
+    assert 27.3125 in at
+    failed = next(trace for trace in drawn.data if trace.name == "no convergence")
+    assert failed.x[0] == pytest.approx(float(ren["sweep"].mesh_frequency[120]))
+
+
+def test_curves_and_studies(synthetic: ModuleType) -> None:
+    stiffness = [1e8, 1e9, 1e10]
+    drawn = plots.curves(
+        stiffness,
+        {"sun": [1.1, 1.2, 1.3], "carrier": [1.1, 1.3, 1.5]},
+        title="Float",
+        x_title="support stiffness [N/m]",
+        y_title="load sharing [-]",
+        log_x=True,
+        reference=1.0,
+    )
+    assert [trace.name for trace in drawn.data] == ["sun", "carrier"]
+    assert drawn.layout.xaxis.type == "log"
+    data = synthetic.dataset(
+        {"load_sharing": (("mesh", "point"), np.ones((2, 3)))},
+        coords={"mesh": ["m/a-b/1", "m/a-b/2"], "point": [0, 1, 2], "k": ("point", ["1e8 N/m", "1e9 N/m", "1e10 N/m"])},
+        verb="vary",
+    )
+    again = plots.study(data)
+    assert list(again.data[0].x) == stiffness
+    assert again.layout.xaxis.title.text == "k [N/m]"
+    assert [trace.name for trace in again.data] == ["a-b 1", "a-b 2"]
+
+
+def test_trains_without_speeds_or_widths_are_drawn(lin: Datasets) -> None:
+    check = lin["check"].copy()
+    for name in ("face_width", "tip_radius", "root_radius", "module", "pressure_angle"):
+        check[name] = check[name] * np.nan
+    check["outer_radius"] = check["outer_radius"] * np.nan
+    front, section = plots.train_front(check), plots.train_section(check)
+    assert "not given" in section.layout.title.text
+    assert sum("z = 35" in word for trace in front.data if trace.mode == "text" for word in trace.text) == 4

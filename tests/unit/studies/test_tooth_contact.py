@@ -1,0 +1,209 @@
+"""The verb and command `contact`: loads, sides, named meshes, table, figures, JSON, what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.assemble.tooth_pairs import mean_force, pair_of
+from epicyclic.cli.main import app
+from epicyclic.errors import ModelError
+from epicyclic.results.dataset import load_result, save_result
+from epicyclic.show import figures as plots
+from epicyclic.studies.tooth_contact import factors_of, meshes_named
+
+
+@pytest.fixture(scope="module")
+def result() -> xr.Dataset:
+    return epicyclic.contact("ren2021", samples=24, slices=10)
+
+
+def test_variables_that_scripts_rely_on(result: xr.Dataset) -> None:
+    assert result.load_per_length.dims == ("side", "width", "mesh_phase")
+    assert result.transmission_error.dims == ("mesh_phase",)
+    for name, values in result.variables.items():
+        assert "long_name" in values.attrs or name in ("side", "line", "tooth_pair", "end"), name
+    assert result.transmission_error.attrs["units"] == "m"
+    assert result.load_per_length.attrs["units"] == "N/m"
+
+
+def test_the_load_is_that_of_static_equilibrium(result: xr.Dataset) -> None:
+    static = epicyclic.static("ren2021")
+    mean = float(static.mesh_force.sel(mesh=[m for m in static.mesh.values if "sun-planet" in str(m)]).mean())
+    # the mean over branches and time: errors shift load between branches but the torque is one
+    assert result.attrs["force"] == pytest.approx(mean, rel=1e-6)
+
+
+def test_torque_is_the_lever_of_all_helices(result: xr.Dataset) -> None:
+    torques = epicyclic.load("ren2021").kinematics.torque
+    assert torques is not None
+    torque = abs(torques["main.sun"])
+    now = int(np.argmin(np.abs(result.mesh_load.values - result.attrs["force"])))
+    assert 3 * float(result.load_torque[now]) == pytest.approx(torque, rel=1e-9)
+    again = epicyclic.contact("ren2021", torque=float(result.load_torque[now]), factors=[], samples=4, slices=2)
+    assert again.attrs["force"] == pytest.approx(result.attrs["force"], rel=1e-12)
+
+
+def test_halves_are_mirror_images(result: xr.Dataset) -> None:
+    left, right = result.load_per_length.values
+    assert right[::-1] == pytest.approx(left, rel=1e-7, abs=1e-3)
+    assert result.side_transmission_error.values[1] == pytest.approx(result.side_transmission_error.values[0], rel=1e-9)
+    assert result.transmission_error.values == pytest.approx(result.side_transmission_error.values[0], rel=1e-9)
+    assert result.pair_share.sum("tooth_pair").values == pytest.approx(1.0, rel=1e-9)
+    assert float(result.contact_residual.max()) < 1e-11
+
+
+def test_a_side_of_its_own_differs() -> None:
+    crowned = epicyclic.contact(
+        "ren2021",
+        overrides={"stages.main.sun.left.flank.crown": "30 um"},
+        factors=[],
+        samples=12,
+        slices=10,
+    )
+    left, right = crowned.face_factor.values[:, 0]
+    assert left > 1.2 * right
+    assert crowned.transmission_error.values == pytest.approx(crowned.side_transmission_error.values.mean(axis=0))
+
+
+def test_mesh_phase_is_time() -> None:
+    train = epicyclic.load("ren2021")
+    result = epicyclic.contact(train, mesh="sun-planet", factors=[], samples=24, slices=4)
+    second = epicyclic.contact(train, mesh="main/sun-planet/2", factors=[], samples=24, slices=4)
+    leads = [float(next(m for m in train.meshes if m.name == f"main/sun-planet/{n}/left").lead) for n in (1, 2)]
+    shift = (leads[1] - leads[0]) * 24
+    if abs(shift - round(shift)) < 1e-9:
+        rolled = np.roll(result.transmission_error.values, -round(shift))
+        assert second.transmission_error.values == pytest.approx(rolled, rel=1e-9)
+    assert second.transmission_error.values.mean() == pytest.approx(result.transmission_error.values.mean(), rel=2e-3)
+
+
+@pytest.mark.parametrize("name", [None, "sun-planet", "main/sun-planet", "main/sun-planet/1"])
+def test_a_mesh_has_several_names(name: str | None) -> None:
+    found = meshes_named(epicyclic.load("ren2021"), name)
+    assert [m.name for m in found] == ["main/sun-planet/1/left", "main/sun-planet/1/right"]
+
+
+def test_one_helix_alone() -> None:
+    found = meshes_named(epicyclic.load("ren2021"), "main/planet-ring/2/right")
+    assert [m.name for m in found] == ["main/planet-ring/2/right"]
+    spur = epicyclic.contact("yue2014-i", mesh="p-d", torque="43 N m", factors=[], samples=8, slices=2)
+    assert spur.side.values.tolist() == ["face"]
+
+
+def test_a_slide_takes_from_the_face() -> None:
+    train = epicyclic.load("xu2020", overrides={"deviations.main.sun.right.position.z": "8 mm"})
+    right = next(m for m in train.meshes if m.name == "main/sun-planet/1/right")
+    # 175 mm of the planet inside 185 mm of the sun: 5 mm to spare either side
+    assert pair_of(train, right).plane.width == pytest.approx(0.172, abs=1e-9)
+    assert mean_force(train, right) > 0
+
+
+def test_misalignment_and_twist_load_one_end() -> None:
+    plain, open_, twisted = (
+        epicyclic.contact("ren2021", factors=[], samples=8, slices=10, **more)
+        for more in ({}, {"misalignment": "0.1 mrad"}, {"torque_ends": ("left", None)})
+    )
+    ends = [one.load_per_length.mean("mesh_phase").values[:, [0, -1]] for one in (plain, open_, twisted)]
+    assert ends[0][:, 0] == pytest.approx(ends[0][::-1, 1], rel=1e-6)  # mirror images
+    assert (ends[1][:, 0] > ends[0][:, 0]).all()
+    assert (ends[1][:, 1] < ends[0][:, 1]).all()
+    # where the torque leaves the body is stiffest
+    assert (ends[2][:, 0] > ends[0][:, 0]).all()
+    assert (ends[2][:, 1] < ends[0][:, 1]).all()
+
+
+def test_relief_flattens_the_error() -> None:
+    plain = epicyclic.contact("yue2014-i", mesh="p-d", torque="43 N m", factors=[], samples=48, slices=2)
+    relief = {"amount": "6 um", "length": "2.44 mm"}
+    overrides = {f"stages.main.{gear}.flank.tip_relief": relief for gear in ("p", "d")}
+    better = epicyclic.contact(
+        "yue2014-i", mesh="p-d", torque="43 N m", factors=[], samples=48, slices=2, overrides=overrides
+    )
+    peak = [float(one.transmission_error_peak_to_peak[0]) for one in (plain, better)]
+    assert peak[1] < 0.5 * peak[0]
+
+
+def test_saved_and_reopened(result: xr.Dataset, tmp_path: Path) -> None:
+    save_result(result, tmp_path / "contact.nc")
+    again = load_result(tmp_path / "contact.nc")
+    assert again.transmission_error.values.tolist() == result.transmission_error.values.tolist()
+
+
+def test_figures(result: xr.Dataset) -> None:
+    flank = plots.contact_map(result)
+    assert [trace.type for trace in flank.data].count("heatmap") == 2
+    peak = max(float(np.nanmax(np.array(t.z, dtype=float))) for t in flank.data if t.type == "heatmap")
+    assert peak == pytest.approx(float(np.nanmax(result.flank_load_per_length)) / 1e3, rel=1e-3)
+    curves = plots.contact_curves(result)
+    names = [trace.name for trace in curves.data]
+    assert "peak to peak" in names
+    assert sum("operation" in str(name) for name in names) == 1
+
+
+def run(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as stop:
+        app(words)
+    out = capsys.readouterr()
+    return int(stop.value.code or 0), out.out, out.err
+
+
+def test_command_prints_tables_and_json(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["contact", "ren2021", "--samples", "8", "--slices", "3", "--loads", "0..1", "--load-points", "2"]
+    code, out, _ = run(words, capsys)
+    assert code == 0
+    assert "Loaded transmission error" in out
+    code, out, _ = run([*words, "--json"], capsys)
+    again = xr.Dataset.from_dict(json.loads(out))
+    assert code == 0
+    assert again.mesh_load.values[0] == 0
+    assert float(again.transmission_error_peak_to_peak[0]) == 0  # unloaded involutes without modification
+
+
+def test_html_shows_the_flanks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    target = tmp_path / "teeth.html"
+    code, _, _ = run(["contact", "ren2021", "--samples", "8", "--slices", "3", "-o", str(target)], capsys)
+    assert code == 0
+    html = target.read_text(encoding="utf-8")
+    assert "Load over the flank" in html
+    assert "Harris map" in html
+
+
+def test_loads_are_ranges_or_lists() -> None:
+    assert factors_of("0..1", 3) == (0.0, 0.5, 1.0)
+    assert factors_of("0.5, 2", 3) == (0.5, 2.0)
+    for text in ("-1..1", "a", "1 kN"):
+        with pytest.raises(ModelError, match=r"--loads|--values"):
+            factors_of(text, 3)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"mesh": "sun-moon"}, "no such mesh"),
+        ({"torque": "5"}, "unit"),
+        ({"torque": "5 kg"}, "--torque"),
+        ({"samples": 1}, "samples"),
+        ({"torque_ends": ("middle", None)}, "no end of a face"),
+        ({"misalignment": "0.1"}, "--misalignment"),
+        ({"factors": [-1.0]}, "factors"),
+        ({"overrides": {"stages.main.face_width": None, "stages.main.meshes.sun-planet.stiffness": "1e9 N/m"}}, "face"),
+        ({"overrides": {"stages.main.sun.addendum": 2.3}}, "pointed|interfere|root"),
+        ({"overrides": {"stages.main.addendum": 0.3}}, "do not keep contact"),
+        ({"overrides": {"deviations.main.sun.position.z": "1 m"}}, "do not overlap"),
+    ],
+)
+def test_what_is_refused(options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ModelError, match=words):
+        epicyclic.contact("ren2021", **{"samples": 4, "slices": 2, **options})
+
+
+def test_no_torque_is_said() -> None:
+    with pytest.raises(ModelError, match="no torque passes this mesh"):
+        epicyclic.contact("yue2014-i")

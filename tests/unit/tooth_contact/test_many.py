@@ -1,0 +1,90 @@
+"""Many micro-geometries at once are each of them alone; one piece across an even face is as good as many."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import epicyclic
+from epicyclic.assemble.tooth_pairs import pair_of
+from epicyclic.gears.flank import PLAIN, Flank, Relief
+from epicyclic.tooth_contact.many import even_across, shapes_loaded
+from epicyclic.tooth_contact.pair import loaded
+from epicyclic.tooth_contact.pieces import Pair, pieces_of
+
+PHASES = np.arange(12) / 12
+TIP = Flank(tip_relief=Relief(amount=12e-6, length=2e-3))
+FLANKS = (PLAIN, TIP, Flank(crown=4e-6, tip_relief=Relief(amount=5e-6, length=1e-3, shape="parabolic")))
+LOADS = [2000.0, 500.0, 4000.0]  # in no order
+
+
+def pair(helix: str = "0 deg", **options: Any) -> Pair:
+    document = {
+        "format": 1,
+        "title": "One pair",
+        "stages": {
+            "main": {
+                "module": "4 mm",
+                "pressure_angle": "20 deg",
+                "helix_angle": helix,
+                "face_width": "20 mm",
+                "pinion": {"kind": "gear", "teeth": 23},
+                "wheel": {"kind": "gear", "teeth": 41},
+                "meshes": {"pinion-wheel": {"stiffness": "400 N/um"}},
+            }
+        },
+    }
+    train = epicyclic.load(document)
+    return replace(pair_of(train, train.meshes[0], slices=6), **options)
+
+
+@pytest.mark.parametrize("helix", ["0 deg", "15 deg"])
+@pytest.mark.parametrize("linear_at", [None, 1e5])
+def test_many_are_each_alone(helix: str, linear_at: float | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = pair(helix, linear_at=linear_at)
+    shapes = [replace(one, flank_a=a, flank_b=b) for a, b in zip(FLANKS, FLANKS[::-1], strict=True)]
+    monkeypatch.setattr("epicyclic.tooth_contact.many._AT_ONCE", 12 * 12**2 * 2)  # in more than one part
+    many = shapes_loaded(pieces_of(one, PHASES), shapes, LOADS, tangents=True)
+    assert many.solved.all()
+    assert many.residual.max() < 1e-11
+    for i, shape in enumerate(shapes):
+        alone = loaded(shape, LOADS, PHASES)
+        # both end at 1e-12 of the forces; the tangent follows from them
+        np.testing.assert_allclose(many.approach[i], alone.approach, rtol=1e-10)
+        np.testing.assert_allclose(many.tangent[i], alone.tangent, rtol=1e-8)
+        np.testing.assert_allclose(many.largest_load[i], alone.largest_load, rtol=1e-9)
+    assert np.ptp(many.approach[:, 0], axis=0).min() > 1e-7  # they are not all the same
+
+
+def test_one_piece_across_an_even_face() -> None:
+    one = pair(flank_a=TIP)
+    assert even_across(one)
+    many, single = (loaded(replace(one, slices=count), LOADS, PHASES) for count in (6, 1))
+    np.testing.assert_allclose(single.approach, many.approach, rtol=1e-9)
+    np.testing.assert_allclose(single.tangent, many.tangent, rtol=1e-9)
+    np.testing.assert_allclose(single.largest_load, many.largest_load, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"flank_a": Flank(crown=1e-6)},
+        {"flank_b": Flank(slope=1e-6)},
+        {"flank_b": Flank(end_relief=Relief(amount=5e-6, length=4e-3))},
+        {"misalignment": 1e-4},
+        {"gap": ((-0.01, 0.0), (0.01, 1e-6))},
+        {"plane": replace(pair().plane, face_a=(-0.009, 0.01))},
+    ],
+)
+def test_what_differs_along_the_face_is_not_even(change: dict[str, Any]) -> None:
+    uneven = pair(**change)
+    assert not even_across(uneven)
+    many, single = (loaded(replace(uneven, slices=count), [2000.0], PHASES) for count in (6, 1))
+    assert np.abs(single.approach / many.approach - 1).max() > 1e-4
+
+
+def test_a_helix_is_not_even() -> None:
+    assert not even_across(pair("15 deg"))

@@ -1,0 +1,166 @@
+"""The solver: conditions of contact, convex programs solved otherwise, no phase that fails."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import minimize, nnls
+
+from epicyclic.tooth_contact import solve
+from epicyclic.tooth_contact.pair import loaded
+from epicyclic.tooth_contact.pieces import Pair, Pieces, pieces_of
+from epicyclic.tooth_contact.pivots import climb
+
+Build = Callable[..., Pair]
+Array = NDArray[np.float64]
+PHASES = np.arange(25) / 25 + 1e-3
+
+
+def crowned(pair_of: Build, linear_at: float | None) -> Pieces:
+    from epicyclic.gears.flank import Flank, Relief
+
+    a = Flank(crown=12e-6, tip_relief=Relief(amount=15e-6, length=1.5e-3))
+    pair = pair_of(helix=15.0, slices=9, flank_a=a, misalignment=5e-4, linear_at=linear_at)
+    return pieces_of(pair, PHASES)
+
+
+def random_contacts(count: int, n: int) -> tuple[Array, Array]:
+    """Compliances that are not those of teeth: any symmetric positive definite ones, badly conditioned."""
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(count, n, n)) * rng.uniform(0.02, 1, size=(count, 1, n))
+    return np.matmul(root, np.swapaxes(root, 1, 2)) + 1e-4 * np.eye(n), rng.normal(size=(count, n))
+
+
+def test_no_random_contact_fails() -> None:
+    compliance, gap = random_contacts(3000, 7)
+    valid = np.ones(gap.shape, dtype=bool)
+    found = solve.linear(compliance, gap, valid, np.full(len(gap), 0.7))
+    assert set(found.status) == {""}
+    assert found.force.min() >= 0
+    # conditions up to 1e6: rounding of the solution of the worst
+    assert found.residual.max() < 1e-9
+
+
+def test_sets_that_go_round_are_left_to_pivots(monkeypatch: pytest.MonkeyPatch, pair_of: Build) -> None:
+    pieces = crowned(pair_of, 3e5)
+    args = pieces.compliance, pieces.gap, pieces.valid
+    by_sets = solve.linear(*args, np.full(25, 9e3))
+    monkeypatch.setattr(solve, "_SWEEPS", 0)
+    by_pivots = solve.linear(*args, np.full(25, 9e3))
+    assert by_pivots.residual.max() < 1e-12  # NUMERICS: KKT
+    assert by_pivots.force == pytest.approx(by_sets.force, rel=1e-9, abs=1e-8)
+    held = solve.linear(*args, None, approach=by_sets.approach)
+    assert held.force.sum(axis=1) == pytest.approx(9e3, rel=1e-10)
+
+
+def test_linear_contact_is_the_quadratic_program_of_nnls(pair_of: Build) -> None:
+    pieces = crowned(pair_of, 3e5)
+    found = solve.linear(pieces.compliance, pieces.gap, pieces.valid, np.full(25, 9e3))
+    for t in range(0, 25, 4):
+        have = pieces.valid[t]
+        C, g = pieces.compliance[t][np.ix_(have, have)], pieces.gap[t, have]
+        lower = np.linalg.cholesky(C)
+        heavy = 1e3 * np.abs(lower).max()
+        matrix = np.vstack([lower.T, heavy * np.ones(have.sum())])
+        right = np.append(-np.linalg.solve(lower, g), heavy * 9e3)
+        force, _ = nnls(matrix, right)
+        # the heavy row holds the sum to 1/heavy^2 of the curvature, 1e-6
+        assert found.force[t, have] == pytest.approx(force, rel=2e-4, abs=0.02)
+
+
+def test_hertzian_contact_is_the_least_of_its_energy(pair_of: Build) -> None:
+    pieces = pieces_of(pair_of(slices=3, misalignment=6e-4), [0.02])
+    load = 12e3
+    found = solve.hertzian(pieces.compliance, pieces.gap, pieces.valid, np.array([load]), pieces.law)
+    n = int(pieces.valid.sum())
+    C, g = pieces.compliance[0, :n, :n], pieces.gap[0, :n]
+    A, B, length = pieces.contact.A, pieces.contact.B[0, :n], pieces.length[0, :n]
+
+    def energy(share: Array) -> float:  # u = A p (B - ln p), so its integral is A p^2 (B/2 - ln(p)/2 + 1/4)
+        force = share * load
+        p = np.maximum(force / length, 1e-30)
+        own = (length * A * p**2 * (B / 2 - np.log(p) / 2 + 0.25)).sum()
+        return float((0.5 * force @ C @ force + own + g @ force) * 1e3)
+
+    best = minimize(
+        energy,
+        np.full(n, 1 / n),
+        method="SLSQP",
+        bounds=[(0, 1)] * n,
+        constraints={"type": "eq", "fun": lambda share: share.sum() - 1},
+        options={"ftol": 1e-15, "maxiter": 500},
+    )
+    # a minimum is flat: the argument is known to the root of the energy's rounding
+    assert found.force[0, :n] / load == pytest.approx(best.x, abs=2e-5)
+
+
+@pytest.mark.parametrize("linear_at", [None, 3e5])
+def test_load_and_approach_are_two_ways_to_ask(pair_of: Build, linear_at: float | None) -> None:
+    pieces = crowned(pair_of, linear_at)
+    args = pieces.compliance, pieces.gap, pieces.valid
+    load = np.full(25, 9e3)
+    if linear_at is None:
+        by_load = solve.hertzian(*args, load, pieces.law)
+        back = solve.hertzian(*args, None, pieces.law, approach=by_load.approach)
+    else:
+        by_load = solve.linear(*args, load)
+        back = solve.linear(*args, None, approach=by_load.approach)
+    assert by_load.residual.max() < 1e-12
+    assert back.residual.max() < 1e-12
+    assert back.force == pytest.approx(
+        by_load.force, rel=1e-8, abs=1e-6
+    )  # stiffness times the rounding of the approach
+
+
+def test_approach_short_of_touch_bears_nothing(pair_of: Build) -> None:
+    pieces = crowned(pair_of, None)
+    short = pieces.no_load - 1e-6
+    found = solve.hertzian(pieces.compliance, pieces.gap, pieces.valid, None, pieces.law, approach=short)
+    assert (found.force == 0).all()
+    assert set(found.status) == {""}
+    assert (solve.linear(pieces.compliance, pieces.gap, pieces.valid, None, approach=short).force == 0).all()
+
+
+def test_pivots_meet_every_load_on_the_way(pair_of: Build) -> None:
+    pieces = crowned(pair_of, 3e5)
+    n = int(pieces.valid[0].sum())
+    loads = np.linspace(0, 2e4, 9)
+    force, approach = climb(pieces.compliance[0, :n, :n], pieces.gap[0, :n], loads, np.full(9, np.nan))
+    for i, load in enumerate(loads):
+        one = solve.linear(pieces.compliance[:1], pieces.gap[:1], pieces.valid[:1], np.array([load]))
+        assert force[i] == pytest.approx(one.force[0, :n], rel=1e-10, abs=1e-8)
+        assert approach[i] == pytest.approx(one.approach[0], rel=1e-12)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("numba") is None, reason="needs numba (extra fast)")
+def test_compiled_contact_is_the_same(pair_of: Build) -> None:
+    from epicyclic.tooth_contact.compiled import climbs, settles
+
+    pieces = crowned(pair_of, 3e5)
+    count = pieces.valid.sum(axis=1)
+    loads = np.array([1e3, 9e3])
+    one = solve.linear(pieces.compliance, pieces.gap, pieces.valid, np.full(25, 9e3))
+    force, approach = climbs(pieces.compliance, pieces.gap, count, loads)
+    assert force[1] == pytest.approx(one.force, rel=1e-10, abs=1e-8)
+    assert approach[1] == pytest.approx(one.approach, rel=1e-12)
+    table = loaded(pieces.pair, [9e3, 0.0, 1e3], PHASES, compiled=True)
+    plain = loaded(pieces.pair, [9e3, 0.0, 1e3], PHASES)
+    assert table.force == pytest.approx(plain.force, rel=1e-10, abs=1e-8)
+    assert table.approach == pytest.approx(plain.approach, rel=1e-12)
+    assert table.tangent[[0, 2]] == pytest.approx(plain.tangent[[0, 2]], rel=1e-10)
+    again, level, settled = settles(pieces.compliance, pieces.gap, count, np.full(25, 9e3), pieces.valid, 40)
+    assert settled.all()
+    assert again == pytest.approx(one.force, rel=1e-10, abs=1e-8)
+    assert level == pytest.approx(one.approach, rel=1e-12)
+
+
+def test_warm_and_cold_starts_agree(pair_of: Build) -> None:
+    pair = pair_of(helix=15.0, slices=9, misalignment=5e-4)
+    many = loaded(pair, [2e3, 5e3, 9e3], PHASES)
+    alone = loaded(pair, [9e3], PHASES)
+    assert many.force[2] == pytest.approx(alone.force[0], rel=1e-8, abs=1e-6)
+    assert many.residual.max() < 1e-12
