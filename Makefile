@@ -30,7 +30,7 @@ types: $(VENV)/.installed-dev
 	$(BIN)/mypy --explicit-package-bases src tests examples
 
 pytest: $(VENV)/.installed-dev
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n auto --maxprocesses 4
 
 bench: $(VENV)/.installed-dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/bench.py

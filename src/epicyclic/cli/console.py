@@ -16,13 +16,13 @@ from typing import Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
+from ..results.whole_file import write_text
 
 __all__ = [
     "complain",
     "frequency",
     "parsed_overrides",
     "progress_bar",
-    "put_out",
     "reported",
     "seconds",
     "target_of",
@@ -134,23 +134,6 @@ def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
         )
 
 
-def put_out(path: Path, text: str) -> None:
-    """Write a text file that appears whole or not at all.
-
-    Raises
-    ------
-    ModelError : it cannot be written.
-    """
-    partial = path.with_name(path.name + ".part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(path)) from error
-    finally:
-        partial.unlink(missing_ok=True)
-
-
 def write_result(result: Any, path: Path) -> None:
     """Write a result as .nc, .json or .html, whole or not at all, and say so.
 
@@ -166,7 +149,7 @@ def write_result(result: Any, path: Path) -> None:
     elif kind == ".json":
         from ..results.dataset import to_json
 
-        put_out(path, to_json(result) + "\n")
+        write_text(path, to_json(result) + "\n")
     else:
         from ..show.report import write_report
 

@@ -18,8 +18,9 @@ from typing import Annotated, Any
 
 import typer
 
+from ..results.whole_file import write_text
 from .audit import audit
-from .console import parsed_overrides, progress_bar, put_out, reported, target_of
+from .console import parsed_overrides, progress_bar, reported, target_of
 from .contact import contact
 from .modulation import modulation
 from .options import (
@@ -124,7 +125,7 @@ def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> 
         typer.echo(text, nl=False)
     else:
         target_of(output, (".toml",))
-        put_out(output, text)
+        write_text(output, text)
 
 
 @app.command()
@@ -292,7 +293,7 @@ def schema(
             typer.echo(text, nl=False)
         else:
             target_of(output, (".json",))
-            put_out(output, text)
+            write_text(output, text)
 
 
 @app.command()

@@ -10,7 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
-from .console import complain, frequency, parsed_overrides, progress_bar, put_out, reported, target_of, write_result
+from ..results.whole_file import write_text
+from .console import complain, frequency, parsed_overrides, progress_bar, reported, target_of, write_result
 
 __all__ = [
     "Cycles",
@@ -93,7 +94,7 @@ def run_verb(
         with progress_bar(f"{verb} {model}") as step:
             result = run(Job(verb=verb, source=model, overrides=overrides, options=options), progress=step)
         if output is not None and write_model is not None and output.suffix.lower() == ".toml":
-            put_out(output, write_model(result))
+            write_text(output, write_model(result))
             complain(f"written: {output}")
         elif output is not None:
             write_result(result, output)

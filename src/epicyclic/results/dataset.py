@@ -18,6 +18,7 @@ import xarray as xr
 
 from ..errors import ModelError
 from .variables import VARIABLES
+from .whole_file import whole_file
 
 __all__ = ["dataset", "load_result", "save_result", "to_json"]
 
@@ -96,14 +97,10 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
         values = flat[name]
         if values.dtype == bool:
             flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
-    partial = target.with_name(target.name + ".part")
-    try:
-        flat.to_netcdf(partial, engine="h5netcdf")
-        partial.replace(target)
-    except OSError as error:
-        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(target)) from error
-    finally:
-        partial.unlink(missing_ok=True)
+    # in memory first: HDF5 kills the interpreter where its disk is full
+    image = flat.to_netcdf(engine="h5netcdf")
+    with whole_file(target) as file:
+        file.write(image)
     return target
 
 

@@ -15,7 +15,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.offline import get_plotlyjs
 
-from ..errors import ModelError
+from ..results.whole_file import write_text
 from . import figures as plots
 from .figures import tables
 from .figures.curves import drawable
@@ -83,18 +83,8 @@ def write_report(
     ------
     ModelError : the file cannot be written.
     """
-    target = Path(path)
-    partial = target.with_name(target.name + ".part")
-    text = report(datasets, title=title, figures=figures)
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(target)
-    except OSError as error:
-        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(target)) from error
-    finally:
-        if partial.is_file():
-            partial.unlink()
-    return target
+    write_text(path, report(datasets, title=title, figures=figures))
+    return Path(path)
 
 
 def _style() -> str:

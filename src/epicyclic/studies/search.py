@@ -8,7 +8,6 @@ the bits of a search that was never stopped.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..results.whole_file import write_text
 
 __all__ = ["Found", "search"]
 
@@ -186,14 +186,7 @@ def _read(record: Path, identity: dict[str, Any]) -> list[tuple[Array, Array]]:
 def _write(record: Path, identity: dict[str, Any], done: list[tuple[Array, Array]]) -> None:
     """Write what was evaluated; the file is replaced as a whole.  Numbers are read back to the bit."""
     generations = [{"place": place.tolist(), "objective": value.tolist()} for place, value in done]
-    partial = record.with_name(record.name + ".part")
-    try:
-        partial.write_text(json.dumps({**identity, "generations": generations}), encoding="utf-8")
-        os.replace(partial, record)
-    except OSError as error:
-        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(record)) from error
-    finally:
-        partial.unlink(missing_ok=True)
+    write_text(record, json.dumps({**identity, "generations": generations}))
 
 
 def _same(place: Array, known: Array, record: Path | None) -> None:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...errors import ModelError
+from ...results.whole_file import whole_file, write_text
 from ...system.system import Array
 
 __all__ = ["Store", "fingerprint", "open_store"]
@@ -44,7 +43,8 @@ class Store:
 
     def add(self, number: int, states: Array) -> None:
         """Write a segment whole or not at all."""
-        _put(self._path(number), lambda file: np.save(file, states, allow_pickle=False))
+        with whole_file(self._path(number)) as file:
+            np.save(file, states, allow_pickle=False)
 
     def remove(self) -> None:
         """Delete the folder and what is in it."""
@@ -87,22 +87,10 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
     else:
         try:
             folder.mkdir(exist_ok=True)
-            _put(about, lambda file: file.write(json.dumps({"run": run}).encode()))
+            write_text(about, json.dumps({"run": run}))
         except OSError as error:
             raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
     return Store(folder=folder)
-
-
-def _put(path: Path, write: Any) -> None:
-    partial = path.with_name(path.name + ".part")
-    try:
-        with partial.open("wb") as file:
-            write(file)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def fingerprint(values: Iterable[object]) -> str:
