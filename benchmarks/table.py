@@ -23,10 +23,10 @@ def missed(rows: Sequence[Row]) -> list[str]:
     return [row[0].strip() for row in rows if "MISSED" in row[3]]
 
 
-def show(rows: Sequence[Row]) -> None:
+def show(rows: Sequence[Row], header: Row = HEADER) -> None:
     """Print rows in columns."""
-    widths = [max(len(row[i]) for row in [HEADER, *rows]) for i in range(len(HEADER))]
-    for row in [HEADER, *rows]:
+    widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
+    for row in [header, *rows]:
         print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip(), flush=True)
 
 
