@@ -12,15 +12,13 @@ import table
 from known import bench56, with_backlash
 
 import epicyclic
-from epicyclic.analyses.contact_loss.branch import branch, folds, peak_of
 from epicyclic.analyses.contact_loss.branch_switching import broken_symmetry, two_cycles
-from epicyclic.analyses.contact_loss.continuation import Measure, PathPoint, Stepping, measure
+from epicyclic.analyses.contact_loss.continuation import Measure, PathPoint, Stepping, branch, folds, measure, peak_of
 from epicyclic.analyses.contact_loss.corrector import linear_start, solve
 from epicyclic.analyses.contact_loss.floquet import verdict
-from epicyclic.analyses.contact_loss.measures import force_level
+from epicyclic.analyses.contact_loss.outputs import force_level
 from epicyclic.analyses.contact_loss.problem import Problem, State
-from epicyclic.analyses.contact_loss.refinement import Levels
-from epicyclic.analyses.contact_loss.solution import Solution, judged, solution
+from epicyclic.analyses.contact_loss.refinement import Levels, Solution, judged, solution
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.steady.response import response
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System

@@ -26,7 +26,7 @@ import table
 from known import bench56, bench112, sliced_xu2020, with_backlash
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.outcome import outcome
+from epicyclic.analyses.contact_loss.outputs import outcome
 from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.steady.response import response
 from epicyclic.system.system import Line, System
@@ -132,7 +132,7 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
 def _slices() -> list[table.Row]:
     """Mesh orders of 16 harmonics with 8 slices a mesh, and these against 32."""
     from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-    from epicyclic.analyses.contact_loss.forces import mesh_total, net_force
+    from epicyclic.analyses.contact_loss.outputs import mesh_total, net_force
     from epicyclic.analyses.contact_loss.problem import flank_force, mesh_problem
     from epicyclic.system.faces import faces
 

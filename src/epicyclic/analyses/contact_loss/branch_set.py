@@ -12,16 +12,14 @@ from itertools import pairwise
 import numpy as np
 
 from ...system.system import Array
-from .branch import branch
 from .closed_teeth import REACH, Scan, scanned
-from .continuation import Measure, PathPoint, Stepping, measure, step_from
+from .continuation import Measure, PathPoint, Stepping, branch, measure, step_from
 from .corrector import dynamic_size, solve
-from .measures import force_level
+from .outputs import force_level
 from .problem import Problem, State
-from .refinement import Levels, carried, fitting
-from .solution import Solution, apart, rescued, solution
+from .refinement import Levels, Solution, apart, carried, fitting, rescued, solution
 
-__all__ = ["Crossing", "Route", "Stretch", "route"]
+__all__ = ['Crossing', 'Route', 'Stretch', 'route']
 
 # A branch has at least so many harmonics, of one mesh frequency and of each of two.
 _LEAST = {1: 16, 2: 8}

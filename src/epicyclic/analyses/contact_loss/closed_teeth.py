@@ -15,10 +15,9 @@ from ...system.system import Array
 from ..steady.response import Kept, Response, respond
 from .corrector import dynamic_size, linear_start
 from .problem import evaluate
-from .refinement import Levels, fitting
-from .solution import Solution, solution
+from .refinement import Levels, Solution, fitting, solution
 
-__all__ = ["REACH", "Scan", "scanned"]
+__all__ = ['REACH', 'Scan', 'scanned']
 
 # Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
 _LINEAR, _ACCEPTED = 1e-6, 1e-4

@@ -12,7 +12,7 @@ from ..stability.kinds import BREAKING, DIVERGENCE, FOLD, STABLE, outside
 from .problem import Problem, State, evaluate
 from .refinement import Levels, carried
 
-__all__ = ["Verdict", "disturbance", "tangents", "verdict"]
+__all__ = ['Verdict', 'disturbance', 'tangents', 'verdict']
 
 # Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
 _STEPS, _NEAR = 48, 0.03

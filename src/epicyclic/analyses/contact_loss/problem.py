@@ -1,4 +1,16 @@
-"""Harmonic balance of flanks that part and touch: one residual for mesh orders, several tones and slow shaft tones.
+"""The flanks that can touch: every mesh row pressed on its loaded flank, and where backlash is finite on the far one.
+
+All follow one law: f = k(theta) delta + c delta' where delta > 0, else nothing.  The mean system holds k0 and c of the
+loaded flanks; a far flank is a row of its own (its normal is not the opposite of the loaded one), open by the backlash.
+
+
+---
+
+How many rows a torus has, and which lattice points they are.
+
+---
+
+Harmonic balance of flanks that part and touch: one residual for mesh orders, several tones and slow shaft tones.
 
 In energy-weighted modal coordinates (see `analyses.modes.basis`) the rows at lattice points a read
 
@@ -13,32 +25,95 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
-from ...system.system import Array, Line
+from ...system.system import Array, ComplexArray, Line
 from ..modes.basis import Modal
 from ..steady.lattice import Point, kept_points
 from ..steady.response import FrameSpeed, Response
-from .flanks import Flanks, flanks
-from .grid import Transforms, grid
+from .transforms import Transforms, grid
 
-__all__ = [
-    "Placed",
-    "Problem",
-    "State",
-    "derivative",
-    "evaluate",
-    "flank_force",
-    "linearised",
-    "mesh_problem",
-    "problem",
-    "slope",
-    "unknowns",
-]
+__all__ = ['Flanks', 'Placed', 'Problem', 'Size', 'State', 'derivative', 'evaluate', 'flank_force', 'flanks', 'linearised', 'mesh_points', 'mesh_problem', 'points_of', 'problem', 'slope', 'unknowns', 'weight']
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Flanks:
+    """R flanks: those of the m mesh rows, then the far ones.
+
+    gaps, pulls : (R, n) as of `Modal`.  linear, drag : (R,) stiffness [N/m] and damping [N s/m] in the mean system.
+    stiffness, damping : (R,) mean of the law.  variation : (R, L) complex, as of `MeshRows`.  axis : (R,) the tone.
+    mesh : (R,) row of the mesh.  sense : (R,) +1 loaded, -1 far flank.  opening : (R,) backlash of a far flank [m].
+    """
+
+    gaps: Array
+    pulls: Array
+    linear: Array
+    drag: Array
+    stiffness: Array
+    damping: Array
+    variation: ComplexArray
+    axis: NDArray[np.int64]
+    mesh: NDArray[np.int64]
+    sense: Array
+    opening: Array
+
+
+def flanks(ready: Response) -> Flanks:
+    """The flanks of a System ready for its response."""
+    modal, meshes, far = ready.modal, ready.system.meshes, ready.system.far_flanks
+    m, own = len(meshes.name), far.mesh
+    gaps, pulls = far.B.T @ modal.shapes, (modal.forces @ far.B).T
+    gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
+    nothing = np.zeros(own.size)
+    return Flanks(
+        gaps=np.concatenate([modal.gaps, gaps]),
+        pulls=np.concatenate([modal.pulls, pulls]),
+        linear=np.concatenate([meshes.stiffness, nothing]),
+        drag=np.concatenate([meshes.damping, nothing]),
+        stiffness=np.concatenate([meshes.stiffness, meshes.stiffness[own]]),
+        damping=np.concatenate([meshes.damping, meshes.damping[own]]),
+        variation=np.concatenate([meshes.variation, far.variation]),
+        axis=np.concatenate([ready.lines.axis, ready.lines.axis[own]]),
+        mesh=np.concatenate([np.arange(m), own]),
+        sense=np.concatenate([np.ones(m), -np.ones(own.size)]),
+        opening=np.concatenate([np.zeros(m), meshes.backlash[own]]),
+    )
+
+
+Index = NDArray[np.int64]
+
+
+class Size(NamedTuple):
+    """Harmonics of each mesh tone, cross order of their combinations, highest order of each slow tone."""
+
+    harmonics: tuple[int, ...]
+    cross: int
+    orders: tuple[int, ...]
+
+
+def mesh_points(size: Size) -> Index:
+    """Points of the mesh tones alone."""
+    return points_of(size._replace(orders=()))
+
+
+def points_of(size: Size) -> Index:
+    """Points kept, (J, D): one of a and -a, the first order of none below 0, the origin first."""
+    mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
+    reach = product(*(range(-order, order + 1) for order in size.orders))
+    slow = [orders for orders in reach if weight(orders, size.orders) <= 1]
+    every = [(*a, *s) for a in mesh for s in slow]
+    leading = [point for point in every if next((a for a in point if a), 1) > 0]
+    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
+
+
+def weight(slow: tuple[int, ...], orders: tuple[int, ...]) -> float:
+    """|s_1| / H_1 + |s_2| / H_2 + .., without its rounding."""
+    return round(sum(abs(s) / order for s, order in zip(slow, orders, strict=True)), 9)
+
 
 Index = NDArray[np.int64]
 Placed = tuple[Point, bool, Line]

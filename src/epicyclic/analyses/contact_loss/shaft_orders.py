@@ -1,21 +1,142 @@
-"""Shaft orders on top of what a sweep has met: the torus that begins at a motion of mesh orders."""
+"""Shaft lines beside the torus: each responds alone, linearly, to flanks that touch when they do without it.
+
+That is exact as long as no flank parts or closes because of them, and then any number of lines and mesh tones is no
+matter; where one does, it is the answer to first order for lines that are small.
+
+
+---
+
+Shaft orders on top of what a sweep has met: the torus that begins at a motion of mesh orders."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .attractor import Record
-from .corrector import dynamic_size
-from .measures import Measures
-from .outcome import outcome, strokes
-from .problem import State
-from .solution import Solution
-from .superposed import Superposed, exact, superposed
+from ...system.system import Array, ComplexArray
+from ..steady.excitation import Shaft
+from .branch_switching import Record
+from .corrector import dynamic_size, preconditioned
+from .outputs import Measures, outcome, strokes
+from .problem import Placed, Problem, State, evaluate, mesh_points, problem
+from .refinement import Solution
 from .torus import Torus, TorusPoint, embedded, respond_torus
 
-__all__ = ["Joined", "ShaftOrders"]
+__all__ = ['Joined', 'ShaftOrders', 'Superposed', 'exact', 'superposed']
+
+# Samples of the phase of a line: the linear response has its order 1 alone.
+_SAMPLES = 4
+# Relative residual of the linear solution.
+_TOLERANCE = 1e-8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Superposed:
+    """Response to the lines of one group, Re(amplitude exp(i w_s t)), amplitudes over N phases of the mesh tones.
+
+    shaft : the lines.  stretch : (N, R) of delta of every flank [m].  force : (N, R) of its force [N].
+    motion : (N, n) of every coordinate.  error : RMS of what the law makes of the stretch otherwise, per the force.
+    """
+
+    shaft: Shaft
+    stretch: ComplexArray
+    force: ComplexArray
+    motion: ComplexArray
+    error: float
+
+
+def superposed(given: Torus, point: TorusPoint) -> list[Superposed]:
+    """The response of every group of lines that is not on the torus."""
+    return [_one(given, point, shaft) for shaft in given.slow.left]
+
+
+def exact(given: Torus, point: TorusPoint, lines: Sequence[Superposed]) -> bool:
+    """Whether all flanks that touch, or not, at a point of mesh orders do so whatever the phases of the lines."""
+    delta = _opened(point)
+    reach = sum((np.abs(line.stretch) for line in lines), np.zeros_like(delta))
+    touching = point.state.touching
+    always, never = touching.all(axis=0), ~touching.any(axis=0)
+    settled = np.where(always, (delta > reach).all(axis=0), never & (delta < -reach).all(axis=0))
+    return bool(settled.all())
+
+
+def _opened(point: TorusPoint) -> Array:
+    """delta of every flank over the grid, (N, R) [m]."""
+    made, y = point.problem, point.state.y
+    values: Array = made.grid.values(y.reshape(-1, y.shape[2]) @ made.flanks.gaps.T - made.error)
+    return values
+
+
+def _one(given: Torus, point: TorusPoint, shaft: Shaft) -> Superposed:
+    made, speed = _problem(given, point, shaft), point.state.speed
+    closed = np.broadcast_to(made.stiffness > 0, made.stiffness.shape)
+    state = evaluate(made, np.zeros_like(made.force[0]), speed, touching=closed)
+    move, _ = preconditioned(forcing=_TOLERANCE)(made, state, state.residual, 0.0)
+    y = -move
+    opened = y.reshape(-1, y.shape[2]) @ made.flanks.gaps.T - made.error
+    stretch = _amplitude(made, opened)
+    tangent: Array = made.stiffness.reshape(len(stretch), _SAMPLES, -1)[:, 0]
+    force: ComplexArray = tangent * stretch
+    if made.flanks.damping.any():
+        w, J = speed * made.omega[:, None], len(made.omega)
+        rate = np.concatenate([-w * opened[J:], w * opened[:J]])
+        force += made.flanks.damping * _amplitude(made, rate)
+    return Superposed(
+        shaft=shaft,
+        stretch=stretch,
+        force=force,
+        motion=_amplitude(made, y.reshape(-1, y.shape[2]) @ given.ready.modal.shapes.T),
+        error=_error(point, stretch, tangent * stretch),
+    )
+
+
+def _error(point: TorusPoint, stretch: ComplexArray, force: ComplexArray) -> float:
+    """RMS of what the law adds to or takes from the force of a line over all phases, relative to that force."""
+    delta = _opened(point).reshape(len(stretch), -1, stretch.shape[1])
+    stiffness = point.problem.stiffness.reshape(delta.shape)
+    before = stiffness * np.maximum(delta, 0.0)
+    wrong = right = 0.0
+    for turn in (1.0, 1j, -1.0, -1j):
+        after = stiffness * np.maximum(delta + (turn * stretch).real[:, None], 0.0)
+        linear = (turn * force).real[:, None]
+        wrong += float(((after - before - linear) ** 2).sum())
+        right += float((linear**2).sum()) * delta.shape[1]
+    return float(np.sqrt(wrong / max(right, np.finfo(float).tiny)))
+
+
+def _amplitude(made: Problem, rows: Array) -> ComplexArray:
+    """Amplitude (N, c) at order 1 of the line's phase, of rows (2 J, c)."""
+    values = made.grid.values(rows).reshape(-1, _SAMPLES, rows.shape[1])
+    amplitude = np.empty(values[:, 0].shape, complex)
+    amplitude.real, amplitude.imag = (values[:, 0] - values[:, 2]) / 2, (values[:, 3] - values[:, 1]) / 2
+    return amplitude
+
+
+def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
+    """The balance of mesh orders around the frequency of the lines alone, with mean tangents over the slow phases."""
+    ready, D = given.ready, given.mesh_tones
+    points = [(*a, s) for a in mesh_points(point.size).tolist() for s in (-1, 0, 1)]
+    leading = [p for p in points if next((a for a in p if a), 1) > 0]
+    lines: list[Placed] = []
+    for orders, minus, line in shaft.members:
+        at = (*orders, -1 if minus else 1)
+        leads = next(a for a in at if a) > 0
+        lines.append((at if leads else tuple(-a for a in at), not leads, line))
+    made = problem(
+        ready,
+        np.array(sorted(leading, key=lambda p: (any(p), p)), dtype=np.int64),
+        np.append(given.tones[:D], 2 * np.pi * float(shaft.frequency)),
+        (*point.problem.grid.counts[:D], _SAMPLES),
+        lines,
+    )
+    touching = point.state.touching
+    share = touching.reshape(len(made.stiffness) // _SAMPLES, -1, touching.shape[1]).mean(axis=1)
+    error, force = made.error.copy(), made.force.copy()
+    error[0], force[:, :, 0] = 0.0, 0.0  # backlash and steady forces belong to the mean
+    return replace(made, error=error, force=force, stiffness=made.stiffness * np.repeat(share, _SAMPLES, axis=0))
+
 
 # Part of the dynamic size that the torus's own mesh orders may be away from the motion met; farther is another branch.
 _NEAR = 0.02

@@ -18,7 +18,7 @@ from ..steady.lattice import Point
 from ..steady.response import Response
 from .problem import Placed
 
-__all__ = ["SlowTones", "slow_tones"]
+__all__ = ['SlowTones', 'slow_tones']
 
 # Highest order of a slow tone that a line may stand on: a lattice of Hs = 4 still holds it.
 _ORDER = 4

@@ -14,10 +14,9 @@ from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
 from ..steady.response import response
 from .branch_set import route
-from .outcome import Outcome, outcome, strokes
-from .refinement import Levels
-from .solution import judged
-from .superposed import Superposed, exact, superposed
+from .outputs import Outcome, outcome, strokes
+from .refinement import Levels, judged
+from .shaft_orders import Superposed, exact, superposed
 from .torus import DROPPED, Torus, TorusPoint, respond_torus, torus
 
 if TYPE_CHECKING:
@@ -25,10 +24,11 @@ if TYPE_CHECKING:
 
     from ...system.system import System
 
+__all__ = ['contact_steady', 'settled']
+
 # An error of a superposed line below this is none.
 _NOTHING = 1e-9
 
-__all__ = ["contact_steady", "settled"]
 
 
 def contact_steady(

@@ -12,20 +12,19 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..steady.response import FrameSpeed, Response, response
-from .attractor import Record
-from .branch import folds_of_speed
 from .branch_set import Route, Stretch, route
-from .measures import Measures, force_level, measured
-from .refinement import LEVELS, Levels
+from .branch_switching import Record
+from .continuation import folds_of_speed
+from .outputs import Measures, force_level, measured
+from .refinement import LEVELS, Levels, judged
 from .shaft_orders import ShaftOrders
-from .solution import judged
 from .sweep_direction import Met, Unstable, walk
 from .torus import torus
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["contact_sweep"]
+__all__ = ['contact_sweep']
 
 _POINTS = 200
 _DIRECTIONS = ("up", "down")

@@ -14,13 +14,11 @@ from typing import Literal
 import numpy as np
 
 from ...system.system import Array
-from .attractor import Record, instant, settled
 from .branch_set import Crossing, Route
-from .branch_switching import broken_symmetry, two_cycles
-from .refinement import Levels
-from .solution import Solution, apart, distance, judged, solution
+from .branch_switching import Record, broken_symmetry, instant, settled, two_cycles
+from .refinement import Levels, Solution, apart, distance, judged, solution
 
-__all__ = ["Met", "Unstable", "walk"]
+__all__ = ['Met', 'Unstable', 'walk']
 
 Unstable = Literal["replace", "tell", "ignore"]
 """What becomes of a motion that is not stable: another takes its place, it is said, or stability is not asked for."""

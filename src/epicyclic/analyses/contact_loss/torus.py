@@ -15,14 +15,12 @@ from ...system.faces import Faces, faces
 from ...system.system import Array
 from ..steady.excitation import Shaft
 from ..steady.response import Response
-from .corrector import TOLERANCE, WORK, Found, dynamic_size, linear_start, solve
-from .preconditioner import preconditioned
-from .problem import Problem, State, evaluate, problem, unknowns
+from .corrector import TOLERANCE, WORK, Found, dynamic_size, linear_start, preconditioned, solve
+from .problem import Problem, Size, State, evaluate, points_of, problem, unknowns, weight
 from .shaft_tones import SlowTones, slow_tones
-from .sizes import Size, points_of, weight
 from .truncation import Beyond, beyond, dropped
 
-__all__ = ["DROPPED", "Torus", "TorusPoint", "embedded", "respond_torus", "torus"]
+__all__ = ['DROPPED', 'Torus', 'TorusPoint', 'embedded', 'respond_torus', 'torus']
 
 Index = NDArray[np.int64]
 

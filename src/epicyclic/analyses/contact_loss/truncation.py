@@ -11,8 +11,7 @@ from scipy import fft
 from ...system.system import Array
 from .problem import Problem, State, flank_force
 
-__all__ = ["Beyond", "beyond", "dropped"]
-
+__all__ = ['Beyond', 'beyond', 'dropped']
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Beyond:

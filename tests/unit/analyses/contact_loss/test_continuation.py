@@ -9,10 +9,19 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from epicyclic.analyses.contact_loss.branch import branch, folds, peak_of
-from epicyclic.analyses.contact_loss.continuation import Measure, PathPoint, Stepping, follow, measure, start_of_path
+from epicyclic.analyses.contact_loss.continuation import (
+    Measure,
+    PathPoint,
+    Stepping,
+    branch,
+    folds,
+    follow,
+    measure,
+    peak_of,
+    start_of_path,
+)
 from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-from epicyclic.analyses.contact_loss.measures import force_level
+from epicyclic.analyses.contact_loss.outputs import force_level
 from epicyclic.analyses.contact_loss.problem import Problem, State, mesh_problem
 from epicyclic.analyses.contact_loss.refinement import Levels
 from epicyclic.analyses.steady.response import response

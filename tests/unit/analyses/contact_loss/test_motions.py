@@ -8,12 +8,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.attractor import Record, instant, settled
-from epicyclic.analyses.contact_loss.branch_switching import broken_symmetry, searched, two_cycles
+from epicyclic.analyses.contact_loss.branch_switching import (
+    Record,
+    broken_symmetry,
+    instant,
+    searched,
+    settled,
+    two_cycles,
+)
 from epicyclic.analyses.contact_loss.corrector import linear_start
-from epicyclic.analyses.contact_loss.measures import measured, net_force
-from epicyclic.analyses.contact_loss.refinement import Levels
-from epicyclic.analyses.contact_loss.solution import Solution, apart, judged, solution
+from epicyclic.analyses.contact_loss.outputs import measured, net_force
+from epicyclic.analyses.contact_loss.refinement import Levels, Solution, apart, judged, solution
 from epicyclic.analyses.steady.response import response
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load

@@ -11,14 +11,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.contact_loss import solution as solution_module
-from epicyclic.analyses.contact_loss.attractor import instant
+from epicyclic.analyses.contact_loss import refinement as solution_module
+from epicyclic.analyses.contact_loss.branch_switching import instant
 from epicyclic.analyses.contact_loss.corrector import linear_start
 from epicyclic.analyses.contact_loss.floquet import Verdict, verdict
-from epicyclic.analyses.contact_loss.measures import measured
+from epicyclic.analyses.contact_loss.outputs import measured
 from epicyclic.analyses.contact_loss.problem import State
-from epicyclic.analyses.contact_loss.refinement import Levels
-from epicyclic.analyses.contact_loss.solution import judged, solution
+from epicyclic.analyses.contact_loss.refinement import Levels, judged, solution
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.sweep import sweep as linear_sweep

@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.corrector import solve
-from epicyclic.analyses.contact_loss.outcome import outcome
-from epicyclic.analyses.contact_loss.preconditioner import preconditioned
-from epicyclic.analyses.contact_loss.problem import Problem, State, evaluate, slope
-from epicyclic.analyses.contact_loss.sizes import Size
-from epicyclic.analyses.contact_loss.superposed import exact, superposed
+from epicyclic.analyses.contact_loss.corrector import preconditioned, solve
+from epicyclic.analyses.contact_loss.outputs import outcome
+from epicyclic.analyses.contact_loss.problem import Problem, Size, State, evaluate, slope
+from epicyclic.analyses.contact_loss.shaft_orders import exact, superposed
 from epicyclic.analyses.contact_loss.torus import DROPPED, Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.steady.gmres import gmres
 from epicyclic.analyses.steady.response import response

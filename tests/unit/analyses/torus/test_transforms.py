@@ -9,10 +9,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from epicyclic.analyses.contact_loss.forces import path_phases, summit
-from epicyclic.analyses.contact_loss.grid import grid
+from epicyclic.analyses.contact_loss.outputs import path_phases, summit
 from epicyclic.analyses.contact_loss.shaft_tones import slow_tones
 from epicyclic.analyses.contact_loss.torus import torus
+from epicyclic.analyses.contact_loss.transforms import grid
 from epicyclic.analyses.steady.response import response
 from epicyclic.system.system import System
 

@@ -1,4 +1,8 @@
-"""Transforms between lattice points and a grid of several phases, one axis after the other."""
+"""Between amplitudes on lattice points and values on a grid of phases.
+
+---
+
+Transforms between lattice points and a grid of several phases, one axis after the other."""
 
 from __future__ import annotations
 
@@ -9,7 +13,36 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 
-__all__ = ["Separable", "phases_of", "separable"]
+__all__ = ['Grid', 'Separable', 'Transforms', 'grid', 'phases_of', 'separable']
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grid:
+    """Values x = Re sum_a X_a exp(2 pi i a theta) over N samples of one phase; rows (2 J, columns) hold re, then im.
+
+    points : (J, 1), the origin first.  counts : (1,) samples, above twice the orders.
+    wave : (N, 2 J), back : (2 J, N).
+    """
+
+    points: NDArray[np.int64]
+    counts: tuple[int, ...]
+    wave: Array
+    back: Array
+
+    @property
+    def phases(self) -> Array:
+        """Phases of every sample, (N, 1)."""
+        return phases_of(self.counts)
+
+    def values(self, rows: Array) -> Array:
+        """(2 J, c) -> (N, c)."""
+        sampled: Array = self.wave @ rows
+        return sampled
+
+    def rows(self, values: Array) -> Array:
+        """(N, c) -> (2 J, c), orders beyond the points dropped."""
+        projected: Array = self.back @ values
+        return projected
+
 
 Index = NDArray[np.int64]
 
@@ -61,6 +94,22 @@ class Separable:
         found[0, 0] /= 2
         found[1, 0] = 0
         return found.reshape(-1, columns)
+
+
+Transforms = Grid | Separable
+"""Of one phase, or of several."""
+
+
+def grid(points: NDArray[np.int64], counts: tuple[int, ...]) -> Transforms:
+    """The transforms of lattice points (J, D) on a grid of phases."""
+    if len(counts) > 1:
+        return separable(points, counts)
+    angle = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], points[:, 0])
+    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
+    back = np.ascontiguousarray(wave.T) * (2 / counts[0])
+    back[0] /= 2
+    back[len(points)] = 0
+    return Grid(points=points, counts=counts, wave=wave, back=back)
 
 
 def separable(points: Index, counts: tuple[int, ...]) -> Separable:

@@ -1,0 +1,275 @@
+"""From a motion on the torus of phases to forces: at any phases, over time, and their extremes.
+
+---
+
+What is reported of a motion with contact loss: forces of meshes, ways of coordinates, how long teeth are apart.
+
+---
+
+What a motion on the torus means for the teeth: RMS, extremes over all phases, and how long they are apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.faces import Faces, faces
+from ...system.system import Array, ComplexArray, System
+from ..steady.waveform import peak
+from .problem import Problem, State, flank_force
+from .shaft_orders import Superposed
+from .torus import Torus, TorusPoint
+
+__all__ = ['Measures', 'Outcome', 'flank_force_at', 'force_level', 'measured', 'mesh_total', 'net_force', 'of_record', 'outcome', 'path_phases', 'strokes', 'summit']
+
+Number = TypeVar("Number", bound=np.inexact)
+
+# Instants of a super-period that are looked at one by one; a longer one fills the torus evenly enough.
+_INSTANTS = 8192
+# Phases in one product with the lattice points.
+_BATCH = 2048
+
+
+def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
+    """Force of every flank at phases (T, D) of the tones, (T, R) [N]."""
+    made, points, w = given.flanks, given.grid.points, at.speed * given.omega
+    gap = at.y.reshape(-1, at.y.shape[2]) @ made.gaps.T - given.error
+    J = len(points)
+    rate = np.concatenate([-w[:, None] * gap[J:], w[:, None] * gap[:J]])
+    parts = [_at(made.damping, gap, rate, points, part) for part in np.array_split(phases, -(-len(phases) // _BATCH))]
+    delta, drag = (np.concatenate([part[i] for part in parts]) for i in range(2))
+    orders = np.arange(1, made.variation.shape[1] + 1)
+    wave = np.exp(2j * np.pi * phases[:, made.axis, None] * orders)
+    stiffness = made.stiffness * (1 + np.einsum("trl,rl->tr", wave, made.variation).real)
+    force: Array = np.where(delta > 0, stiffness * delta + drag, 0.0)
+    return force
+
+
+def _at(damping: Array, gap: Array, rate: Array, points: NDArray[np.int64], phases: Array) -> tuple[Array, Array]:
+    angle = 2 * np.pi * phases @ points.T
+    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
+    delta = wave @ gap
+    return delta, damping * (wave @ rate) if damping.any() else np.zeros_like(delta)
+
+
+def row_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
+    """Force of every mesh row (N, m) from that of the flanks (N, R): the loaded flank less the far one [N]."""
+    m = len(system.meshes.name)
+    net = force[:, :m].copy()
+    np.subtract.at(net.T, system.far_flanks.mesh[: force.shape[1] - m], force[:, m:].T)
+    return net
+
+
+def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
+    """Force of every whole mesh (N, w) from that of the flanks (N, R), far flanks negative [N]."""
+    total: NDArray[Number] = faces(system.meshes).total(row_force(system, force), axis=1)
+    return total
+
+
+def path_phases(tones: tuple[Fraction, ...], samples: int) -> Array | None:
+    """Phases (T, D) along one super-period, None where it is so long that its path fills the torus.
+
+    On a short one phases recur together, so that averages over it are not those over all phases.
+
+    Parameters
+    ----------
+    tones : exact.  samples : of a cycle of the first tone, at least.
+    """
+    unit = lcm(*(tone.denominator for tone in tones))
+    whole = [int(tone * unit) for tone in tones]
+    turns = [value // np.gcd.reduce(whole) for value in whole]
+    count = max(turns) * samples
+    if count > _INSTANTS:
+        return None
+    path: Array = np.outer(np.arange(count) / count, turns) % 1.0
+    return path
+
+
+def summit(values: Array) -> Array:
+    """Largest value over a grid of phases (N_1, .., N_D, c) -> (c,), with a parabola along every axis."""
+    columns = values.shape[-1]
+    flat = values.reshape(-1, columns)
+    place = np.unravel_index(flat.argmax(axis=0), values.shape[:-1])
+    top: Array = flat.max(axis=0)
+    total, own = top.copy(), np.arange(columns)
+    for axis, count in enumerate(values.shape[:-1]):
+        sides = []
+        for step in (-1, 1):
+            moved = list(place)
+            moved[axis] = (moved[axis] + step) % count
+            sides.append(values[(*moved, own)])
+        bend = 2 * top - sides[0] - sides[1]
+        with np.errstate(all="ignore"):
+            total += np.where(bend > 0, (sides[1] - sides[0]) ** 2 / (8 * bend), 0.0)
+    return total
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Measures:
+    """What is reported.
+
+    rms, highest, lowest : (w,) of the force of every whole mesh [N], its far flank negative.
+    open : (w,) part of the time in which no flank of it touches.  amplitude : (n,) half the way of a coordinate [m].
+    """
+
+    rms: Array
+    highest: Array
+    lowest: Array
+    open: Array
+    amplitude: Array
+
+
+def force_level(system: System, given: Problem, state: State) -> Array:
+    """RMS of the dynamic force of every whole mesh, (w,) [N]."""
+    level: Array = mesh_force(system, flank_force(given, state)).std(axis=0)
+    return level
+
+
+def measured(system: System, given: Problem, state: State) -> Measures:
+    """Measures of a periodic motion."""
+    motion = given.grid.values(state.y.reshape(-1, state.y.shape[2])) @ given.modal.shapes.T
+    return _measures(system, flank_force(given, state), state.touching, motion, smooth=len(given.grid.counts) == 1)
+
+
+def of_record(system: System, force: Array, motion: Array) -> Measures:
+    """Measures of a record of flank forces (N, R) and coordinates (N, n) over time."""
+    return _measures(system, force, force != 0, motion, smooth=False)
+
+
+def _measures(system: System, force: Array, touching: np.ndarray, motion: Array, *, smooth: bool) -> Measures:
+    face, net = faces(system.meshes), mesh_force(system, force)
+    m = len(system.meshes.name)
+    any_row = touching[:, :m].copy()
+    for column, mesh in enumerate(system.far_flanks.mesh[: force.shape[1] - m].tolist()):
+        any_row[:, mesh] |= touching[:, m + column]
+    closed = face.total(any_row.astype(float), axis=1) > 0
+    way = motion.T
+    highest, lowest = net.max(axis=0), net.min(axis=0)
+    if smooth:
+        # a force of exactly 0 is a flank apart: no parabola goes below it
+        highest, lowest = peak(net.T), np.where(lowest == 0, 0.0, -peak(-net.T))
+    reach = (peak(way) + peak(-way)) / 2 if smooth else (way.max(axis=1) - way.min(axis=1)) / 2
+    return Measures(
+        rms=net.std(axis=0),
+        highest=highest,
+        lowest=lowest,
+        open=1 - closed.mean(axis=0),
+        amplitude=system.dofs.radius * reach,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outcome:
+    """Forces of whole meshes (w,) and of their rows (m,), slices where a mesh is cut; on the loaded flank positive.
+
+    force : (N, w), row_force : (N, m) over the phases of the grid, mean over the lines that are superposed [N].
+    reach : (N, w) by how much these change it at most [N].
+    rms : (w,) of the part that varies, over all time [N].
+    peak, minimum : (w,), row_peak : (m,) largest and least over all relative phases [N].
+    open : (w,) share of time in which no slice of the mesh touches, row_open : (m,) of each.
+    far : (w,) share of time in which a far flank touches.
+    """
+
+    force: Array
+    row_force: Array
+    reach: Array
+    rms: Array
+    peak: Array
+    minimum: Array
+    row_peak: Array
+    open: Array
+    row_open: Array
+    far: Array
+
+
+def outcome(given: Torus, point: TorusPoint, lines: Sequence[Superposed] = ()) -> Outcome:
+    """Statistics of a point; lines superposed add their mean square to the RMS and their amplitude to the extremes."""
+    system, rows, face, made = given.ready.system, len(given.face.row), given.face, point.problem
+    own_force = row_force(system, flank_force(made, point.state))
+    force = face.total(own_force, axis=1)
+    each = [row_force(system, line.force) for line in lines]
+    extra = [face.total(amplitude, axis=1) for amplitude in each]
+    counts, touching = made.grid.counts, point.state.touching
+    own, far = touching[:, :rows], touching[:, rows:]
+    high, low, row_high = (
+        _with_lines(values, amplitudes, counts)
+        for values, amplitudes in ((force, extra), (-force, extra), (own_force, each))
+    )
+    return Outcome(
+        force=force,
+        row_force=own_force,
+        reach=_reach(extra, len(force)) if extra else np.zeros_like(force),
+        rms=np.sqrt(_variance(given, point, force, lines, extra)),
+        peak=high,
+        minimum=-low,
+        row_peak=row_high,
+        open=1.0 - np.logical_or.reduceat(own, face.first, axis=1).mean(axis=0),
+        row_open=1.0 - own.mean(axis=0),
+        far=_far(given, point, far),
+    )
+
+
+def _with_lines(values: Array, amplitudes: Sequence[ComplexArray], counts: tuple[int, ...]) -> Array:
+    """Largest value (c,) over all phases of values (N, c) and of lines, whose amplitudes (Nm, c) know mesh phases."""
+    if amplitudes:
+        values = values + _reach(amplitudes, len(values))
+    return summit(values.reshape(*counts, -1))
+
+
+def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
+    """Sum of the magnitudes of lines (Nm, c) over all samples of the torus, (N, c)."""
+    reach: Array = np.sum([np.abs(amplitude) for amplitude in amplitudes], axis=0)
+    return np.repeat(reach, samples // len(reach), axis=0)
+
+
+def _variance(
+    given: Torus, point: TorusPoint, force: Array, lines: Sequence[Superposed], extra: Sequence[ComplexArray]
+) -> Array:
+    """Mean square of what varies, (w,): over one super-period, or over the torus that a long one fills."""
+    made, mesh = point.problem, given.ready.lines.tones
+    slow = given.slow.tones[: len(made.grid.counts) - len(mesh)]
+    tones: tuple[Fraction, ...] = (*mesh, *slow, *(line.shaft.frequency for line in lines))
+    path = path_phases(tones, made.grid.counts[0]) if len(tones) > 1 and (len(mesh) == 1 or not lines) else None
+    if path is None:
+        square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in extra), np.zeros(force.shape[1]))
+        variance: Array = force.var(axis=0) + square
+        return variance
+    flanks = flank_force_at(made, point.state, path[:, : len(made.grid.counts)])
+    total = mesh_force(given.ready.system, flanks)
+    for amplitude, phase in zip(extra, path.T[len(made.grid.counts) :], strict=True):
+        total += (_along(amplitude, path[:, 0]) * np.exp(2j * np.pi * phase)[:, None]).real
+    variance = total.var(axis=0)
+    return variance
+
+
+def _along(amplitude: ComplexArray, theta: Array) -> ComplexArray:
+    """Values over one phase (N, c) at phases theta (T,), between samples by Fourier sums."""
+    count = len(amplitude)
+    orders = np.fft.fftfreq(count, 1 / count)
+    values: ComplexArray = np.exp(2j * np.pi * np.outer(theta, orders)) @ (np.fft.fft(amplitude, axis=0) / count)
+    return values
+
+
+def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
+    """Share of time in which a far flank of each whole mesh touches."""
+    face, owner = given.face, given.face.row[point.problem.flanks.mesh[len(given.face.row) :]]
+    share = np.zeros(len(face.name))
+    for mesh in np.unique(owner[far.any(axis=0)]):
+        share[mesh] = far[:, owner == mesh].any(axis=1).mean()
+    return share
+
+
+def strokes(given: Torus, point: TorusPoint, lines: Sequence[Superposed] = ()) -> Array:
+    """Half of the way from least to most of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
+    made, modal = point.problem, given.ready.modal
+    q = made.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
+    more = [line.motion for line in lines]
+    high, low = (_with_lines(values, more, made.grid.counts) for values in (q, -q))
+    way: Array = given.ready.system.dofs.radius * (high + low) / 2
+    return way
