@@ -12,13 +12,21 @@ import table
 from known import bench56, with_backlash
 
 import epicyclic
-from epicyclic.analyses.contact_loss.branch_switching import broken_symmetry, two_cycles
-from epicyclic.analyses.contact_loss.continuation import Measure, PathPoint, Stepping, branch, folds, measure, peak_of
+from epicyclic.analyses.contact_loss.branch_switching import period_doubled_motions, symmetry_broken_motions
+from epicyclic.analyses.contact_loss.continuation import (
+    ArclengthUnit,
+    PathPoint,
+    Stepping,
+    arclength_unit,
+    branch,
+    folds,
+    peak_of,
+)
 from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-from epicyclic.analyses.contact_loss.floquet import verdict
+from epicyclic.analyses.contact_loss.floquet import floquet_stability
 from epicyclic.analyses.contact_loss.outputs import force_level
 from epicyclic.analyses.contact_loss.problem import Problem, State
-from epicyclic.analyses.contact_loss.refinement import Levels, Solution, judged, solution
+from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.steady.response import response
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
@@ -63,7 +71,7 @@ def _redraw(quick: bool) -> table.Row:
     started, wall = time.process_time(), time.perf_counter()
     for overrides in (*necks, *slides):
         result = epicyclic.sweep(
-            "xu2020", overrides=overrides, start=27, stop=5000, points=points, contact_loss=True, unstable="tell"
+            "xu2020", overrides=overrides, start=27, stop=5000, points=points, contact_loss=True, unstable="report"
         )
         lost += int((result.status != "ok").sum())
     spent, took = time.process_time() - started, time.perf_counter() - wall
@@ -74,10 +82,10 @@ def _redraw(quick: bool) -> table.Row:
 
 def _branches(system: System, quick: bool) -> list[table.Row]:
     """The branch from 1000 to 2400 Hz in many step settings, with and without the guard."""
-    levels = Levels(ready=response(system))
+    refinement = Refinement(ready=response(system))
     settings = [(length, unit) for unit in UNITS for length in (LENGTHS[::4] if quick else LENGTHS)]
-    walked = [_walk(system, levels, length, unit, guarded=True) for length, unit in settings]
-    free = [_walk(system, levels, length, unit, guarded=False) for length, unit in settings]
+    walked = [_walk(system, refinement, length, unit, guarded=True) for length, unit in settings]
+    free = [_walk(system, refinement, length, unit, guarded=False) for length, unit in settings]
     each = [1e3 * took / len(points) for points, took in walked]
     kept, lost = (sum(_kept(system, points) for points, _ in some) for some in (walked, free))
     without = sum(not folds(points) for points, _ in free)
@@ -97,20 +105,20 @@ def _branches(system: System, quick: bool) -> list[table.Row]:
 
 
 def _walk(
-    system: System, levels: Levels, length: tuple[float, float], unit: tuple[float, float], *, guarded: bool
+    system: System, refinement: Refinement, length: tuple[float, float], unit: tuple[float, float], *, guarded: bool
 ) -> tuple[list[PathPoint], float]:
-    given = levels.problem(HARMONICS)
+    given = refinement.problem(HARMONICS)
     start = solve(given, linear_start(given, 1.0), 1.0).state
-    own = measure(1.0, 2.4, start.y)
+    own = arclength_unit(1.0, 2.4, start.y)
     started = time.process_time()
     points = branch(
-        levels,
+        refinement,
         given,
         HARMONICS,
         start,
         low=1.0,
         high=2.4,
-        unit=Measure(motion=unit[0] * own.motion, speed=unit[1] * own.speed),
+        unit=ArclengthUnit(motion=unit[0] * own.motion, speed=unit[1] * own.speed),
         stepping=Stepping(first=length[0], longest=length[1], guarded=guarded),
         score=_level(system),
     )
@@ -140,12 +148,12 @@ def _points(system: System, quick: bool) -> list[table.Row]:
     swept = contact_sweep(system, mesh_frequency=frequencies, harmonics=HARMONICS, unstable="ignore")
     each = 1e3 * (time.process_time() - started) / frequencies.size
     failed = int((swept.status != "ok").sum())
-    levels = Levels(ready=response(system))
-    points, _ = _walk(system, levels, (0.25, 0.5), (1.0, 1.0), guarded=True)
+    refinement = Refinement(ready=response(system))
+    points, _ = _walk(system, refinement, (0.25, 0.5), (1.0, 1.0), guarded=True)
     spent = []
     for point in points[:: 8 if quick else 2]:
         started = time.process_time()
-        verdict(levels, point.given, HARMONICS, point.state)
+        floquet_stability(refinement, point.given, HARMONICS, point.state)
         spent.append(1e3 * (time.process_time() - started))
     judged_in = statistics.median(spent)
     return [
@@ -156,14 +164,14 @@ def _points(system: System, quick: bool) -> list[table.Row]:
 
 
 def _symmetry(system: System) -> list[table.Row]:
-    levels = Levels(ready=response(system))
-    at = _from_closed(levels, 2.11)
+    refinement = Refinement(ready=response(system))
+    at = _from_closed(refinement, 2.11)
     started = time.process_time()
-    other = next(broken_symmetry(levels, at), None)
+    other = next(symmetry_broken_motions(refinement, at), None)
     took = 1e3 * (time.process_time() - started)
     here = _level(system)(at.state, at.given)
     found = 0.0 if other is None else _level(system)(other.state, other.given)
-    kind = at.verdict.kind if at.verdict else ""
+    kind = at.stability.kind if at.stability else ""
     good = abs(found / 1129 - 1) < 2e-3 and kind == "symmetry breaking"
     return [
         _row(
@@ -178,12 +186,12 @@ def _symmetry(system: System) -> list[table.Row]:
 def _half_order() -> list[table.Row]:
     """One pair at twice its natural frequency: the small motion is left for one of two cycles."""
     system = pair()
-    levels = Levels(ready=response(system))
-    at = _from_closed(levels, 2.0)
-    other = next(two_cycles(levels, at), None)
+    refinement = Refinement(ready=response(system))
+    at = _from_closed(refinement, 2.0)
+    other = next(period_doubled_motions(refinement, at), None)
     here = _level(system)(at.state, at.given)
     found = 0.0 if other is None else _level(system)(other.state, other.given)
-    kind = at.verdict.kind if at.verdict else ""
+    kind = at.stability.kind if at.stability else ""
     good = found > 10 * here and kind == "period doubling"
     return [_row(f"  one pair at 2 f_n: {here:.0f} N, left by {kind}; period 2", f"{found:.0f} N", "> 10 times", good)]
 
@@ -237,12 +245,12 @@ def pair() -> System:
     )
 
 
-def _from_closed(levels: Levels, speed: float) -> Solution:
-    given = levels.problem(HARMONICS)
-    found = solution(levels, linear_start(given, speed), speed, given=given, harmonics=HARMONICS, fixed=True)
+def _from_closed(refinement: Refinement, speed: float) -> Solution:
+    given = refinement.problem(HARMONICS)
+    found = solution(refinement, linear_start(given, speed), speed, given=given, harmonics=HARMONICS, fixed=True)
     if found is None:
         raise RuntimeError(f"no solution from closed teeth at {speed}")
-    return judged(levels, found)
+    return with_stability(refinement, found)
 
 
 def _row(label: str, here: str, target: str, met: bool) -> table.Row:

@@ -26,7 +26,7 @@ import table
 from known import bench56, bench112, sliced_xu2020, with_backlash
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.outputs import outcome
+from epicyclic.analyses.contact_loss.outputs import torus_outputs
 from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.steady.response import response
 from epicyclic.system.system import Line, System
@@ -126,13 +126,13 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
     force = mesh_force(moving, times[:-1], states[:-1])
     rms = np.sqrt(force.var(axis=1))
     change = float(np.abs(states[-1] - states[0]).max() / np.abs(states).max())
-    return float(np.abs(outcome(given, point).rms - rms).max() / rms.max()), change
+    return float(np.abs(torus_outputs(given, point).rms - rms).max() / rms.max()), change
 
 
 def _slices() -> list[table.Row]:
     """Mesh orders of 16 harmonics with 8 slices a mesh, and these against 32."""
     from epicyclic.analyses.contact_loss.corrector import linear_start, solve
-    from epicyclic.analyses.contact_loss.outputs import mesh_total, net_force
+    from epicyclic.analyses.contact_loss.outputs import mesh_force
     from epicyclic.analyses.contact_loss.problem import flank_force, mesh_problem
     from epicyclic.system.faces import faces
 
@@ -150,7 +150,7 @@ def _slices() -> list[table.Row]:
             clock = time.process_time()
             found = solve(made, y, frequency / float(ready.lines.tone))
             spent, y = time.process_time() - clock, found.state.y
-            values.append(mesh_total(face, net_force(made, flank_force(made, found.state), len(face.row))).std(axis=0))
+            values.append(mesh_force(system, flank_force(made, found.state)).std(axis=0))
             if slices == 8:
                 took.append(spent)
                 apart = max(apart, float(1 - found.state.touching[:, : len(face.row)].mean()))

@@ -194,7 +194,7 @@ def fig7() -> go.Figure:
 
 @cache
 def _sweep(changes: str, parting: bool) -> xr.Dataset:
-    options = {"contact_loss": True, "unstable": "tell"} if parting else {}
+    options = {"contact_loss": True, "unstable": "report"} if parting else {}
     return epicyclic.sweep("xu2020", overrides=json.loads(changes), mesh_frequency=FREQUENCY, **options)
 
 

@@ -20,7 +20,7 @@ import typer
 
 from ..results.whole_file import write_text
 from .audit import audit
-from .console import parsed_overrides, progress_bar, reported, target_of
+from .console import complain, parsed_overrides, progress_bar, reported, target_of
 from .contact import contact
 from .modulation import modulation
 from .options import (
@@ -78,7 +78,8 @@ class Unstable(Enum):
     """What becomes of motions that are not stable."""
 
     replace = "replace"
-    tell = "tell"
+    report = "report"
+    tell = "tell"  # the old spelling of report, understood for one version
     ignore = "ignore"
 
 
@@ -223,7 +224,8 @@ def sweep(
         bool, typer.Option("--contact-loss", help="Teeth part and touch again: run-up, coast-down, all branches.")
     ] = False,
     unstable: Annotated[
-        Unstable, typer.Option("--unstable", help="With --contact-loss: replace motions that are not stable, or tell.")
+        Unstable,
+        typer.Option("--unstable", help="With --contact-loss: replace motions that are not stable, or report them."),
     ] = Unstable.replace,
     shaft_orders: Annotated[
         bool, typer.Option(help="With --contact-loss: put run-outs and other shaft orders on top.")
@@ -235,6 +237,9 @@ def sweep(
     """
     with reported():
         low, high = (range_end(text, option) for text, option in ((start, "--from"), (stop, "--to")))
+    if unstable is Unstable.tell:
+        complain("--unstable tell is now --unstable report")
+        unstable = Unstable.report
     options: dict[str, Any] = {"points": points, "frame_speed": frame_speed.value}
     options |= (
         {"contact_loss": True, "unstable": unstable.value, "shaft_orders": shaft_orders}

@@ -20,13 +20,20 @@ from ..transient.motion import motion
 from ..transient.outputs import flank_force
 from ..transient.program import constant
 from ..transient.rk4 import integrate, steps_for
-from .corrector import dynamic_size, solve
-from .floquet import disturbance
-from .outputs import Measures, of_record
-from .problem import Problem
-from .refinement import Kind, Levels, Solution, apart, carried, judged, solution
+from .corrector import solve
+from .floquet import floquet_vector
+from .outputs import Measures, record_measures
+from .problem import Problem, dynamic_size, gap_rows, prolonged
+from .refinement import Kind, Refinement, Solution, distinct, solution, with_stability
 
-__all__ = ['Record', 'broken_symmetry', 'instant', 'searched', 'settled', 'two_cycles']
+__all__ = [
+    "IntegratedMotion",
+    "attractor",
+    "initial_state",
+    "isolated_motions",
+    "period_doubled_motions",
+    "symmetry_broken_motions",
+]
 
 # Mesh cycles run before each look at where the motion is, and the most of them.
 _CYCLES, _LOOKS = 60, 6
@@ -35,7 +42,7 @@ _NEAR = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Record:
+class IntegratedMotion:
     """A motion that settled on none of one or two cycles.
 
     speed : relative.  last : (2, n) q and q' at its end, a whole number of cycles after the start.
@@ -47,7 +54,7 @@ class Record:
     measures: Measures
 
 
-def instant(at: Solution) -> Array:
+def initial_state(at: Solution) -> Array:
     """(2, n) q and q' where a cycle begins."""
     y, w = at.state.y, at.state.speed * at.given.omega
     both = np.stack([y[0].sum(axis=0), -(w @ y[1])])
@@ -55,14 +62,14 @@ def instant(at: Solution) -> Array:
     return result
 
 
-def settled(levels: Levels, start: Array, speed: float, *, harmonics: int) -> Solution | Record:
+def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: int) -> Solution | IntegratedMotion:
     """The stable motion of one or two cycles that a start (2, n) ends on, or a record of what it does instead.
 
     A start on an unstable motion leaves it only as fast as rounding grows: give it a push first.
     """
-    system = _alone(levels, speed)
+    system = _with_mesh_orders_only(refinement, speed)
     moving = motion(system, program=constant(speed))
-    cycle = 1.0 / (speed * float(levels.ready.lines.tone))
+    cycle = 1.0 / (speed * float(refinement.ready.lines.tone))
     samples = 4 * harmonics
     steps = -(-steps_for(moving, cycle) // samples) * samples
     state, record = start, np.zeros((0, 2, len(start[0])))
@@ -73,19 +80,19 @@ def settled(levels: Levels, start: Array, speed: float, *, harmonics: int) -> So
         state = record[-1]
         for cycles in (1, 2):
             part = cycles * samples
-            y = _without_drift(levels, record[-1 - 2 * part :, 0])
+            y = _without_drift(refinement, record[-1 - 2 * part :, 0])
             if _repeats(y):
-                found = _periodic(levels, y[part:], speed, cycles, harmonics)
+                found = _periodic_solution(refinement, y[part:], speed, cycles, harmonics)
                 if found is not None:
                     return found
     times = cycle * np.arange(len(record)) / samples
     force = flank_force(moving, times, record).T
-    return Record(speed=speed, last=state, measures=of_record(system, force, record[:, 0]))
+    return IntegratedMotion(speed=speed, last=state, measures=record_measures(system, force, record[:, 0]))
 
 
-def _without_drift(levels: Levels, q: Array) -> Array:
+def _without_drift(refinement: Refinement, q: Array) -> Array:
     """Coordinates y (N, n) of a record q (N + 1, n); what turns freely and drifts comes back to where it began."""
-    modal = levels.ready.modal
+    modal = refinement.ready.modal
     y = q @ np.linalg.inv(modal.shapes).T
     drift = np.where(modal.rigid, y[-1] - y[0], 0.0)
     result: Array = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
@@ -98,30 +105,34 @@ def _repeats(y: Array) -> bool:
     return bool(np.linalg.norm(one - two) < _NEAR * np.linalg.norm(two - two.mean(axis=0)))
 
 
-def _alone(levels: Levels, speed: float) -> System:
+def _with_mesh_orders_only(refinement: Refinement, speed: float) -> System:
     """The system with mesh orders only, and a frame that turns as the balance has it."""
-    ready = levels.ready
+    ready = refinement.ready
     system = replace(ready.system, lines=tuple(line for _, line in ready.lines.mesh))
     if ready.frame_speed == "kinematic":
         return system
     return replace(system, G=system.G / speed, Kg=system.Kg / speed**2, Cskew=system.Cskew / speed)
 
 
-def _periodic(levels: Levels, record: Array, speed: float, cycles: int, harmonics: int) -> Solution | None:
+def _periodic_solution(
+    refinement: Refinement, record: Array, speed: float, cycles: int, harmonics: int
+) -> Solution | None:
     """The stable solution next to the last cycles (N, n) of a motion, None where there is none."""
-    given = levels.problem(harmonics, cycles=cycles)
+    given = refinement.problem(harmonics, cycles=cycles)
     amplitude = 2 * np.fft.rfft(record, axis=0)[: len(given.omega)] / len(record)
     amplitude[0] /= 2
     y = np.stack([amplitude.real, amplitude.imag])
     y[1, 0] = 0.0
     y[:, 0, given.modal.rigid] = 0.0
-    found = solution(levels, y, speed, given=given, harmonics=harmonics, kind="period 2" if cycles == 2 else "periodic")
+    found = solution(
+        refinement, y, speed, given=given, harmonics=harmonics, kind="period 2" if cycles == 2 else "periodic"
+    )
     if found is None:
         return None
-    reached = carried(found.given, given, found.state.y)
-    if np.linalg.norm(reached - y) > _NEAR * dynamic_size(y):
+    prolonged_back = prolonged(found.given, given, found.state.y)
+    if np.linalg.norm(prolonged_back - y) > _NEAR * dynamic_size(y):
         return None
-    found = judged(levels, found)
+    found = with_stability(refinement, found)
     return found if found.stable else None
 
 
@@ -131,22 +142,22 @@ _PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
 _KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
 
 
-def broken_symmetry(levels: Levels, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
+def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
     """Stable motions with less symmetry: a small random pitch error, both signs, taken away again by homotopy.
 
     Where that finds none, kicks along the growing disturbance are tried.
     """
     given, found = at.given, list[Solution]()
     for start in _without_pitch_error(given, at, seeds):
-        other = _new(levels, at, start, given, found, kind="symmetry broken")
+        other = _new_stable(refinement, at, start, given, found, kind="symmetry broken")
         if other is not None:
             found.append(other)
             yield other
     if found:
         return
-    kick = _kick(levels, at, given)
+    kick = _kick(refinement, at, given)
     for size in (*_KICKS, *(-size for size in _KICKS)):
-        other = _new(levels, at, at.state.y + size * kick, given, found, kind="symmetry broken")
+        other = _new_stable(refinement, at, at.state.y + size * kick, given, found, kind="symmetry broken")
         if other is not None:
             found.append(other)
             yield other
@@ -172,34 +183,36 @@ def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
     random = np.random.default_rng(seed)
     J = len(given.omega)
     rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
-    gap = at.state.y.reshape(-1, at.state.y.shape[2]) @ given.flanks.gaps.T
+    gap = gap_rows(given, at.state.y)
     size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J]]).max(initial=0.0))
     result = np.zeros_like(given.error)
     result[rows] = size * random.standard_normal((rows.size, given.error.shape[1]))
     return result
 
 
-def two_cycles(levels: Levels, at: Solution) -> Iterator[Solution]:
+def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
     """Stable motions that repeat after two mesh cycles, from kicks at half orders along the growing disturbance."""
-    given = levels.problem(at.harmonics, cycles=2 * at.given.cycles)
-    y, kick, found = carried(at.given, given, at.state.y), _kick(levels, at, given), list[Solution]()
+    given = refinement.problem(at.harmonics, cycles=2 * at.given.cycles)
+    y, kick, found = prolonged(at.given, given, at.state.y), _kick(refinement, at, given), list[Solution]()
     for size in _KICKS:
-        other = _new(levels, at, y + size * kick, given, found, kind="period 2")
+        other = _new_stable(refinement, at, y + size * kick, given, found, kind="period 2")
         if other is not None:
             found.append(other)
             yield other
 
 
-def _kick(levels: Levels, at: Solution, given: Problem) -> Array:
+def _kick(refinement: Refinement, at: Solution, given: Problem) -> Array:
     """The growing disturbance as a motion at the lowest order of a problem, of the size of the whole motion."""
-    position, rate = disturbance(levels, at.given, at.harmonics, at.state)
+    position, rate = floquet_vector(refinement, at.given, at.harmonics, at.state)
     kick = np.zeros((2, len(given.omega), position.size))
     kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
     result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
     return result
 
 
-def searched(levels: Levels, at: Solution, *, cycles: int = 1, tries: int = 20, seed: int = 0) -> list[Solution]:
+def isolated_motions(
+    refinement: Refinement, at: Solution, *, cycles: int = 1, tries: int = 20, seed: int = 0
+) -> list[Solution]:
     """Stable motions other than the given one reached from random kicks; isolated ones are found only so.
 
     Parameters
@@ -207,26 +220,26 @@ def searched(levels: Levels, at: Solution, *, cycles: int = 1, tries: int = 20, 
     cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion.
     """
     random, found = np.random.default_rng(seed), list[Solution]()
-    given = levels.problem(at.harmonics, cycles=cycles)
-    y = carried(at.given, given, at.state.y)
+    given = refinement.problem(at.harmonics, cycles=cycles)
+    y = prolonged(at.given, given, at.state.y)
     size = float(np.linalg.norm(y))
     for _ in range(tries):
         kick = np.zeros_like(y)
         kick[:, : 2 * cycles + 1] = random.standard_normal(kick[:, : 2 * cycles + 1].shape)
         kick[1, 0] = 0.0
         kick *= size * random.uniform(0.3, 3.0) / float(np.linalg.norm(kick))
-        other = _new(levels, at, y + kick, given, found, kind="period 2" if cycles > 1 else "periodic")
+        other = _new_stable(refinement, at, y + kick, given, found, kind="period 2" if cycles > 1 else "periodic")
         if other is not None:
             found.append(other)
     return found
 
 
-def _new(
-    levels: Levels, at: Solution, start: Array, given: Problem, known: list[Solution], *, kind: Kind
+def _new_stable(
+    refinement: Refinement, at: Solution, start: Array, given: Problem, known: list[Solution], *, kind: Kind
 ) -> Solution | None:
     """What Newton's method reaches, if it is stable and none of those known."""
-    other = solution(levels, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
-    if other is None or not apart(at, other) or any(not apart(each, other) for each in known):
+    other = solution(refinement, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
+    if other is None or not distinct(at, other) or any(not distinct(each, other) for each in known):
         return None
-    other = judged(levels, other)
+    other = with_stability(refinement, other)
     return other if other.stable else None

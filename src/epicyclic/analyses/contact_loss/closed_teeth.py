@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 from ..steady.response import Kept, Response, respond
-from .corrector import dynamic_size, linear_start
-from .problem import evaluate
-from .refinement import Levels, Solution, fitting, solution
+from .corrector import linear_start
+from .problem import dynamic_size, evaluate
+from .refinement import Refinement, Solution, harmonics_for, solution
 
-__all__ = ['REACH', 'Scan', 'scanned']
+__all__ = ["REACH", "Scan", "scan_closed_teeth"]
 
 # Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
 _LINEAR, _ACCEPTED = 1e-6, 1e-4
@@ -43,17 +43,17 @@ class Scan:
     harmonics: NDArray[np.int64]
 
 
-def scanned(levels: Levels, speeds: Array) -> Scan:
+def scan_closed_teeth(refinement: Refinement, speeds: Array) -> Scan:
     """The linear response at distinct speeds (P,) and at enough between them to see every resonance.
 
     Where contact changes at the lowest one, those below it down to the first at which it does not come along: a way
     needs a beginning.
     """
     low = float(speeds.min())
-    between = np.setdiff1d(_between(levels.ready, low, float(speeds.max())), speeds)
-    found = _looked(levels, np.union1d(speeds, between))
+    between = np.setdiff1d(_between(refinement.ready, low, float(speeds.max())), speeds)
+    found = _looked(refinement, np.union1d(speeds, between))
     if found.solutions[0] is None:
-        below = _looked(levels, _between(levels.ready, REACH * low, low))
+        below = _looked(refinement, _between(refinement.ready, REACH * low, low))
         last = next((i for i in reversed(range(below.speeds.size)) if below.solutions[i] is not None), None)
         found = found if last is None else _joined(below, last, found)
     places = np.searchsorted(found.speeds, speeds)
@@ -71,19 +71,19 @@ def _joined(below: Scan, first: int, above: Scan) -> Scan:
     )
 
 
-def _looked(levels: Levels, speeds: Array) -> Scan:
+def _looked(refinement: Refinement, speeds: Array) -> Scan:
     """The linear response at rising speeds, none of them asked for."""
     found = list[Solution | None]([None] * speeds.size)
     harmonics = np.zeros(speeds.size, np.int64)
     if speeds.size:
-        for block in respond(levels.ready, speeds, tolerance=_LINEAR, shaft_orders=False):
+        for block in respond(refinement.ready, speeds, tolerance=_LINEAR, shaft_orders=False):
             for at, place in enumerate(block.index.tolist()):
                 harmonics[place] = block.harmonics
                 if block.residual[at] <= _ACCEPTED:
                     speed, residual = float(block.speed[at]), float(block.residual[at])
-                    found[place] = _closed(levels, block.mesh.y[at], speed, block.kept, residual)
-        if len(levels.ready.lines.tones) == 1:
-            _without_open_flanks(levels, speeds, found, harmonics)
+                    found[place] = _closed(refinement, block.mesh.y[at], speed, block.kept, residual)
+        if len(refinement.ready.lines.tones) == 1:
+            _without_open_flanks(refinement, speeds, found, harmonics)
     return Scan(speeds=speeds, asked=np.full(speeds.size, -1), solutions=found, harmonics=harmonics)
 
 
@@ -96,10 +96,10 @@ def _between(ready: Response, low: float, high: float) -> Array:
     return np.geomspace(low, high, count + 2)[1:-1] if count else np.zeros(0)
 
 
-def _closed(levels: Levels, y: Array, speed: float, kept: Kept, residual: float) -> Solution | None:
+def _closed(refinement: Refinement, y: Array, speed: float, kept: Kept, residual: float) -> Solution | None:
     """The linear solution if no tooth of it parts or strikes the other flank."""
     harmonics = max(kept[:-1])
-    given = levels.lattice(kept[:-1], kept[-1], 1, levels.samples(harmonics))
+    given = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))
     state = evaluate(given, y, speed)
     if not np.all(state.touching == (given.flanks.sense > 0)):
         return None
@@ -108,27 +108,27 @@ def _closed(levels: Levels, y: Array, speed: float, kept: Kept, residual: float)
 
 
 def _without_open_flanks(
-    levels: Levels, speeds: Array, found: list[Solution | None], harmonics: NDArray[np.int64]
+    refinement: Refinement, speeds: Array, found: list[Solution | None], harmonics: NDArray[np.int64]
 ) -> None:
     """Enter the linear solutions in which the flanks that the mean load leaves open never touch."""
     missing = [place for place, at in enumerate(found) if at is None]
     if not missing:
         return
-    pressed = _pressed(levels, float(speeds[missing[0]]), int(harmonics[missing[0]]))
+    pressed = _pressed(refinement, float(speeds[missing[0]]), int(harmonics[missing[0]]))
     if pressed is None:
         return
     for place in missing:
-        H = fitting(max(_LEAST, int(harmonics[place])))
-        given, speed = levels.problem(H), float(speeds[place])
+        H = harmonics_for(max(_LEAST, int(harmonics[place])))
+        given, speed = refinement.problem(H), float(speeds[place])
         start = linear_start(given, speed, pressed)
         if np.all(evaluate(given, start, speed).touching == pressed):
-            at = solution(levels, start, speed, given=given, harmonics=H)
+            at = solution(refinement, start, speed, given=given, harmonics=H)
             found[place] = at if at is not None and np.all(at.state.touching == pressed) else None
 
 
-def _pressed(levels: Levels, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
+def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
     """Flanks (R,) that press in the mean of a linear motion with these alone, None where they are those loaded."""
-    given = levels.problem(fitting(max(_LEAST, harmonics)))
+    given = refinement.problem(harmonics_for(max(_LEAST, harmonics)))
     loaded = pressed = given.flanks.sense > 0
     for _ in range(_ROUNDS):
         mean = given.flanks.gaps @ linear_start(given, speed, pressed)[0, 0] - given.error[0]

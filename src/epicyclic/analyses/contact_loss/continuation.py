@@ -20,11 +20,24 @@ import numpy as np
 
 from ...system.system import Array
 from ..steady.gmres import gmres
-from .corrector import TOLERANCE, dynamic_size, nearly_inverse, solve
-from .problem import Problem, State, derivative, evaluate, linearised
-from .refinement import Levels
+from .corrector import TOLERANCE, preconditioner, solve
+from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative
+from .refinement import Refinement
 
-__all__ = ['Measure', 'PathPoint', 'Stepping', 'branch', 'corrected', 'folds', 'folds_of_speed', 'follow', 'measure', 'peak_of', 'start_of_path', 'step_from']
+__all__ = [
+    "ArclengthUnit",
+    "PathPoint",
+    "Stepping",
+    "arclength_unit",
+    "branch",
+    "corrected",
+    "folds",
+    "folds_of_speed",
+    "follow",
+    "peak_of",
+    "start_of_path",
+    "step_from",
+]
 
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine).
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
@@ -35,7 +48,7 @@ _FORCING = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Measure:
+class ArclengthUnit:
     """Units of length of a path: motion [root of energy, as y], speed [relative]."""
 
     motion: float
@@ -66,26 +79,30 @@ class PathPoint:
 
     given: Problem
     state: State
-    along: Array
-    onward: float
+    tangent: Array
+    tangent_speed: float
     length: float
     steps: int
     calls: int
 
 
-def measure(low: float, high: float, motion: Array) -> Measure:
+def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
     """Units for a range of speeds: a sixteenth of its middle speed, a fifth of the mean of a motion (2, J, n)."""
     size = float(np.linalg.norm(motion[:, 0])) or dynamic_size(motion)
-    return Measure(motion=size / 5, speed=float(np.sqrt(low * high)) / 16)
+    return ArclengthUnit(motion=size / 5, speed=float(np.sqrt(low * high)) / 16)
 
 
-def start_of_path(given: Problem, state: State, unit: Measure, *, upward: bool = True) -> PathPoint:
+def start_of_path(given: Problem, state: State, unit: ArclengthUnit, *, upward: bool = True) -> PathPoint:
     """The first point of a path: a solved state, going up or down in speed."""
-    along, onward, calls = _tangent(given, state, np.zeros_like(state.y), 1.0 if upward else -1.0, unit)
-    return PathPoint(given=given, state=state, along=along, onward=onward, length=0.0, steps=0, calls=calls)
+    tangent, tangent_speed, calls = _tangent(given, state, np.zeros_like(state.y), 1.0 if upward else -1.0, unit)
+    return PathPoint(
+        given=given, state=state, tangent=tangent, tangent_speed=tangent_speed, length=0.0, steps=0, calls=calls
+    )
 
 
-def follow(start: PathPoint, low: float, high: float, *, unit: Measure, stepping: Stepping) -> Iterator[PathPoint]:
+def follow(
+    start: PathPoint, low: float, high: float, *, unit: ArclengthUnit, stepping: Stepping
+) -> Iterator[PathPoint]:
     """Points of a branch from the start until it leaves [low, high] (the last one may lie outside) or no step works."""
     at, size = start, stepping.first
     yield at
@@ -99,7 +116,7 @@ def follow(start: PathPoint, low: float, high: float, *, unit: Measure, stepping
             return
 
 
-def _advance(at: PathPoint, size: float, unit: Measure, stepping: Stepping) -> tuple[PathPoint | None, float]:
+def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping) -> tuple[PathPoint | None, float]:
     """The next point, None where even the shortest step fails, and the length of the step after it."""
     while size >= stepping.shortest:
         # a corner of the sampled contact turns at any length: at the shortest, the turn alone fails no step
@@ -114,33 +131,33 @@ def _advance(at: PathPoint, size: float, unit: Measure, stepping: Stepping) -> t
 
 
 def step_from(
-    at: PathPoint, size: float, unit: Measure, *, guarded: bool = True, cornering: bool = False
+    at: PathPoint, size: float, unit: ArclengthUnit, *, guarded: bool = True, cornering: bool = False
 ) -> tuple[PathPoint, float] | None:
     """One step of a given length and how far its corrector moved, None where it fails.
 
     cornering : any turn below a right angle is allowed.
     """
     given = at.given
-    y = at.state.y + size * unit.motion * at.along
-    speed = at.state.speed + size * unit.speed * at.onward
+    y = at.state.y + size * unit.motion * at.tangent
+    speed = at.state.speed + size * unit.speed * at.tangent_speed
     if speed <= 0:
         return None
-    found = corrected(given, y, speed, at.along, at.onward, unit, far=_FAR * size if guarded else np.inf)
+    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=_FAR * size if guarded else np.inf)
     if found is None:
         return None
     state, steps, calls = found
     moved = float(np.hypot(np.linalg.norm(state.y - y) / unit.motion, (state.speed - speed) / unit.speed))
     if guarded and moved > _FAR * size:
         return None
-    along, onward, used = _tangent(given, state, at.along, at.onward, unit)
-    turned = float(np.vdot(along, at.along)) + onward * at.onward
+    tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit)
+    turned = float(np.vdot(tangent, at.tangent)) + tangent_speed * at.tangent_speed
     if guarded and turned < (0.0 if cornering else _TURN):
         return None
     point = PathPoint(
         given=given,
         state=state,
-        along=along,
-        onward=onward,
+        tangent=tangent,
+        tangent_speed=tangent_speed,
         length=at.length + size,
         steps=steps,
         calls=calls + used,
@@ -149,7 +166,14 @@ def step_from(
 
 
 def corrected(
-    given: Problem, y: Array, speed: float, along: Array, onward: float, unit: Measure, *, far: float = np.inf
+    given: Problem,
+    y: Array,
+    speed: float,
+    tangent: Array,
+    tangent_speed: float,
+    unit: ArclengthUnit,
+    *,
+    far: float = np.inf,
 ) -> tuple[State, int, int] | None:
     """The solution on the plane through (y, s) at right angles to a direction; None where Newton's method fails.
 
@@ -163,7 +187,9 @@ def corrected(
         if state.norm <= TOLERANCE * size:
             return state, count, calls
         target = 0.1 * TOLERANCE * size / unit.motion
-        step, ds, used = _bordered(given, state, along, onward, unit, state.residual / unit.motion, 0.0, target)
+        step, ds, used = _bordered(
+            given, state, tangent, tangent_speed, unit, state.residual / unit.motion, 0.0, target
+        )
         moved_y, moved_s, calls = moved_y + step, moved_s + ds, calls + used
         if np.hypot(np.linalg.norm(moved_y), moved_s) > 2 * far or speed - moved_s * unit.speed <= 0:
             return None
@@ -171,9 +197,11 @@ def corrected(
     return None
 
 
-def _tangent(given: Problem, state: State, along: Array, onward: float, unit: Measure) -> tuple[Array, float, int]:
+def _tangent(
+    given: Problem, state: State, tangent: Array, tangent_speed: float, unit: ArclengthUnit
+) -> tuple[Array, float, int]:
     """Unit direction of the branch, on the side of the given one."""
-    step, ds, calls = _bordered(given, state, along, onward, unit, np.zeros_like(state.y), 1.0, 0.0)
+    step, ds, calls = _bordered(given, state, tangent, tangent_speed, unit, np.zeros_like(state.y), 1.0, 0.0)
     size = float(np.hypot(np.linalg.norm(step), ds))
     return step / size, ds / size, calls
 
@@ -181,23 +209,23 @@ def _tangent(given: Problem, state: State, along: Array, onward: float, unit: Me
 def _bordered(
     given: Problem,
     at: State,
-    along: Array,
-    onward: float,
-    unit: Measure,
+    tangent: Array,
+    tangent_speed: float,
+    unit: ArclengthUnit,
     right: Array,
     last: float,
     target: float,
 ) -> tuple[Array, float, int]:
     """Solve [R_y R_s; along onward] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side."""
-    shape, border = at.y.shape, along.ravel()
-    inverse, product = nearly_inverse(given, at), linearised(given, at)
-    by_speed = (inverse(derivative(given, at)) * (unit.speed / unit.motion)).ravel()
+    shape, border = at.y.shape, tangent.ravel()
+    inverse, product = preconditioner(given, at), jacobian(given, at)
+    by_speed = (inverse(speed_derivative(given, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
         out = np.empty_like(x)
         step, ds = x[0, :-1], x[0, -1]
         out[0, :-1] = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
-        out[0, -1] = border @ step + onward * ds
+        out[0, -1] = border @ step + tangent_speed * ds
         return out
 
     whole = np.append(inverse(right).ravel(), last)
@@ -218,14 +246,14 @@ Stop = Callable[[PathPoint], bool]
 
 
 def branch(
-    levels: Levels,
+    refinement: Refinement,
     given: Problem,
     harmonics: int,
     start: State,
     *,
     low: float,
     high: float,
-    unit: Measure,
+    unit: ArclengthUnit,
     stepping: Stepping,
     score: Score,
     stop: Stop | None = None,
@@ -241,16 +269,16 @@ def branch(
         points.append(point)
         if stop is not None and stop(point):
             break
-    points = _confirmed(levels, harmonics, points, unit)
+    points = _confirmed(refinement, harmonics, points, unit)
     points = _with_folds(points, unit)
     return _with_peak(points, unit, score)
 
 
 def folds(points: list[PathPoint]) -> list[int]:
     """Places where the branch turns back or on: of a pair with opposite signs the one where it is flatter."""
-    onward = np.array([point.onward for point in points])
-    places = np.flatnonzero(np.sign(onward[1:]) != np.sign(onward[:-1]))
-    return [int(i if abs(onward[i]) <= abs(onward[i + 1]) else i + 1) for i in places]
+    tangent_speed = np.array([point.tangent_speed for point in points])
+    places = np.flatnonzero(np.sign(tangent_speed[1:]) != np.sign(tangent_speed[:-1]))
+    return [int(i if abs(tangent_speed[i]) <= abs(tangent_speed[i + 1]) else i + 1) for i in places]
 
 
 def folds_of_speed(speeds: list[float]) -> list[float]:
@@ -260,20 +288,20 @@ def folds_of_speed(speeds: list[float]) -> list[float]:
     return [float(speeds[int(place)]) for place in places]
 
 
-def _with_folds(points: list[PathPoint], unit: Measure) -> list[PathPoint]:
+def _with_folds(points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]:
     """A point at every fold."""
     result = points[:1]
     for before, after in pairwise(points):
-        if np.sign(before.onward) != np.sign(after.onward) and before.given is after.given:
+        if np.sign(before.tangent_speed) != np.sign(after.tangent_speed) and before.given is after.given:
             at = _fold(before, after, unit)
             result += [] if at is None else [at]
         result.append(after)
     return result
 
 
-def _fold(before: PathPoint, after: PathPoint, unit: Measure) -> PathPoint | None:
+def _fold(before: PathPoint, after: PathPoint, unit: ArclengthUnit) -> PathPoint | None:
     """Where ds/d(length) = 0 between two points, None where no step from the first gets there."""
-    low, high, ends = 0.0, after.length - before.length, [before.onward, after.onward]
+    low, high, ends = 0.0, after.length - before.length, [before.tangent_speed, after.tangent_speed]
     best: PathPoint | None = None
     for count in range(_TRIES):
         size = low + (high - low) * ends[0] / (ends[0] - ends[1]) if count % 3 else (low + high) / 2
@@ -281,12 +309,12 @@ def _fold(before: PathPoint, after: PathPoint, unit: Measure) -> PathPoint | Non
         if trial is None:
             return best
         best = trial[0]
-        if abs(best.onward) < _FLAT:
+        if abs(best.tangent_speed) < _FLAT:
             break
-        if np.sign(best.onward) == np.sign(ends[0]):
-            low, ends[0] = size, best.onward
+        if np.sign(best.tangent_speed) == np.sign(ends[0]):
+            low, ends[0] = size, best.tangent_speed
         else:
-            high, ends[1] = size, best.onward
+            high, ends[1] = size, best.tangent_speed
     return best
 
 
@@ -295,7 +323,7 @@ def peak_of(points: list[PathPoint], score: Score) -> int:
     return int(np.argmax([score(point.state, point.given) for point in points]))
 
 
-def _with_peak(points: list[PathPoint], unit: Measure, score: Score) -> list[PathPoint]:
+def _with_peak(points: list[PathPoint], unit: ArclengthUnit, score: Score) -> list[PathPoint]:
     """More points about the highest score, halving the steps there."""
     points = list(points)
     for _ in range(_HALVED):
@@ -308,7 +336,7 @@ def _with_peak(points: list[PathPoint], unit: Measure, score: Score) -> list[Pat
     return points
 
 
-def _confirmed(levels: Levels, harmonics: int, points: list[PathPoint], unit: Measure) -> list[PathPoint]:
+def _confirmed(refinement: Refinement, harmonics: int, points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]:
     """Pairs of folds so close that the samples may have made them, walked again with twice the samples."""
     turns = folds(points)
     for first, second in pairwise(turns):
@@ -316,21 +344,23 @@ def _confirmed(levels: Levels, harmonics: int, points: list[PathPoint], unit: Me
         if abs(speeds[1] - speeds[0]) > _CLOSE * speeds[0]:
             continue
         a, b = max(first - 2, 0), min(second + 2, len(points) - 1)
-        again = _again(levels, harmonics, points[a], points[b], unit)
+        again = _refollowed(refinement, harmonics, points[a], points[b], unit)
         if again is None:
             return points
-        rest = _confirmed(levels, harmonics, points[b + 1 :], unit)
+        rest = _confirmed(refinement, harmonics, points[b + 1 :], unit)
         return [*points[:a], *again, *rest]
     return points
 
 
-def _again(levels: Levels, harmonics: int, first: PathPoint, last: PathPoint, unit: Measure) -> list[PathPoint] | None:
+def _refollowed(
+    refinement: Refinement, harmonics: int, first: PathPoint, last: PathPoint, unit: ArclengthUnit
+) -> list[PathPoint] | None:
     """The branch between two points with twice the samples, None where it does not get there."""
-    given = levels.problem(harmonics, cycles=first.given.cycles, samples=2 * levels.samples(harmonics))
+    given = refinement.problem(harmonics, cycles=first.given.cycles, samples=2 * refinement.samples(harmonics))
     found = solve(given, first.state.y, first.state.speed)
     if not found.converged or last.length <= first.length:
         return None
-    start = replace(start_of_path(given, found.state, unit, upward=first.onward > 0), length=first.length)
+    start = replace(start_of_path(given, found.state, unit, upward=first.tangent_speed > 0), length=first.length)
     step = (last.length - first.length) / 16
     points = []
     for point in follow(

@@ -19,11 +19,21 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
 from ..steady.gmres import gmres
-from .problem import Problem, State, evaluate, linearised, unknowns
+from .problem import Problem, State, dynamic_size, evaluate, jacobian, unknowns
 
-__all__ = ['Found', 'Step', 'TOLERANCE', 'WORK', 'dynamic_size', 'linear_start', 'nearly_inverse', 'preconditioned', 'solve']
+__all__ = [
+    "TOLERANCE",
+    "WORK",
+    "NewtonResult",
+    "NewtonStep",
+    "dynamic_size",
+    "linear_start",
+    "newton_step",
+    "preconditioner",
+    "solve",
+]
 
-Step = Callable[[Problem, State, Array, float], tuple[Array, int]]
+NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]
 """Solves the linearised balance for a right side to a target, and counts the products."""
 
 # Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
@@ -44,11 +54,11 @@ class _Meshes:
     receptance: ComplexArray
 
 
-def preconditioned(*, forcing: float = _FORCING, restarts: int = 2) -> Step:
+def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
     """A Newton step to `forcing` of its right side."""
 
     def step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
-        inverse, product, shape = nearly_inverse(given, at), linearised(given, at), right.shape
+        inverse, product, shape = preconditioner(given, at), jacobian(given, at), right.shape
         start = inverse(right)
         size = float(np.linalg.norm(start))
         found, _, calls = gmres(
@@ -71,7 +81,7 @@ def _meshes(given: Problem, at: State) -> _Meshes:
     return _Meshes(gaps=gaps, pulls=pulls, receptance=(scaled @ pulls.T).reshape(len(inverse), len(gaps), -1))
 
 
-def nearly_inverse(given: Problem, at: State) -> Callable[[Array], Array]:
+def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     """The approximate inverse of the derivative at a state, for steps (2, J, n)."""
     made, face, m = given.flanks, given.face, len(given.face.row)
     touching, held = at.touching[:, :m], made.linear[:m]
@@ -100,13 +110,13 @@ TOLERANCE = 1e-6
 # Newton steps before a point counts as lost; halvings of one step.
 _STEPS, _HALVINGS = 20, 6
 # Residual of the GMRES of a step per residual now.
-_STEP = preconditioned(forcing=1e-3, restarts=3)
+_NEWTON_STEP = newton_step(forcing=1e-3, restarts=3)
 # Products with the derivative before a point counts as lost: three times what the hardest that succeed take.
 WORK = 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Found:
+class NewtonResult:
     """What became of a point.
 
     state : where it ended.  converged : whether |R| <= tolerance of the dynamic part.  steps : Newton steps.
@@ -127,8 +137,8 @@ def solve(
     tolerance: float = TOLERANCE,
     steps: int = _STEPS,
     work: int = WORK,
-    step: Step | None = None,
-) -> Found:
+    step: NewtonStep | None = None,
+) -> NewtonResult:
     """Newton's method from a motion (2, J, n) at relative speed s, with at most so many steps and products."""
     state, calls = evaluate(given, start, speed), 0
     for count in range(steps + 1):
@@ -136,19 +146,19 @@ def solve(
             break
         size = dynamic_size(state.y)
         if state.norm <= tolerance * size:
-            return Found(state=state, converged=True, steps=count, calls=calls)
+            return NewtonResult(state=state, converged=True, steps=count, calls=calls)
         if count == steps or calls > work:
             break
-        move, used = (step or _STEP)(given, state, state.residual, 0.1 * tolerance * size)
+        move, used = (step or _NEWTON_STEP)(given, state, state.residual, 0.1 * tolerance * size)
         calls += used
-        lower = _lowered(given, state, move)
+        lower = _line_search(given, state, move)
         if lower is None:
             break
         state = lower
-    return Found(state=state, converged=False, steps=count, calls=calls)
+    return NewtonResult(state=state, converged=False, steps=count, calls=calls)
 
 
-def _lowered(given: Problem, state: State, move: Array) -> State | None:
+def _line_search(given: Problem, state: State, move: Array) -> State | None:
     """The first of the halved steps that lowers |R|, None where none does."""
     factor = 1.0
     for _ in range(_HALVINGS):
@@ -159,12 +169,6 @@ def _lowered(given: Problem, state: State, move: Array) -> State | None:
     return None
 
 
-def dynamic_size(y: Array) -> float:
-    """Size of the part of a motion that varies, at least 1e-6 of the whole."""
-    varying = float(np.linalg.norm(y[:, 1:]))
-    return max(varying, 1e-6 * float(np.linalg.norm(y)), np.finfo(float).tiny)
-
-
 def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | None = None) -> Array:
     """The motion (2, J, n) in which flanks (R,) touch all the time or never, to 1e-3: where to begin.
 
@@ -172,4 +176,4 @@ def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | Non
     """
     pattern = given.flanks.sense > 0 if touching is None else touching
     state = evaluate(given, np.zeros(unknowns(given)), speed, touching=np.broadcast_to(pattern, given.stiffness.shape))
-    return -_STEP(given, state, state.residual, 0.0)[0]
+    return -_NEWTON_STEP(given, state, state.residual, 0.0)[0]

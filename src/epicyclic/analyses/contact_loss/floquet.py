@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...system.system import Array
 from ..stability.floquet import Floquet, floquet, steps_needed
 from ..stability.kinds import BREAKING, DIVERGENCE, FOLD, STABLE, outside
-from .problem import Problem, State, evaluate
-from .refinement import Levels, carried
+from .problem import Problem, State, evaluate, prolonged
 
-__all__ = ['Verdict', 'disturbance', 'tangents', 'verdict']
+if TYPE_CHECKING:
+    from .refinement import Refinement
+
+__all__ = ["Stability", "contact_tangents", "floquet_stability", "floquet_vector"]
 
 # Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
 _STEPS, _NEAR = 48, 0.03
@@ -27,7 +30,7 @@ _REAL = 1e-2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
+class Stability:
     """How a small disturbance of a motion goes on.
 
     multiplier : the largest of the period, free motions apart.  steps : of a period.
@@ -44,7 +47,9 @@ class Verdict:
         return not self.kind
 
 
-def verdict(levels: Levels, given: Problem, harmonics: int, state: State, *, backward: bool = False) -> Verdict:
+def floquet_stability(
+    refinement: Refinement, given: Problem, harmonics: int, state: State, *, backward: bool = False
+) -> Stability:
     """Floquet multipliers with the tangents of the contact.
 
     Parameters
@@ -57,24 +62,24 @@ def verdict(levels: Levels, given: Problem, harmonics: int, state: State, *, bac
     ------
     numpy.linalg.LinAlgError : numbers that are not finite.
     """
-    steps = _steps(levels, given, state)
-    largest = _largest(_floquet(levels, given, harmonics, state, steps))
+    steps = _steps(refinement, given, state)
+    largest = _largest(_floquet(refinement, given, harmonics, state, steps))
     if abs(abs(largest) - 1) < _NEAR:
         steps *= 2
-        largest = _largest(_floquet(levels, given, harmonics, state, steps))
-    return Verdict(multiplier=largest, kind=_kind(largest, backward), steps=steps)
+        largest = _largest(_floquet(refinement, given, harmonics, state, steps))
+    return Stability(multiplier=largest, kind=_kind(largest, backward), steps=steps)
 
 
-def disturbance(levels: Levels, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
+def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
     """The most unstable disturbance at the first instant: position y and rate y' (n,), of unit energy."""
-    found = _floquet(levels, given, harmonics, state, _steps(levels, given, state), vectors=True)
+    found = _floquet(refinement, given, harmonics, state, _steps(refinement, given, state), vectors=True)
     if found.position is None or found.rate is None:
         raise ValueError("no vectors were asked for")
     return found.position[:, 0].real, found.rate[:, 0].real
 
 
-def tangents(
-    levels: Levels, given: Problem, harmonics: int, state: State, steps: int
+def contact_tangents(
+    refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int
 ) -> tuple[Array, Array | None, Array]:
     """Changes of stiffness and damping of the flanks over a period, (rows, steps), and their gaps (rows, n).
 
@@ -83,8 +88,8 @@ def tangents(
     """
     if state.unchanging:
         return _unchanged(given, state, steps)
-    fine = levels.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
-    seen = evaluate(fine, carried(given, fine, state.y), state.speed)
+    fine = refinement.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
+    seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
     touching, made = seen.touching, fine.flanks
 
     def mean(values: Array) -> Array:
@@ -115,9 +120,9 @@ def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, 
 
 
 def _floquet(
-    levels: Levels, given: Problem, harmonics: int, state: State, steps: int, *, vectors: bool = False
+    refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int, *, vectors: bool = False
 ) -> Floquet:
-    stiffness, damping, gaps = tangents(levels, given, harmonics, state, steps)
+    stiffness, damping, gaps = contact_tangents(refinement, given, harmonics, state, steps)
     if not len(stiffness):
         stiffness, gaps = np.zeros((1, steps)), np.zeros((1, given.modal.squared.size))
         damping = None
@@ -136,7 +141,7 @@ def _period(given: Problem, state: State) -> float:
     return 2 * np.pi / (float(given.omega[1]) * state.speed)
 
 
-def _steps(levels: Levels, given: Problem, state: State) -> int:
+def _steps(refinement: Refinement, given: Problem, state: State) -> int:
     """Steps of a period, a whole number a mesh cycle; as of the linear system where contact does not change."""
     cycle = _period(given, state) / given.cycles
     top = given.flanks.variation.shape[1]

@@ -14,19 +14,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.faces import Faces, faces
+from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ..steady.waveform import peak
-from .problem import Problem, State, flank_force
-from .shaft_orders import Superposed
-from .torus import Torus, TorusPoint
+from .problem import Problem, State, flank_force, gap_rows, rate_rows
 
-__all__ = ['Measures', 'Outcome', 'flank_force_at', 'force_level', 'measured', 'mesh_total', 'net_force', 'of_record', 'outcome', 'path_phases', 'strokes', 'summit']
+if TYPE_CHECKING:
+    from .shaft_orders import SuperposedLine
+    from .torus import Torus, TorusPoint
+
+__all__ = [
+    "Measures",
+    "TorusOutputs",
+    "flank_force_at",
+    "force_level",
+    "grid_maximum",
+    "mesh_force",
+    "periodic_measures",
+    "record_measures",
+    "row_force",
+    "super_period_phases",
+    "torus_amplitudes",
+    "torus_outputs",
+]
 
 Number = TypeVar("Number", bound=np.inexact)
 
@@ -39,9 +54,8 @@ _BATCH = 2048
 def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
     """Force of every flank at phases (T, D) of the tones, (T, R) [N]."""
     made, points, w = given.flanks, given.grid.points, at.speed * given.omega
-    gap = at.y.reshape(-1, at.y.shape[2]) @ made.gaps.T - given.error
-    J = len(points)
-    rate = np.concatenate([-w[:, None] * gap[J:], w[:, None] * gap[:J]])
+    gap = gap_rows(given, at.y) - given.error
+    rate = rate_rows(gap, w)
     parts = [_at(made.damping, gap, rate, points, part) for part in np.array_split(phases, -(-len(phases) // _BATCH))]
     delta, drag = (np.concatenate([part[i] for part in parts]) for i in range(2))
     orders = np.arange(1, made.variation.shape[1] + 1)
@@ -62,7 +76,8 @@ def row_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
     """Force of every mesh row (N, m) from that of the flanks (N, R): the loaded flank less the far one [N]."""
     m = len(system.meshes.name)
     net = force[:, :m].copy()
-    np.subtract.at(net.T, system.far_flanks.mesh[: force.shape[1] - m], force[:, m:].T)
+    if force[:, m:].any():
+        np.subtract.at(net.T, system.far_flanks.mesh[: force.shape[1] - m], force[:, m:].T)
     return net
 
 
@@ -72,7 +87,7 @@ def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
     return total
 
 
-def path_phases(tones: tuple[Fraction, ...], samples: int) -> Array | None:
+def super_period_phases(tones: tuple[Fraction, ...], samples: int) -> Array | None:
     """Phases (T, D) along one super-period, None where it is so long that its path fills the torus.
 
     On a short one phases recur together, so that averages over it are not those over all phases.
@@ -91,7 +106,7 @@ def path_phases(tones: tuple[Fraction, ...], samples: int) -> Array | None:
     return path
 
 
-def summit(values: Array) -> Array:
+def grid_maximum(values: Array) -> Array:
     """Largest value over a grid of phases (N_1, .., N_D, c) -> (c,), with a parabola along every axis."""
     columns = values.shape[-1]
     flat = values.reshape(-1, columns)
@@ -131,13 +146,13 @@ def force_level(system: System, given: Problem, state: State) -> Array:
     return level
 
 
-def measured(system: System, given: Problem, state: State) -> Measures:
+def periodic_measures(system: System, given: Problem, state: State) -> Measures:
     """Measures of a periodic motion."""
     motion = given.grid.values(state.y.reshape(-1, state.y.shape[2])) @ given.modal.shapes.T
     return _measures(system, flank_force(given, state), state.touching, motion, smooth=len(given.grid.counts) == 1)
 
 
-def of_record(system: System, force: Array, motion: Array) -> Measures:
+def record_measures(system: System, force: Array, motion: Array) -> Measures:
     """Measures of a record of flank forces (N, R) and coordinates (N, n) over time."""
     return _measures(system, force, force != 0, motion, smooth=False)
 
@@ -165,7 +180,7 @@ def _measures(system: System, force: Array, touching: np.ndarray, motion: Array,
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Outcome:
+class TorusOutputs:
     """Forces of whole meshes (w,) and of their rows (m,), slices where a mesh is cut; on the loaded flank positive.
 
     force : (N, w), row_force : (N, m) over the phases of the grid, mean over the lines that are superposed [N].
@@ -188,7 +203,7 @@ class Outcome:
     far: Array
 
 
-def outcome(given: Torus, point: TorusPoint, lines: Sequence[Superposed] = ()) -> Outcome:
+def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
     """Statistics of a point; lines superposed add their mean square to the RMS and their amplitude to the extremes."""
     system, rows, face, made = given.ready.system, len(given.face.row), given.face, point.problem
     own_force = row_force(system, flank_force(made, point.state))
@@ -201,7 +216,7 @@ def outcome(given: Torus, point: TorusPoint, lines: Sequence[Superposed] = ()) -
         _with_lines(values, amplitudes, counts)
         for values, amplitudes in ((force, extra), (-force, extra), (own_force, each))
     )
-    return Outcome(
+    return TorusOutputs(
         force=force,
         row_force=own_force,
         reach=_reach(extra, len(force)) if extra else np.zeros_like(force),
@@ -219,7 +234,7 @@ def _with_lines(values: Array, amplitudes: Sequence[ComplexArray], counts: tuple
     """Largest value (c,) over all phases of values (N, c) and of lines, whose amplitudes (Nm, c) know mesh phases."""
     if amplitudes:
         values = values + _reach(amplitudes, len(values))
-    return summit(values.reshape(*counts, -1))
+    return grid_maximum(values.reshape(*counts, -1))
 
 
 def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
@@ -229,13 +244,13 @@ def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
 
 
 def _variance(
-    given: Torus, point: TorusPoint, force: Array, lines: Sequence[Superposed], extra: Sequence[ComplexArray]
+    given: Torus, point: TorusPoint, force: Array, lines: Sequence[SuperposedLine], extra: Sequence[ComplexArray]
 ) -> Array:
     """Mean square of what varies, (w,): over one super-period, or over the torus that a long one fills."""
     made, mesh = point.problem, given.ready.lines.tones
-    slow = given.slow.tones[: len(made.grid.counts) - len(mesh)]
+    slow = given.shaft_tones.tones[: len(made.grid.counts) - len(mesh)]
     tones: tuple[Fraction, ...] = (*mesh, *slow, *(line.shaft.frequency for line in lines))
-    path = path_phases(tones, made.grid.counts[0]) if len(tones) > 1 and (len(mesh) == 1 or not lines) else None
+    path = super_period_phases(tones, made.grid.counts[0]) if len(tones) > 1 and (len(mesh) == 1 or not lines) else None
     if path is None:
         square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in extra), np.zeros(force.shape[1]))
         variance: Array = force.var(axis=0) + square
@@ -265,7 +280,7 @@ def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
     return share
 
 
-def strokes(given: Torus, point: TorusPoint, lines: Sequence[Superposed] = ()) -> Array:
+def torus_amplitudes(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> Array:
     """Half of the way from least to most of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
     made, modal = point.problem, given.ready.modal
     q = made.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)

@@ -38,7 +38,40 @@ from ..steady.lattice import Point, kept_points
 from ..steady.response import FrameSpeed, Response
 from .transforms import Transforms, grid
 
-__all__ = ['Flanks', 'Placed', 'Problem', 'Size', 'State', 'derivative', 'evaluate', 'flank_force', 'flanks', 'linearised', 'mesh_points', 'mesh_problem', 'points_of', 'problem', 'slope', 'unknowns', 'weight']
+__all__ = [
+    "Flanks",
+    "PlacedLine",
+    "Problem",
+    "Size",
+    "State",
+    "dynamic_size",
+    "embedded",
+    "evaluate",
+    "flank_force",
+    "flanks",
+    "gap_rows",
+    "half_lattice",
+    "jacobian",
+    "mesh_points",
+    "mesh_problem",
+    "order_weight",
+    "placed_line",
+    "problem",
+    "prolonged",
+    "rate_rows",
+    "speed_derivative",
+    "torus_points",
+    "unknowns",
+]
+
+
+Index = NDArray[np.int64]
+PlacedLine = tuple[Point, bool, Line]
+"""A line at a lattice point, and whether its conjugate counts there."""
+
+# Samples of a mesh cycle per harmonic kept: contact that opens and closes has slow series.
+_SAMPLES = 8
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Flanks:
@@ -84,9 +117,6 @@ def flanks(ready: Response) -> Flanks:
     )
 
 
-Index = NDArray[np.int64]
-
-
 class Size(NamedTuple):
     """Harmonics of each mesh tone, cross order of their combinations, highest order of each slow tone."""
 
@@ -97,30 +127,38 @@ class Size(NamedTuple):
 
 def mesh_points(size: Size) -> Index:
     """Points of the mesh tones alone."""
-    return points_of(size._replace(orders=()))
+    return torus_points(size._replace(orders=()))
 
 
-def points_of(size: Size) -> Index:
+def torus_points(size: Size) -> Index:
     """Points kept, (J, D): one of a and -a, the first order of none below 0, the origin first."""
     mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
     reach = product(*(range(-order, order + 1) for order in size.orders))
-    slow = [orders for orders in reach if weight(orders, size.orders) <= 1]
+    slow = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
     every = [(*a, *s) for a in mesh for s in slow]
-    leading = [point for point in every if next((a for a in point if a), 1) > 0]
-    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
+    return half_lattice(every)
 
 
-def weight(slow: tuple[int, ...], orders: tuple[int, ...]) -> float:
+def order_weight(slow: tuple[int, ...], orders: tuple[int, ...]) -> float:
     """|s_1| / H_1 + |s_2| / H_2 + .., without its rounding."""
     return round(sum(abs(s) / order for s, order in zip(slow, orders, strict=True)), 9)
 
 
-Index = NDArray[np.int64]
-Placed = tuple[Point, bool, Line]
-"""A line at a lattice point, and whether its conjugate counts there."""
+def half_lattice(points: Sequence[Point]) -> Index:
+    """One of a and -a."""
+    leading = [point for point in points if _leads(point)]
+    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
 
-# Samples of a mesh cycle per harmonic kept: contact that opens and closes has slow series.
-_SAMPLES = 8
+
+def placed_line(point: Point, line: Line) -> PlacedLine:
+    """A line at a point or as its conjugate."""
+    leads = _leads(point)
+    return point if leads else tuple(-a for a in point), not leads, line
+
+
+def _leads(point: Point) -> bool:
+    """Whether."""
+    return next((a for a in point if a), 1) > 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -178,6 +216,28 @@ def unknowns(problem: Problem) -> tuple[int, int, int]:
     return 2, len(problem.omega), problem.modal.squared.size
 
 
+def dynamic_size(y: Array) -> float:
+    """Size of the part of a motion that varies, at least 1e-6 of the whole."""
+    varying = float(np.linalg.norm(y[:, 1:]))
+    return max(varying, 1e-6 * float(np.linalg.norm(y)), np.finfo(float).tiny)
+
+
+def prolonged(given: Problem, other: Problem, y: Array) -> Array:
+    """A motion."""
+    return embedded(given.grid.points, y, other, cycles=given.cycles)
+
+
+def embedded(points: Index, y: Array, given: Problem, *, cycles: int = 1) -> Array:
+    """A motion."""
+    times, D = given.cycles // cycles, given.grid.points.shape[1]
+    place = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
+    padding = (0,) * (D - points.shape[1])
+    at = np.array([place.get((*(times * order for order in point), *padding), -1) for point in points.tolist()])
+    result = np.zeros(unknowns(given))
+    result[:, at[at >= 0]] = y[:, at >= 0]
+    return result
+
+
 def mesh_problem(
     ready: Response,
     *,
@@ -206,7 +266,7 @@ def problem(
     points: Index,
     tones: Array,
     counts: tuple[int, ...],
-    lines: Sequence[Placed],
+    lines: Sequence[PlacedLine],
     *,
     cycles: int = 1,
 ) -> Problem:
@@ -247,7 +307,7 @@ def _stiffness(made: Flanks, phases: Array) -> Array:
     return result
 
 
-def _excitation(ready: Response, points: Index, made: Flanks, lines: Sequence[Placed]) -> tuple[Array, Array]:
+def _excitation(ready: Response, points: Index, made: Flanks, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
     """Errors of the flanks (2 J, R) and external modal forces (3, 2, J, n) on the points."""
     system, place = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
     error = np.zeros((len(points), made.mesh.size), complex)
@@ -267,9 +327,9 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
     """The residual of a motion y (2, J, n) at relative speed s; flanks touch where said (N, R), or where they press."""
     w = speed * given.omega
     inverse = _inverse(given.modal, w)
-    gap = _gaps(given, y)
-    law = _law(given, gap - given.error, speed, touching)
-    unbalanced = _couple(given, y, speed) + _pull(given, _beyond_mean(given, law.force, gap, w)) - _force(given, speed)
+    gap = gap_rows(given, y)
+    law = _contact_law(given, gap - given.error, speed, touching)
+    unbalanced = _couple(given, y, speed) + _pull(given, _excess_rows(given, law.force, gap, w)) - _force(given, speed)
     residual = y + _times(inverse, unbalanced)
     return State(
         y=y,
@@ -283,12 +343,7 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
     )
 
 
-def slope(given: Problem, at: State, step: Array) -> Array:
-    """Derivative of the residual along a step of the motion (2, J, n)."""
-    return linearised(given, at)(step)
-
-
-def linearised(given: Problem, at: State) -> Callable[[Array], Array]:
+def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     """The derivative of the residual as an operator on steps (2, J, n); flanks that add nothing to it are left out."""
     made, w = given.flanks, at.speed * given.omega
     tangent, drag = np.where(at.touching, given.stiffness, 0.0) - made.linear, None
@@ -306,7 +361,7 @@ def linearised(given: Problem, at: State) -> Callable[[Array], Array]:
         force = given.grid.values(gap)
         force *= tangent
         if drag is not None:
-            force += drag * given.grid.values(_rate(gap, w))
+            force += drag * given.grid.values(rate_rows(gap, w))
         pulled = _couple(given, step, at.speed)
         pulled += (given.grid.rows(force) @ pulls).reshape(step.shape)
         return step + _times(at.inverse, pulled)
@@ -314,7 +369,7 @@ def linearised(given: Problem, at: State) -> Callable[[Array], Array]:
     return apply
 
 
-def derivative(given: Problem, at: State) -> Array:
+def speed_derivative(given: Problem, at: State) -> Array:
     """Derivative of the residual with the relative speed, the motion held, where the residual is zero (2, J, n)."""
     y, s, omega, modal = at.y, at.speed, given.omega, given.modal
     w = s * omega
@@ -330,20 +385,20 @@ def derivative(given: Problem, at: State) -> Array:
     moved -= given.force[1] + 2 * s * given.force[2]
     made = given.flanks
     if at.acting is not None:
-        gap = _gaps(given, y)
-        damper = at.acting * made.damping * given.grid.values(_rate(gap - given.error, omega))
-        damper -= made.drag * given.grid.values(_rate(gap, omega))
+        gap = gap_rows(given, y)
+        damper = at.acting * made.damping * given.grid.values(rate_rows(gap - given.error, omega))
+        damper -= made.drag * given.grid.values(rate_rows(gap, omega))
         moved += _pull(given, given.grid.rows(damper))
     return _times(at.inverse, moved)
 
 
 def flank_force(given: Problem, at: State) -> Array:
     """Force of every flank over the grid of phases, (N, R) [N]."""
-    gap = _gaps(given, at.y) - given.error
-    return _law(given, gap, at.speed, None).force
+    gap = gap_rows(given, at.y) - given.error
+    return _contact_law(given, gap, at.speed, None).force
 
 
-class _Law(NamedTuple):
+class _ContactLaw(NamedTuple):
     """Forces of the flanks (N, R) [N], and the rest as of `State`."""
 
     force: Array
@@ -352,43 +407,43 @@ class _Law(NamedTuple):
     edge: Array | None
 
 
-def _law(given: Problem, opened: Array, speed: float, said: NDArray[np.bool_] | None) -> _Law:
+def _contact_law(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_] | None) -> _ContactLaw:
     """k delta + c delta' where delta > 0 (or where said), from the rows (2 J, R) of delta.
 
     A damper that acts at once makes the force jump where teeth meet, and a sum over samples with it: it acts for the
     part of its sample in which the gap, gone on in a line, is closed.  That leaves the force continuous.
     """
-    near = _columns(_reaching(opened) if said is None else said.any(axis=0))
+    near = _columns(_reaching(opened) if pattern is None else pattern.any(axis=0))
     delta, force = given.grid.values(opened[:, near]), np.zeros_like(given.stiffness)
-    touching, pressed = np.zeros(force.shape, bool), delta > 0 if said is None else said[:, near]
+    touching, pressed = np.zeros(force.shape, bool), delta > 0 if pattern is None else pattern[:, near]
     touching[:, near] = pressed
     pushed = np.where(pressed, given.stiffness[:, near] * delta, 0.0)
     if not given.flanks.damping.any():
         force[:, near] = pushed
-        return _Law(force, touching, None, None)
-    rate = given.grid.values(_rate(opened[:, near], speed * given.omega))
+        return _ContactLaw(force, touching, None, None)
+    rate = given.grid.values(rate_rows(opened[:, near], speed * given.omega))
     part, rise = pressed.astype(float), np.zeros_like(delta)
-    if said is None:
+    if pattern is None:
         sample = (2 * np.pi / (speed * given.tones * given.grid.counts))[given.flanks.axis[near]]
-        way = np.abs(rate) * sample
-        place = np.divide(delta, way, out=np.full_like(delta, np.inf), where=way > 0)
+        travel = np.abs(rate) * sample
+        place = np.divide(delta, travel, out=np.full_like(delta, np.inf), where=travel > 0)
         inside = np.abs(place) < 0.5
         part = np.where(inside, 0.5 + np.where(inside, place, 0.0), part)
         rise = np.where(inside, np.sign(rate) / sample, 0.0)
     acting, edge = np.zeros_like(force), np.zeros_like(force)
     acting[:, near], edge[:, near] = part, rise
     force[:, near] = pushed + given.flanks.damping[near] * rate * part
-    return _Law(force, touching, acting, edge)
+    return _ContactLaw(force, touching, acting, edge)
 
 
-def _beyond_mean(given: Problem, force: Array, gap: Array, w: Array) -> Array:
+def _excess_rows(given: Problem, force: Array, gap: Array, w: Array) -> Array:
     """Rows (2 J, R) of the forces of the flanks without what the mean system holds."""
     made, live = given.flanks, _columns(force.any(axis=0))
     rows = np.zeros_like(gap)
     rows[:, live] = given.grid.rows(force[:, live])
     rows -= made.linear * gap
     if made.drag.any():
-        rows -= made.drag * _rate(gap, w)
+        rows -= made.drag * rate_rows(gap, w)
     return rows
 
 
@@ -406,13 +461,13 @@ def _reaching(opened: Array) -> NDArray[np.bool_]:
     return reach > 0
 
 
-def _rate(rows: Array, w: Array) -> Array:
+def rate_rows(rows: Array, w: Array) -> Array:
     """Rows of the time derivative, i w x."""
     J = w.size
     return np.concatenate([-w[:, None] * rows[J:], w[:, None] * rows[:J]])
 
 
-def _gaps(given: Problem, y: Array) -> Array:
+def gap_rows(given: Problem, y: Array) -> Array:
     gap: Array = y.reshape(-1, y.shape[2]) @ given.flanks.gaps.T
     return gap
 

@@ -13,14 +13,27 @@ import numpy as np
 
 from ...system.system import Array
 from ..steady.response import Response
-from .corrector import Found, dynamic_size, linear_start, solve
-from .floquet import Verdict, verdict
-from .problem import Problem, State, evaluate, mesh_problem
+from .corrector import NewtonResult, linear_start, solve
+from .floquet import Stability, floquet_stability
+from .problem import Problem, State, dynamic_size, evaluate, mesh_problem, prolonged
 
-__all__ = ['ACCURACY', 'Kind', 'LEVELS', 'Levels', 'Solution', 'apart', 'carried', 'distance', 'fitting', 'judged', 'rescued', 'solution']
+__all__ = [
+    "ACCURACY",
+    "HARMONICS",
+    "Kind",
+    "Refinement",
+    "Solution",
+    "distance",
+    "distinct",
+    "harmonics_for",
+    "load_continuation",
+    "prolonged",
+    "solution",
+    "with_stability",
+]
 
 # Numbers of harmonics tried in turn.
-LEVELS = (8, 12, 16, 24, 32, 48)
+HARMONICS = (8, 12, 16, 24, 32, 48)
 
 # Samples of a mesh cycle per harmonic: of one mesh frequency, and of each of two, whose grid is their product.
 _SAMPLES = {1: 16, 2: 4}
@@ -29,7 +42,7 @@ _Key = tuple[tuple[int, ...], int, int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Levels:
+class Refinement:
     """Problems of one System with one or two mesh frequencies.  cross : order of their combinations kept.
 
     judged : what has been said of states, by whoever judges them.
@@ -37,8 +50,8 @@ class Levels:
 
     ready: Response
     cross: int = 10
-    made: dict[_Key, Problem] = field(default_factory=dict)
-    judged: dict[tuple[State, bool], Any] = field(default_factory=dict)
+    problems: dict[_Key, Problem] = field(default_factory=dict)
+    stability: dict[tuple[State, bool], Any] = field(default_factory=dict)
 
     def problem(self, harmonics: int, *, cycles: int = 1, samples: int = 0) -> Problem:
         """The balance with so many harmonics of each mesh frequency.
@@ -53,9 +66,11 @@ class Levels:
     def lattice(self, harmonics: tuple[int, ...], cross: int, cycles: int, samples: int) -> Problem:
         """The balance with so many harmonics of each mesh frequency, combinations and samples."""
         key = (harmonics, cross, cycles, samples)
-        if key not in self.made:
-            self.made[key] = mesh_problem(self.ready, harmonics=harmonics, cross=cross, samples=samples, cycles=cycles)
-        return self.made[key]
+        if key not in self.problems:
+            self.problems[key] = mesh_problem(
+                self.ready, harmonics=harmonics, cross=cross, samples=samples, cycles=cycles
+            )
+        return self.problems[key]
 
     def samples(self, harmonics: int) -> int:
         """The usual number of samples of a mesh cycle."""
@@ -67,27 +82,13 @@ class Levels:
         What was dropped, and what the sampling of contacts that open and close has cost.
         """
         fine = self.problem(2 * harmonics, cycles=given.cycles)
-        seen = evaluate(fine, carried(given, fine, state.y), state.speed)
+        seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
         return seen.norm / dynamic_size(state.y)
 
 
-def carried(given: Problem, other: Problem, y: Array) -> Array:
-    """A motion (2, J, n) of one problem on the points of another, zero where there was none.
-
-    The other period is as long, or holds the first a whole number of times.
-    """
-    times = other.cycles // given.cycles
-    place = {tuple(point): i for i, point in enumerate(other.grid.points.tolist())}
-    found = [place.get(tuple(times * order for order in point), -1) for point in given.grid.points.tolist()]
-    at = np.array(found)
-    result = np.zeros((2, len(other.omega), y.shape[2]))
-    result[:, at[at >= 0]] = y[:, at >= 0]
-    return result
-
-
-def fitting(harmonics: int) -> int:
+def harmonics_for(harmonics: int) -> int:
     """The least level of at least so many harmonics, the last one where none is."""
-    return next((level for level in LEVELS if level >= harmonics), LEVELS[-1])
+    return next((level for level in HARMONICS if level >= harmonics), HARMONICS[-1])
 
 
 Kind = Literal["periodic", "symmetry broken", "period 2"]
@@ -112,17 +113,17 @@ class Solution:
     state: State
     residual: float
     kind: Kind = "periodic"
-    verdict: Verdict | None = None
+    stability: Stability | None = None
     backward: bool = False
 
     @property
     def stable(self) -> bool:
         """Whether it is known to be stable."""
-        return self.verdict is not None and self.verdict.stable
+        return self.stability is not None and self.stability.stable
 
 
 def solution(
-    levels: Levels,
+    refinement: Refinement,
     start: Array,
     speed: float,
     *,
@@ -145,41 +146,43 @@ def solution(
         given=given,
         harmonics=harmonics,
         state=found.state,
-        residual=levels.residual(given, found.state, harmonics),
+        residual=refinement.residual(given, found.state, harmonics),
         kind=kind,
         backward=backward,
     )
-    more = [] if fixed else [level for level in LEVELS if level > harmonics]
+    more = [] if fixed else [level for level in HARMONICS if level > harmonics]
     for level in more:
         if at.residual <= ACCURACY:
             break
-        finer = _raised(levels, at, level)
+        finer = _refined(refinement, at, level)
         if finer is None:
             break
         at = finer
     return at
 
 
-def _raised(levels: Levels, at: Solution, harmonics: int) -> Solution | None:
-    given = levels.problem(harmonics, cycles=at.given.cycles)
-    found = solve(given, carried(at.given, given, at.state.y), at.state.speed)
+def _refined(refinement: Refinement, at: Solution, harmonics: int) -> Solution | None:
+    given = refinement.problem(harmonics, cycles=at.given.cycles)
+    found = solve(given, prolonged(at.given, given, at.state.y), at.state.speed)
     if not found.converged:
         return None
-    residual = levels.residual(given, found.state, harmonics)
+    residual = refinement.residual(given, found.state, harmonics)
     return replace(at, given=given, harmonics=harmonics, state=found.state, residual=residual)
 
 
-def judged(levels: Levels, at: Solution) -> Solution:
+def with_stability(refinement: Refinement, at: Solution) -> Solution:
     """The same with its stability, worked out once; unchanged where it cannot be said (several mesh frequencies)."""
-    if at.verdict is not None or len(levels.ready.lines.tones) > 1:
+    if at.stability is not None or len(refinement.ready.lines.tones) > 1:
         return at
     key = at.state, at.backward
-    if key not in levels.judged:
-        levels.judged[key] = verdict(levels, at.given, at.harmonics, at.state, backward=at.backward)
-    return replace(at, verdict=levels.judged[key])
+    if key not in refinement.stability:
+        refinement.stability[key] = floquet_stability(
+            refinement, at.given, at.harmonics, at.state, backward=at.backward
+        )
+    return replace(at, stability=refinement.stability[key])
 
 
-def apart(one: Solution, other: Solution) -> bool:
+def distinct(one: Solution, other: Solution) -> bool:
     """Whether two motions of one speed differ, also after a shift by whole mesh cycles."""
     return distance(one, other) > _SAME
 
@@ -187,19 +190,19 @@ def apart(one: Solution, other: Solution) -> bool:
 def distance(one: Solution, other: Solution) -> float:
     """Difference of two motions at whichever mesh cycle it is least, relative to the dynamic size of the larger one."""
     a, b = (one, other) if len(one.given.omega) >= len(other.given.omega) else (other, one)
-    y = carried(b.given, a.given, b.state.y)
+    y = prolonged(b.given, a.given, b.state.y)
     orders = a.given.grid.points.sum(axis=1)
-    apart_by = []
+    distances = []
     for shift in range(a.given.cycles):
         turn = np.exp(2j * np.pi * orders * shift / a.given.cycles)[:, None]
         moved = (y[0] + 1j * y[1]) * turn - (a.state.y[0] + 1j * a.state.y[1])
-        apart_by.append(float(np.linalg.norm(moved)))
-    return min(apart_by) / max(dynamic_size(a.state.y), dynamic_size(y))
+        distances.append(float(np.linalg.norm(moved)))
+    return min(distances) / max(dynamic_size(a.state.y), dynamic_size(y))
 
 
-def rescued(levels: Levels, speed: float, *, harmonics: int) -> Found:
+def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -> NewtonResult:
     """A solution from nothing: from closed flanks, then with the varying load brought up in parts."""
-    given = levels.problem(harmonics)
+    given = refinement.problem(harmonics)
     found = solve(given, linear_start(given, speed), speed)
     if found.converged:
         return found

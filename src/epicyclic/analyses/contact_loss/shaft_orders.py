@@ -17,14 +17,26 @@ import numpy as np
 
 from ...system.system import Array, ComplexArray
 from ..steady.excitation import Shaft
-from .branch_switching import Record
-from .corrector import dynamic_size, preconditioned
-from .outputs import Measures, outcome, strokes
-from .problem import Placed, Problem, State, evaluate, mesh_points, problem
+from .branch_switching import IntegratedMotion
+from .corrector import newton_step
+from .outputs import Measures, torus_amplitudes, torus_outputs
+from .problem import (
+    Problem,
+    State,
+    dynamic_size,
+    evaluate,
+    gap_rows,
+    half_lattice,
+    mesh_points,
+    placed_line,
+    problem,
+    prolonged,
+    rate_rows,
+)
 from .refinement import Solution
-from .torus import Torus, TorusPoint, embedded, respond_torus
+from .torus import Torus, TorusPoint, respond_torus
 
-__all__ = ['Joined', 'ShaftOrders', 'Superposed', 'exact', 'superposed']
+__all__ = ["ShaftOrders", "ShaftResponse", "SuperposedLine", "superposed_lines", "superposition_is_exact"]
 
 # Samples of the phase of a line: the linear response has its order 1 alone.
 _SAMPLES = 4
@@ -33,7 +45,7 @@ _TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Superposed:
+class SuperposedLine:
     """Response to the lines of one group, Re(amplitude exp(i w_s t)), amplitudes over N phases of the mesh tones.
 
     shaft : the lines.  stretch : (N, R) of delta of every flank [m].  force : (N, R) of its force [N].
@@ -47,14 +59,14 @@ class Superposed:
     error: float
 
 
-def superposed(given: Torus, point: TorusPoint) -> list[Superposed]:
+def superposed_lines(given: Torus, point: TorusPoint) -> list[SuperposedLine]:
     """The response of every group of lines that is not on the torus."""
-    return [_one(given, point, shaft) for shaft in given.slow.left]
+    return [_line_response(given, point, shaft) for shaft in given.shaft_tones.superposed]
 
 
-def exact(given: Torus, point: TorusPoint, lines: Sequence[Superposed]) -> bool:
+def superposition_is_exact(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
     """Whether all flanks that touch, or not, at a point of mesh orders do so whatever the phases of the lines."""
-    delta = _opened(point)
+    delta = _gap_values(point)
     reach = sum((np.abs(line.stretch) for line in lines), np.zeros_like(delta))
     touching = point.state.touching
     always, never = touching.all(axis=0), ~touching.any(axis=0)
@@ -62,39 +74,37 @@ def exact(given: Torus, point: TorusPoint, lines: Sequence[Superposed]) -> bool:
     return bool(settled.all())
 
 
-def _opened(point: TorusPoint) -> Array:
+def _gap_values(point: TorusPoint) -> Array:
     """delta of every flank over the grid, (N, R) [m]."""
     made, y = point.problem, point.state.y
-    values: Array = made.grid.values(y.reshape(-1, y.shape[2]) @ made.flanks.gaps.T - made.error)
+    values: Array = made.grid.values(gap_rows(made, y) - made.error)
     return values
 
 
-def _one(given: Torus, point: TorusPoint, shaft: Shaft) -> Superposed:
+def _line_response(given: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
     made, speed = _problem(given, point, shaft), point.state.speed
     closed = np.broadcast_to(made.stiffness > 0, made.stiffness.shape)
     state = evaluate(made, np.zeros_like(made.force[0]), speed, touching=closed)
-    move, _ = preconditioned(forcing=_TOLERANCE)(made, state, state.residual, 0.0)
+    move, _ = newton_step(forcing=_TOLERANCE)(made, state, state.residual, 0.0)
     y = -move
-    opened = y.reshape(-1, y.shape[2]) @ made.flanks.gaps.T - made.error
+    opened = gap_rows(made, y) - made.error
     stretch = _amplitude(made, opened)
     tangent: Array = made.stiffness.reshape(len(stretch), _SAMPLES, -1)[:, 0]
     force: ComplexArray = tangent * stretch
     if made.flanks.damping.any():
-        w, J = speed * made.omega[:, None], len(made.omega)
-        rate = np.concatenate([-w * opened[J:], w * opened[:J]])
-        force += made.flanks.damping * _amplitude(made, rate)
-    return Superposed(
+        force += made.flanks.damping * _amplitude(made, rate_rows(opened, speed * made.omega))
+    return SuperposedLine(
         shaft=shaft,
         stretch=stretch,
         force=force,
         motion=_amplitude(made, y.reshape(-1, y.shape[2]) @ given.ready.modal.shapes.T),
-        error=_error(point, stretch, tangent * stretch),
+        error=_superposition_error(point, stretch, tangent * stretch),
     )
 
 
-def _error(point: TorusPoint, stretch: ComplexArray, force: ComplexArray) -> float:
+def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: ComplexArray) -> float:
     """RMS of what the law adds to or takes from the force of a line over all phases, relative to that force."""
-    delta = _opened(point).reshape(len(stretch), -1, stretch.shape[1])
+    delta = _gap_values(point).reshape(len(stretch), -1, stretch.shape[1])
     stiffness = point.problem.stiffness.reshape(delta.shape)
     before = stiffness * np.maximum(delta, 0.0)
     wrong = right = 0.0
@@ -118,15 +128,10 @@ def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
     """The balance of mesh orders around the frequency of the lines alone, with mean tangents over the slow phases."""
     ready, D = given.ready, given.mesh_tones
     points = [(*a, s) for a in mesh_points(point.size).tolist() for s in (-1, 0, 1)]
-    leading = [p for p in points if next((a for a in p if a), 1) > 0]
-    lines: list[Placed] = []
-    for orders, minus, line in shaft.members:
-        at = (*orders, -1 if minus else 1)
-        leads = next(a for a in at if a) > 0
-        lines.append((at if leads else tuple(-a for a in at), not leads, line))
+    lines = [placed_line((*orders, -1 if minus else 1), line) for orders, minus, line in shaft.members]
     made = problem(
         ready,
-        np.array(sorted(leading, key=lambda p: (any(p), p)), dtype=np.int64),
+        half_lattice(points),
         np.append(given.tones[:D], 2 * np.pi * float(shaft.frequency)),
         (*point.problem.grid.counts[:D], _SAMPLES),
         lines,
@@ -145,7 +150,7 @@ _NOTHING = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Joined:
+class ShaftResponse:
     """What became of one motion with shaft orders.
 
     measures : None where it failed.  status : ``ok``, ``coarse``, or why.  dropped : as of `TorusPoint`, its size.
@@ -155,8 +160,8 @@ class Joined:
 
     measures: Measures | None
     status: str
-    dropped: float = np.nan
-    off: float = 0.0
+    truncation_residual: float = np.nan
+    superposed_error: float = 0.0
     harmonics: int = 0
     residual: float = np.nan
 
@@ -166,53 +171,55 @@ class ShaftOrders:
     """Puts shaft orders on motions of mesh orders, each once."""
 
     given: Torus
-    made: dict[State, Joined] = field(default_factory=dict)
+    made: dict[State, ShaftResponse] = field(default_factory=dict)
 
-    def joined(self, at: Solution | Record) -> Joined:
+    def response(self, at: Solution | IntegratedMotion) -> ShaftResponse:
         """The motion with shaft orders next to one of mesh orders."""
-        if isinstance(at, Record):
-            return Joined(measures=None, status="shaft orders are not known of a motion that is integrated")
+        if isinstance(at, IntegratedMotion):
+            return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is integrated")
         if at.state not in self.made:
-            self.made[at.state] = self._joined(at)
+            self.made[at.state] = self._response(at)
         return self.made[at.state]
 
-    def _joined(self, at: Solution) -> Joined:
+    def _response(self, at: Solution) -> ShaftResponse:
         if at.given.cycles > 1:
-            return Joined(measures=None, status="shaft orders are not known of a motion of two mesh cycles")
-        if at.verdict is not None and not at.stable:
-            return Joined(measures=None, status="shaft orders are not known of a motion that is not stable")
-        flat = respond_torus(self.given.flat, at.state.speed, start=(at.given.grid.points, at.state.y))
-        if not flat.converged or _away(at, flat) > _NEAR:
-            return Joined(measures=None, status="the torus left the motion of mesh orders")
-        lines = superposed(self.given.flat, flat)
-        if exact(self.given, flat, lines):
-            return _told(self.given.flat, flat, lines)
+            return ShaftResponse(measures=None, status="shaft orders are not known of a motion of two mesh cycles")
+        if at.stability is not None and not at.stable:
+            return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is not stable")
+        flat = respond_torus(self.given.mesh_orders_only, at.state.speed, start=(at.given.grid.points, at.state.y))
+        if not flat.converged or _distance_from(at, flat) > _NEAR:
+            return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
+        lines = superposed_lines(self.given.mesh_orders_only, flat)
+        if superposition_is_exact(self.given, flat, lines):
+            return _torus_response(self.given.mesh_orders_only, flat, lines)
         point = respond_torus(self.given, at.state.speed, start=(flat.problem.grid.points, flat.state.y))
         if not point.converged:
-            return Joined(measures=None, status=f"the torus of shaft orders: {point.status}", residual=point.residual)
-        return _told(self.given, point, superposed(self.given, point))
+            return ShaftResponse(
+                measures=None, status=f"the torus of shaft orders: {point.status}", residual=point.residual
+            )
+        return _torus_response(self.given, point, superposed_lines(self.given, point))
 
 
-def _away(at: Solution, flat: TorusPoint) -> float:
+def _distance_from(at: Solution, flat: TorusPoint) -> float:
     """Distance of the torus's mesh orders from those of a motion, per its dynamic size."""
-    y = embedded(flat.problem, at.given.grid.points, at.state.y)
+    y = prolonged(at.given, flat.problem, at.state.y)
     return float(np.linalg.norm(flat.state.y - y)) / dynamic_size(at.state.y)
 
 
-def _told(given: Torus, point: TorusPoint, lines: list[Superposed]) -> Joined:
-    found = outcome(given, point, lines)
+def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]) -> ShaftResponse:
+    found = torus_outputs(given, point, lines)
     error = max((line.error for line in lines), default=0.0)
-    return Joined(
+    return ShaftResponse(
         measures=Measures(
             rms=found.rms,
             highest=found.peak,
             lowest=found.minimum,
             open=np.maximum(found.open - found.far, 0.0),
-            amplitude=strokes(given, point, lines),
+            amplitude=torus_amplitudes(given, point, lines),
         ),
         status=point.status,
-        dropped=float(np.linalg.norm(point.dropped)),
-        off=error if error > _NOTHING else 0.0,
+        truncation_residual=point.truncation_residual,
+        superposed_error=error if error > _NOTHING else 0.0,
         harmonics=max(point.size.harmonics),
         residual=point.residual,
     )

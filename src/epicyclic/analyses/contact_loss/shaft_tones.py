@@ -16,16 +16,16 @@ import numpy as np
 from ..steady.excitation import Excitation, Shaft
 from ..steady.lattice import Point
 from ..steady.response import Response
-from .problem import Placed
+from .problem import PlacedLine, placed_line
 
-__all__ = ['SlowTones', 'slow_tones']
+__all__ = ["ShaftTones", "shaft_tones"]
 
 # Highest order of a slow tone that a line may stand on: a lattice of Hs = 4 still holds it.
 _ORDER = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SlowTones:
+class ShaftTones:
     """Shaft lines on a lattice of mesh tones and slow tones.
 
     tones : exact frequencies [Hz at the operating speed].  highest : largest order of each that a line stands on.
@@ -34,8 +34,8 @@ class SlowTones:
 
     tones: tuple[Fraction, ...]
     highest: tuple[int, ...]
-    lines: tuple[Placed, ...]
-    left: tuple[Shaft, ...]
+    lines: tuple[PlacedLine, ...]
+    superposed: tuple[Shaft, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,12 +47,12 @@ class _Place:
     slow: Point
 
 
-def slow_tones(ready: Response, groups: Sequence[Shaft], *, most: int) -> SlowTones:
+def shaft_tones(ready: Response, groups: Sequence[Shaft], *, most: int) -> ShaftTones:
     """Slow tones for groups of shaft lines, strongest first; those of more than `most` tones are left."""
     lines = ready.lines
     tones: list[Fraction] = []
     places: list[_Place] = []
-    left: list[Shaft] = []
+    superposed: list[Shaft] = []
     for shaft in sorted(groups, key=lambda shaft: -_strength(ready, shaft)):
         found = _placed(lines, tones, shaft)
         if found is None:
@@ -62,20 +62,20 @@ def slow_tones(ready: Response, groups: Sequence[Shaft], *, most: int) -> SlowTo
             elif len(tones) < most:
                 tones.append(shaft.frequency)
             else:
-                left.append(shaft)
+                superposed.append(shaft)
                 continue
             found = _placed(lines, tones, shaft)
         if found is not None:
             places.append(found)
     width = len(tones)
     slow = [(*place.slow, *(0,) * (width - len(place.slow))) for place in places]
-    return SlowTones(
+    return ShaftTones(
         tones=tuple(tones),
         highest=tuple(max(abs(point[i]) for point in slow) for i in range(width)),
         lines=tuple(
             line for place, point in zip(places, slow, strict=True) for line in _lines(place.shaft, place.mesh, point)
         ),
-        left=tuple(left),
+        superposed=tuple(superposed),
     )
 
 
@@ -129,12 +129,11 @@ def _divided(tones: list[Fraction], places: list[_Place], shaft: Shaft) -> tuple
     return None
 
 
-def _lines(shaft: Shaft, mesh: Point, slow: Point) -> list[Placed]:
+def _lines(shaft: Shaft, mesh: Point, slow: Point) -> list[PlacedLine]:
     """Every line of a group at its point: a . f + base, or a . f - base as its conjugate."""
-    placed: list[Placed] = []
+    placed: list[PlacedLine] = []
     for orders, minus, line in shaft.members:
         sign = -1 if minus else 1
         point = (*(a + sign * b for a, b in zip(orders, mesh, strict=True)), *(sign * s for s in slow))
-        leads = next((a for a in point if a), 1) > 0
-        placed.append((point if leads else tuple(-a for a in point), not leads, line))
+        placed.append(placed_line(point, line))
     return placed

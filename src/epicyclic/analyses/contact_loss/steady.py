@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Hashable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -13,26 +14,30 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
 from ..steady.response import response
-from .branch_set import route
-from .outputs import Outcome, outcome, strokes
-from .refinement import Levels, judged
-from .shaft_orders import Superposed, exact, superposed
-from .torus import DROPPED, Torus, TorusPoint, respond_torus, torus
+from .branch_set import branch_set
+from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
+from .refinement import Refinement, with_stability
+from .shaft_orders import SuperposedLine, superposed_lines, superposition_is_exact
+from .torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from ...system.system import System
 
-__all__ = ['contact_steady', 'settled']
+__all__ = ["contact_steady", "steady_motion"]
 
 # An error of a superposed line below this is none.
 _NOTHING = 1e-9
 
 
-
 def contact_steady(
-    system: System, *, relative_speed: float = 1.0, shaft_orders: bool = True, slow_tones: int | None = None
+    system: System,
+    *,
+    relative_speed: float = 1.0,
+    shaft_orders: bool = True,
+    shaft_tones: int | None = None,
+    slow_tones: int | None = None,
 ) -> xr.Dataset:
     """Steady response at one speed with flanks that only press: a motion on the torus of mesh and slow shaft phases.
 
@@ -54,10 +59,13 @@ def contact_steady(
     """
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    if slow_tones is not None and not 0 <= slow_tones <= 3:
-        raise ModelError("out of range", path="slow_tones", given=slow_tones, allowed="0 to 3")
-    given = torus(response(system), shaft_orders=shaft_orders, most=slow_tones)
-    given, point, lines = settled(given, float(relative_speed))
+    if slow_tones is not None:
+        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=2)
+        shaft_tones = slow_tones
+    if shaft_tones is not None and not 0 <= shaft_tones <= 3:
+        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
+    given = torus(response(system), shaft_orders=shaft_orders, most=shaft_tones)
+    given, point, lines = steady_motion(given, float(relative_speed))
     if not point.converged:
         raise ConvergenceError(
             f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
@@ -67,47 +75,49 @@ def contact_steady(
     return _labelled(given, point, lines, options)
 
 
-def settled(
+def steady_motion(
     given: Torus, speed: float, *, start: tuple[NDArray[np.int64], Array] | None = None
-) -> tuple[Torus, TorusPoint, list[Superposed]]:
+) -> tuple[Torus, TorusPoint, list[SuperposedLine]]:
     """The torus used, the motion at one relative speed, and the lines superposed on it; `start` as of `respond_torus`.
 
     Where flanks touch whatever the phases of the shaft lines, mesh orders and superposed lines are the whole solution;
     the torus is for speeds at which they part.  One that is not found is tried with one slow tone less, down to none.
     """
     if start is None:
-        flat = respond_torus(given.flat, speed)
+        flat = respond_torus(given.mesh_orders_only, speed)
         if not flat.converged:
-            start = _along_the_way(given, speed)
+            start = _from_branch_set(given, speed)
             if start is None:
-                return given.flat, flat, []
-            flat = respond_torus(given.flat, speed, start=start)
-        lines = superposed(given.flat, flat) if flat.converged else []
-        if not flat.converged or (flat.status == "ok" and exact(given, flat, lines)):
-            return given.flat, flat, lines
+                return given.mesh_orders_only, flat, []
+            flat = respond_torus(given.mesh_orders_only, speed, start=start)
+        lines = superposed_lines(given.mesh_orders_only, flat) if flat.converged else []
+        if not flat.converged or (flat.status == "ok" and superposition_is_exact(given, flat, lines)):
+            return given.mesh_orders_only, flat, lines
         start = flat.problem.grid.points, flat.state.y
     point = respond_torus(given, speed, start=start)
-    while not point.converged and given.slow.tones:
-        given = given.fewer
+    while not point.converged and given.shaft_tones.tones:
+        given = given.with_fewer_tones
         point = respond_torus(given, speed, start=start)
-    return given, point, superposed(given, point) if point.converged else []
+    return given, point, superposed_lines(given, point) if point.converged else []
 
 
-def _along_the_way(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
+def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
     """The motion of mesh orders that the branches from closed teeth lead to, a stable one if there is."""
-    levels = Levels(ready=given.ready)
-    found = [judged(levels, each.solution) for each in route(levels, np.array([speed])).crossings[0]]
+    refinement = Refinement(ready=given.ready)
+    found = [
+        with_stability(refinement, each.solution) for each in branch_set(refinement, np.array([speed])).crossings[0]
+    ]
     if not found:
         return None
     at = next((each for each in found if each.stable), found[0])
     return at.given.grid.points, at.state.y
 
 
-def _labelled(given: Torus, point: TorusPoint, lines: Sequence[Superposed], options: dict[str, Any]) -> xr.Dataset:
+def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], options: dict[str, Any]) -> xr.Dataset:
     from ...results.dataset import dataset
 
     ready, system, face = given.ready, given.ready.system, given.face
-    found = outcome(given, point, lines)
+    found = torus_outputs(given, point, lines)
     counts = point.problem.grid.counts
     axis = ready.lines.axis[face.first]
     mean, least, most = (
@@ -131,12 +141,12 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[Superposed], opti
             "open_share": ("mesh", found.open),
             "far_share": ("mesh", found.far),
             "contact_lost": ("mesh", face.any(found.row_open > 0)),
-            "amplitude": ("dof", strokes(given, point, lines)),
+            "amplitude": ("dof", torus_amplitudes(given, point, lines)),
             **along,
             **combined,
             "status": ((), point.status),
             "residual": ((), point.residual),
-            "residual_dropped": ((), float(np.linalg.norm(point.dropped))),
+            "residual_dropped": ((), point.truncation_residual),
         },
         {
             "mesh": list(face.name),
@@ -164,15 +174,15 @@ def _over_phase(force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], 
     return values
 
 
-def _combinations(given: Torus, point: TorusPoint, found: Outcome) -> tuple[dict[str, Any], Array]:
+def _combinations(given: Torus, point: TorusPoint, found: TorusOutputs) -> tuple[dict[str, Any], Array]:
     """Complex amplitude of every mesh force at every lattice point, and the names of these."""
     grid, ready = point.problem.grid, given.ready
     J, points = len(grid.points), grid.points.tolist()
     rows = grid.rows(found.force)
-    tones = (*ready.lines.tones, *given.slow.tones)
+    tones = (*ready.lines.tones, *given.shaft_tones.tones)
     axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
     names = [stages[axes.index(axis)] for axis in range(given.mesh_tones)]
-    names += [_cause(given, i) for i in range(len(given.slow.tones))]
+    names += [_cause(given, i) for i in range(len(given.shaft_tones.tones))]
     label = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in points]
     exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in points]
     return {
@@ -184,12 +194,12 @@ def _combinations(given: Torus, point: TorusPoint, found: Outcome) -> tuple[dict
 def _cause(given: Torus, tone: int) -> str:
     """Path in the file of the first line on a slow tone."""
     D = given.mesh_tones
-    mine = [line.causes for point, _, line in given.slow.lines if point[D + tone] and line.causes]
+    mine = [line.causes for point, _, line in given.shaft_tones.lines if point[D + tone] and line.causes]
     return mine[0][0] if mine else f"slow tone {tone + 1}"
 
 
 def _along_the_face(
-    given: Torus, found: Outcome, counts: tuple[int, ...]
+    given: Torus, found: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """What slices carry: forces over the mesh phase, largest, open shares and face-load factors; nothing uncut."""
     face, meshes = given.face, given.ready.system.meshes
@@ -210,19 +220,19 @@ def _along_the_face(
     }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
 
 
-def _warnings(point: TorusPoint, lines: Sequence[Superposed]) -> list[str]:
+def _warnings(point: TorusPoint, lines: Sequence[SuperposedLine]) -> list[str]:
     """Where the answer is coarse, and which lines are superposed."""
-    said = []
+    notes = []
     if point.status == "coarse":
-        said.append(
-            f"rows dropped are {float(np.linalg.norm(point.dropped)):.2g} of the dynamic motion, above {DROPPED:g}: "
-            "forces at an instant have about that error"
+        notes.append(
+            f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, "
+            f"above {TRUNCATION_TOLERANCE:g}: forces at an instant have about that error"
         )
     for line in lines:
         if line.error < _NOTHING:
             continue
-        said.append(
+        notes.append(
             f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on flanks that part without it; "
             f"its force is off by {line.error:.2g} of itself (RMS)"
         )
-    return said
+    return notes

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,19 +13,19 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..steady.response import FrameSpeed, Response, response
-from .branch_set import Route, Stretch, route
-from .branch_switching import Record
+from .branch_set import BranchSet, Segment, branch_set
+from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
-from .outputs import Measures, force_level, measured
-from .refinement import LEVELS, Levels, judged
+from .outputs import Measures, force_level, periodic_measures
+from .refinement import HARMONICS, Refinement, with_stability
 from .shaft_orders import ShaftOrders
-from .sweep_direction import Met, Unstable, walk
+from .sweep_direction import Reached, Unstable, sweep_direction
 from .torus import torus
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ['contact_sweep']
+__all__ = ["contact_sweep"]
 
 _POINTS = 200
 _DIRECTIONS = ("up", "down")
@@ -40,9 +41,10 @@ def contact_sweep(
     relative_speed: ArrayLike | None = None,
     frame_speed: FrameSpeed = "kinematic",
     harmonics: int | None = None,
-    unstable: Unstable = "replace",
+    unstable: Unstable | Literal["tell"] = "replace",
     shaft_orders: bool = True,
-    slow_tones: int = 1,
+    shaft_tones: int = 1,
+    slow_tones: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down meet them, and all branches.
@@ -69,12 +71,18 @@ def contact_sweep(
     ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
-    if harmonics is not None and not 1 <= harmonics <= 4 * LEVELS[-1]:
-        raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * LEVELS[-1]}")
+    if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
+        raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
+    if slow_tones is not None:
+        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=2)
+        shaft_tones = slow_tones
+    if unstable == "tell":
+        warnings.warn("unstable='tell' is now 'report'", DeprecationWarning, stacklevel=2)
+        unstable = "report"
     if unstable not in _UNSTABLE:
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
-    if not 0 <= slow_tones <= 3:
-        raise ModelError("out of range", path="slow_tones", given=slow_tones, allowed="0 to 3")
+    if not 0 <= shaft_tones <= 3:
+        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     ready = response(system, frame_speed=frame_speed)
     if len(ready.lines.tones) > 2:
         raise ModelError(
@@ -85,17 +93,17 @@ def contact_sweep(
         )
     speed = _speeds(ready, mesh_frequency, relative_speed)
     usable = np.isfinite(speed) & (speed > 0)
-    levels, (rising, place) = Levels(ready=ready), np.unique(speed[usable], return_inverse=True)
-    joint = ShaftOrders(given=torus(ready, most=slow_tones)) if shaft_orders and ready.lines.shaft else None
-    curves = [_blank(ready.system, rising.size, joint is not None) for _ in _DIRECTIONS]
-    way = Route(speeds=rising, stretches=[], crossings=[], broken=[])
+    refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
+    shaft = ShaftOrders(given=torus(ready, most=shaft_tones)) if shaft_orders and ready.lines.shaft else None
+    curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
+    branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     if rising.size:
-        way = route(levels, rising, harmonics=harmonics)
-        _walked(levels, way, curves, unstable, joint, progress)
-    spread = [_spread(values, usable, place) for values in curves]
+        branches = branch_set(refinement, rising, harmonics=harmonics)
+        _fill_directions(refinement, branches, curves, unstable, shaft, progress)
+    spread = [_at_speeds_asked(values, usable, place) for values in curves]
     options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
-    options |= {"shaft_orders": shaft_orders, "slow_tones": slow_tones}
-    return _labelled(ready, speed, spread, _path(levels, way, unstable != "ignore"), options, way)
+    options |= {"shaft_orders": shaft_orders, "shaft_tones": shaft_tones}
+    return _labelled(ready, speed, spread, _path_curves(refinement, branches, unstable != "ignore"), options, branches)
 
 
 def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
@@ -116,25 +124,25 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
     return speed
 
 
-def _walked(
-    levels: Levels,
-    way: Route,
+def _fill_directions(
+    refinement: Refinement,
+    branches: BranchSet,
     curves: list[dict[str, NDArray[Any]]],
     unstable: Unstable,
-    joint: ShaftOrders | None,
+    shaft: ShaftOrders | None,
     progress: Callable[[int, int], None] | None,
 ) -> None:
     """Fill the curves of both directions."""
-    total, done = 2 * len(way.crossings), 0
+    total, done = 2 * len(branches.crossings), 0
     for values, upward in zip(curves, (True, False), strict=True):
-        for place, met in walk(levels, way, upward=upward, unstable=unstable):
-            _fill(levels.ready.system, values, place, met, joint)
+        for place, reached in sweep_direction(refinement, branches, upward=upward, unstable=unstable):
+            _fill(refinement.ready.system, values, place, reached, shaft)
             done += 1
             if progress is not None:
                 progress(done, total)
 
 
-def _blank(system: System, count: int, joint: bool) -> dict[str, NDArray[Any]]:
+def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[Any]]:
     m, n = len(faces(system.meshes).name), system.force.size
     return {
         "mesh_force_rms": np.full((m, count), np.nan),
@@ -150,35 +158,38 @@ def _blank(system: System, count: int, joint: bool) -> dict[str, NDArray[Any]]:
         "largest_multiplier": np.full(count, np.nan),
         "harmonics": np.zeros(count, np.int64),
         "residual": np.full(count, np.nan),
-        **({"residual_dropped": np.full(count, np.nan), "superposed_error": np.full(count, np.nan)} if joint else {}),
+        **({"residual_dropped": np.full(count, np.nan), "superposed_error": np.full(count, np.nan)} if shaft else {}),
     }
 
 
-def _fill(system: System, values: dict[str, NDArray[Any]], place: int, met: Met, joint: ShaftOrders | None) -> None:
+def _fill(
+    system: System, values: dict[str, NDArray[Any]], place: int, reached: Reached, shaft: ShaftOrders | None
+) -> None:
     """Enter what was met at one speed."""
-    found = met.motion
-    values["branch_instability"][place], values["jumped"][place] = met.left, met.jumped
+    found = reached.motion
+    values["branch_instability"][place], values["jumped"][place] = reached.instability, reached.jumped
     if found is None:
         values["status"][place] = "not converged"
         return
     values["status"][place] = "ok"
-    if isinstance(found, Record):
+    if isinstance(found, IntegratedMotion):
         made: Measures | None = found.measures
         values["motion"][place] = "integrated"
         if not np.isfinite(found.measures.rms).all():
             values["status"][place] = "not finite"
     else:
-        made = None if joint is not None else measured(system, found.given, found.state)
+        made = None if shaft is not None else periodic_measures(system, found.given, found.state)
         values["motion"][place] = found.kind
         values["harmonics"][place], values["residual"][place] = found.harmonics, found.residual
         values["stable"][place] = found.stable
-        if found.verdict is not None:
-            values["largest_multiplier"][place] = abs(found.verdict.multiplier)
-    if joint is not None:
-        one = joint.joined(found)
+        if found.stability is not None:
+            values["largest_multiplier"][place] = abs(found.stability.multiplier)
+    if shaft is not None:
+        one = shaft.response(found)
         made, values["status"][place] = one.measures, one.status
         values["harmonics"][place], values["residual"][place] = one.harmonics, one.residual
-        values["residual_dropped"][place], values["superposed_error"][place] = one.dropped, one.off
+        values["residual_dropped"][place] = one.truncation_residual
+        values["superposed_error"][place] = one.superposed_error
     if made is not None:
         _enter(values, place, made)
 
@@ -191,7 +202,7 @@ def _enter(values: dict[str, NDArray[Any]], place: int, made: Measures) -> None:
     values["amplitude"][:, place] = made.amplitude
 
 
-def _spread(
+def _at_speeds_asked(
     values: dict[str, NDArray[Any]], usable: NDArray[np.bool_], place: NDArray[np.int64]
 ) -> dict[str, NDArray[Any]]:
     """Curves of distinct rising speeds on the speeds asked for, nan where those are none."""
@@ -206,33 +217,33 @@ def _spread(
     return result
 
 
-def _path(levels: Levels, way: Route, judge: bool) -> dict[str, NDArray[Any]]:
+def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> dict[str, NDArray[Any]]:
     """The whole way as curves over its solutions."""
-    system, m = levels.ready.system, len(faces(levels.ready.system.meshes).name)
-    every = [(at, run) for part in way.stretches for at, run in zip(part.solutions, part.runs, strict=True)]
-    found = [judged(levels, at) if judge else at for at, _ in every]
-    tone = float(levels.ready.lines.tone)
+    system, m = refinement.ready.system, len(faces(refinement.ready.system.meshes).name)
+    every = [each for segment in branches.segments for each in zip(segment.solutions, segment.parts, strict=True)]
+    found = [with_stability(refinement, at) if judge else at for at, _ in every]
+    tone = float(refinement.ready.lines.tone)
     rms = [force_level(system, at.given, at.state) for at in found]
-    kinds = ["" if at.verdict is None else at.verdict.kind or "stable" for at in found]
-    size = [np.nan if at.verdict is None else abs(at.verdict.multiplier) for at in found]
+    kinds = ["" if at.stability is None else at.stability.kind or "stable" for at in found]
+    size = [np.nan if at.stability is None else abs(at.stability.multiplier) for at in found]
     return {
         "path_frequency": np.array([at.state.speed * tone for at in found]),
         "path_force_rms": np.array(rms).reshape(len(found), m).T,
         "path_stable": np.array([at.stable for at in found], dtype=bool),
         "path_instability": np.array(kinds, dtype=object),
         "path_multiplier": np.array(size, dtype=float),
-        "path_part": np.array([run for _, run in every], dtype=np.int64),
+        "path_part": np.array([part for _, part in every], dtype=np.int64),
         "path_harmonics": np.array([at.harmonics for at in found], dtype=np.int64),
-        "fold_frequency": tone * np.array(_fold_speeds(way.stretches), dtype=float),
+        "fold_frequency": tone * np.array(_fold_speeds(branches.segments), dtype=float),
     }
 
 
-def _fold_speeds(stretches: list[Stretch]) -> list[float]:
+def _fold_speeds(segments: list[Segment]) -> list[float]:
     return [
         speed
-        for part in stretches
-        if part.branch
-        for speed in folds_of_speed([at.state.speed for at in part.solutions])
+        for segment in segments
+        if segment.branch
+        for speed in folds_of_speed([at.state.speed for at in segment.solutions])
     ]
 
 
@@ -242,7 +253,7 @@ def _labelled(
     curves: list[dict[str, NDArray[Any]]],
     path: dict[str, NDArray[Any]],
     options: dict[str, Any],
-    way: Route,
+    branches: BranchSet,
 ) -> xr.Dataset:
     from ...results.dataset import dataset
 
@@ -267,43 +278,43 @@ def _labelled(
         verb="contact_sweep",
         options=options,
         provenance=system.provenance,
-        warnings=[*system.warnings, *_warnings(ready, curves, way)],
+        warnings=[*system.warnings, *_warnings(ready, curves, branches)],
         units={"speed": "1"},
     )
 
 
-def _warnings(ready: Response, curves: list[dict[str, NDArray[Any]]], way: Route) -> list[str]:
+def _warnings(ready: Response, curves: list[dict[str, NDArray[Any]]], branches: BranchSet) -> list[str]:
     """What the reader must know of the result."""
-    tone, said = float(ready.lines.tone), []
+    tone, notes = float(ready.lines.tone), []
     parted = [name for i, name in enumerate(faces(ready.system.meshes).name) if _any_open(curves, i)]
     if parted:
         listed = ", ".join(parted[:4]) + (f" and {len(parted) - 4} more" if len(parted) > 4 else "")
-        said.append(f"contact is lost for a part of the mesh cycle: {listed}")
+        notes.append(f"contact is lost for a part of the mesh cycle: {listed}")
     lost = int(sum(np.count_nonzero(values["status"] == "not converged") for values in curves))
     if lost:
-        said.append(f"no motion was found at {lost} points")
-    if way.broken:
-        at = ", ".join(f"{speed * tone:.4g} Hz" for speed in way.broken[:4])
-        said.append(f"a branch ended before it was through, near {at}: motions may be missing there")
+        notes.append(f"no motion was found at {lost} points")
+    if branches.ended:
+        at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.ended[:4])
+        notes.append(f"a branch ended before it was through, near {at}: motions may be missing there")
     if ready.lines.shaft and "superposed_error" not in curves[0]:
-        said.append("run-outs and other shaft orders are left out")
+        notes.append("run-outs and other shaft orders are left out")
     elif ready.lines.shaft:
-        said += _of_shaft_orders(curves)
+        notes += _of_shaft_orders(curves)
     if len(ready.lines.tones) > 1:
-        said.append("stability is not judged with several mesh frequencies")
-    return said
+        notes.append("stability is not judged with several mesh frequencies")
+    return notes
 
 
 def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
     """Points that shaft orders have cost, and what lines superposed are off by."""
-    said = []
+    notes = []
     lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
     if lost:
-        said.append(f"with shaft orders nothing is known at {lost} points: see status")
+        notes.append(f"with shaft orders nothing is known at {lost} points: see status")
     off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
     if off > 0:
-        said.append(f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)")
-    return said
+        notes.append(f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)")
+    return notes
 
 
 def _any_open(curves: list[dict[str, NDArray[Any]]], mesh: int) -> bool:

@@ -9,29 +9,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from ...system.system import Array
-from .branch_set import Crossing, Route
-from .branch_switching import Record, broken_symmetry, instant, settled, two_cycles
-from .refinement import Levels, Solution, apart, distance, judged, solution
+from .branch_switching import (
+    IntegratedMotion,
+    attractor,
+    initial_state,
+    period_doubled_motions,
+    symmetry_broken_motions,
+)
+from .refinement import Refinement, Solution, distance, distinct, solution, with_stability
 
-__all__ = ['Met', 'Unstable', 'walk']
+if TYPE_CHECKING:
+    from .branch_set import BranchSet, Crossing
 
-Unstable = Literal["replace", "tell", "ignore"]
+__all__ = ["Reached", "Unstable", "sweep_direction"]
+
+Unstable = Literal["replace", "report", "ignore"]
 """What becomes of a motion that is not stable: another takes its place, it is said, or stability is not asked for."""
 
 # A push along every coordinate, per its own size, that lets an unstable motion go: one that grows 1 % a cycle has
 # done so within the cycles run.
-_PUSH = 0.05
+_PERTURBATION = 0.05
 # Harmonics of what is settled on from a motion that is not periodic.
 _HARMONICS = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Met:
+class Reached:
     """What is met at one speed.
 
     motion : None where nothing was found.  run : part of the way it lies on, or stands in for; None apart from it.
@@ -39,123 +47,142 @@ class Met:
     jumped : whether the branch of the speed before had ended.
     """
 
-    motion: Solution | Record | None
-    run: int | None
-    left: str = ""
+    motion: Solution | IntegratedMotion | None
+    part: int | None
+    instability: str = ""
     jumped: bool = False
 
 
-def walk(levels: Levels, way: Route, *, upward: bool, unstable: Unstable = "replace") -> Iterator[tuple[int, Met]]:
+def sweep_direction(
+    refinement: Refinement, branches: BranchSet, *, upward: bool, unstable: Unstable = "replace"
+) -> Iterator[tuple[int, Reached]]:
     """The speeds asked for in turn, rising or falling, and what is met at each; `way` : its speeds rise."""
-    rising = range(len(way.crossings))
-    met = Met(motion=None, run=None)
+    rising = range(len(branches.crossings))
+    reached = Reached(motion=None, part=None)
     for place in rising if upward else reversed(rising):
-        speed, choices = float(way.speeds[place]), way.crossings[place]
-        met = _next(levels, speed, met, choices if upward else choices[::-1], unstable)
-        yield place, met
+        speed, choices = float(branches.speeds[place]), branches.crossings[place]
+        reached = _reached_at(refinement, speed, reached, choices if upward else choices[::-1], unstable)
+        yield place, reached
 
 
-def _next(levels: Levels, speed: float, before: Met, choices: list[Crossing], unstable: Unstable) -> Met:
+def _reached_at(
+    refinement: Refinement, speed: float, before: Reached, choices: list[Crossing], unstable: Unstable
+) -> Reached:
     """What follows at a speed after what was met before."""
     last = before.motion
     if last is None:
-        return _along(levels, speed, None, choices[0], unstable) if choices else Met(motion=None, run=None)
-    mine = [each for each in choices if each.run == before.run]
+        return _on_branch(refinement, speed, None, choices[0], unstable) if choices else Reached(motion=None, part=None)
+    mine = [each for each in choices if each.part == before.part]
     if mine:
-        return _along(levels, speed, last, mine[0], unstable)
-    if unstable != "replace" or len(levels.ready.lines.tones) > 1:
-        return _nearest(levels, last, choices, unstable)
-    return _apart_from_way(levels, speed, before, last, choices)
+        return _on_branch(refinement, speed, last, mine[0], unstable)
+    if unstable != "replace" or len(refinement.ready.lines.tones) > 1:
+        return _nearest(refinement, last, choices, unstable)
+    return _off_branch(refinement, speed, before, last, choices)
 
 
-def _along(levels: Levels, speed: float, last: Solution | Record | None, at: Crossing, unstable: Unstable) -> Met:
+def _on_branch(
+    refinement: Refinement, speed: float, last: Solution | IntegratedMotion | None, at: Crossing, unstable: Unstable
+) -> Reached:
     """The branch goes on: its motion where it is stable, else what takes its place."""
-    here = _said(levels, at.solution, unstable)
-    left = here.verdict.kind if here.verdict else ""
+    here = _stability_unless_ignored(refinement, at.solution, unstable)
+    instability = here.stability.kind if here.stability else ""
     if unstable != "replace":
-        return Met(motion=here, run=at.run, left=left)
-    kept = _kept(levels, speed, last, here)
+        return Reached(motion=here, part=at.part, instability=instability)
+    kept = _beside_branch(refinement, speed, last, here)
     if kept is not None:
-        return Met(motion=kept, run=at.run, left=left)
-    if here.verdict is None or here.stable:
-        return Met(motion=here, run=at.run, left=left)
-    other: Solution | Record | None = next(_instead(levels, here), None)
+        return Reached(motion=kept, part=at.part, instability=instability)
+    if here.stability is None or here.stable:
+        return Reached(motion=here, part=at.part, instability=instability)
+    other: Solution | IntegratedMotion | None = next(_switched(refinement, here), None)
     if other is None:
-        start = last.last if isinstance(last, Record) else instant(here)
-        other = settled(levels, _pushed(start), speed, harmonics=here.harmonics)
-        if isinstance(other, Solution) and other.kind == "periodic" and left == "symmetry breaking":
+        start = last.last if isinstance(last, IntegratedMotion) else initial_state(here)
+        other = attractor(refinement, _perturbed(start), speed, harmonics=here.harmonics)
+        if isinstance(other, Solution) and other.kind == "periodic" and instability == "symmetry breaking":
             other = replace(other, kind="symmetry broken")
-    return Met(motion=other, run=at.run, left=left)
+    return Reached(motion=other, part=at.part, instability=instability)
 
 
-def _kept(levels: Levels, speed: float, last: Solution | Record | None, here: Solution) -> Solution | None:
+def _beside_branch(
+    refinement: Refinement, speed: float, last: Solution | IntegratedMotion | None, here: Solution
+) -> Solution | None:
     """The motion that had taken the branch's place, gone on to this speed, while it is one of its own and stable."""
     if not isinstance(last, Solution) or last.kind == "periodic":
         return None
-    found = _continued(levels, speed, last)
-    return found if found is not None and apart(found, here) else None
+    found = _continued(refinement, speed, last)
+    return found if found is not None and distinct(found, here) else None
 
 
-def _continued(levels: Levels, speed: float, last: Solution) -> Solution | None:
+def _continued(refinement: Refinement, speed: float, last: Solution) -> Solution | None:
     """The stable motion that Newton's method reaches at a speed from the one before."""
-    found = solution(levels, last.state.y, speed, given=last.given, harmonics=last.harmonics, kind=last.kind)
-    found = None if found is None else judged(levels, found)
+    found = solution(refinement, last.state.y, speed, given=last.given, harmonics=last.harmonics, kind=last.kind)
+    found = None if found is None else with_stability(refinement, found)
     return found if found is not None and found.stable else None
 
 
-def _instead(levels: Levels, here: Solution) -> Iterator[Solution]:
+def _switched(refinement: Refinement, here: Solution) -> Iterator[Solution]:
     """Stable motions of the balance that take the place of an unstable one."""
-    kind = here.verdict.kind if here.verdict else ""
-    search: dict[str, Callable[[Levels, Solution], Iterator[Solution]]] = {
-        "symmetry breaking": broken_symmetry,
-        "period doubling": two_cycles,
+    kind = here.stability.kind if here.stability else ""
+    search: dict[str, Callable[[Refinement, Solution], Iterator[Solution]]] = {
+        "symmetry breaking": symmetry_broken_motions,
+        "period doubling": period_doubled_motions,
     }
     if kind in search:
-        yield from search[kind](levels, here)
+        yield from search[kind](refinement, here)
 
 
-def _apart_from_way(levels: Levels, speed: float, before: Met, last: Solution | Record, choices: list[Crossing]) -> Met:
+def _off_branch(
+    refinement: Refinement, speed: float, before: Reached, last: Solution | IntegratedMotion, choices: list[Crossing]
+) -> Reached:
     """The branch has ended before this speed, or was left for a motion of its own: where a start from there goes."""
-    free, found = before.run is None, None
+    free, found = before.part is None, None
     if free and isinstance(last, Solution):
-        found = _continued(levels, speed, last)
+        found = _continued(refinement, speed, last)
     if found is not None:
-        return _on_way(levels, found, choices, jumped=False)
-    start = last.last if isinstance(last, Record) else instant(last)
-    harmonics = _HARMONICS if isinstance(last, Record) else last.harmonics
-    reached = settled(levels, start, speed, harmonics=harmonics)
-    return _on_way(levels, reached, choices, jumped=True)
+        return _on_branch_set(refinement, found, choices, jumped=False)
+    start = last.last if isinstance(last, IntegratedMotion) else initial_state(last)
+    harmonics = _HARMONICS if isinstance(last, IntegratedMotion) else last.harmonics
+    reached = attractor(refinement, start, speed, harmonics=harmonics)
+    return _on_branch_set(refinement, reached, choices, jumped=True)
 
 
-def _on_way(levels: Levels, found: Solution | Record, choices: list[Crossing], *, jumped: bool) -> Met:
+def _on_branch_set(
+    refinement: Refinement, found: Solution | IntegratedMotion, choices: list[Crossing], *, jumped: bool
+) -> Reached:
     """The motion found, on the part of the way that holds it."""
     if isinstance(found, Solution):
         for each in choices:
-            if not apart(each.solution, found):
-                return Met(motion=judged(levels, each.solution), run=each.run, jumped=jumped)
-    return Met(motion=found, run=None, jumped=jumped)
+            if not distinct(each.solution, found):
+                return Reached(motion=with_stability(refinement, each.solution), part=each.part, jumped=jumped)
+    return Reached(motion=found, part=None, jumped=jumped)
 
 
-def _nearest(levels: Levels, last: Solution | Record, choices: list[Crossing], unstable: Unstable) -> Met:
+def _nearest(
+    refinement: Refinement, last: Solution | IntegratedMotion, choices: list[Crossing], unstable: Unstable
+) -> Reached:
     """The solution of the way most like the last one, of stable ones if there are: all that nothing is run for."""
     if not choices:
-        return Met(motion=None, run=None)
-    said = [replace(each, solution=_said(levels, each.solution, unstable)) for each in choices]
-    best = next((each for each in said if each.solution.stable), said[0])
+        return Reached(motion=None, part=None)
+    candidates = [
+        replace(each, solution=_stability_unless_ignored(refinement, each.solution, unstable)) for each in choices
+    ]
+    best = next((each for each in candidates if each.solution.stable), candidates[0])
     if isinstance(last, Solution):
         best = min(
-            said, key=lambda each: (best.solution.stable and not each.solution.stable, distance(each.solution, last))
+            candidates,
+            key=lambda each: (best.solution.stable and not each.solution.stable, distance(each.solution, last)),
         )
     found = best.solution
-    return Met(motion=found, run=best.run, left=found.verdict.kind if found.verdict else "", jumped=True)
+    return Reached(
+        motion=found, part=best.part, instability=found.stability.kind if found.stability else "", jumped=True
+    )
 
 
-def _said(levels: Levels, at: Solution, unstable: Unstable) -> Solution:
-    return at if unstable == "ignore" else judged(levels, at)
+def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Unstable) -> Solution:
+    return at if unstable == "ignore" else with_stability(refinement, at)
 
 
-def _pushed(start: Array) -> Array:
+def _perturbed(start: Array) -> Array:
     """A start a little off."""
     push = np.random.default_rng(0).standard_normal(start.shape)
-    pushed: Array = start * (1 + _PUSH * push)
+    pushed: Array = start * (1 + _PERTURBATION * push)
     return pushed

@@ -15,25 +15,25 @@ from ...system.faces import Faces, faces
 from ...system.system import Array
 from ..steady.excitation import Shaft
 from ..steady.response import Response
-from .corrector import TOLERANCE, WORK, Found, dynamic_size, linear_start, preconditioned, solve
-from .problem import Problem, Size, State, evaluate, points_of, problem, unknowns, weight
-from .shaft_tones import SlowTones, slow_tones
-from .truncation import Beyond, beyond, dropped
+from .corrector import TOLERANCE, WORK, NewtonResult, linear_start, newton_step, solve
+from .problem import Problem, Size, State, dynamic_size, embedded, evaluate, order_weight, problem, torus_points
+from .shaft_tones import ShaftTones, shaft_tones
+from .truncation import TruncatedOrders, truncated_orders, truncation_residual
 
-__all__ = ['DROPPED', 'Torus', 'TorusPoint', 'embedded', 'respond_torus', 'torus']
+__all__ = ["TRUNCATION_TOLERANCE", "Torus", "TorusPoint", "respond_torus", "torus"]
 
 Index = NDArray[np.int64]
 
 # What may be dropped of the motion, relative to its dynamic part: forces then have that error at an instant and about
 # its square in their RMS.
-DROPPED = 1e-2
+TRUNCATION_TOLERANCE = 1e-2
 # Most phases in all, by the number of mesh tones; samples per slow order.
 _PHASES, _FINE_SLOW = {1: 4, 2: 3}, 4
 # First and last orders of a slow tone, by the number of them.
 _FIRST, _LAST = {1: 4, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
 # Harmonics: least, most to begin with, most, the last two by the number of mesh tones; cross order: first, step, last.
 _LEAST, _BEGIN, _MOST = 12, {1: 32, 2: 16, 3: 12}, {1: 64, 2: 24, 3: 16}
-_CROSS, _STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
+_CROSS, _NEWTON_STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
 # Factors of the shaft lines on the way to them where Newton's method fails at once.
 _RISING = (0.25, 0.5, 0.75, 1.0)
 # Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
@@ -57,7 +57,7 @@ class Prepared:
 
     fine: Problem
     coarse: Problem
-    beyond: Beyond
+    truncated_orders: TruncatedOrders
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,21 +69,21 @@ class Torus:
     """
 
     ready: Response
-    slow: SlowTones
-    every: tuple[Shaft, ...]
+    shaft_tones: ShaftTones
+    shaft_lines: tuple[Shaft, ...]
     face: Faces
     problems: dict[Size, Prepared] = field(default_factory=dict)
 
     @property
-    def flat(self) -> Torus:
+    def mesh_orders_only(self) -> Torus:
         """The mesh tones alone, all shaft lines left."""
-        return replace(self, slow=SlowTones(tones=(), highest=(), lines=(), left=self.every))
+        return replace(self, shaft_tones=ShaftTones(tones=(), highest=(), lines=(), superposed=self.shaft_lines))
 
     @property
-    def fewer(self) -> Torus:
+    def with_fewer_tones(self) -> Torus:
         """One slow tone less."""
-        slow = slow_tones(self.ready, self.every, most=len(self.slow.tones) - 1)
-        return replace(self, slow=slow, problems={})
+        slow = shaft_tones(self.ready, self.shaft_lines, most=len(self.shaft_tones.tones) - 1)
+        return replace(self, shaft_tones=slow, problems={})
 
     @property
     def mesh_tones(self) -> int:
@@ -93,7 +93,9 @@ class Torus:
     @property
     def tones(self) -> Array:
         """Mesh tones and slow tones at the operating speed, (D,) [rad/s]."""
-        return np.concatenate([self.ready.omega, 2 * np.pi * np.array([float(tone) for tone in self.slow.tones])])
+        return np.concatenate(
+            [self.ready.omega, 2 * np.pi * np.array([float(tone) for tone in self.shaft_tones.tones])]
+        )
 
     def prepared(self, size: Size) -> Prepared:
         """The balance with so many rows, made once."""
@@ -103,7 +105,7 @@ class Torus:
             self.problems[size] = Prepared(
                 fine=coarse if few == many else _problem(self, size, many),
                 coarse=coarse,
-                beyond=beyond(coarse, self.tones, mesh=self.mesh_tones, orders=size.orders),
+                truncated_orders=truncated_orders(coarse, self.tones, mesh=self.mesh_tones, orders=size.orders),
             )
         return self.problems[size]
 
@@ -122,8 +124,13 @@ class TorusPoint:
     size: Size
     converged: bool
     residual: float
-    dropped: Array
+    truncation: Array
     calls: int
+
+    @property
+    def truncation_residual(self) -> float:
+        """Size of all that is dropped, per dynamic size."""
+        return float(np.linalg.norm(self.truncation))
 
     @property
     def status(self) -> str:
@@ -132,7 +139,7 @@ class TorusPoint:
             return "not finite"
         if not self.converged:
             return "not converged"
-        return "ok" if float(np.linalg.norm(self.dropped)) <= DROPPED else "coarse"
+        return "ok" if self.truncation_residual <= TRUNCATION_TOLERANCE else "coarse"
 
 
 def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None) -> Torus:
@@ -147,7 +154,12 @@ def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None
     tones = len(ready.lines.tones)
     room = max(0, _PHASES.get(tones, tones) - tones) if most is None else most
     every = ready.lines.shaft if shaft_orders else ()
-    return Torus(ready=ready, slow=slow_tones(ready, every, most=room), every=every, face=faces(ready.system.meshes))
+    return Torus(
+        ready=ready,
+        shaft_tones=shaft_tones(ready, every, most=room),
+        shaft_lines=every,
+        face=faces(ready.system.meshes),
+    )
 
 
 def respond_torus(
@@ -169,33 +181,33 @@ def respond_torus(
     ------
     Nothing: a speed that fails comes back with its status.
     """
-    size = _start(given, speed)
+    size = _first_size(given, speed)
     with np.errstate(all="ignore"):  # a motion that overflows ends as not finite
         points, y = _mesh_orders(given, size, speed, tolerance) if start is None else start
         rough = max(tolerance, _ROUGH)
-        point = _solved(given, size, speed, points, y, rough)
+        point = _solve_size(given, size, speed, points, y, rough)
         if start is None and not point.converged:
-            point = _approached(given, point, speed, rough)
-        while point.converged and float(np.linalg.norm(point.dropped)) > DROPPED:
-            larger = _larger(given, point)
+            point = _continued_in_speed(given, point, speed, rough)
+        while point.converged and point.truncation_residual > TRUNCATION_TOLERANCE:
+            larger = _larger_size(given, point)
             if larger == point.size:
                 break
-            finer = _solved(given, larger, speed, point.problem.grid.points, point.state.y, rough)
+            finer = _solve_size(given, larger, speed, point.problem.grid.points, point.state.y, rough)
             finer = replace(finer, calls=finer.calls + point.calls)
             if not finer.converged:
                 break  # the coarser solution stands, and says what it dropped
             point = finer
-        return _corrected(given, point, tolerance) if point.converged else point
+        return _corrected_on_fine_grid(given, point, tolerance) if point.converged else point
 
 
-def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
+def _continued_in_speed(given: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
     """The motion reached from a speed nearby, from above and then from below; the lost point where neither is."""
     calls = lost.calls
     for side in (1.0, -1.0):
         points, y = _mesh_orders(given, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
         for part in _NEARBY:
             here = speed * (1 + side * part)
-            point = _solved(given, lost.size, here, points, y, tolerance, rescue=False)
+            point = _solve_size(given, lost.size, here, points, y, tolerance, rescue=False)
             calls += point.calls
             if not point.converged:
                 break
@@ -208,13 +220,13 @@ def _approached(given: Torus, lost: TorusPoint, speed: float, tolerance: float) 
 def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
     """The motion of the mesh orders alone, as far as Newton's method came: from the linear one, or from near speeds."""
     mesh = given.prepared(size._replace(orders=())).fine
-    first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=preconditioned())
+    first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=newton_step())
     for side in (1.0, -1.0):
         if found.converged:
             break
         y = linear_start(mesh, speed * (1 + side * _FAR[0]))
         for part in _FAR:
-            step = preconditioned()
+            step = newton_step()
             found = solve(mesh, y, speed * (1 + side * part), tolerance=tolerance, steps=_STEPS, step=step)
             if not found.converged:
                 break
@@ -222,39 +234,39 @@ def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tu
     return mesh.grid.points, (found if found.converged else first).state.y
 
 
-def _solved(
+def _solve_size(
     given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
 ) -> TorusPoint:
     """One size: from the motion given, else with shaft lines that rise from a quarter."""
     made = given.prepared(size)
-    start = embedded(made.coarse, points, y)
+    start = embedded(points, y, made.coarse)
     if points.shape[1] == given.mesh_tones and size.orders:
-        start = _with_lines(given, made.coarse, start, speed)
-    found = solve(made.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=preconditioned())
+        start = _with_shaft_response(given, made.coarse, start, speed)
+    found = solve(made.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
     calls = found.calls
     if not found.converged and size.orders and rescue:
-        found = _risen(given, made.coarse, start, speed, tolerance)
+        found = _continued_in_shaft_load(given, made.coarse, start, speed, tolerance)
         calls += found.calls
     return TorusPoint(
         problem=made.coarse,
         state=found.state,
         size=size,
-        converged=_enough(given, found),
+        converged=_accepted(given, found),
         residual=found.state.norm / dynamic_size(found.state.y),
-        dropped=dropped(made.coarse, found.state, made.beyond) / dynamic_size(found.state.y),
+        truncation=truncation_residual(made.coarse, found.state, made.truncated_orders) / dynamic_size(found.state.y),
         calls=calls,
     )
 
 
-def _enough(given: Torus, found: Found) -> bool:
+def _accepted(given: Torus, found: NewtonResult) -> bool:
     jumps = bool(given.ready.system.meshes.damping.any())
     return found.converged or (jumps and found.state.norm <= _JUMP * dynamic_size(found.state.y))
 
 
-def _corrected(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
+def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
     """The residual of many samples brought down with the derivative of few, or where that fails with its own."""
     made, y, speed = given.prepared(point.size), point.state.y, point.state.speed
-    own, calls = preconditioned(), point.calls
+    own, calls = newton_step(), point.calls
 
     def step(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
         return own(made.coarse, evaluate(made.coarse, at.y, speed), right, target)
@@ -268,57 +280,47 @@ def _corrected(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
         point,
         problem=made.fine,
         state=found.state,
-        converged=_enough(given, found),
+        converged=_accepted(given, found),
         residual=found.state.norm / dynamic_size(found.state.y),
         calls=calls,
     )
 
 
-def _with_lines(given: Torus, made: Problem, y: Array, speed: float) -> Array:
+def _with_shaft_response(given: Torus, made: Problem, y: Array, speed: float) -> Array:
     """A motion of mesh orders and the linear response to the shaft lines of flanks that touch when they do in it.
 
     Slow errors are mostly followed by the bodies: on their own, before these have moved, they would part all flanks.
     """
-    touching = evaluate(_dimmed(given, made, 0.0), y, speed).touching
+    touching = evaluate(_with_scaled_shaft_lines(given, made, 0.0), y, speed).touching
     state = evaluate(made, y, speed, touching=touching)
-    move, _ = preconditioned()(made, state, state.residual, 0.0)
+    move, _ = newton_step()(made, state, state.residual, 0.0)
     return y - move
 
 
-def _dimmed(given: Torus, made: Problem, factor: float) -> Problem:
+def _with_scaled_shaft_lines(given: Torus, made: Problem, factor: float) -> Problem:
     """The same with a part of the shaft lines."""
     scale = np.where(made.grid.points[:, given.mesh_tones :].any(axis=1), factor, 1.0)
     return replace(made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force)
 
 
-def _risen(given: Torus, made: Problem, start: Array, speed: float, tolerance: float) -> Found:
+def _continued_in_shaft_load(given: Torus, made: Problem, start: Array, speed: float, tolerance: float) -> NewtonResult:
     """Newton's method with a part of the shaft lines, and then with more and more of them."""
     slow = made.grid.points[:, given.mesh_tones :].any(axis=1)
     scale = np.where(slow, _RISING[0], 1.0)[:, None]
     y, calls = scale * start, 0
     for factor in _RISING:
         final = factor == _RISING[-1]
-        dimmed, wanted = (made, tolerance) if final else (_dimmed(given, made, factor), _ON_THE_WAY)
-        found = solve(dimmed, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=preconditioned())
+        scaled, wanted = (made, tolerance) if final else (_with_scaled_shaft_lines(given, made, factor), _ON_THE_WAY)
+        found = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=newton_step())
         y, calls = found.state.y, calls + found.calls
         if not found.converged:
             break
     return replace(found, converged=found.converged and final, calls=calls)
 
 
-def embedded(given: Problem, points: Index, y: Array) -> Array:
-    """A motion on other lattice points, of fewer phases too; rows it has not are 0, those it has not here are left."""
-    D = given.grid.points.shape[1]
-    place = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
-    at = np.array([place.get((*point, *(0,) * (D - len(point))), -1) for point in points.tolist()])
-    result = np.zeros(unknowns(given))
-    result[:, at[at >= 0]] = y[:, at >= 0]
-    return result
-
-
-def _start(given: Torus, speed: float) -> Size:
+def _first_size(given: Torus, speed: float) -> Size:
     """Rows to begin with: harmonics that reach beyond the highest mode, slow orders that hold every line."""
-    lines, slow, D = given.ready.lines, given.slow, given.mesh_tones
+    lines, slow, D = given.ready.lines, given.shaft_tones, given.mesh_tones
     highest = float(np.sqrt(given.ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
         reach = np.nan_to_num(np.ceil(1.7 * highest / (abs(speed) * given.ready.omega)), nan=_LEAST, posinf=1e6)
@@ -330,22 +332,24 @@ def _start(given: Torus, speed: float) -> Size:
     cross = max((sum(map(abs, point)) for point in placed if np.count_nonzero(point) > 1), default=0)
     count = len(slow.tones)
     orders = tuple(max(_FIRST.get(count, 2), top + 1) for top in slow.highest)
-    while any(weight(point[D:], orders) > 1 for point, _, _ in slow.lines):
+    while any(order_weight(point[D:], orders) > 1 for point, _, _ in slow.lines):
         orders = tuple(order + 1 for order in orders)
     return Size(harmonics, max(_CROSS, cross) if D > 1 else 0, orders)
 
 
-def _larger(given: Torus, point: TorusPoint) -> Size:
+def _larger_size(given: Torus, point: TorusPoint) -> Size:
     """More rows of the kinds that drop more than their part."""
-    size, D, count = point.size, given.mesh_tones, len(given.slow.tones)
-    poor = point.dropped > DROPPED / np.sqrt(point.dropped.size)
+    size, D, count = point.size, given.mesh_tones, len(given.shaft_tones.tones)
+    poor = point.truncation > TRUNCATION_TOLERANCE / np.sqrt(point.truncation.size)
     most, last, cross = _MOST.get(D, _LEAST), _LAST.get(count, 2), _CROSS_LAST.get(D, _CROSS)
     return Size(
         tuple(max(H, min(most, H + H // 2)) if poor[j] else H for j, H in enumerate(size.harmonics)),
-        max(size.cross, min(cross, size.cross + _STEP)) if poor[D] else size.cross,
+        max(size.cross, min(cross, size.cross + _NEWTON_STEP)) if poor[D] else size.cross,
         tuple(
             max(H, min(last, H + (2 if far else 1))) if much else H
-            for H, much, far in zip(size.orders, poor[D + 1 :], point.dropped[D + 1 :] > 1.5 * DROPPED, strict=True)
+            for H, much, far in zip(
+                size.orders, poor[D + 1 :], point.truncation[D + 1 :] > 1.5 * TRUNCATION_TOLERANCE, strict=True
+            )
         ),
     )
 
@@ -367,6 +371,6 @@ def _problem(given: Torus, size: Size, samples: int) -> Problem:
     ready, extra = given.ready, len(size.orders)
     mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
     counts = (samples,) * given.mesh_tones + tuple(_FINE_SLOW * order for order in size.orders)
-    points = points_of(size)
-    lines = [*mesh, *given.slow.lines] if extra else mesh
+    points = torus_points(size)
+    lines = [*mesh, *given.shaft_tones.lines] if extra else mesh
     return problem(ready, points, given.tones[: points.shape[1]], counts, lines)

@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 
-__all__ = ['Grid', 'Separable', 'Transforms', 'grid', 'phases_of', 'separable']
+__all__ = ["Grid", "Separable", "Transforms", "grid", "phases_of", "separable"]
+
+Index = NDArray[np.int64]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
@@ -23,7 +26,7 @@ class Grid:
     wave : (N, 2 J), back : (2 J, N).
     """
 
-    points: NDArray[np.int64]
+    points: Index
     counts: tuple[int, ...]
     wave: Array
     back: Array
@@ -42,9 +45,6 @@ class Grid:
         """(N, c) -> (2 J, c), orders beyond the points dropped."""
         projected: Array = self.back @ values
         return projected
-
-
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,7 +100,7 @@ Transforms = Grid | Separable
 """Of one phase, or of several."""
 
 
-def grid(points: NDArray[np.int64], counts: tuple[int, ...]) -> Transforms:
+def grid(points: Index, counts: tuple[int, ...]) -> Transforms:
     """The transforms of lattice points (J, D) on a grid of phases."""
     if len(counts) > 1:
         return separable(points, counts)

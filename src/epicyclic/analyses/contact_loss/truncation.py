@@ -11,10 +11,11 @@ from scipy import fft
 from ...system.system import Array
 from .problem import Problem, State, flank_force
 
-__all__ = ['Beyond', 'beyond', 'dropped']
+__all__ = ["TruncatedOrders", "truncated_orders", "truncation_residual"]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Beyond:
+class TruncatedOrders:
     """Orders of a grid, half of them along its last axis, that are no lattice points.
 
     place : (T,) which of them.  omega : (T,) at s = 1 [rad/s].  weight : (T,) of their squared amplitudes.
@@ -28,7 +29,7 @@ class Beyond:
     kinds: int
 
 
-def beyond(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> Beyond:
+def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> TruncatedOrders:
     """The orders dropped by a balance on `mesh` tones and slow tones with their highest orders; tones (D,) [rad/s]."""
     counts, points = given.grid.counts, given.grid.points
     D = len(counts)
@@ -42,7 +43,7 @@ def beyond(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) 
         kept[tuple((here % np.array(counts)).T)] = True
     out = np.flatnonzero(~kept.ravel())
     found = every[out]
-    return Beyond(
+    return TruncatedOrders(
         place=out,
         omega=found @ tones[:D],
         weight=np.where(found[:, -1] > 0, 4.0, 2.0),
@@ -60,16 +61,16 @@ def _kind(found: NDArray[np.int64], mesh: int, orders: tuple[int, ...]) -> NDArr
     return kind
 
 
-def dropped(given: Problem, at: State, outside: Beyond) -> Array:
+def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
     """Size of the motion that the forces would put on the orders dropped, (kinds,)."""
     force, modal = flank_force(given, at), given.modal
     live = force.any(axis=0)
     box = force[:, live].reshape(*given.grid.counts, -1)
     D = len(given.grid.counts)
-    rows = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[outside.place]
-    w = at.speed * outside.omega[:, None]
+    rows = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]
+    w = at.speed * truncated.omega[:, None]
     square = np.abs(rows @ given.flanks.pulls[live]) ** 2
     square /= np.maximum((modal.squared - w**2) ** 2 + (w * modal.damping) ** 2, np.finfo(float).tiny)
-    each = outside.weight * square.sum(axis=1)
-    size: Array = np.sqrt(np.bincount(outside.kind, weights=each, minlength=outside.kinds))
+    each = truncated.weight * square.sum(axis=1)
+    size: Array = np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
     return size

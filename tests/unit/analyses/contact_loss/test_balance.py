@@ -11,11 +11,11 @@ from epicyclic.analyses.contact_loss.corrector import linear_start, solve
 from epicyclic.analyses.contact_loss.problem import (
     Problem,
     State,
-    derivative,
     evaluate,
     flank_force,
+    jacobian,
     mesh_problem,
-    slope,
+    speed_derivative,
     unknowns,
 )
 from epicyclic.analyses.steady.response import FrameSpeed, respond, response
@@ -30,7 +30,7 @@ def solved(given: Problem, speed: float) -> State:
 
 @pytest.mark.parametrize("tones", [1, 2])
 @pytest.mark.parametrize("frame", ["kinematic", "operating"])
-def test_slope_is_the_derivative_along_a_motion(made: Any, tones: int, frame: FrameSpeed) -> None:
+def test_the_jacobian_is_the_derivative_along_a_motion(made: Any, tones: int, frame: FrameSpeed) -> None:
     given = mesh_problem(response(made.coupled(tones=tones), frame_speed=frame), harmonics=4, cross=3)
     random = np.random.default_rng(0)
     y = 0.3 * linear_start(given, 0.9)
@@ -45,7 +45,7 @@ def test_slope_is_the_derivative_along_a_motion(made: Any, tones: int, frame: Fr
     assert 0.05 < at.touching.mean() < 0.95
     differences = (ahead.residual - behind.residual) / (2 * h)
     # linear between corners: what is left is rounding over the step, 1e-16 / 1e-9
-    np.testing.assert_allclose(slope(given, at, step), differences, atol=1e-7 * np.abs(differences).max())
+    np.testing.assert_allclose(jacobian(given, at)(step), differences, atol=1e-7 * np.abs(differences).max())
 
 
 @pytest.mark.parametrize("frame", ["kinematic", "operating"])
@@ -57,7 +57,7 @@ def test_derivative_with_the_speed(made: Any, frame: FrameSpeed) -> None:
     ahead, behind = (evaluate(given, at.y, 1.1 + sign * h) for sign in (1, -1))
     differences = (ahead.residual - behind.residual) / (2 * h)
     # central differences: h^2 of a third derivative, and rounding 1e-16 / h
-    np.testing.assert_allclose(derivative(given, at), differences, atol=1e-7 * np.abs(differences).max())
+    np.testing.assert_allclose(speed_derivative(given, at), differences, atol=1e-7 * np.abs(differences).max())
 
 
 @pytest.mark.parametrize("tones", [1, 2])
@@ -76,9 +76,9 @@ def test_dampers_act_with_the_contact_alone(made: Any) -> None:
     given = mesh_problem(response(made.coupled()), harmonics=8)
     state = solved(given, 1.1)
     force = flank_force(given, state)
-    apart = ~(state.touching | np.roll(state.touching, 1, axis=0) | np.roll(state.touching, -1, axis=0))
-    assert apart.any()
-    assert np.all(force[apart] == 0)
+    distinct = ~(state.touching | np.roll(state.touching, 1, axis=0) | np.roll(state.touching, -1, axis=0))
+    assert distinct.any()
+    assert np.all(force[distinct] == 0)
     # where it touches the force is k delta + c delta', and the damper is a fair part of it
     without = flank_force(mesh_problem(response(made.coupled(drag=0.0)), harmonics=8), state)
     assert np.abs(force - without)[state.touching].max() > 0.02 * np.abs(force).max()

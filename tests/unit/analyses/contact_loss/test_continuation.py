@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 from epicyclic.analyses.contact_loss.continuation import (
-    Measure,
+    ArclengthUnit,
     PathPoint,
     Stepping,
+    arclength_unit,
     branch,
     folds,
     follow,
-    measure,
     peak_of,
     start_of_path,
 )
 from epicyclic.analyses.contact_loss.corrector import linear_start, solve
 from epicyclic.analyses.contact_loss.outputs import force_level
 from epicyclic.analyses.contact_loss.problem import Problem, State, mesh_problem
-from epicyclic.analyses.contact_loss.refinement import Levels
+from epicyclic.analyses.contact_loss.refinement import Refinement
 from epicyclic.analyses.steady.response import response
 from epicyclic.system.system import System
 
@@ -73,7 +73,7 @@ def test_one_harmonic_of_a_pair_is_the_closed_form(made: Any, backlash: float) -
     system = made.single(stiffness=STIFFNESS, natural=NATURAL, zeta=ZETA, load=LOAD, push={1: PUSH}, backlash=backlash)
     given = mesh_problem(response(system), harmonics=1, samples=1024)
     first = solve(given, linear_start(given, 0.3), 0.3)
-    unit = measure(0.3, 1.4, first.state.y)
+    unit = arclength_unit(0.3, 1.4, first.state.y)
     points = list(follow(start_of_path(given, first.state, unit), 0.3, 1.4, unit=unit, stepping=Stepping()))
     shape = float(given.modal.shapes[0, 0])
     parted = 0
@@ -92,17 +92,17 @@ def test_one_harmonic_of_a_pair_is_the_closed_form(made: Any, backlash: float) -
 
 def test_the_fold_is_where_the_closed_form_turns(made: Any) -> None:
     system = made.single(stiffness=STIFFNESS, natural=NATURAL, zeta=ZETA, load=LOAD, push={1: PUSH})
-    levels = Levels(ready=response(system))
-    levels.made[((1,), 10, 1, 16)] = given = mesh_problem(levels.ready, harmonics=1, samples=1024)
+    refinement = Refinement(ready=response(system))
+    refinement.problems[((1,), 10, 1, 16)] = given = mesh_problem(refinement.ready, harmonics=1, samples=1024)
     start = solve(given, linear_start(given, 0.3), 0.3).state
     points = branch(
-        levels,
+        refinement,
         given,
         1,
         start,
         low=0.3,
         high=1.4,
-        unit=measure(0.3, 1.4, start.y),
+        unit=arclength_unit(0.3, 1.4, start.y),
         stepping=Stepping(),
         score=lambda state, _: float(np.hypot(*state.y[:, 1, 0])),
     )
@@ -121,22 +121,22 @@ KNOWN = {"folds": (1361.6, 1357.4), "peak": 1715.0}
 
 def walked(system: System, *, guarded: bool, first: float = 1.0, longest: float = 6.0, scale: float = 1.0) -> Any:
     """Folds [Hz] and highest RMS [N] of the branch from 1000 to 2400 Hz with 16 harmonics."""
-    levels = Levels(ready=response(system))
-    given = levels.problem(16)
+    refinement = Refinement(ready=response(system))
+    given = refinement.problem(16)
     start = solve(given, linear_start(given, 1.0), 1.0).state
-    unit = measure(1.0, 2.4, start.y)
+    unit = arclength_unit(1.0, 2.4, start.y)
 
     def level(state: State, problem: Problem) -> float:
         return float(force_level(system, problem, state).max())
 
     points: list[PathPoint] = branch(
-        levels,
+        refinement,
         given,
         16,
         start,
         low=1.0,
         high=2.4,
-        unit=Measure(motion=scale * unit.motion, speed=scale * unit.speed),
+        unit=ArclengthUnit(motion=scale * unit.motion, speed=scale * unit.speed),
         stepping=Stepping(first=first, longest=longest, guarded=guarded),
         score=level,
     )
@@ -171,13 +171,17 @@ def test_without_the_guard_the_peak_is_lost(made: Any) -> None:
 
 def test_a_pair_of_folds_that_samples_have_made_is_not_kept(made: Any) -> None:
     system = made.bench(scale=0.339)
-    levels = Levels(ready=response(system))
-    few = mesh_problem(levels.ready, harmonics=12, samples=48)
-    levels.made[((12,), 10, 1, 2 * levels.samples(12))] = mesh_problem(levels.ready, harmonics=12, samples=96)
+    refinement = Refinement(ready=response(system))
+    few = mesh_problem(refinement.ready, harmonics=12, samples=48)
+    refinement.problems[((12,), 10, 1, 2 * refinement.samples(12))] = mesh_problem(
+        refinement.ready, harmonics=12, samples=96
+    )
     start = solve(few, linear_start(few, 1.0), 1.0).state
-    unit = measure(1.0, 2.4, start.y)
+    unit = arclength_unit(1.0, 2.4, start.y)
     raw = list(follow(start_of_path(few, start, unit), 1.0, 1.36, unit=unit, stepping=Stepping()))
-    points = branch(levels, few, 12, start, low=1.0, high=1.36, unit=unit, stepping=Stepping(), score=lambda *_: 0.0)
+    points = branch(
+        refinement, few, 12, start, low=1.0, high=1.36, unit=unit, stepping=Stepping(), score=lambda *_: 0.0
+    )
     found, kept = ([1000 * each[i].state.speed for i in folds(each)] for each in (raw, points))
     # a pair within 0.001 Hz near 1232.5 Hz, and a true one of 0.2 Hz near 1349.5 Hz
     assert len(found) == 4

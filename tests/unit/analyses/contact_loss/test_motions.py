@@ -9,16 +9,16 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.analyses.contact_loss.branch_switching import (
-    Record,
-    broken_symmetry,
-    instant,
-    searched,
-    settled,
-    two_cycles,
+    IntegratedMotion,
+    attractor,
+    initial_state,
+    isolated_motions,
+    period_doubled_motions,
+    symmetry_broken_motions,
 )
 from epicyclic.analyses.contact_loss.corrector import linear_start
-from epicyclic.analyses.contact_loss.outputs import measured, net_force
-from epicyclic.analyses.contact_loss.refinement import Levels, Solution, apart, judged, solution
+from epicyclic.analyses.contact_loss.outputs import mesh_force, periodic_measures
+from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
 from epicyclic.analyses.steady.response import response
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load
@@ -27,34 +27,34 @@ from epicyclic.system.system import System
 Array = NDArray[np.float64]
 
 
-def found(system: System, speed: float, *, harmonics: int = 32) -> tuple[Levels, Solution]:
+def found(system: System, speed: float, *, harmonics: int = 32) -> tuple[Refinement, Solution]:
     """The motion that Newton's method reaches from closed teeth, judged."""
-    levels = Levels(ready=response(system))
-    given = levels.problem(harmonics)
-    at = solution(levels, linear_start(given, speed), speed, given=given, harmonics=harmonics, fixed=True)
+    refinement = Refinement(ready=response(system))
+    given = refinement.problem(harmonics)
+    at = solution(refinement, linear_start(given, speed), speed, given=given, harmonics=harmonics, fixed=True)
     assert at is not None
-    return levels, judged(levels, at)
+    return refinement, with_stability(refinement, at)
 
 
 def force_over_cycle(system: System, at: Solution) -> Array:
     """Mesh forces over the samples of the period, (m, N)."""
     from epicyclic.analyses.contact_loss.problem import flank_force
 
-    return net_force(system, flank_force(at.given, at.state)).T
+    return mesh_force(system, flank_force(at.given, at.state)).T
 
 
 def test_a_train_that_parts_is_what_time_integration_says(made: Any) -> None:
     system = made.bench()
     _, at = found(system, 1.3, harmonics=48)
     assert at.stable
-    assert measured(system, at.given, at.state).open.max() > 0.2
+    assert periodic_measures(system, at.given, at.state).open.max() > 0.2
     equation, count = made.equation(system, 1.3), at.given.grid.counts[0]
-    start = instant(at).ravel()
+    start = initial_state(at).ravel()
     states = equation.run(start, 1, samples=count, rtol=1e-7, atol=1e-12)
     force, ours = equation.force(states), force_over_cycle(system, at)
     # 48 harmonics leave 3e-4 of a mesh force with its corners; a wrong term is off by far more
     assert np.abs(force - ours).max() < 1e-3 * np.abs(ours).max()
-    assert force.std(axis=1) == pytest.approx(measured(system, at.given, at.state).rms, rel=5e-4)
+    assert force.std(axis=1) == pytest.approx(periodic_measures(system, at.given, at.state).rms, rel=5e-4)
     end = equation.run(start, 1, rtol=1e-7, atol=1e-12)[:, -1]
     assert np.abs(end - start)[:56].max() < 1e-3 * np.abs(start[:56]).max()
 
@@ -65,7 +65,7 @@ def test_every_term_of_the_equation_is_what_time_integration_says(made: Any) -> 
     touching = at.state.touching.mean(axis=0)
     assert np.any((touching > 0) & (touching < 1))
     equation, count = made.equation(system, 1.1), at.given.grid.counts[0]
-    force = equation.force(equation.run(instant(at).ravel(), 1, samples=count))
+    force = equation.force(equation.run(initial_state(at).ravel(), 1, samples=count))
     ours = force_over_cycle(system, at)
     # dampers jump where teeth meet: 48 harmonics and samples of 1/768 cycle hold such a force to a few 1e-3
     assert np.abs(force - ours).mean() < 2e-3 * np.abs(ours).max()
@@ -106,22 +106,22 @@ def test_energy_of_a_cycle(made: Any) -> None:
 
 def test_a_broken_symmetry(made: Any) -> None:
     system = made.bench()
-    levels, at = found(system, 2.11)
-    assert at.verdict is not None
-    assert at.verdict.kind == "symmetry breaking"
-    assert measured(system, at.given, at.state).rms.max() == pytest.approx(963, rel=2e-3)
-    other = next(broken_symmetry(levels, at))
+    refinement, at = found(system, 2.11)
+    assert at.stability is not None
+    assert at.stability.kind == "symmetry breaking"
+    assert periodic_measures(system, at.given, at.state).rms.max() == pytest.approx(963, rel=2e-3)
+    other = next(symmetry_broken_motions(refinement, at))
     assert other.kind == "symmetry broken"
     assert other.stable
     # the known values have three and four figures
-    assert measured(system, other.given, other.state).rms.max() == pytest.approx(1129, rel=2e-3)
+    assert periodic_measures(system, other.given, other.state).rms.max() == pytest.approx(1129, rel=2e-3)
     # time integration from the unstable motion, a little off, goes there
     pytest.importorskip("numba")
     random = np.random.default_rng(1)
-    start = instant(at)
-    reached = settled(levels, start * (1 + 0.05 * random.standard_normal(start.shape)), 2.11, harmonics=16)
+    start = initial_state(at)
+    reached = attractor(refinement, start * (1 + 0.05 * random.standard_normal(start.shape)), 2.11, harmonics=16)
     assert isinstance(reached, Solution)
-    assert measured(system, reached.given, reached.state).rms.max() == pytest.approx(1129, rel=2e-3)
+    assert periodic_measures(system, reached.given, reached.state).rms.max() == pytest.approx(1129, rel=2e-3)
 
 
 def half_order_pair(made: Any) -> System:
@@ -132,19 +132,19 @@ def half_order_pair(made: Any) -> System:
 
 def test_two_cycles_near_twice_the_natural_frequency(made: Any) -> None:
     system = half_order_pair(made)
-    levels, at = found(system, 2.0, harmonics=16)
-    assert at.verdict is not None
-    assert at.verdict.kind == "period doubling"
-    assert at.verdict.multiplier.real < -1
-    small = measured(system, at.given, at.state).rms.max()
-    other = next(two_cycles(levels, at))
+    refinement, at = found(system, 2.0, harmonics=16)
+    assert at.stability is not None
+    assert at.stability.kind == "period doubling"
+    assert at.stability.multiplier.real < -1
+    small = periodic_measures(system, at.given, at.state).rms.max()
+    other = next(period_doubled_motions(refinement, at))
     assert other.kind == "period 2"
     assert other.stable
-    large = measured(system, other.given, other.state).rms.max()
+    large = periodic_measures(system, other.given, other.state).rms.max()
     assert large > 15 * small
     # DOP853 over two cycles from its state comes back to it, and to no such place after one
     equation = made.equation(system, 2.0)
-    start = instant(other).ravel()
+    start = initial_state(other).ravel()
     once, twice = (equation.run(start, cycles)[:, -1] for cycles in (1, 2))
     scale = np.abs(start)
     assert np.all(np.abs(twice - start) < 2e-3 * scale.max() + 2e-3 * scale)
@@ -154,9 +154,9 @@ def test_two_cycles_near_twice_the_natural_frequency(made: Any) -> None:
 def test_multipliers_are_those_of_a_disturbed_run(made: Any) -> None:
     system: System = made.single(variation=(0.3,), zeta=0.05, load=2000.0, backlash=5e-5)
     _, at = found(system, 0.95)
-    assert 0 < measured(system, at.given, at.state).open.max() < 1
-    assert at.verdict is not None
-    equation, start = made.equation(system, 0.95), instant(at).ravel()
+    assert 0 < periodic_measures(system, at.given, at.state).open.max() < 1
+    assert at.stability is not None
+    equation, start = made.equation(system, 0.95), initial_state(at).ravel()
     size = np.array([1e-7, 1e-7 * 2 * np.pi * 1000])
     columns = []
     for place in range(2):
@@ -166,31 +166,31 @@ def test_multipliers_are_those_of_a_disturbed_run(made: Any) -> None:
         columns.append((ends[0] - ends[1]) / 2 / size[place])
     ours = np.linalg.eigvals(np.array(columns).T)
     # 48 steps a cycle, where the contact changes within a step: 2e-3
-    assert max(abs(ours)) == pytest.approx(abs(at.verdict.multiplier), rel=4e-3)
+    assert max(abs(ours)) == pytest.approx(abs(at.stability.multiplier), rel=4e-3)
 
 
 def test_kicks_find_what_is_not_connected(made: Any) -> None:
     system = half_order_pair(made)
-    levels, at = found(system, 1.9, harmonics=16)
+    refinement, at = found(system, 1.9, harmonics=16)
     assert at.stable  # the small motion is stable here, and the large one is there too
-    others = searched(levels, at, cycles=2, tries=12)
+    others = isolated_motions(refinement, at, cycles=2, tries=12)
     assert len(others) == 1  # shifted by a cycle it is the same
     assert others[0].stable
-    assert apart(at, others[0])
-    small, large = (measured(system, each.given, each.state).rms.max() for each in (at, others[0]))
+    assert distinct(at, others[0])
+    small, large = (periodic_measures(system, each.given, each.state).rms.max() for each in (at, others[0]))
     assert large > 10 * small
 
 
 def test_a_motion_that_never_repeats_is_recorded(made: Any) -> None:
     pytest.importorskip("numba")
     system = made.bench()
-    levels = Levels(ready=response(system))
-    given = levels.problem(16)
+    refinement = Refinement(ready=response(system))
+    given = refinement.problem(16)
     start = linear_start(given, 1.46)
     shapes = given.modal.shapes
     state = np.stack([start[0].sum(axis=0), -(1.46 * given.omega) @ start[1]]) @ shapes.T
-    reached = settled(levels, state, 1.46, harmonics=16)
-    assert isinstance(reached, Record)
+    reached = attractor(refinement, state, 1.46, harmonics=16)
+    assert isinstance(reached, IntegratedMotion)
     # the periodic motion has 1715 N there and is unstable
     assert 1500 < reached.measures.rms.max() < 1800
 
@@ -199,12 +199,12 @@ def test_a_train_that_turns_freely_and_drifts_settles(made: Any) -> None:
     pytest.importorskip("numba")
     system = assemble(load("xu2020"))
     speed = 1700.0 / float(system.tones[0])
-    levels, at = found(system, speed, harmonics=16)
-    modal = levels.ready.modal
+    refinement, at = found(system, speed, harmonics=16)
+    modal = refinement.ready.modal
     assert modal.rigid.sum() == 1
-    start = instant(at)
+    start = initial_state(at)
     # every gear gains a little speed: nothing is stretched by it, and nothing holds it
     start[1] += 200 * np.abs(start[0]).max() * modal.shapes[:, modal.rigid][:, 0] / np.abs(modal.shapes).max()
-    reached = settled(levels, start, speed, harmonics=16)
+    reached = attractor(refinement, start, speed, harmonics=16)
     assert isinstance(reached, Solution)
-    assert not apart(at, reached)
+    assert not distinct(at, reached)

@@ -11,13 +11,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.contact_loss import refinement as solution_module
-from epicyclic.analyses.contact_loss.branch_switching import instant
+from epicyclic.analyses.contact_loss import refinement as refinement_module
+from epicyclic.analyses.contact_loss.branch_switching import initial_state
 from epicyclic.analyses.contact_loss.corrector import linear_start
-from epicyclic.analyses.contact_loss.floquet import Verdict, verdict
-from epicyclic.analyses.contact_loss.outputs import measured
+from epicyclic.analyses.contact_loss.floquet import Stability, floquet_stability
+from epicyclic.analyses.contact_loss.outputs import periodic_measures
 from epicyclic.analyses.contact_loss.problem import State
-from epicyclic.analyses.contact_loss.refinement import Levels, judged, solution
+from epicyclic.analyses.contact_loss.refinement import Refinement, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.sweep import sweep as linear_sweep
@@ -38,7 +38,7 @@ def spur_like(made: Any) -> System:
     return system
 
 
-def carried_on(made: Any, system: System, speeds: Array) -> Iterator[float]:
+def integrated_on(made: Any, system: System, speeds: Array) -> Iterator[float]:
     """RMS of the mesh force at one speed after another, each run from where the last one ended."""
     state = np.array([1e-5, 0.0])
     for speed in speeds:
@@ -56,8 +56,8 @@ def swept(made: Any) -> xr.Dataset:
 def test_run_up_and_coast_down_are_what_time_integration_says(made: Any, swept: xr.Dataset) -> None:
     system = spur_like(made)
     rms = swept.mesh_force_rms.values[:, 0]
-    up = np.array(list(carried_on(made, system, SPEEDS)))
-    down = np.array(list(carried_on(made, system, SPEEDS[::-1])))[::-1]
+    up = np.array(list(integrated_on(made, system, SPEEDS)))
+    down = np.array(list(integrated_on(made, system, SPEEDS[::-1])))[::-1]
     # 16 to 48 harmonics are right to 3e-4, the transient left to 4e-4, of an RMS of the size of the load
     np.testing.assert_allclose(rms[0], up, rtol=3e-3)
     np.testing.assert_allclose(rms[1], down, rtol=3e-3)
@@ -123,10 +123,10 @@ SLID = {"stages.main.sun.support.z": "inf", "stages.main.planet.bearing.z": "inf
 
 
 def test_unstable_motions_are_told() -> None:
-    told = epicyclic.sweep("xu2020", mesh_frequency=[1500.0, 3000.0, 3600.0], contact_loss=True, unstable="tell")
+    reported = epicyclic.sweep("xu2020", mesh_frequency=[1500.0, 3000.0, 3600.0], contact_loss=True, unstable="report")
     linear = epicyclic.stability("xu2020", mesh_frequency=[1500.0, 3000.0, 3600.0])
-    assert list(told.motion.values.ravel()) == ["periodic"] * 6
-    at = told.sel(direction="up")
+    assert list(reported.motion.values.ravel()) == ["periodic"] * 6
+    at = reported.sel(direction="up")
     assert not at.contact_open.values[:, 2].any()
     assert at.stable.values[2] == linear.stable.values[2] == np.False_
     assert at.branch_instability.values[2] == linear.instability.values[2] == "quasi-periodic"
@@ -135,21 +135,23 @@ def test_unstable_motions_are_told() -> None:
     assert at.branch_instability.values[1] == ""
 
 
-def test_points_are_judged_once(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stability_of_a_point_is_computed_once(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def counted(levels: Levels, given: Any, harmonics: int, state: State, *, backward: bool) -> Verdict:
+    def counted(refinement: Refinement, given: Any, harmonics: int, state: State, *, backward: bool) -> Stability:
         asked.append(state)
-        return verdict(levels, given, harmonics, state, backward=backward)
+        return floquet_stability(refinement, given, harmonics, state, backward=backward)
 
-    monkeypatch.setattr(solution_module, "verdict", counted)
-    contact_sweep(spur_like(made), relative_speed=SPEEDS, unstable="tell")
+    monkeypatch.setattr(refinement_module, "floquet_stability", counted)
+    contact_sweep(spur_like(made), relative_speed=SPEEDS, unstable="report")
     assert len(set(asked)) == len(asked) > len(SPEEDS)
 
 
 def test_a_side_that_stays_open_needs_no_branch() -> None:
     """A slide of 1 mm opens the left teeth of the sun: a linear motion of all others, which the torus solver finds."""
-    slid = epicyclic.sweep("xu2020", overrides=SLID, mesh_frequency=[300.0, 500.0], contact_loss=True, unstable="tell")
+    slid = epicyclic.sweep(
+        "xu2020", overrides=SLID, mesh_frequency=[300.0, 500.0], contact_loss=True, unstable="report"
+    )
     left = np.array(["sun" in str(name) and str(name).endswith("left") for name in slid.mesh.values])
     assert (slid.contact_open.values[:, left] == 1).all()
     assert (slid.contact_open.values[:, ~left] == 0).all()
@@ -175,21 +177,21 @@ def test_it_is_saved_and_loaded(swept: xr.Dataset, tmp_path: Any) -> None:
 def test_a_ready_drive_that_parts_is_what_time_integration_says(made: Any) -> None:
     """Steadily, at a stable point: DOP853 from its state is back after a cycle, with the same mesh forces."""
     system = assemble(load("xu2020"))
-    levels = Levels(ready=response(system))
-    given, tone = levels.problem(32), float(system.tones[0])
+    refinement = Refinement(ready=response(system))
+    given, tone = refinement.problem(32), float(system.tones[0])
     y = linear_start(given, 1600.0 / tone)
     for frequency in (1600.0, 1580.0, 1560.0, 1540.0):
         speed = frequency / tone
-        at = solution(levels, y, speed, given=given, harmonics=32, fixed=True)
+        at = solution(refinement, y, speed, given=given, harmonics=32, fixed=True)
         assert at is not None
         y = at.state.y
     assert at is not None
-    at = judged(levels, at)
+    at = with_stability(refinement, at)
     assert at.stable
-    measures = measured(system, at.given, at.state)
+    measures = periodic_measures(system, at.given, at.state)
     assert measures.open.max() > 0.05
     equation = made.equation(system, speed)
-    start = instant(at).ravel()
+    start = initial_state(at).ravel()
     states = equation.run(start, 1, samples=at.given.grid.counts[0], rtol=1e-6, atol=1e-11)
     force = faces(system.meshes).total(equation.force(states))
     # 32 harmonics of a force with corners
@@ -218,3 +220,10 @@ def test_wrong_input_is_refused(made: Any, system: dict[str, Any], options: dict
     with pytest.raises(ModelError) as caught:
         contact_sweep(made.single(**system), **options)
     assert path in str(caught.value)
+
+
+def test_the_old_spelling_of_report_is_understood(made: Any) -> None:
+    system = spur_like(made)
+    with pytest.warns(DeprecationWarning, match="report"):
+        old = contact_sweep(system, relative_speed=[0.75], unstable="tell")
+    xr.testing.assert_identical(old, contact_sweep(system, relative_speed=[0.75], unstable="report"))

@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from epicyclic.analyses.contact_loss.outputs import path_phases, summit
-from epicyclic.analyses.contact_loss.shaft_tones import slow_tones
+from epicyclic.analyses.contact_loss.outputs import grid_maximum, super_period_phases
+from epicyclic.analyses.contact_loss.shaft_tones import shaft_tones
 from epicyclic.analyses.contact_loss.torus import torus
 from epicyclic.analyses.contact_loss.transforms import grid
 from epicyclic.analyses.steady.response import response
@@ -47,13 +47,13 @@ def test_transforms_are_the_sums_they_stand_for(counts: tuple[int, ...]) -> None
         ((F(1, 27), F(1, 31), F(1, 89)), 3, 3, 0),
     ],
 )
-def test_slow_tones_place_every_line_exactly(
+def test_shaft_tones_place_every_line_exactly(
     train: Train, parts: tuple[Fraction, ...], most: int, tones: int, left: int
 ) -> None:
     system = train(slow=[(part, 5e-6 + 1e-6j * i) for i, part in enumerate(parts)])
     ready = response(system)
-    found = slow_tones(ready, ready.lines.shaft, most=most)
-    assert (len(found.tones), len(found.left)) == (tones, left)
+    found = shaft_tones(ready, ready.lines.shaft, most=most)
+    assert (len(found.tones), len(found.superposed)) == (tones, left)
     every = (*ready.lines.tones, *found.tones)
     for point, conjugate, line in found.lines:
         frequency = sum((a * tone for a, tone in zip(point, every, strict=True)), F(0))
@@ -64,30 +64,30 @@ def test_slow_tones_place_every_line_exactly(
 def test_the_strongest_line_gets_the_tone(train: Train) -> None:
     system = train(slow=[(F(1, 27), 1e-6), (F(1, 31), 9e-6)])
     given = torus(response(system), most=1)
-    assert given.slow.tones == (1000 * F(1, 31),)
-    assert [shaft.frequency for shaft in given.slow.left] == [1000 * F(1, 27)]
+    assert given.shaft_tones.tones == (1000 * F(1, 31),)
+    assert [shaft.frequency for shaft in given.shaft_tones.superposed] == [1000 * F(1, 27)]
 
 
 def test_without_shaft_orders_none_count(train: Train) -> None:
     given = torus(response(train(slow=[(F(1, 27), 1e-6)])), shaft_orders=False)
-    assert given.slow.tones == ()
-    assert given.slow.left == ()
-    assert given.every == ()
+    assert given.shaft_tones.tones == ()
+    assert given.shaft_tones.superposed == ()
+    assert given.shaft_lines == ()
 
 
 def test_path_of_a_short_super_period_and_none_of_a_long_one() -> None:
-    path = path_phases((F(1000), F(1000, 3)), 4)
+    path = super_period_phases((F(1000), F(1000, 3)), 4)
     assert path is not None
     assert path.shape == (12, 2)
     # after one mesh cycle of four samples the slow phase is a third
     np.testing.assert_allclose(path[4], [0.0, 1 / 3], atol=1e-15)
-    assert path_phases((F(1000), F(1000, 27 * 31 * 89)), 64) is None
+    assert super_period_phases((F(1000), F(1000, 27 * 31 * 89)), 64) is None
 
 
 def test_summit_between_samples() -> None:
     theta, phi = np.meshgrid(np.arange(16) / 16, np.arange(12) / 12, indexing="ij")
     wave = np.cos(2 * np.pi * (theta - 0.03)) + np.cos(2 * np.pi * (phi - 0.02))
-    top = summit(wave[..., None])
+    top = grid_maximum(wave[..., None])
     # a parabola through samples 1/12 apart is right to fourth order, 1e-3 here; the largest sample alone is 0.026 low
     assert top[0] == pytest.approx(2.0, abs=2e-3)
     assert wave.max() < 1.98

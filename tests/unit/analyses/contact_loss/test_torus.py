@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.corrector import preconditioned, solve
-from epicyclic.analyses.contact_loss.outputs import outcome
-from epicyclic.analyses.contact_loss.problem import Problem, Size, State, evaluate, slope
-from epicyclic.analyses.contact_loss.shaft_orders import exact, superposed
-from epicyclic.analyses.contact_loss.torus import DROPPED, Torus, TorusPoint, respond_torus, torus
+from epicyclic.analyses.contact_loss.corrector import newton_step, solve
+from epicyclic.analyses.contact_loss.outputs import torus_outputs
+from epicyclic.analyses.contact_loss.problem import Problem, Size, State, evaluate, jacobian
+from epicyclic.analyses.contact_loss.shaft_orders import superposed_lines, superposition_is_exact
+from epicyclic.analyses.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.steady.gmres import gmres
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.motion import motion
@@ -61,7 +61,7 @@ def test_torus_is_time_integration(train: Train, speed: float, options: dict[str
     given = torus(response(train(**options)))
     point = respond_torus(given, speed)
     assert point.status == "ok"
-    found = outcome(given, point)
+    found = torus_outputs(given, point)
     assert found.open.max() > 0.01  # teeth part: else the linear response would do
     assert (found.far.max() > 0.2) == ("backlash" in options)  # and cross a backlash that is small
     force, change = integrated(given, point, cycles=cycles, settle=cycles * max(1, 270 // cycles))
@@ -84,30 +84,30 @@ def test_what_is_dropped_is_the_error_of_an_instant(train: Train) -> None:
     error = large.state.y.copy()
     error[:, at] -= small.state.y
     size = float(np.linalg.norm(error)) / float(np.linalg.norm(large.state.y[:, 1:]))
-    said = float(np.linalg.norm(small.dropped))
+    said = float(np.linalg.norm(small.truncation))
     # the rows kept change too, by the coupling; a factor of two covers it
     assert 0.5 * size < said < 2.0 * size
-    assert np.linalg.norm(large.dropped) < 0.2 * said
+    assert np.linalg.norm(large.truncation) < 0.2 * said
 
 
 def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
     """A point with rows as said, without raising them."""
     made = given.prepared(size)
-    start = respond_torus(given.flat, speed)
-    from epicyclic.analyses.contact_loss.torus import _solved
+    start = respond_torus(given.mesh_orders_only, speed)
+    from epicyclic.analyses.contact_loss.torus import _solve_size
 
-    point = _solved(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
+    point = _solve_size(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
     assert point.converged
     assert point.problem is made.coarse
-    assert made.beyond.kinds == len(point.dropped)
+    assert made.truncated_orders.kinds == len(point.truncation)
     return point
 
 
 def plain_step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
     """A Newton step without a preconditioner, to a thousandth of its right side."""
-    wanted = max(1e-3 * float(np.linalg.norm(right)), target)
+    product, wanted = jacobian(given, at), max(1e-3 * float(np.linalg.norm(right)), target)
     found, _, calls = gmres(
-        lambda x: slope(given, at, x.reshape(right.shape)).reshape(1, -1),
+        lambda x: product(x.reshape(right.shape)).reshape(1, -1),
         right.reshape(1, -1),
         target=np.array([wanted]),
         restarts=3,
@@ -121,7 +121,7 @@ def test_the_preconditioner_changes_nothing_but_the_work(train: Train) -> None:
     made, y = point.problem, point.state.y
     # a tenth of everything that moves off the solution
     start = y * np.where(np.arange(y.shape[1]) == 0, 1.0, 0.97)[:, None]
-    with_it = solve(made, start, 2.3, step=preconditioned(), tolerance=1e-9)
+    with_it = solve(made, start, 2.3, step=newton_step(), tolerance=1e-9)
     without = solve(made, start, 2.3, step=plain_step, tolerance=1e-9)
     assert with_it.converged
     assert without.converged
@@ -136,12 +136,12 @@ def test_closed_flanks_superpose_exactly(train: Train) -> None:
     """Where nothing parts, lines beside the torus are as good as phases of it."""
     system = train(slow=[(F(1, 27), 6e-6), (F(1, 31), 3e-6)], load=4000.0)
     given = torus(response(system))
-    point, flat = respond_torus(given, 1.2), respond_torus(given.flat, 1.2)
-    lines = superposed(given.flat, flat)
-    assert exact(given, flat, lines)
+    point, flat = respond_torus(given, 1.2), respond_torus(given.mesh_orders_only, 1.2)
+    lines = superposed_lines(given.mesh_orders_only, flat)
+    assert superposition_is_exact(given, flat, lines)
     # nothing is neglected, so nothing but rounding is said to be
     assert max(line.error for line in lines) < 1e-9
-    one, other = outcome(given, point), outcome(given.flat, flat, lines)
+    one, other = torus_outputs(given, point), torus_outputs(given.mesh_orders_only, flat, lines)
     # tolerances of the two solutions, 1e-6 of the motion
     np.testing.assert_allclose(one.rms, other.rms, rtol=1e-5)
     # the superposed extremes add amplitudes, which phases of incommensurate lines reach; both are refined samples
@@ -153,12 +153,12 @@ def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
     stated = []
     for size in (2e-6, 0.5e-6):
         given = torus(response(train(slow=[(F(3, 7), size)])))
-        flat, point = respond_torus(given.flat, 2.0), respond_torus(given, 2.0)
-        lines = superposed(given.flat, flat)
-        assert not exact(given, flat, lines)
+        flat, point = respond_torus(given.mesh_orders_only, 2.0), respond_torus(given, 2.0)
+        lines = superposed_lines(given.mesh_orders_only, flat)
+        assert not superposition_is_exact(given, flat, lines)
         stated.append(lines[0].error)
-        true, ours = (outcome(given, point).rms, outcome(given.flat, flat, lines).rms)
-        without = outcome(given.flat, flat).rms
+        true, ours = (torus_outputs(given, point).rms, torus_outputs(given.mesh_orders_only, flat, lines).rms)
+        without = torus_outputs(given.mesh_orders_only, flat).rms
         # what the line adds to the RMS of the first mesh, a square, is wrong by no more than twice what its force is
         assert abs(true[0] - ours[0]) < 2 * stated[-1] * abs(ours[0] - without[0])
     # it is wrong for the share of time in which the line decides who touches, which is first order; its RMS the root
@@ -175,7 +175,7 @@ def test_it_starts_from_what_it_is_given(train: Train) -> None:
             point = respond_torus(given, speed, start=(point.problem.grid.points, point.state.y))
         assert point.status == "ok"
         assert point.state.speed == pytest.approx(2.0)
-        found.append(outcome(given, point).rms[0])
+        found.append(torus_outputs(given, point).rms[0])
     # the softening peak hangs over: two motions at one speed, 471 and 832 N
     assert found[1] > 1.5 * found[0]
 
@@ -193,7 +193,7 @@ def test_too_few_rows_are_called_coarse(train: Train) -> None:
     given = torus(response(train(slow=[(F(1, 13), 5e-6)])))
     point = respond_torus(given, 2.0)
     assert point.status == "ok"
-    assert replace(point, dropped=np.array([2 * DROPPED, 0.0, 0.0])).status == "coarse"
+    assert replace(point, truncation=np.array([2 * TRUNCATION_TOLERANCE, 0.0, 0.0])).status == "coarse"
     assert replace(point, converged=False).status == "not converged"
 
 

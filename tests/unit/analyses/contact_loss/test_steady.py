@@ -72,7 +72,7 @@ def test_what_parts_is_said_and_saved(train: Train, tmp_path: Any) -> None:
 def test_lines_that_found_no_phase_are_named(train: Train) -> None:
     system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
     both = contact_steady(system, relative_speed=2.0)
-    one = contact_steady(system, relative_speed=2.0, slow_tones=1)
+    one = contact_steady(system, relative_speed=2.0, shaft_tones=1)
     assert json.loads(both.attrs["warnings"]) == []
     (warning,) = json.loads(one.attrs["warnings"])
     assert "run-out" in warning
@@ -83,10 +83,17 @@ def test_lines_that_found_no_phase_are_named(train: Train) -> None:
     assert json.loads(none.attrs["warnings"]) == []
 
 
-@pytest.mark.parametrize("options", [{"relative_speed": 0.0}, {"relative_speed": np.nan}, {"slow_tones": 4}])
+@pytest.mark.parametrize("options", [{"relative_speed": 0.0}, {"relative_speed": np.nan}, {"shaft_tones": 4}])
 def test_options_out_of_range(train: Train, options: dict[str, Any]) -> None:
     with pytest.raises(ModelError, match="out of range"):
         contact_steady(train(), **options)
+
+
+def test_the_old_name_of_shaft_tones_is_understood(train: Train) -> None:
+    system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
+    with pytest.warns(DeprecationWarning, match="shaft_tones"):
+        old = contact_steady(system, relative_speed=2.0, slow_tones=1)
+    xr.testing.assert_identical(old, contact_steady(system, relative_speed=2.0, shaft_tones=1))
 
 
 def test_without_damping_it_is_refused(train: Train) -> None:

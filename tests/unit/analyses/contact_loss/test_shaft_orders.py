@@ -79,19 +79,19 @@ def test_a_stable_speed_is_time_integration(train: Train, swept: xr.Dataset) -> 
 def test_closed_teeth_are_the_linear_sweep() -> None:
     """A ready drive with run-outs, below the speeds at which its teeth part."""
     options: dict[str, Any] = {"mesh_frequency": [20.0, 70.0, 130.0]}
-    ours = epicyclic.sweep("ren2021", contact_loss=True, unstable="tell", **options)
+    ours = epicyclic.sweep("ren2021", contact_loss=True, unstable="report", **options)
     linear = epicyclic.sweep("ren2021", **options)
     assert not ours.contact_open.any()
     # both to 1e-6 of the dynamic part; the linear sweep keeps what is above 1e-6 of it
     np.testing.assert_allclose(ours.mesh_force_rms.values[0], linear.mesh_force_rms.values, rtol=1e-4)
-    mesh_orders = epicyclic.sweep("ren2021", contact_loss=True, unstable="tell", shaft_orders=False, **options)
+    mesh_orders = epicyclic.sweep("ren2021", contact_loss=True, unstable="report", shaft_orders=False, **options)
     assert float((ours.mesh_force_rms / mesh_orders.mesh_force_rms).max()) > 1.01
 
 
 def test_lines_beside_the_torus_are_told(train: Train) -> None:
     system = train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)])
-    one = contact_sweep(system, relative_speed=[1.8], unstable="tell")
-    two = contact_sweep(system, relative_speed=[1.8], unstable="tell", slow_tones=2)
+    one = contact_sweep(system, relative_speed=[1.8], unstable="report")
+    two = contact_sweep(system, relative_speed=[1.8], unstable="report", shaft_tones=2)
     assert float(one.superposed_error.max()) > 0.01
     assert "superposed" in one.attrs["warnings"]
     assert (two.superposed_error == 0).all()
@@ -103,7 +103,7 @@ def test_lines_beside_the_torus_are_told(train: Train) -> None:
 def test_a_torus_that_fails_says_so(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(given: Torus, speed: float, **options: Any) -> TorusPoint:
         point = respond_torus(given, speed, **options)
-        return replace(point, converged=point.converged and not given.slow.tones)
+        return replace(point, converged=point.converged and not given.shaft_tones.tones)
 
     monkeypatch.setattr(orders_module, "respond_torus", lost)
     failed = contact_sweep(train(slow=SLOW), relative_speed=[SPEED])
@@ -113,12 +113,12 @@ def test_a_torus_that_fails_says_so(train: Train, monkeypatch: pytest.MonkeyPatc
     assert "see status" in failed.attrs["warnings"]
 
 
-def test_wrong_slow_tones_are_refused(train: Train) -> None:
-    with pytest.raises(ModelError, match="slow_tones"):
-        contact_sweep(train(slow=SLOW), relative_speed=[SPEED], slow_tones=4)
+def test_wrong_shaft_tones_are_refused(train: Train) -> None:
+    with pytest.raises(ModelError, match="shaft_tones"):
+        contact_sweep(train(slow=SLOW), relative_speed=[SPEED], shaft_tones=4)
 
 
 def test_shaft_orders_are_prepared_for_a_system_that_has_them(train: Train) -> None:
     assert not response(train()).lines.shaft
-    plain = contact_sweep(train(), relative_speed=[SPEED], unstable="tell")
+    plain = contact_sweep(train(), relative_speed=[SPEED], unstable="report")
     assert "superposed_error" not in plain
