@@ -1,7 +1,8 @@
-"""The whole way from the lowest to the highest speed: closed teeth where they stay closed, branches where they part.
+"""The branch set of a sweep: closed teeth where they stay closed, continued branches where they part.
 
 From the last speed before teeth part, the branch is followed through its folds until it is back on closed teeth and
-going up; there the next stretch of closed teeth begins.  Where a branch ends before that, the way begins anew.
+going up.  There the next segment of closed teeth begins.  Where a branch ends before that, the set begins anew at the
+next speed asked for.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 
 from ...system.system import Array
 from .closed_teeth import REACH, Scan, scan_closed_teeth
-from .continuation import ArclengthUnit, PathPoint, Stepping, arclength_unit, branch, step_from
+from .continuation import ArclengthUnit, PathPoint, Stepping, arclength_unit, branch, located
 from .corrector import solve
 from .outputs import force_level
 from .problem import Problem, State, dynamic_size, prolonged
@@ -23,18 +24,20 @@ __all__ = ["BranchSet", "Crossing", "Segment", "branch_set"]
 
 # A branch has at least so many harmonics, of one mesh frequency and of each of two.
 _LEAST = {1: 16, 2: 8}
-# A solution at a speed belongs between two points of the branch when it is this near to them, per their distance.
-_BETWEEN = 1.0
-_SECANTS = 6
-# Rise of the speed with the length of a branch at which a point is a fold.
+# A solution at a speed belongs between two points of the branch when it is this near to their interpolation, per their
+# distance, which counts as at least such a part of the dynamic size.
+_BETWEEN, _LEAST_DISTANCE = 1.0, 1e-3
+# Steps along the branch to a speed between two points, and the part of the speed at which it is reached: its rounding.
+_SECANTS, _AT_SPEED = 6, 1e-9
+# Rise of the speed with the length of a branch below which a point is on a fold, or between two.
 _FLAT = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Crossing:
-    """A solution at a speed asked for.
+    """A solution of the branch set at a speed asked for.
 
-    run : number of the part of the way it lies on; parts end where the speed turns, or where the way is broken.
+    part : number of the part it lies on; parts end where the speed turns, or where a branch has ended.
     """
 
     solution: Solution
@@ -43,7 +46,10 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Segment:
-    """A part of the way as solutions, in order.  points : of a branch, else none.  runs : (K,) of each solution."""
+    """A segment of the branch set, its solutions in order.
+
+    parts : (K,) number of the part of each solution.  branch : whether it was continued; else teeth are closed.
+    """
 
     solutions: list[Solution]
     parts: list[int]
@@ -52,9 +58,10 @@ class Segment:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BranchSet:
-    """speeds : (P,) asked for, relative.  stretches : the whole way in order.  crossings : of every speed asked for.
+    """All that lies between the lowest and the highest speed.
 
-    broken : speeds where a branch ended before it was through.
+    speeds : (P,) asked for, relative, rising.  segments : in order.  crossings : of every speed asked for.
+    ended : speeds where a branch ended before it was through.
     """
 
     speeds: Array
@@ -65,7 +72,10 @@ class BranchSet:
 
 @dataclass(slots=True, kw_only=True)
 class _Trace:
-    """What has been walked so far."""
+    """The branch set as far as it has been followed.
+
+    fixed : number of harmonics, None for as many as needed.  part : number of the part at hand.
+    """
 
     refinement: Refinement
     scan: Scan
@@ -80,7 +90,7 @@ class _Trace:
 def branch_set(
     refinement: Refinement, speeds: Array, *, harmonics: int | None = None, stepping: Stepping | None = None
 ) -> BranchSet:
-    """Walk from the lowest to the highest of distinct speeds (P,).
+    """Follow the branches from the lowest to the highest of distinct rising relative speeds (P,).
 
     Parameters
     ----------
@@ -102,7 +112,7 @@ def branch_set(
 
 
 def _closed_segment(trace: _Trace, place: int) -> int:
-    """Take the linear solutions from a scanned speed on; returns where teeth part."""
+    """Enter the linear solutions from a scanned speed on; returns the place where teeth part."""
     found = list[Solution]()
     while place < trace.scan.speeds.size:
         at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
@@ -118,7 +128,7 @@ def _closed_segment(trace: _Trace, place: int) -> int:
 
 
 def _branch_segment(trace: _Trace, place: int) -> int:
-    """Follow the branch from where teeth part at a scanned speed; returns the first scanned speed behind it."""
+    """Follow the branch from where teeth part at a scanned speed; returns the first scanned place behind it."""
     scan = trace.scan
     before = scan.solutions[place - 1] if place else None
     least = _LEAST[len(trace.refinement.ready.lines.tones)]
@@ -143,17 +153,18 @@ def _branch_segment(trace: _Trace, place: int) -> int:
 
 
 def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> list[PathPoint]:
+    """Points of the branch from a solved state, until teeth are closed again or the range of speeds is left."""
     scan = trace.scan
 
     def back(point: PathPoint) -> bool:
-        """Going up with flanks that touch always or never, as in the linear solution at the next scanned speed."""
+        """Whether the speed rises with the contact of the linear solution at the next scanned speed."""
         ahead = int(np.searchsorted(scan.speeds, point.state.speed))
         linear = scan.solutions[ahead] if ahead < scan.speeds.size else None
         if (
             linear is None
             or point.tangent_speed <= 0
             or point.length <= 0
-            or point.state.speed <= start.speed * (1 + 1e-9)
+            or point.state.speed <= start.speed * (1 + _AT_SPEED)
         ):
             return False
         return bool(np.all(point.state.touching == linear.state.touching[0]))
@@ -174,11 +185,12 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> li
 
 
 def _unit(start: State) -> ArclengthUnit:
+    """Units of arclength about a state."""
     return arclength_unit(start.speed, start.speed, start.y)
 
 
 def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int) -> int:
-    """Enter the solutions of a branch at every speed asked for; returns the first scanned speed behind it."""
+    """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it."""
     scan, parts = trace.scan, [trace.part]
     for before, after in pairwise(points):
         if np.sign(before.tangent_speed) != np.sign(after.tangent_speed):
@@ -206,7 +218,7 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int) -> int
 
 
 def _enter_start(trace: _Trace, first: Solution, part: int) -> None:
-    """The start of a branch that no closed stretch leads to, where it lies at a speed asked for."""
+    """Enter the start of a branch that no closed segment leads to, where it lies at a speed asked for."""
     place = int(np.searchsorted(trace.scan.speeds, first.state.speed))
     asked = int(trace.scan.asked[place]) if place < trace.scan.speeds.size else -1
     if asked >= 0 and trace.scan.speeds[place] == first.state.speed and not trace.crossings[asked]:
@@ -214,7 +226,7 @@ def _enter_start(trace: _Trace, first: Solution, part: int) -> None:
 
 
 def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: int, harmonics: int) -> None:
-    """The solutions at the speeds asked for between two points of a branch."""
+    """Enter the solutions at the speeds asked for between two points of a branch."""
     low, high = sorted((before.state.speed, after.state.speed))
     speeds = trace.scan.speeds
     for place in range(int(np.searchsorted(speeds, low)), int(np.searchsorted(speeds, high, side="right"))):
@@ -226,49 +238,41 @@ def _enter_crossings(trace: _Trace, before: PathPoint, after: PathPoint, part: i
 
 
 def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, harmonics: int) -> Solution | None:
-    """The solution of a branch at a speed between two of its points."""
+    """The solution of a branch at a speed between two of its points, None where Newton's method fails.
+
+    A solution far from their interpolation belongs to another branch: the speed is then approached along this one.
+    """
     a, b = before.state, after.state
-    part = (speed - a.speed) / (b.speed - a.speed)
-    guess = a.y + part * (b.y - a.y)
+    guess = a.y + (speed - a.speed) / (b.speed - a.speed) * (b.y - a.y)
     backward = before.tangent_speed + after.tangent_speed < 0
     fixed = trace.fixed is not None
     given = before.given
     found = solution(trace.refinement, guess, speed, given=given, harmonics=harmonics, fixed=fixed, backward=backward)
-    far = _BETWEEN * max(float(np.linalg.norm(a.y - b.y)), 1e-3 * dynamic_size(a.y))
+    far = _BETWEEN * max(float(np.linalg.norm(a.y - b.y)), _LEAST_DISTANCE * dynamic_size(a.y))
     if found is not None and _distance(found, given, guess) <= far:
         return found
-    near = _secant(before, after, speed)
+    near = located(
+        before,
+        after,
+        lambda point: point.state.speed - speed,
+        unit=_unit(a),
+        tolerance=_AT_SPEED * speed,
+        tries=_SECANTS,
+    )
     if near is None:
         return None
-    return solution(trace.refinement, near.y, speed, given=given, harmonics=harmonics, fixed=True, backward=backward)
+    return solution(
+        trace.refinement, near.state.y, speed, given=given, harmonics=harmonics, fixed=True, backward=backward
+    )
 
 
 def _distance(found: Solution, given: Problem, y: Array) -> float:
+    """Distance of a solution from a motion (2, J, n) of another problem [root of energy]."""
     return float(np.linalg.norm(found.state.y - prolonged(given, found.given, y)))
 
 
-def _secant(before: PathPoint, after: PathPoint, speed: float) -> State | None:
-    """A point of the branch next to a speed, by steps along it."""
-    unit = _unit(before.state)
-    low, high = 0.0, after.length - before.length
-    ends = [before.state.speed - speed, after.state.speed - speed]
-    best: State | None = None
-    for _ in range(_SECANTS):
-        size = low + (high - low) * ends[0] / (ends[0] - ends[1])
-        trial = step_from(before, size, unit)
-        if trial is None:
-            return best
-        best = trial[0].state
-        if abs(best.speed - speed) < 1e-9 * speed:
-            break
-        if np.sign(best.speed - speed) == np.sign(ends[0]):
-            low, ends[0] = size, best.speed - speed
-        else:
-            high, ends[1] = size, best.speed - speed
-    return best
-
-
 def _as_solution(refinement: Refinement, point: PathPoint, harmonics: int) -> Solution:
+    """A point of a branch as a solution, with its residual at twice the harmonics."""
     residual = refinement.residual(point.given, point.state, harmonics)
     return Solution(
         given=point.given,
@@ -280,7 +284,7 @@ def _as_solution(refinement: Refinement, point: PathPoint, harmonics: int) -> So
 
 
 def _enter_other_closed(trace: _Trace, behind: int) -> None:
-    """Closed solutions at speeds that a branch has passed without meeting them: parts of their own."""
+    """Enter closed solutions at speeds that a branch has passed without reaching them: parts of their own."""
     for place in range(behind):
         at, asked = trace.scan.solutions[place], int(trace.scan.asked[place])
         if at is None or asked < 0:

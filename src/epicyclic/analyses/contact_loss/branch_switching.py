@@ -1,11 +1,8 @@
-"""Where a start ends at one speed: integration in time, and the periodic motion it settles on, if it does.
+"""Branch switching: what takes the place of an unstable periodic motion [seydel2010].
 
----
-
-What takes the place of an unstable periodic motion: another branch, a motion of two cycles.
-
-Which one is looked for follows from how the motion is left.  Each search is a few solutions of the same balance, and
-ends with a verdict of its own: what comes back is stable.
+Which branch is looked for follows from how the motion is left: one with less symmetry, one of two mesh cycles.  Each
+search is a few solutions of the same balance, and what comes back has been found stable.  Where none is found, the
+attractor of a start is found by integration in time, and the balance polishes what it approaches.
 """
 
 from __future__ import annotations
@@ -35,15 +32,126 @@ __all__ = [
     "symmetry_broken_motions",
 ]
 
+# A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts.
+_PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
+# Kicks along the most unstable disturbance, per the whole size of the motion: what parts teeth is as large as the load.
+_KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
+# Least and largest of random kicks, per the whole size of the motion.
+_RANDOM_KICKS = (0.3, 3.0)
 # Mesh cycles run before each look at where the motion is, and the most of them.
 _CYCLES, _LOOKS = 60, 6
+# Samples of a mesh cycle per harmonic of the motion that the integration is compared with.
+_SAMPLES = 4
 # A motion found by the balance is the one that was run to when it is this near, per dynamic size.
 _NEAR = 0.1
 
 
+def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
+    """Stable motions with less symmetry: a random pitch error of either sign, removed again by homotopy (derived here).
+
+    Where that finds none, kicks along the growing disturbance are tried.
+    """
+    given, found = at.given, list[Solution]()
+    for start in _without_pitch_error(given, at, seeds):
+        other = _new_stable(refinement, at, start, given, found, kind="symmetry broken")
+        if other is not None:
+            found.append(other)
+            yield other
+    if found:
+        return
+    kick = _kick(refinement, at, given)
+    for size in (*_KICKS, *(-size for size in _KICKS)):
+        other = _new_stable(refinement, at, at.state.y + size * kick, given, found, kind="symmetry broken")
+        if other is not None:
+            found.append(other)
+            yield other
+
+
+def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[Array]:
+    """Motions (2, J, n) that are left when a random pitch error of either sign has been taken away."""
+    for seed in range(seeds):
+        pitch = _pitch_error(given, at, seed)
+        for sign in (1.0, -1.0):
+            y, converged = at.state.y, True
+            for part in _PARTS:
+                trial = solve(replace(given, error=given.error + sign * part * pitch), y, at.state.speed)
+                y, converged = trial.state.y, trial.converged
+                if not converged:
+                    break
+            if converged:
+                yield y
+
+
+def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
+    """Random amplitudes (2 J, R) of all flank errors at the lowest orders [m]."""
+    random = np.random.default_rng(seed)
+    J = len(given.omega)
+    rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
+    gap = gap_rows(given, at.state.y)
+    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J]]).max(initial=0.0))
+    result = np.zeros_like(given.error)
+    result[rows] = size * random.standard_normal((rows.size, given.error.shape[1]))
+    return result
+
+
+def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
+    """Stable motions of two mesh cycles, from kicks at half orders along the growing disturbance."""
+    given = refinement.problem(at.harmonics, cycles=2 * at.given.cycles)
+    y, kick, found = prolonged(at.given, given, at.state.y), _kick(refinement, at, given), list[Solution]()
+    for size in _KICKS:
+        other = _new_stable(refinement, at, y + size * kick, given, found, kind="period 2")
+        if other is not None:
+            found.append(other)
+            yield other
+
+
+def _kick(refinement: Refinement, at: Solution, given: Problem) -> Array:
+    """The growing disturbance as a motion (2, J, n) at the lowest order of a problem, as large as the motion."""
+    position, rate = floquet_vector(refinement, at.given, at.harmonics, at.state)
+    kick = np.zeros((2, len(given.omega), position.size))
+    kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
+    result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
+    return result
+
+
+def isolated_motions(
+    refinement: Refinement, at: Solution, *, cycles: int = 1, tries: int = 20, seed: int = 0
+) -> list[Solution]:
+    """Stable motions other than the given one, reached from random kicks; isolated branches are found only so.
+
+    Parameters
+    ----------
+    cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion.
+    """
+    random, found = np.random.default_rng(seed), list[Solution]()
+    given = refinement.problem(at.harmonics, cycles=cycles)
+    y = prolonged(at.given, given, at.state.y)
+    size = float(np.linalg.norm(y))
+    for _ in range(tries):
+        kick = np.zeros_like(y)
+        kick[:, : 2 * cycles + 1] = random.standard_normal(kick[:, : 2 * cycles + 1].shape)
+        kick[1, 0] = 0.0
+        kick *= size * random.uniform(*_RANDOM_KICKS) / float(np.linalg.norm(kick))
+        other = _new_stable(refinement, at, y + kick, given, found, kind="period 2" if cycles > 1 else "periodic")
+        if other is not None:
+            found.append(other)
+    return found
+
+
+def _new_stable(
+    refinement: Refinement, at: Solution, start: Array, given: Problem, known: list[Solution], *, kind: Kind
+) -> Solution | None:
+    """The motion that Newton's method reaches from a start (2, J, n), if it is stable and none of those known."""
+    other = solution(refinement, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
+    if other is None or not distinct(at, other) or any(not distinct(each, other) for each in known):
+        return None
+    other = with_stability(refinement, other)
+    return other if other.stable else None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IntegratedMotion:
-    """A motion that settled on none of one or two cycles.
+    """A motion over time that approaches none of one or two mesh cycles.
 
     speed : relative.  last : (2, n) q and q' at its end, a whole number of cycles after the start.
     measures : of its last cycles.
@@ -55,7 +163,7 @@ class IntegratedMotion:
 
 
 def initial_state(at: Solution) -> Array:
-    """(2, n) q and q' where a cycle begins."""
+    """q and q' (2, n) [m, m/s] of a solution where a cycle begins."""
     y, w = at.state.y, at.state.speed * at.given.omega
     both = np.stack([y[0].sum(axis=0), -(w @ y[1])])
     result: Array = both @ at.given.modal.shapes.T
@@ -63,14 +171,14 @@ def initial_state(at: Solution) -> Array:
 
 
 def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: int) -> Solution | IntegratedMotion:
-    """The stable motion of one or two cycles that a start (2, n) ends on, or a record of what it does instead.
+    """The stable motion of one or two cycles that a start (2, n) approaches, or a record of what it does instead.
 
-    A start on an unstable motion leaves it only as fast as rounding grows: give it a push first.
+    A start on an unstable motion leaves it only as fast as rounding grows: give it a perturbation first.
     """
     system = _with_mesh_orders_only(refinement, speed)
     moving = motion(system, program=constant(speed))
     cycle = 1.0 / (speed * float(refinement.ready.lines.tone))
-    samples = 4 * harmonics
+    samples = _SAMPLES * harmonics
     steps = -(-steps_for(moving, cycle) // samples) * samples
     state, record = start, np.zeros((0, 2, len(start[0])))
     for _ in range(_LOOKS):
@@ -91,7 +199,7 @@ def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: 
 
 
 def _without_drift(refinement: Refinement, q: Array) -> Array:
-    """Coordinates y (N, n) of a record q (N + 1, n); what turns freely and drifts comes back to where it began."""
+    """Modal coordinates (N, n) of a record q (N + 1, n) [m]; what turns freely and drifts is brought back."""
     modal = refinement.ready.modal
     y = q @ np.linalg.inv(modal.shapes).T
     drift = np.where(modal.rigid, y[-1] - y[0], 0.0)
@@ -106,7 +214,7 @@ def _repeats(y: Array) -> bool:
 
 
 def _with_mesh_orders_only(refinement: Refinement, speed: float) -> System:
-    """The system with mesh orders only, and a frame that turns as the balance has it."""
+    """The System with mesh orders only, and a frame that turns as the balance has it."""
     ready = refinement.ready
     system = replace(ready.system, lines=tuple(line for _, line in ready.lines.mesh))
     if ready.frame_speed == "kinematic":
@@ -129,117 +237,8 @@ def _periodic_solution(
     )
     if found is None:
         return None
-    prolonged_back = prolonged(found.given, given, found.state.y)
-    if np.linalg.norm(prolonged_back - y) > _NEAR * dynamic_size(y):
+    back = prolonged(found.given, given, found.state.y)
+    if np.linalg.norm(back - y) > _NEAR * dynamic_size(y):
         return None
     found = with_stability(refinement, found)
     return found if found.stable else None
-
-
-# A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts.
-_PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
-# Kicks along the most unstable disturbance, per the whole size of the motion: what parts teeth is as large as the load.
-_KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
-
-
-def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
-    """Stable motions with less symmetry: a small random pitch error, both signs, taken away again by homotopy.
-
-    Where that finds none, kicks along the growing disturbance are tried.
-    """
-    given, found = at.given, list[Solution]()
-    for start in _without_pitch_error(given, at, seeds):
-        other = _new_stable(refinement, at, start, given, found, kind="symmetry broken")
-        if other is not None:
-            found.append(other)
-            yield other
-    if found:
-        return
-    kick = _kick(refinement, at, given)
-    for size in (*_KICKS, *(-size for size in _KICKS)):
-        other = _new_stable(refinement, at, at.state.y + size * kick, given, found, kind="symmetry broken")
-        if other is not None:
-            found.append(other)
-            yield other
-
-
-def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[Array]:
-    """Motions that are left when a random pitch error of either sign has been taken away."""
-    for seed in range(seeds):
-        pitch = _pitch_error(given, at, seed)
-        for sign in (1.0, -1.0):
-            y, converged = at.state.y, True
-            for part in _PARTS:
-                trial = solve(replace(given, error=given.error + sign * part * pitch), y, at.state.speed)
-                y, converged = trial.state.y, trial.converged
-                if not converged:
-                    break
-            if converged:
-                yield y
-
-
-def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
-    """Random amplitudes (2 J, R) at the lowest orders [m]."""
-    random = np.random.default_rng(seed)
-    J = len(given.omega)
-    rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
-    gap = gap_rows(given, at.state.y)
-    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J]]).max(initial=0.0))
-    result = np.zeros_like(given.error)
-    result[rows] = size * random.standard_normal((rows.size, given.error.shape[1]))
-    return result
-
-
-def period_doubled_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
-    """Stable motions that repeat after two mesh cycles, from kicks at half orders along the growing disturbance."""
-    given = refinement.problem(at.harmonics, cycles=2 * at.given.cycles)
-    y, kick, found = prolonged(at.given, given, at.state.y), _kick(refinement, at, given), list[Solution]()
-    for size in _KICKS:
-        other = _new_stable(refinement, at, y + size * kick, given, found, kind="period 2")
-        if other is not None:
-            found.append(other)
-            yield other
-
-
-def _kick(refinement: Refinement, at: Solution, given: Problem) -> Array:
-    """The growing disturbance as a motion at the lowest order of a problem, of the size of the whole motion."""
-    position, rate = floquet_vector(refinement, at.given, at.harmonics, at.state)
-    kick = np.zeros((2, len(given.omega), position.size))
-    kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(given.omega[1]))
-    result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
-    return result
-
-
-def isolated_motions(
-    refinement: Refinement, at: Solution, *, cycles: int = 1, tries: int = 20, seed: int = 0
-) -> list[Solution]:
-    """Stable motions other than the given one reached from random kicks; isolated ones are found only so.
-
-    Parameters
-    ----------
-    cycles : mesh cycles of a period, 1 or 2.  tries : number of kicks, of the size of the motion.
-    """
-    random, found = np.random.default_rng(seed), list[Solution]()
-    given = refinement.problem(at.harmonics, cycles=cycles)
-    y = prolonged(at.given, given, at.state.y)
-    size = float(np.linalg.norm(y))
-    for _ in range(tries):
-        kick = np.zeros_like(y)
-        kick[:, : 2 * cycles + 1] = random.standard_normal(kick[:, : 2 * cycles + 1].shape)
-        kick[1, 0] = 0.0
-        kick *= size * random.uniform(0.3, 3.0) / float(np.linalg.norm(kick))
-        other = _new_stable(refinement, at, y + kick, given, found, kind="period 2" if cycles > 1 else "periodic")
-        if other is not None:
-            found.append(other)
-    return found
-
-
-def _new_stable(
-    refinement: Refinement, at: Solution, start: Array, given: Problem, known: list[Solution], *, kind: Kind
-) -> Solution | None:
-    """What Newton's method reaches, if it is stable and none of those known."""
-    other = solution(refinement, start, at.state.speed, given=given, harmonics=at.harmonics, kind=kind)
-    if other is None or not distinct(at, other) or any(not distinct(each, other) for each in known):
-        return None
-    other = with_stability(refinement, other)
-    return other if other.stable else None

@@ -1,7 +1,7 @@
-"""Where a linear response is the solution: every flank pressed all the time, or never.
+"""Closed teeth: speeds at which a linear response is the solution, every flank pressed all the time or never.
 
-Mostly all loaded flanks are and no far one.  Where the mean load leaves some open for good, as a slide of a herringbone
-sun does, the motion is linear without these.
+Mostly all loaded flanks are pressed and no far one.  Where the mean load leaves some open for good, as a slide of a
+herringbone sun does, the motion is linear without these.
 """
 
 from __future__ import annotations
@@ -21,19 +21,20 @@ __all__ = ["REACH", "Scan", "scan_closed_teeth"]
 
 # Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
 _LINEAR, _ACCEPTED = 1e-6, 1e-4
-# Part of the lowest speed down to which a way may begin, and branches may turn back.
+# Part of the lowest speed down to which a branch set may begin, and branches may turn back.
 REACH = 0.4
-# Speeds looked at besides those asked for, at most.
-_MOST = 600
+# Speeds looked at besides those asked for, at most, in steps of at least this damping ratio.
+_MOST, _LEAST_RATIO = 600, 1e-4
 # Times flanks are opened and closed until those that touch in the mean are those that press; least harmonics then.
 _ROUNDS, _LEAST = 8, 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Scan:
-    """speeds : (Q,) rising.  asked : (Q,) place among the speeds asked for, -1 of one between.
+    """Linear responses over speed.
 
-    solutions : in which no flank changes its contact, None where one does.
+    speeds : (Q,) relative, rising.  asked : (Q,) place among the speeds asked for, -1 of one between.
+    solutions : (Q,) in which no flank changes its contact, None where one does.
     harmonics : (Q,) that the linear response needs.
     """
 
@@ -44,9 +45,9 @@ class Scan:
 
 
 def scan_closed_teeth(refinement: Refinement, speeds: Array) -> Scan:
-    """The linear response at distinct speeds (P,) and at enough between them to see every resonance.
+    """The linear response at distinct relative speeds (P,) and at enough between them to see every resonance.
 
-    Where contact changes at the lowest one, those below it down to the first at which it does not come along: a way
+    Where contact changes at the lowest one, speeds below it down to the first with closed teeth come along: a branch
     needs a beginning.
     """
     low = float(speeds.min())
@@ -63,6 +64,7 @@ def scan_closed_teeth(refinement: Refinement, speeds: Array) -> Scan:
 
 
 def _joined(below: Scan, first: int, above: Scan) -> Scan:
+    """Two scans as one, the lower one from a place on."""
     return Scan(
         speeds=np.concatenate([below.speeds[first:], above.speeds]),
         asked=np.concatenate([below.asked[first:], above.asked]),
@@ -72,7 +74,7 @@ def _joined(below: Scan, first: int, above: Scan) -> Scan:
 
 
 def _looked(refinement: Refinement, speeds: Array) -> Scan:
-    """The linear response at rising speeds, none of them asked for."""
+    """The linear response at rising relative speeds (Q,), none of them asked for."""
     found = list[Solution | None]([None] * speeds.size)
     harmonics = np.zeros(speeds.size, np.int64)
     if speeds.size:
@@ -88,16 +90,16 @@ def _looked(refinement: Refinement, speeds: Array) -> Scan:
 
 
 def _between(ready: Response, low: float, high: float) -> Array:
-    """Speeds in steps of the smallest damping ratio."""
+    """Relative speeds (Q,) between two others, in steps of the smallest damping ratio."""
     elastic = ~ready.modal.rigid
     ratio = ready.modal.damping[elastic] / (2 * np.sqrt(ready.modal.squared[elastic]))
-    least = max(float(np.min(ratio, initial=1.0)), 1e-4)
+    least = max(float(np.min(ratio, initial=1.0)), _LEAST_RATIO)
     count = min(int(np.log(high / low) / least), _MOST) if high > low else 0
     return np.geomspace(low, high, count + 2)[1:-1] if count else np.zeros(0)
 
 
 def _closed(refinement: Refinement, y: Array, speed: float, kept: Kept, residual: float) -> Solution | None:
-    """The linear solution if no tooth of it parts or strikes the other flank."""
+    """The linear motion (2, J, n) as a solution, None where a tooth of it parts or strikes the other flank."""
     harmonics = max(kept[:-1])
     given = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))
     state = evaluate(given, y, speed)
@@ -110,7 +112,7 @@ def _closed(refinement: Refinement, y: Array, speed: float, kept: Kept, residual
 def _without_open_flanks(
     refinement: Refinement, speeds: Array, found: list[Solution | None], harmonics: NDArray[np.int64]
 ) -> None:
-    """Enter the linear solutions in which the flanks that the mean load leaves open never touch."""
+    """Enter linear solutions at speeds (Q,) in which flanks left open by the mean load never touch."""
     missing = [place for place, at in enumerate(found) if at is None]
     if not missing:
         return

@@ -1,14 +1,12 @@
-"""A branch of periodic motions followed over speed by pseudo-arclength, through folds, with guards.
+"""Branches of periodic motions over speed: pseudo-arclength continuation through folds [keller1977; seydel2010].
 
-Lengths are measured in (|dy| / motion, ds / speed): both units are given with the path.  A step is taken along the
+Lengths are measured in (|dy| / motion, ds / speed); both units are given with the path.  A step is taken along the
 tangent and corrected at right angles to it, the pair (y, s) by one bordered GMRES.  Newton's method may converge to
-another branch, its residual as clean as ever: therefore a step also counts as failed when the corrector moves far or
-the tangent turns much.
+another branch with a residual as clean as ever.  Therefore a step also fails where the corrector moves far or the
+tangent turns much (derived here).
 
-
----
-
-One whole branch over a range of speeds, with its folds and its highest point found, not stepped over."""
+Folds and the highest point of a branch are located, not stepped over.
+"""
 
 from __future__ import annotations
 
@@ -34,17 +32,32 @@ __all__ = [
     "folds",
     "folds_of_speed",
     "follow",
+    "located",
     "peak_of",
     "start_of_path",
     "step_from",
 ]
 
-# A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine).
+# A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without
+# these guards large steps jump over whole resonances with a clean residual (benchmarks/contact.py).
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
-# It grows by this after so few Newton steps and so small a move.
+# A step grows by this after so few Newton steps and so small a move, as a part of it.
 _GROW, _QUICK, _NEAR = 1.4, 3, 0.2
-_NEWTON = 10
-_FORCING = 1e-3
+# Newton steps of a corrector; residual of the GMRES of a bordered step per right side.
+_NEWTON, _FORCING = 10, 1e-3
+# A fold is found when ds/d(length) is below this; so many steps at most, every third of which halves the interval.
+_FLAT, _TRIES, _BISECT = 1e-3, 12, 3
+# Times the interval about the highest point is halved.
+_HALVED = 3
+# Folds closer than this part of the speed are asked again with twice the samples (0.1 Hz at 1.3 kHz).
+_CLOSE = 8e-5
+# Steps between two points that are followed again.
+_REFOLLOWED = 16
+
+Score = Callable[[State, Problem], float]
+"""What a branch has a peak of, such as a force [N]."""
+Stop = Callable[["PathPoint"], bool]
+"""Whether a branch ends at a point."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,9 +70,9 @@ class ArclengthUnit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stepping:
-    """Lengths of steps: first, longest and shortest.
+    """Lengths of steps along a path: first, longest and shortest.
 
-    guarded : whether far moves and sharp turns fail a step.  points : after so many a path ends.
+    guarded : whether far moves and sharp turns fail a step.  points : number after which a path ends.
     """
 
     first: float = 0.25
@@ -73,8 +86,9 @@ class Stepping:
 class PathPoint:
     """A point of a branch of solutions of `given`.
 
-    state : the motion.  along : (2, J, n) and onward : how y / motion and s / speed go on, together of length 1.
-    length : of the path up to here.  steps, calls : Newton steps and products with the derivative it took.
+    state : the motion.  tangent : (2, J, n) and tangent_speed : d(y / motion) and d(s / speed) per length, together of
+        norm 1.
+    length : of the path up to here.  steps, calls : Newton steps and Jacobian-vector products it took.
     """
 
     given: Problem
@@ -87,13 +101,16 @@ class PathPoint:
 
 
 def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
-    """Units for a range of speeds: a sixteenth of its middle speed, a fifth of the mean of a motion (2, J, n)."""
+    """Units of length for speeds in [low, high] about a motion (2, J, n).
+
+    A sixteenth of the middle speed; a fifth of the mean motion, or of its dynamic size where the mean is zero.
+    """
     size = float(np.linalg.norm(motion[:, 0])) or dynamic_size(motion)
     return ArclengthUnit(motion=size / 5, speed=float(np.sqrt(low * high)) / 16)
 
 
 def start_of_path(given: Problem, state: State, unit: ArclengthUnit, *, upward: bool = True) -> PathPoint:
-    """The first point of a path: a solved state, going up or down in speed."""
+    """The first point of a path: a solved state and its tangent, up or down in speed."""
     tangent, tangent_speed, calls = _tangent(given, state, np.zeros_like(state.y), 1.0 if upward else -1.0, unit)
     return PathPoint(
         given=given, state=state, tangent=tangent, tangent_speed=tangent_speed, length=0.0, steps=0, calls=calls
@@ -103,7 +120,7 @@ def start_of_path(given: Problem, state: State, unit: ArclengthUnit, *, upward: 
 def follow(
     start: PathPoint, low: float, high: float, *, unit: ArclengthUnit, stepping: Stepping
 ) -> Iterator[PathPoint]:
-    """Points of a branch from the start until it leaves [low, high] (the last one may lie outside) or no step works."""
+    """Points of a branch from its start until it leaves [low, high] (the last may lie outside) or no step succeeds."""
     at, size = start, stepping.first
     yield at
     for _ in range(stepping.points):
@@ -133,9 +150,9 @@ def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping
 def step_from(
     at: PathPoint, size: float, unit: ArclengthUnit, *, guarded: bool = True, cornering: bool = False
 ) -> tuple[PathPoint, float] | None:
-    """One step of a given length and how far its corrector moved, None where it fails.
+    """One predictor-corrector step of a given length and how far its corrector moved, None where it fails.
 
-    cornering : any turn below a right angle is allowed.
+    cornering : any turn of the tangent below a right angle is allowed.
     """
     given = at.given
     y = at.state.y + size * unit.motion * at.tangent
@@ -175,9 +192,15 @@ def corrected(
     *,
     far: float = np.inf,
 ) -> tuple[State, int, int] | None:
-    """The solution on the plane through (y, s) at right angles to a direction; None where Newton's method fails.
+    """The solution on the plane through (y, s) normal to a tangent (2, J, n), by Newton's method.
 
-    far : distance at which it is given up.
+    Parameters
+    ----------
+    far : length of the correction beyond which the step is given up.
+
+    Returns
+    -------
+    (state, Newton steps, Jacobian-vector products), None where Newton's method fails.
     """
     state, moved_y, moved_s, calls = evaluate(given, y, speed), np.zeros_like(y), 0.0, 0
     for count in range(_NEWTON + 1):
@@ -200,7 +223,7 @@ def corrected(
 def _tangent(
     given: Problem, state: State, tangent: Array, tangent_speed: float, unit: ArclengthUnit
 ) -> tuple[Array, float, int]:
-    """Unit direction of the branch, on the side of the given one."""
+    """Unit tangent (2, J, n) and (1,) of the branch at a solved state, on the side of a given one."""
     step, ds, calls = _bordered(given, state, tangent, tangent_speed, unit, np.zeros_like(state.y), 1.0, 0.0)
     size = float(np.hypot(np.linalg.norm(step), ds))
     return step / size, ds / size, calls
@@ -216,12 +239,16 @@ def _bordered(
     last: float,
     target: float,
 ) -> tuple[Array, float, int]:
-    """Solve [R_y R_s; along onward] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side."""
+    """Solve [R_y R_s; tangent tangent_speed] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side.
+
+    right : (2, J, n).  target : norm of the residual that is enough.  Returns (y (2, J, n), s, products).
+    """
     shape, border = at.y.shape, tangent.ravel()
     inverse, product = preconditioner(given, at), jacobian(given, at)
     by_speed = (inverse(speed_derivative(given, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
+        """Product (1, 2 J n + 1) with the preconditioned bordered matrix."""
         out = np.empty_like(x)
         step, ds = x[0, :-1], x[0, -1]
         out[0, :-1] = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
@@ -232,17 +259,6 @@ def _bordered(
     wanted = max(_FORCING * float(np.linalg.norm(whole)), target)
     found, _, calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3)
     return found[0, :-1].reshape(shape), float(found[0, -1]), calls
-
-
-# A fold is found when ds/d(length) is below this; so many steps at most.
-_FLAT, _TRIES = 1e-3, 12
-# Times the interval about the highest point is halved.
-_HALVED = 3
-# Folds closer than this part of the speed are asked again with twice the samples (0.1 Hz at 1.3 kHz).
-_CLOSE = 8e-5
-
-Score = Callable[[State, Problem], float]
-Stop = Callable[[PathPoint], bool]
 
 
 def branch(
@@ -258,7 +274,7 @@ def branch(
     score: Score,
     stop: Stop | None = None,
 ) -> list[PathPoint]:
-    """Points of the branch through a solved state, going up in speed, folds and the highest score among them.
+    """Points of the branch through a solved state, up in speed, with its folds and its highest score among them.
 
     Parameters
     ----------
@@ -275,7 +291,7 @@ def branch(
 
 
 def folds(points: list[PathPoint]) -> list[int]:
-    """Places where the branch turns back or on: of a pair with opposite signs the one where it is flatter."""
+    """Places of folds among points: of a pair whose tangents differ in direction of speed the flatter one."""
     tangent_speed = np.array([point.tangent_speed for point in points])
     places = np.flatnonzero(np.sign(tangent_speed[1:]) != np.sign(tangent_speed[:-1]))
     return [int(i if abs(tangent_speed[i]) <= abs(tangent_speed[i + 1]) else i + 1) for i in places]
@@ -289,32 +305,57 @@ def folds_of_speed(speeds: list[float]) -> list[float]:
 
 
 def _with_folds(points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]:
-    """A point at every fold."""
+    """The points, with one more at every fold."""
     result = points[:1]
     for before, after in pairwise(points):
         if np.sign(before.tangent_speed) != np.sign(after.tangent_speed) and before.given is after.given:
-            at = _fold(before, after, unit)
+            at = located(before, after, _slope, unit=unit, tolerance=_FLAT, tries=_TRIES, bisect=_BISECT)
             result += [] if at is None else [at]
         result.append(after)
     return result
 
 
-def _fold(before: PathPoint, after: PathPoint, unit: ArclengthUnit) -> PathPoint | None:
-    """Where ds/d(length) = 0 between two points, None where no step from the first gets there."""
-    low, high, ends = 0.0, after.length - before.length, [before.tangent_speed, after.tangent_speed]
+def _slope(point: PathPoint) -> float:
+    """ds/d(length), zero at a fold."""
+    return point.tangent_speed
+
+
+def located(
+    before: PathPoint,
+    after: PathPoint,
+    value: Callable[[PathPoint], float],
+    *,
+    unit: ArclengthUnit,
+    tolerance: float,
+    tries: int,
+    bisect: int = 0,
+) -> PathPoint | None:
+    """The point between two of a branch at which a value is zero, by false position over the length of one step.
+
+    Parameters
+    ----------
+    tolerance : |value| at which the point is found; after so many `tries` the last point stands.
+    bisect : every so many tries the interval is halved instead, from the first one on; 0: never.
+
+    Returns
+    -------
+    The last point reached, None where no step from the first one succeeds.
+    """
+    low, high, ends = 0.0, after.length - before.length, [value(before), value(after)]
     best: PathPoint | None = None
-    for count in range(_TRIES):
-        size = low + (high - low) * ends[0] / (ends[0] - ends[1]) if count % 3 else (low + high) / 2
+    for count in range(tries):
+        halve = bisect > 0 and count % bisect == 0
+        size = (low + high) / 2 if halve else low + (high - low) * ends[0] / (ends[0] - ends[1])
         trial = step_from(before, size, unit)
         if trial is None:
             return best
-        best = trial[0]
-        if abs(best.tangent_speed) < _FLAT:
+        best, here = trial[0], value(trial[0])
+        if abs(here) < tolerance:
             break
-        if np.sign(best.tangent_speed) == np.sign(ends[0]):
-            low, ends[0] = size, best.tangent_speed
+        if np.sign(here) == np.sign(ends[0]):
+            low, ends[0] = size, here
         else:
-            high, ends[1] = size, best.tangent_speed
+            high, ends[1] = size, here
     return best
 
 
@@ -324,7 +365,7 @@ def peak_of(points: list[PathPoint], score: Score) -> int:
 
 
 def _with_peak(points: list[PathPoint], unit: ArclengthUnit, score: Score) -> list[PathPoint]:
-    """More points about the highest score, halving the steps there."""
+    """The points, with more about the highest score, the steps there halved."""
     points = list(points)
     for _ in range(_HALVED):
         top = peak_of(points, score)
@@ -337,7 +378,7 @@ def _with_peak(points: list[PathPoint], unit: ArclengthUnit, score: Score) -> li
 
 
 def _confirmed(refinement: Refinement, harmonics: int, points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]:
-    """Pairs of folds so close that the samples may have made them, walked again with twice the samples."""
+    """The points, pairs of folds so close that the samples may have made them followed again with twice the samples."""
     turns = folds(points)
     for first, second in pairwise(turns):
         speeds = [points[i].state.speed for i in (first, second)]
@@ -361,7 +402,7 @@ def _refollowed(
     if not found.converged or last.length <= first.length:
         return None
     start = replace(start_of_path(given, found.state, unit, upward=first.tangent_speed > 0), length=first.length)
-    step = (last.length - first.length) / 16
+    step = (last.length - first.length) / _REFOLLOWED
     points = []
     for point in follow(
         start, 0.0, np.inf, unit=unit, stepping=Stepping(first=step, longest=4 * step, shortest=step / 256)

@@ -1,13 +1,11 @@
-"""Newton steps for flanks that part: at every lattice point the mean tangent stands for the closed flanks.
+"""Newton corrector of the balance at a fixed speed: GMRES with a preconditioner [knoll2004], and a line search.
 
-Without what couples lattice points and modes the linearised balance is y + D^-1 pulls^T T gaps y = r, T the mean
-tangent less k0.  Its inverse is y = r - D^-1 pulls^T T (I + P T)^-1 gaps r, P = gaps D^-1 pulls^T the receptance of the
-meshes: a small matrix at every point.  So preconditioned GMRES needs about as many products as with closed flanks.
-
-
----
-
-One point of the balance with contact loss: Newton steps by GMRES, a line search, and what to try when they fail."""
+Preconditioner: at every lattice point the mean tangent stands for the sampled contact.  Without what couples lattice
+points and modes the linearised balance is y + D^-1 pulls^T T gaps y = r, T the mean tangent less k0.  Its inverse is
+y = r - D^-1 pulls^T T (I + P T)^-1 gaps r with P = gaps D^-1 pulls^T, the receptance of the meshes: a small matrix at
+every point (Woodbury's identity).  Preconditioned GMRES [saad1986] then needs about as many products as with closed
+flanks.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +34,20 @@ __all__ = [
 NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]
 """Solves the linearised balance for a right side to a target, and counts the products."""
 
+# |R| per dynamic size that is a solution: far below what truncation leaves (`refinement`, `truncation`).
+TOLERANCE = 1e-6
+# Jacobian-vector products before a point counts as lost: three times what the hardest that succeed take.
+WORK = 300
+# Newton steps before a point counts as lost; halvings of one step, down to 1/32 of it.
+_STEPS, _HALVINGS = 20, 6
+# Part of the promised decrease that a step must bring: a sufficient decrease, as of Armijo.
+_DECREASE = 0.1
+# Part of the residual wanted to which GMRES solves at least, so that it does not spoil the last Newton step.
+_TARGET = 0.1
 # Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
 _FORCING = 1e-2
-# Change of the mean tangent, per k0, and receptance times tangent of a point, below which they do nothing.
+# Change of the mean tangent, per k0, and receptance times tangent of a point, below which they do nothing.  Only
+# the number of products depends on them.
 _SAME, _STIFF = 1e-3, 0.05
 
 
@@ -55,9 +64,10 @@ class _Meshes:
 
 
 def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
-    """A Newton step to `forcing` of its right side."""
+    """A Newton step solved by GMRES to `forcing` of the norm of its right side, or to the target if that is larger."""
 
     def step(given: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+        """The step (2, J, n) for a right side (2, J, n), and the Jacobian-vector products it took."""
         inverse, product, shape = preconditioner(given, at), jacobian(given, at), right.shape
         start = inverse(right)
         size = float(np.linalg.norm(start))
@@ -73,6 +83,7 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
 
 
 def _meshes(given: Problem, at: State) -> _Meshes:
+    """Receptance of the whole meshes at the speed of a state, slices weighted by their stiffness k0."""
     made, face, m = given.flanks, given.face, len(given.face.row)
     share = (made.linear[:m] / face.total(made.linear[:m])[face.row])[:, None]
     gaps, pulls = face.total(share * made.gaps[:m]), face.total(share * made.pulls[:m])
@@ -82,7 +93,7 @@ def _meshes(given: Problem, at: State) -> _Meshes:
 
 
 def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
-    """The approximate inverse of the derivative at a state, for steps (2, J, n)."""
+    """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
     made, face, m = given.flanks, given.face, len(given.face.row)
     touching, held = at.touching[:, :m], made.linear[:m]
     tangent = face.total(np.einsum("nr,nr->r", touching, given.stiffness[:, :m]) / len(touching) - held)
@@ -96,6 +107,7 @@ def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     small = T[soft][:, :, None] * np.linalg.inv(np.eye(len(tangent)) + loop[soft])
 
     def apply(right: Array) -> Array:
+        """Product (2, J, n) with the approximate inverse."""
         gap = right[:, soft] @ meshes.gaps.T
         force = np.matmul(small, (gap[0] + 1j * gap[1])[:, :, None])[:, :, 0]
         pulled = np.stack([force.real, force.imag]) @ meshes.pulls
@@ -106,21 +118,16 @@ def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     return apply
 
 
-TOLERANCE = 1e-6
-# Newton steps before a point counts as lost; halvings of one step.
-_STEPS, _HALVINGS = 20, 6
-# Residual of the GMRES of a step per residual now.
+# The step of mesh orders, cheap enough to solve each linear system to three digits.
 _NEWTON_STEP = newton_step(forcing=1e-3, restarts=3)
-# Products with the derivative before a point counts as lost: three times what the hardest that succeed take.
-WORK = 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NewtonResult:
-    """What became of a point.
+    """Where Newton's method ended.
 
-    state : where it ended.  converged : whether |R| <= tolerance of the dynamic part.  steps : Newton steps.
-    calls : products with the derivative.
+    state : the last motion.  converged : whether |R| <= tolerance of the dynamic part.  steps : Newton steps.
+    calls : Jacobian-vector products.
     """
 
     state: State
@@ -139,7 +146,13 @@ def solve(
     work: int = WORK,
     step: NewtonStep | None = None,
 ) -> NewtonResult:
-    """Newton's method from a motion (2, J, n) at relative speed s, with at most so many steps and products."""
+    """Newton's method from a motion (2, J, n) at relative speed s.
+
+    Parameters
+    ----------
+    tolerance : of |R| per dynamic size.  steps : Newton steps at most.  work : Jacobian-vector products at most.
+    step : how a Newton step is solved; None: GMRES to 1e-3.
+    """
     state, calls = evaluate(given, start, speed), 0
     for count in range(steps + 1):
         if not np.isfinite(state.norm):
@@ -149,7 +162,7 @@ def solve(
             return NewtonResult(state=state, converged=True, steps=count, calls=calls)
         if count == steps or calls > work:
             break
-        move, used = (step or _NEWTON_STEP)(given, state, state.residual, 0.1 * tolerance * size)
+        move, used = (step or _NEWTON_STEP)(given, state, state.residual, _TARGET * tolerance * size)
         calls += used
         lower = _line_search(given, state, move)
         if lower is None:
@@ -159,20 +172,22 @@ def solve(
 
 
 def _line_search(given: Problem, state: State, move: Array) -> State | None:
-    """The first of the halved steps that lowers |R|, None where none does."""
+    """The first of the halved steps along a move (2, J, n) that lowers |R|, None where none does."""
     factor = 1.0
     for _ in range(_HALVINGS):
         trial = evaluate(given, state.y - factor * move, state.speed)
-        if trial.norm < (1 - 0.1 * factor) * state.norm:
+        if trial.norm < (1 - _DECREASE * factor) * state.norm:
             return trial
         factor /= 2
     return None
 
 
 def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | None = None) -> Array:
-    """The motion (2, J, n) in which flanks (R,) touch all the time or never, to 1e-3: where to begin.
+    """The linear motion (2, J, n) in which flanks touch all the time or never, to 1e-3: a start for Newton's method.
 
-    touching : None: every loaded flank and no far flank.
+    Parameters
+    ----------
+    touching : (R,) the flanks that touch; None: every loaded flank and no far flank.
     """
     pattern = given.flanks.sense > 0 if touching is None else touching
     state = evaluate(given, np.zeros(unknowns(given)), speed, touching=np.broadcast_to(pattern, given.stiffness.shape))

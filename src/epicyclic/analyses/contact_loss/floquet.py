@@ -1,4 +1,8 @@
-"""Whether a periodic motion with contact loss is stable, and if not, in which way it is left."""
+"""Floquet stability of a periodic motion with contact loss, and how an unstable one is left [seydel2010].
+
+The variational equation has the tangents of the contact along the motion; its multipliers are those of
+`analyses.stability.floquet`.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +25,7 @@ __all__ = ["Stability", "contact_tangents", "floquet_stability", "floquet_vector
 _STEPS, _NEAR = 48, 0.03
 # Steps come in multiples of this, so that the grids of their samples are few.
 _STEP = 24
-# Samples of the contact in each step.
+# Samples of the contact in each step: its tangent is their mean.
 _SAMPLES = 8
 # A multiplier this much above 1 is growth: 96 steps of a cycle with contact loss have it right to 2e-3.
 _GROWTH = 2e-3
@@ -50,13 +54,13 @@ class Stability:
 def floquet_stability(
     refinement: Refinement, given: Problem, harmonics: int, state: State, *, backward: bool = False
 ) -> Stability:
-    """Floquet multipliers with the tangents of the contact.
+    """Largest Floquet multiplier of a motion with the tangents of the contact, and its kind.
 
     Parameters
     ----------
     harmonics : of the problem.
     backward : whether the branch goes back in speed there, between two folds: a real multiplier above 1 is the fold's.
-        Elsewhere it says that another branch leaves this one, which has more symmetry than is stable.
+        Elsewhere another branch with less symmetry leaves this one.
 
     Raises
     ------
@@ -71,7 +75,12 @@ def floquet_stability(
 
 
 def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
-    """The most unstable disturbance at the first instant: position y and rate y' (n,), of unit energy."""
+    """The most unstable disturbance of a motion at the first instant: position y and rate y' (n,), of unit energy.
+
+    Raises
+    ------
+    ValueError : the multipliers came without vectors.
+    """
     found = _floquet(refinement, given, harmonics, state, _steps(refinement, given, state), vectors=True)
     if found.position is None or found.rate is None:
         raise ValueError("no vectors were asked for")
@@ -81,9 +90,9 @@ def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state
 def contact_tangents(
     refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int
 ) -> tuple[Array, Array | None, Array]:
-    """Changes of stiffness and damping of the flanks over a period, (rows, steps), and their gaps (rows, n).
+    """Changes of stiffness and damping of flanks over a period (rows, steps) [N/m, N s/m], and their gaps (rows, n).
 
-    Each is the mean of its step; flanks that never change their contact or stiffness are left out, and the damping
+    Each is the mean of its step.  Flanks that never change their contact or stiffness are left out, and the damping
     altogether where it stays.
     """
     if state.unchanging:
@@ -93,6 +102,7 @@ def contact_tangents(
     touching, made = seen.touching, fine.flanks
 
     def mean(values: Array) -> Array:
+        """Means (R, steps) over the samples of each step, of values (N, R)."""
         average: Array = values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
         return average
 
@@ -108,7 +118,7 @@ def contact_tangents(
 
 
 def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
-    """As `tangents`, where contact does not change: a linear system, whose stiffness has no corners."""
+    """`contact_tangents` (rows, steps) where contact does not change: a linear system without corners."""
     made, orders = given.flanks, np.arange(1, given.flanks.variation.shape[1] + 1)
     wave = np.exp(2j * np.pi * given.cycles * np.outer(orders, np.arange(steps) / steps))
     touching = state.touching[0][:, None]
@@ -122,6 +132,7 @@ def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, 
 def _floquet(
     refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int, *, vectors: bool = False
 ) -> Floquet:
+    """Multipliers of a motion with so many steps of its period."""
     stiffness, damping, gaps = contact_tangents(refinement, given, harmonics, state, steps)
     if not len(stiffness):
         stiffness, gaps = np.zeros((1, steps)), np.zeros((1, given.modal.squared.size))
@@ -138,6 +149,7 @@ def _floquet(
 
 
 def _period(given: Problem, state: State) -> float:
+    """Period of a motion [s]."""
     return 2 * np.pi / (float(given.omega[1]) * state.speed)
 
 
@@ -152,11 +164,13 @@ def _steps(refinement: Refinement, given: Problem, state: State) -> int:
 
 
 def _largest(found: Floquet) -> complex:
+    """The largest multiplier, free motions apart; 0 where there is none."""
     own = found.multipliers[~found.free]
     return complex(own[0]) if own.size else 0j
 
 
 def _kind(largest: complex, backward: bool) -> str:
+    """How a motion with this largest multiplier is left, empty where it is stable."""
     kind = outside(largest, circle=_GROWTH, real=_REAL)
     if kind == DIVERGENCE:
         return FOLD if backward else BREAKING

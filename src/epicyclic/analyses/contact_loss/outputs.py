@@ -1,12 +1,9 @@
-"""From a motion on the torus of phases to forces: at any phases, over time, and their extremes.
+"""Outputs of motions with contact loss: forces of flanks, rows and whole meshes, their statistics, amplitudes.
 
----
-
-What is reported of a motion with contact loss: forces of meshes, ways of coordinates, how long teeth are apart.
-
----
-
-What a motion on the torus means for the teeth: RMS, extremes over all phases, and how long they are apart."""
+Shapes: R flanks, m mesh rows, w whole meshes, n coordinates, N samples, D phases.  A force on the far flank is
+negative (docs/conventions.md).  On the torus, means are over all phases, or along one super-period where that is
+short, and extremes are over all relative phases (derived here).
+"""
 
 from __future__ import annotations
 
@@ -45,14 +42,14 @@ __all__ = [
 
 Number = TypeVar("Number", bound=np.inexact)
 
-# Instants of a super-period that are looked at one by one; a longer one fills the torus evenly enough.
+# Instants of a super-period that are looked at one by one, at most; a longer one fills the torus evenly enough.
 _INSTANTS = 8192
-# Phases in one product with the lattice points.
+# Phases in one product with the lattice points: bounds the memory of a (phases, 2 J) matrix.
 _BATCH = 2048
 
 
 def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
-    """Force of every flank at phases (T, D) of the tones, (T, R) [N]."""
+    """Force of every flank at phases (T, D) of the tones [cycles], (T, R) [N]."""
     made, points, w = given.flanks, given.grid.points, at.speed * given.omega
     gap = gap_rows(given, at.y) - given.error
     rate = rate_rows(gap, w)
@@ -66,6 +63,7 @@ def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
 
 
 def _at(damping: Array, gap: Array, rate: Array, points: NDArray[np.int64], phases: Array) -> tuple[Array, Array]:
+    """Gap [m] and damper force [N] (T, R) at phases (T, D), from rows (2 J, R) of gap and rate."""
     angle = 2 * np.pi * phases @ points.T
     wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
     delta = wave @ gap
@@ -88,13 +86,13 @@ def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
 
 
 def super_period_phases(tones: tuple[Fraction, ...], samples: int) -> Array | None:
-    """Phases (T, D) along one super-period, None where it is so long that its path fills the torus.
+    """Phases (T, D) along one super-period [cycles], None where it is so long that its path fills the torus.
 
     On a short one phases recur together, so that averages over it are not those over all phases.
 
     Parameters
     ----------
-    tones : exact.  samples : of a cycle of the first tone, at least.
+    tones : (D,) exact.  samples : of a cycle of the first tone, at least.
     """
     unit = lcm(*(tone.denominator for tone in tones))
     whole = [int(tone * unit) for tone in tones]
@@ -127,10 +125,11 @@ def grid_maximum(values: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measures:
-    """What is reported.
+    """Measures of a motion.
 
     rms, highest, lowest : (w,) of the force of every whole mesh [N], its far flank negative.
-    open : (w,) part of the time in which no flank of it touches.  amplitude : (n,) half the way of a coordinate [m].
+    open : (w,) part of the time in which no flank of it touches.
+    amplitude : (n,) half the distance between extremes of a coordinate [m; rz as radius times angle].
     """
 
     rms: Array
@@ -147,29 +146,33 @@ def force_level(system: System, given: Problem, state: State) -> Array:
 
 
 def periodic_measures(system: System, given: Problem, state: State) -> Measures:
-    """Measures of a periodic motion."""
+    """Measures of a periodic motion over the samples of its period."""
     motion = given.grid.values(state.y.reshape(-1, state.y.shape[2])) @ given.modal.shapes.T
     return _measures(system, flank_force(given, state), state.touching, motion, smooth=len(given.grid.counts) == 1)
 
 
 def record_measures(system: System, force: Array, motion: Array) -> Measures:
-    """Measures of a record of flank forces (N, R) and coordinates (N, n) over time."""
+    """Measures of a record of flank forces (N, R) [N] and coordinates (N, n) [m] over time."""
     return _measures(system, force, force != 0, motion, smooth=False)
 
 
 def _measures(system: System, force: Array, touching: np.ndarray, motion: Array, *, smooth: bool) -> Measures:
+    """Measures of flank forces (N, R) [N], contact (N, R) and coordinates (N, n) [m].
+
+    smooth : whether extremes are refined by parabolas through the samples.
+    """
     face, net = faces(system.meshes), mesh_force(system, force)
     m = len(system.meshes.name)
     any_row = touching[:, :m].copy()
     for column, mesh in enumerate(system.far_flanks.mesh[: force.shape[1] - m].tolist()):
         any_row[:, mesh] |= touching[:, m + column]
     closed = face.total(any_row.astype(float), axis=1) > 0
-    way = motion.T
+    q = motion.T
     highest, lowest = net.max(axis=0), net.min(axis=0)
     if smooth:
         # a force of exactly 0 is a flank apart: no parabola goes below it
         highest, lowest = peak(net.T), np.where(lowest == 0, 0.0, -peak(-net.T))
-    reach = (peak(way) + peak(-way)) / 2 if smooth else (way.max(axis=1) - way.min(axis=1)) / 2
+    reach = (peak(q) + peak(-q)) / 2 if smooth else (q.max(axis=1) - q.min(axis=1)) / 2
     return Measures(
         rms=net.std(axis=0),
         highest=highest,
@@ -204,14 +207,17 @@ class TorusOutputs:
 
 
 def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
-    """Statistics of a point; lines superposed add their mean square to the RMS and their amplitude to the extremes."""
+    """Statistics of a point of the torus.
+
+    Lines superposed add their mean square to the RMS and their amplitude to the extremes.
+    """
     system, rows, face, made = given.ready.system, len(given.face.row), given.face, point.problem
     own_force = row_force(system, flank_force(made, point.state))
     force = face.total(own_force, axis=1)
     each = [row_force(system, line.force) for line in lines]
     extra = [face.total(amplitude, axis=1) for amplitude in each]
     counts, touching = made.grid.counts, point.state.touching
-    own, far = touching[:, :rows], touching[:, rows:]
+    loaded, far = touching[:, :rows], touching[:, rows:]
     high, low, row_high = (
         _with_lines(values, amplitudes, counts)
         for values, amplitudes in ((force, extra), (-force, extra), (own_force, each))
@@ -224,14 +230,14 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         peak=high,
         minimum=-low,
         row_peak=row_high,
-        open=1.0 - np.logical_or.reduceat(own, face.first, axis=1).mean(axis=0),
-        row_open=1.0 - own.mean(axis=0),
+        open=1.0 - np.logical_or.reduceat(loaded, face.first, axis=1).mean(axis=0),
+        row_open=1.0 - loaded.mean(axis=0),
         far=_far(given, point, far),
     )
 
 
 def _with_lines(values: Array, amplitudes: Sequence[ComplexArray], counts: tuple[int, ...]) -> Array:
-    """Largest value (c,) over all phases of values (N, c) and of lines, whose amplitudes (Nm, c) know mesh phases."""
+    """Largest value (c,) over all phases of values (N, c) and of lines of amplitudes (Nm, c) over mesh phases."""
     if amplitudes:
         values = values + _reach(amplitudes, len(values))
     return grid_maximum(values.reshape(*counts, -1))
@@ -246,10 +252,10 @@ def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
 def _variance(
     given: Torus, point: TorusPoint, force: Array, lines: Sequence[SuperposedLine], extra: Sequence[ComplexArray]
 ) -> Array:
-    """Mean square of what varies, (w,): over one super-period, or over the torus that a long one fills."""
+    """Mean square of what varies, (w,) [N^2]: over one super-period, or over the torus that a long one fills."""
     made, mesh = point.problem, given.ready.lines.tones
-    slow = given.shaft_tones.tones[: len(made.grid.counts) - len(mesh)]
-    tones: tuple[Fraction, ...] = (*mesh, *slow, *(line.shaft.frequency for line in lines))
+    of_shafts = given.shaft_tones.tones[: len(made.grid.counts) - len(mesh)]
+    tones: tuple[Fraction, ...] = (*mesh, *of_shafts, *(line.shaft.frequency for line in lines))
     path = super_period_phases(tones, made.grid.counts[0]) if len(tones) > 1 and (len(mesh) == 1 or not lines) else None
     if path is None:
         square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in extra), np.zeros(force.shape[1]))
@@ -264,7 +270,7 @@ def _variance(
 
 
 def _along(amplitude: ComplexArray, theta: Array) -> ComplexArray:
-    """Values over one phase (N, c) at phases theta (T,), between samples by Fourier sums."""
+    """Values over one phase (N, c) at phases theta (T,) [cycles], between samples by Fourier sums, (T, c)."""
     count = len(amplitude)
     orders = np.fft.fftfreq(count, 1 / count)
     values: ComplexArray = np.exp(2j * np.pi * np.outer(theta, orders)) @ (np.fft.fft(amplitude, axis=0) / count)
@@ -272,7 +278,7 @@ def _along(amplitude: ComplexArray, theta: Array) -> ComplexArray:
 
 
 def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
-    """Share of time in which a far flank of each whole mesh touches."""
+    """Share of time (w,) in which a far flank of each whole mesh touches, of contact (N, R - m)."""
     face, owner = given.face, given.face.row[point.problem.flanks.mesh[len(given.face.row) :]]
     share = np.zeros(len(face.name))
     for mesh in np.unique(owner[far.any(axis=0)]):
@@ -281,10 +287,10 @@ def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
 
 
 def torus_amplitudes(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> Array:
-    """Half of the way from least to most of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
+    """Half the distance between extremes of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
     made, modal = point.problem, given.ready.modal
     q = made.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
     more = [line.motion for line in lines]
     high, low = (_with_lines(values, more, made.grid.counts) for values in (q, -q))
-    way: Array = given.ready.system.dofs.radius * (high + low) / 2
-    return way
+    amplitude: Array = given.ready.system.dofs.radius * (high + low) / 2
+    return amplitude

@@ -1,24 +1,20 @@
-"""The flanks that can touch: every mesh row pressed on its loaded flank, and where backlash is finite on the far one.
+"""Harmonic balance of flanks that part and touch: residual, Jacobian, lattices of mesh and shaft tones.
 
-All follow one law: f = k(theta) delta + c delta' where delta > 0, else nothing.  The mean system holds k0 and c of the
-loaded flanks; a far flank is a row of its own (its normal is not the opposite of the loaded one), open by the backlash.
-
-
----
-
-How many rows a torus has, and which lattice points they are.
-
----
-
-Harmonic balance of flanks that part and touch: one residual for mesh orders, several tones and slow shaft tones.
-
-In energy-weighted modal coordinates (see `analyses.modes.basis`) the rows at lattice points a read
+In energy-weighted modal coordinates (see `analyses.modes.basis`) the residual at lattice points a is
 
     R = y + D^-1 [couple y + pulls^T {f(delta) - k0 B^T q - c0 (B^T q)'} - b],   D = omega_r^2 - w^2 + i w d_r
 
-with w = s a . w_tone, and f sampled over a grid of the tone phases and transformed back.  Nothing is assembled: a
-product with the derivative is the same operation with the tangents of f in place.  y stands as (2, J, n): real and
-imaginary parts; mean first.
+with w = s a . w_tone.  The force f is sampled over a grid of the tone phases and transformed back [cameron1989;
+krack2019], with several incommensurate tones over the torus of their phases [lau1983].  No matrix is assembled: a
+Jacobian-vector product is the same operation with the tangents of f.
+
+Flanks: every mesh row on its loaded flank, and on its far flank where the backlash is finite.  All follow one law,
+f = k(theta) delta + c delta' where delta > 0, else nothing [kahraman1990].  The mean system holds k0 and c of the
+loaded flanks.  A far flank is a row of its own, because its normal is not the opposite of the loaded one, and is open
+by the backlash (docs/conventions.md).
+
+Shapes: J lattice points, n modal coordinates, R flanks, N samples, D phases.  A motion y is (2, J, n), real and
+imaginary parts, the mean first, in roots of energy; rows of a gap or a force are (2 J, R).
 """
 
 from __future__ import annotations
@@ -69,17 +65,19 @@ Index = NDArray[np.int64]
 PlacedLine = tuple[Point, bool, Line]
 """A line at a lattice point, and whether its conjugate counts there."""
 
-# Samples of a mesh cycle per harmonic kept: contact that opens and closes has slow series.
+# Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
+# so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Flanks:
-    """R flanks: those of the m mesh rows, then the far ones.
+    """R flanks: the loaded ones of the m mesh rows, then the far ones.
 
     gaps, pulls : (R, n) as of `Modal`.  linear, drag : (R,) stiffness [N/m] and damping [N s/m] in the mean system.
-    stiffness, damping : (R,) mean of the law.  variation : (R, L) complex, as of `MeshRows`.  axis : (R,) the tone.
-    mesh : (R,) row of the mesh.  sense : (R,) +1 loaded, -1 far flank.  opening : (R,) backlash of a far flank [m].
+    stiffness, damping : (R,) mean of the law [N/m, N s/m].  variation : (R, L) per mean, as of `MeshRows`.
+    axis : (R,) the mesh tone.  mesh : (R,) the mesh row.  sense : (R,) +1 loaded, -1 far flank.
+    opening : (R,) backlash of a far flank [m], else 0.
     """
 
     gaps: Array
@@ -96,7 +94,7 @@ class Flanks:
 
 
 def flanks(ready: Response) -> Flanks:
-    """The flanks of a System ready for its response."""
+    """The R flanks of a System ready for its response."""
     modal, meshes, far = ready.modal, ready.system.meshes, ready.system.far_flanks
     m, own = len(meshes.name), far.mesh
     gaps, pulls = far.B.T @ modal.shapes, (modal.forces @ far.B).T
@@ -118,7 +116,7 @@ def flanks(ready: Response) -> Flanks:
 
 
 class Size(NamedTuple):
-    """Harmonics of each mesh tone, cross order of their combinations, highest order of each slow tone."""
+    """Rows of a torus: harmonics of each mesh tone, order of their combinations, highest order of each shaft tone."""
 
     harmonics: tuple[int, ...]
     cross: int
@@ -126,12 +124,15 @@ class Size(NamedTuple):
 
 
 def mesh_points(size: Size) -> Index:
-    """Points of the mesh tones alone."""
+    """Lattice points (J, D) of the D mesh tones alone."""
     return torus_points(size._replace(orders=()))
 
 
 def torus_points(size: Size) -> Index:
-    """Points kept, (J, D): one of a and -a, the first order of none below 0, the origin first."""
+    """Lattice points (J, D) of mesh and shaft tones, one of a and -a, the origin first.
+
+    Mesh points as of `kept_points`, each with all shaft orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1 (derived here).
+    """
     mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
     reach = product(*(range(-order, order + 1) for order in size.orders))
     slow = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
@@ -140,30 +141,30 @@ def torus_points(size: Size) -> Index:
 
 
 def order_weight(slow: tuple[int, ...], orders: tuple[int, ...]) -> float:
-    """|s_1| / H_1 + |s_2| / H_2 + .., without its rounding."""
+    """|s_1| / H_1 + |s_2| / H_2 + .. of shaft orders (S,) and their highest (S,), without its rounding."""
     return round(sum(abs(s) / order for s, order in zip(slow, orders, strict=True)), 9)
 
 
 def half_lattice(points: Sequence[Point]) -> Index:
-    """One of a and -a."""
+    """The points (J, D) of a lattice that stand for a real signal: one of a and -a, the origin first."""
     leading = [point for point in points if _leads(point)]
     return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
 
 
 def placed_line(point: Point, line: Line) -> PlacedLine:
-    """A line at a point or as its conjugate."""
+    """A line at the point a, or as its conjugate at -a, whichever half of the lattice holds."""
     leads = _leads(point)
     return point if leads else tuple(-a for a in point), not leads, line
 
 
 def _leads(point: Point) -> bool:
-    """Whether."""
+    """Whether a stands for itself and -a: its first order that is not 0 is positive."""
     return next((a for a in point if a), 1) > 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Problem:
-    """Everything about the balance that neither the motion nor the speed changes.
+    """The balance of one System on one lattice: all that neither the motion nor the speed changes.
 
     grid : lattice points and samples.  omega : (J,) a . w_tone at s = 1 [rad/s].
     error : (2 J, R) rows of e of every flank, the backlash in the mean [m].
@@ -188,7 +189,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class State:
-    """A motion at a speed, and what follows from it.
+    """A motion at a relative speed, with its residual and its contact.
 
     y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1 as of `_inverse`.
     touching : (N, R) whether each flank presses.  norm : |R|.
@@ -212,23 +213,34 @@ class State:
 
 
 def unknowns(problem: Problem) -> tuple[int, int, int]:
-    """Shape of y, (2, J, n)."""
+    """Shape (2, J, n) of a motion."""
     return 2, len(problem.omega), problem.modal.squared.size
 
 
 def dynamic_size(y: Array) -> float:
-    """Size of the part of a motion that varies, at least 1e-6 of the whole."""
+    """Norm of the part of a motion (2, J, n) that varies, at least 1e-6 of the whole."""
     varying = float(np.linalg.norm(y[:, 1:]))
     return max(varying, 1e-6 * float(np.linalg.norm(y)), np.finfo(float).tiny)
 
 
 def prolonged(given: Problem, other: Problem, y: Array) -> Array:
-    """A motion."""
+    """A motion (2, J, n) of one problem on the J' points of another, (2, J', n): zero where the first has no point.
+
+    The other period is as long, or holds the first a whole number of times.
+    """
     return embedded(given.grid.points, y, other, cycles=given.cycles)
 
 
 def embedded(points: Index, y: Array, given: Problem, *, cycles: int = 1) -> Array:
-    """A motion."""
+    """A motion (2, J, n) at points (J, D') on the lattice of a problem, (2, J', n).
+
+    Points of fewer phases count as of order 0 in the others.  Points that the problem lacks are left out; points that
+    the motion lacks are 0.
+
+    Parameters
+    ----------
+    cycles : mesh cycles in the period of the motion, a divisor of those of the problem.
+    """
     times, D = given.cycles // cycles, given.grid.points.shape[1]
     place = {tuple(point): i for i, point in enumerate(given.grid.points.tolist())}
     padding = (0,) * (D - points.shape[1])
@@ -275,7 +287,7 @@ def problem(
     Parameters
     ----------
     points : (J, D), one of a and -a, the origin first.
-    tones : (D,) at s = 1 [rad/s], the mesh tones first, then slow ones.
+    tones : (D,) at s = 1 [rad/s], the mesh tones first, then the shaft tones.
     counts : (D,) samples of each phase.  lines : (point, whether the conjugate counts there, line).
     cycles : mesh cycles in a period of `tones`.
     """
@@ -297,7 +309,7 @@ def problem(
 
 
 def _stiffness(made: Flanks, phases: Array) -> Array:
-    """k of every flank over phases (N, D) of the tones, (N, R) [N/m]."""
+    """Stiffness of every flank (N, R) [N/m] at phases (N, D) of the tones [cycles]."""
     result = np.empty((len(phases), made.mesh.size))
     orders = np.arange(1, made.variation.shape[1] + 1)
     for axis in np.unique(made.axis):
@@ -308,7 +320,7 @@ def _stiffness(made: Flanks, phases: Array) -> Array:
 
 
 def _excitation(ready: Response, points: Index, made: Flanks, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
-    """Errors of the flanks (2 J, R) and external modal forces (3, 2, J, n) on the points."""
+    """Errors of the flanks (2 J, R) [m] and external modal forces (3, 2, J, n) at points (J, D)."""
     system, place = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
     error = np.zeros((len(points), made.mesh.size), complex)
     force = np.zeros((3, len(points), system.force.size), complex)
@@ -324,7 +336,12 @@ def _excitation(ready: Response, points: Index, made: Flanks, lines: Sequence[Pl
 
 
 def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.bool_] | None = None) -> State:
-    """The residual of a motion y (2, J, n) at relative speed s; flanks touch where said (N, R), or where they press."""
+    """Residual of a motion y (2, J, n) at relative speed s.
+
+    Parameters
+    ----------
+    touching : (N, R) or what broadcasts to it, the contact to assume; None: flanks touch where their gap is closed.
+    """
     w = speed * given.omega
     inverse = _inverse(given.modal, w)
     gap = gap_rows(given, y)
@@ -344,7 +361,10 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
 
 
 def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
-    """The derivative of the residual as an operator on steps (2, J, n); flanks that add nothing to it are left out."""
+    """The Jacobian of the residual as an operator on steps (2, J, n) -> (2, J, n) [knoll2004].
+
+    Flanks that add nothing to it are left out of the transforms.
+    """
     made, w = given.flanks, at.speed * given.omega
     tangent, drag = np.where(at.touching, given.stiffness, 0.0) - made.linear, None
     if at.acting is not None and at.edge is not None:
@@ -357,6 +377,7 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
 
     def apply(step: Array) -> Array:
+        """Jacobian-vector product of a step (2, J, n)."""
         gap = step.reshape(-1, step.shape[2]) @ gaps
         force = given.grid.values(gap)
         force *= tangent
@@ -370,7 +391,7 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
 
 
 def speed_derivative(given: Problem, at: State) -> Array:
-    """Derivative of the residual with the relative speed, the motion held, where the residual is zero (2, J, n)."""
+    """dR/ds (2, J, n) with the motion held, at a state whose residual is zero."""
     y, s, omega, modal = at.y, at.speed, given.omega, given.modal
     w = s * omega
     turned = np.stack([-y[1], y[0]])
@@ -399,7 +420,7 @@ def flank_force(given: Problem, at: State) -> Array:
 
 
 class _ContactLaw(NamedTuple):
-    """Forces of the flanks (N, R) [N], and the rest as of `State`."""
+    """Forces of the flanks (N, R) [N] with contact and damper shares as of `State`."""
 
     force: Array
     touching: NDArray[np.bool_]
@@ -408,10 +429,11 @@ class _ContactLaw(NamedTuple):
 
 
 def _contact_law(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_] | None) -> _ContactLaw:
-    """k delta + c delta' where delta > 0 (or where said), from the rows (2 J, R) of delta.
+    """Contact law k delta + c delta' where delta > 0, or where a pattern (N, R) says, from rows (2 J, R) of delta [m].
 
-    A damper that acts at once makes the force jump where teeth meet, and a sum over samples with it: it acts for the
-    part of its sample in which the gap, gone on in a line, is closed.  That leaves the force continuous.
+    A damper that acts at once would make the force jump where teeth meet, and the sum over samples with it.  The damper
+    acts for the part of its sample in which the gap, continued linearly, is closed: the force stays continuous (derived
+    here).
     """
     near = _columns(_reaching(opened) if pattern is None else pattern.any(axis=0))
     delta, force = given.grid.values(opened[:, near]), np.zeros_like(given.stiffness)
@@ -437,7 +459,7 @@ def _contact_law(given: Problem, opened: Array, speed: float, pattern: NDArray[n
 
 
 def _excess_rows(given: Problem, force: Array, gap: Array, w: Array) -> Array:
-    """Rows (2 J, R) of the forces of the flanks without what the mean system holds."""
+    """Rows (2 J, R) [N] of flank forces (N, R) less what the mean system holds, of gap rows (2 J, R) [m]."""
     made, live = given.flanks, _columns(force.any(axis=0))
     rows = np.zeros_like(gap)
     rows[:, live] = given.grid.rows(force[:, live])
@@ -448,7 +470,7 @@ def _excess_rows(given: Problem, force: Array, gap: Array, w: Array) -> Array:
 
 
 def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
-    """Places of the columns chosen, as a slice, of which numpy makes no copy, where they stand together."""
+    """Places of chosen columns (R,): a slice, of which numpy makes no copy, where they stand together."""
     places = np.flatnonzero(chosen)
     together = places.size == 0 or places[-1] - places[0] + 1 == places.size
     return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
@@ -462,27 +484,30 @@ def _reaching(opened: Array) -> NDArray[np.bool_]:
 
 
 def rate_rows(rows: Array, w: Array) -> Array:
-    """Rows of the time derivative, i w x."""
+    """Rows (2 J, c) of the time derivative i w x of rows (2 J, c), at frequencies w (J,) [rad/s]."""
     J = w.size
     return np.concatenate([-w[:, None] * rows[J:], w[:, None] * rows[:J]])
 
 
 def gap_rows(given: Problem, y: Array) -> Array:
+    """Rows (2 J, R) of B^T q [m], the gap of every flank before errors, of a motion (2, J, n)."""
     gap: Array = y.reshape(-1, y.shape[2]) @ given.flanks.gaps.T
     return gap
 
 
 def _pull(given: Problem, rows: Array) -> Array:
+    """Modal forces (2, J, n) of rows of flank forces (2 J, R) [N]."""
     return (rows @ given.flanks.pulls).reshape(unknowns(given))
 
 
 def _force(given: Problem, speed: float) -> Array:
+    """External modal forces (2, J, n) at a relative speed."""
     force: Array = given.force[0] + speed * (given.force[1] + speed * given.force[2])
     return force
 
 
 def _couple(given: Problem, y: Array, speed: float) -> Array:
-    """G, Kg, Cskew and the dampers off the diagonal, at the speed."""
+    """Coupling of modes (2, J, n) by G, Kg, Cskew and the dampers off the diagonal, at a relative speed."""
     frame = speed if given.frame_speed == "kinematic" else 1.0
     w = speed * given.omega[:, None]
     result = np.zeros_like(y)
@@ -496,7 +521,7 @@ def _couple(given: Problem, y: Array, speed: float) -> Array:
 
 
 def _inverse(modal: Modal, w: Array) -> tuple[Array, Array]:
-    """1/D as factors (J, n) of y and (2, J, n) of its rotated copy (-im, re); 0 for the mean of a rigid mode."""
+    """D^-1 at w (J,) [rad/s]: factors (J, n) of y and (2, J, n) of its rotated copy (-im, re); 0 for a rigid mean."""
     w = w[:, None]
     real, imag = modal.squared - w**2, w * modal.damping
     size = real**2 + imag**2
@@ -506,6 +531,7 @@ def _inverse(modal: Modal, w: Array) -> tuple[Array, Array]:
 
 
 def _times(factor: tuple[Array, Array], y: Array) -> Array:
+    """Product (2, J, n) of factors as of `_inverse` and y (2, J, n)."""
     out = factor[0] * y
     out += factor[1] * y[::-1]
     return out

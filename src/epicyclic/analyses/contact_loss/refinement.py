@@ -1,13 +1,13 @@
-"""The same balance with more or fewer harmonics, samples and cycles: problems made once, motions carried over.
+"""Refinement of a balance: as many harmonics, samples and cycles as a motion needs, each problem made once.
 
----
-
-A periodic motion with all that is said of it: solved with enough harmonics, judged, tried again where it failed."""
+A solution is refined until the residual seen with twice the harmonics and samples is small [krack2019].  What has been
+found of its Floquet stability stands with it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -34,24 +34,33 @@ __all__ = [
 
 # Numbers of harmonics tried in turn.
 HARMONICS = (8, 12, 16, 24, 32, 48)
-
+# Residual seen with twice the harmonics and samples at which there are enough of them: RMS right to about as much.
+ACCURACY = 3e-4
 # Samples of a mesh cycle per harmonic: of one mesh frequency, and of each of two, whose grid is their product.
 _SAMPLES = {1: 16, 2: 4}
+# Parts of the varying load in turn, where neither Newton's method nor a start from closed flanks works.
+_LOADS = (0.25, 0.5, 0.75, 0.9, 1.0)
+# Two motions are the same within this part of their dynamic size: far above what is left of a residual.
+_SAME = 1e-3
+
+Kind = Literal["periodic", "symmetry broken", "period 2"]
+"""What sort of motion, as the variable ``motion`` of a sweep has it."""
 
 _Key = tuple[tuple[int, ...], int, int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Refinement:
-    """Problems of one System with one or two mesh frequencies.  cross : order of their combinations kept.
+    """The problems of one System with one or two mesh frequencies.
 
-    judged : what has been said of states, by whoever judges them.
+    cross : order of the combinations kept.  problems : those made so far.
+    stability : of states, and whether their branch goes back in speed, as far as asked for.
     """
 
     ready: Response
     cross: int = 10
     problems: dict[_Key, Problem] = field(default_factory=dict)
-    stability: dict[tuple[State, bool], Any] = field(default_factory=dict)
+    stability: dict[tuple[State, bool], Stability] = field(default_factory=dict)
 
     def problem(self, harmonics: int, *, cycles: int = 1, samples: int = 0) -> Problem:
         """The balance with so many harmonics of each mesh frequency.
@@ -77,9 +86,9 @@ class Refinement:
         return harmonics * _SAMPLES[len(self.ready.lines.tones)]
 
     def residual(self, given: Problem, state: State, harmonics: int) -> float:
-        """Residual of a solution seen with twice the harmonics and samples, relative to its dynamic part.
+        """Residual of a solution seen with twice the harmonics and samples, relative to its dynamic size.
 
-        What was dropped, and what the sampling of contacts that open and close has cost.
+        It holds what is dropped, and what the sampling of contacts that open and close has cost.
         """
         fine = self.problem(2 * harmonics, cycles=given.cycles)
         seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
@@ -87,25 +96,16 @@ class Refinement:
 
 
 def harmonics_for(harmonics: int) -> int:
-    """The least level of at least so many harmonics, the last one where none is."""
-    return next((level for level in HARMONICS if level >= harmonics), HARMONICS[-1])
-
-
-Kind = Literal["periodic", "symmetry broken", "period 2"]
-
-# Residual seen with twice the harmonics and samples at which there are enough of them: RMS right to about as much.
-ACCURACY = 3e-4
-# Parts of the varying load in turn, where neither Newton's method nor a start from closed flanks works.
-_LOADS = (0.25, 0.5, 0.75, 0.9, 1.0)
-# Two motions are the same within this part of their dynamic size: far above what is left of a residual.
-_SAME = 1e-3
+    """The least of `HARMONICS` that is at least so many, the last one where none is."""
+    return next((count for count in HARMONICS if count >= harmonics), HARMONICS[-1])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Solution:
-    """state : of `given`, with so many harmonics.  residual : with twice as many.  verdict : None where not asked for.
+    """A periodic motion.
 
-    kind : what sort of motion.  backward : whether its branch goes back in speed there.
+    state : of `given`, with so many harmonics.  residual : with twice as many.  kind : what sort of motion.
+    stability : None where not asked for.  backward : whether its branch goes back in speed there.
     """
 
     given: Problem
@@ -133,7 +133,7 @@ def solution(
     kind: Kind = "periodic",
     backward: bool = False,
 ) -> Solution | None:
-    """The motion that Newton's method reaches from a start, with more harmonics until they are enough, else None.
+    """The motion that Newton's method reaches from a start, refined until it has harmonics enough; None where it fails.
 
     Parameters
     ----------
@@ -150,11 +150,11 @@ def solution(
         kind=kind,
         backward=backward,
     )
-    more = [] if fixed else [level for level in HARMONICS if level > harmonics]
-    for level in more:
+    more = [] if fixed else [count for count in HARMONICS if count > harmonics]
+    for count in more:
         if at.residual <= ACCURACY:
             break
-        finer = _refined(refinement, at, level)
+        finer = _refined(refinement, at, count)
         if finer is None:
             break
         at = finer
@@ -162,6 +162,7 @@ def solution(
 
 
 def _refined(refinement: Refinement, at: Solution, harmonics: int) -> Solution | None:
+    """The same motion with another number of harmonics, None where Newton's method fails."""
     given = refinement.problem(harmonics, cycles=at.given.cycles)
     found = solve(given, prolonged(at.given, given, at.state.y), at.state.speed)
     if not found.converged:
@@ -171,7 +172,7 @@ def _refined(refinement: Refinement, at: Solution, harmonics: int) -> Solution |
 
 
 def with_stability(refinement: Refinement, at: Solution) -> Solution:
-    """The same with its stability, worked out once; unchanged where it cannot be said (several mesh frequencies)."""
+    """The same with its Floquet stability, computed once; unchanged with several mesh frequencies."""
     if at.stability is not None or len(refinement.ready.lines.tones) > 1:
         return at
     key = at.state, at.backward
@@ -188,7 +189,7 @@ def distinct(one: Solution, other: Solution) -> bool:
 
 
 def distance(one: Solution, other: Solution) -> float:
-    """Difference of two motions at whichever mesh cycle it is least, relative to the dynamic size of the larger one."""
+    """Least difference of two motions over shifts by whole mesh cycles, per dynamic size of the larger one."""
     a, b = (one, other) if len(one.given.omega) >= len(other.given.omega) else (other, one)
     y = prolonged(b.given, a.given, b.state.y)
     orders = a.given.grid.points.sum(axis=1)
@@ -201,7 +202,10 @@ def distance(one: Solution, other: Solution) -> float:
 
 
 def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -> NewtonResult:
-    """A solution from nothing: from closed flanks, then with the varying load brought up in parts."""
+    """A solution from closed flanks, or by continuation in the load: the varying load brought up in parts.
+
+    Stiffness variation, errors and dynamic forces are scaled together; mean loads stay.
+    """
     given = refinement.problem(harmonics)
     found = solve(given, linear_start(given, speed), speed)
     if found.converged:

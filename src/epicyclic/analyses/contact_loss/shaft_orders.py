@@ -1,12 +1,9 @@
-"""Shaft lines beside the torus: each responds alone, linearly, to flanks that touch when they do without it.
+"""Shaft orders on motions of mesh orders: superposed lines, and the torus where these part or close a flank.
 
-That is exact as long as no flank parts or closes because of them, and then any number of lines and mesh tones is no
-matter; where one does, it is the answer to first order for lines that are small.
-
-
----
-
-Shaft orders on top of what a sweep has met: the torus that begins at a motion of mesh orders."""
+A superposed line responds alone, linearly, to flanks that touch when they do without it.  That is exact as long as no
+flank parts or closes because of the lines, whatever their number and that of the mesh tones.  Where one does, it is
+the answer to first order for lines that are small (derived here).
+"""
 
 from __future__ import annotations
 
@@ -36,12 +33,17 @@ from .problem import (
 from .refinement import Solution
 from .torus import Torus, TorusPoint, respond_torus
 
-__all__ = ["ShaftOrders", "ShaftResponse", "SuperposedLine", "superposed_lines", "superposition_is_exact"]
+__all__ = ["NEGLIGIBLE", "ShaftOrders", "ShaftResponse", "SuperposedLine", "superposed_lines", "superposition_is_exact"]
 
-# Samples of the phase of a line: the linear response has its order 1 alone.
+# Samples of the phase of a line: the linear response has its order 1 alone, and four make its quadratures differences.
 _SAMPLES = 4
-# Relative residual of the linear solution.
+# Relative residual of the linear solution, as of the linear response of `analyses.steady`.
 _TOLERANCE = 1e-8
+# Part of the dynamic size that the torus's own mesh orders may be away from the motion reached; farther is another
+# branch.
+_NEAR = 0.02
+# An error of a superposed line below this is none: rounding.
+NEGLIGIBLE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,7 +51,7 @@ class SuperposedLine:
     """Response to the lines of one group, Re(amplitude exp(i w_s t)), amplitudes over N phases of the mesh tones.
 
     shaft : the lines.  stretch : (N, R) of delta of every flank [m].  force : (N, R) of its force [N].
-    motion : (N, n) of every coordinate.  error : RMS of what the law makes of the stretch otherwise, per the force.
+    motion : (N, n) of every coordinate [m].  error : RMS of what the law makes of the stretch otherwise, per the force.
     """
 
     shaft: Shaft
@@ -60,18 +62,18 @@ class SuperposedLine:
 
 
 def superposed_lines(given: Torus, point: TorusPoint) -> list[SuperposedLine]:
-    """The response of every group of lines that is not on the torus."""
+    """The linear response of every group of lines that is not on the torus."""
     return [_line_response(given, point, shaft) for shaft in given.shaft_tones.superposed]
 
 
 def superposition_is_exact(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
-    """Whether all flanks that touch, or not, at a point of mesh orders do so whatever the phases of the lines."""
+    """Whether no flank of a motion of mesh orders parts or closes whatever the phases of the lines."""
     delta = _gap_values(point)
     reach = sum((np.abs(line.stretch) for line in lines), np.zeros_like(delta))
     touching = point.state.touching
     always, never = touching.all(axis=0), ~touching.any(axis=0)
-    settled = np.where(always, (delta > reach).all(axis=0), never & (delta < -reach).all(axis=0))
-    return bool(settled.all())
+    kept = np.where(always, (delta > reach).all(axis=0), never & (delta < -reach).all(axis=0))
+    return bool(kept.all())
 
 
 def _gap_values(point: TorusPoint) -> Array:
@@ -82,6 +84,7 @@ def _gap_values(point: TorusPoint) -> Array:
 
 
 def _line_response(given: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
+    """The linear response to one group of lines, of flanks that touch when they do at a point."""
     made, speed = _problem(given, point, shaft), point.state.speed
     closed = np.broadcast_to(made.stiffness > 0, made.stiffness.shape)
     state = evaluate(made, np.zeros_like(made.force[0]), speed, touching=closed)
@@ -103,7 +106,10 @@ def _line_response(given: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedL
 
 
 def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: ComplexArray) -> float:
-    """RMS of what the law adds to or takes from the force of a line over all phases, relative to that force."""
+    """RMS of what the law adds to or takes from the force of a line over all phases, relative to that force.
+
+    stretch, force : (N, R) amplitudes [m, N].
+    """
     delta = _gap_values(point).reshape(len(stretch), -1, stretch.shape[1])
     stiffness = point.problem.stiffness.reshape(delta.shape)
     before = stiffness * np.maximum(delta, 0.0)
@@ -117,7 +123,7 @@ def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: Comple
 
 
 def _amplitude(made: Problem, rows: Array) -> ComplexArray:
-    """Amplitude (N, c) at order 1 of the line's phase, of rows (2 J, c)."""
+    """Complex amplitude (N, c) at order 1 of the line's phase, of rows (2 J, c)."""
     values = made.grid.values(rows).reshape(-1, _SAMPLES, rows.shape[1])
     amplitude = np.empty(values[:, 0].shape, complex)
     amplitude.real, amplitude.imag = (values[:, 0] - values[:, 2]) / 2, (values[:, 3] - values[:, 1]) / 2
@@ -125,7 +131,10 @@ def _amplitude(made: Problem, rows: Array) -> ComplexArray:
 
 
 def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
-    """The balance of mesh orders around the frequency of the lines alone, with mean tangents over the slow phases."""
+    """The balance of mesh orders around the frequency of the lines alone.
+
+    Tangents are means over the shaft phases of the torus; backlash and steady forces belong to the mean alone.
+    """
     ready, D = given.ready, given.mesh_tones
     points = [(*a, s) for a in mesh_points(point.size).tolist() for s in (-1, 0, 1)]
     lines = [placed_line((*orders, -1 if minus else 1), line) for orders, minus, line in shaft.members]
@@ -143,18 +152,13 @@ def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
     return replace(made, error=error, force=force, stiffness=made.stiffness * np.repeat(share, _SAMPLES, axis=0))
 
 
-# Part of the dynamic size that the torus's own mesh orders may be away from the motion met; farther is another branch.
-_NEAR = 0.02
-# Errors of superposed lines below this are none.
-_NOTHING = 1e-9
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShaftResponse:
-    """What became of one motion with shaft orders.
+    """One motion of mesh orders with shaft orders.
 
-    measures : None where it failed.  status : ``ok``, ``coarse``, or why.  dropped : as of `TorusPoint`, its size.
-    off : largest error of a line that is superposed on flanks that part, relative to its own force (RMS).
+    measures : None where it failed.  status : ``ok``, ``coarse``, or how it failed.
+    truncation_residual : as of `TorusPoint`.
+    superposed_error : largest error of a line superposed on flanks that part, relative to its own force (RMS).
     harmonics : of the mesh tones.  residual : of the rows kept.
     """
 
@@ -168,31 +172,33 @@ class ShaftResponse:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ShaftOrders:
-    """Puts shaft orders on motions of mesh orders, each once."""
+    """Shaft orders of a System, put on motions of mesh orders, each once."""
 
     given: Torus
-    made: dict[State, ShaftResponse] = field(default_factory=dict)
+    responses: dict[State, ShaftResponse] = field(default_factory=dict)
 
     def response(self, at: Solution | IntegratedMotion) -> ShaftResponse:
-        """The motion with shaft orders next to one of mesh orders."""
+        """The motion with shaft orders next to one of mesh orders; where there is none, why."""
         if isinstance(at, IntegratedMotion):
             return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is integrated")
-        if at.state not in self.made:
-            self.made[at.state] = self._response(at)
-        return self.made[at.state]
+        if at.state not in self.responses:
+            self.responses[at.state] = self._response(at)
+        return self.responses[at.state]
 
     def _response(self, at: Solution) -> ShaftResponse:
+        """The motion with shaft orders next to a solution."""
         if at.given.cycles > 1:
             return ShaftResponse(measures=None, status="shaft orders are not known of a motion of two mesh cycles")
         if at.stability is not None and not at.stable:
             return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is not stable")
-        flat = respond_torus(self.given.mesh_orders_only, at.state.speed, start=(at.given.grid.points, at.state.y))
-        if not flat.converged or _distance_from(at, flat) > _NEAR:
+        start = at.given.grid.points, at.state.y
+        mesh_point = respond_torus(self.given.mesh_orders_only, at.state.speed, start=start)
+        if not mesh_point.converged or _distance_from(at, mesh_point) > _NEAR:
             return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
-        lines = superposed_lines(self.given.mesh_orders_only, flat)
-        if superposition_is_exact(self.given, flat, lines):
-            return _torus_response(self.given.mesh_orders_only, flat, lines)
-        point = respond_torus(self.given, at.state.speed, start=(flat.problem.grid.points, flat.state.y))
+        lines = superposed_lines(self.given.mesh_orders_only, mesh_point)
+        if superposition_is_exact(self.given, mesh_point, lines):
+            return _torus_response(self.given.mesh_orders_only, mesh_point, lines)
+        point = respond_torus(self.given, at.state.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
         if not point.converged:
             return ShaftResponse(
                 measures=None, status=f"the torus of shaft orders: {point.status}", residual=point.residual
@@ -200,13 +206,14 @@ class ShaftOrders:
         return _torus_response(self.given, point, superposed_lines(self.given, point))
 
 
-def _distance_from(at: Solution, flat: TorusPoint) -> float:
+def _distance_from(at: Solution, mesh_point: TorusPoint) -> float:
     """Distance of the torus's mesh orders from those of a motion, per its dynamic size."""
-    y = prolonged(at.given, flat.problem, at.state.y)
-    return float(np.linalg.norm(flat.state.y - y)) / dynamic_size(at.state.y)
+    y = prolonged(at.given, mesh_point.problem, at.state.y)
+    return float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.state.y)
 
 
 def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]) -> ShaftResponse:
+    """Measures of a point of the torus and of the lines superposed on it."""
     found = torus_outputs(given, point, lines)
     error = max((line.error for line in lines), default=0.0)
     return ShaftResponse(
@@ -219,7 +226,7 @@ def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]
         ),
         status=point.status,
         truncation_residual=point.truncation_residual,
-        superposed_error=error if error > _NOTHING else 0.0,
+        superposed_error=error if error > NEGLIGIBLE else 0.0,
         harmonics=max(point.size.harmonics),
         residual=point.residual,
     )

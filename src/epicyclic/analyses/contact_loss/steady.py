@@ -17,7 +17,7 @@ from ..steady.response import response
 from .branch_set import branch_set
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .refinement import Refinement, with_stability
-from .shaft_orders import SuperposedLine, superposed_lines, superposition_is_exact
+from .shaft_orders import NEGLIGIBLE, SuperposedLine, superposed_lines, superposition_is_exact
 from .torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 
 if TYPE_CHECKING:
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from ...system.system import System
 
 __all__ = ["contact_steady", "steady_motion"]
-
-# An error of a superposed line below this is none.
-_NOTHING = 1e-9
 
 
 def contact_steady(
@@ -39,7 +36,7 @@ def contact_steady(
     shaft_tones: int | None = None,
     slow_tones: int | None = None,
 ) -> xr.Dataset:
-    """Steady response at one speed with flanks that only press: a motion on the torus of mesh and slow shaft phases.
+    """Steady response at one speed with flanks that only press: a motion on the torus of mesh and shaft phases.
 
     Curves over the mesh phase are of each mesh's own tone: the mean over all other phases, and least and most.  The RMS
     is that of all time; peak and minimum are those over all relative phases, which teeth meet at discrete values.
@@ -49,8 +46,13 @@ def contact_steady(
     ----------
     relative_speed : speed per operating speed, above zero.
     shaft_orders : whether run-outs and other lines between the mesh orders count.
-    slow_tones : how many frequencies of shafts are phases of the torus; None: those that make three with the mesh
-        tones.  The others, the weakest, are superposed linearly: a warning names them and what that leaves unbalanced.
+    shaft_tones : how many frequencies of shafts are phases of the torus; None: those that make four phases with one
+        mesh tone, three with two.  The others, the weakest, are superposed linearly: a warning names them and what
+        that leaves unbalanced.  slow_tones : its old name.
+
+    Returns
+    -------
+    Dataset of docs/contact-shaft-orders.md.
 
     Raises
     ------
@@ -78,22 +80,27 @@ def contact_steady(
 def steady_motion(
     given: Torus, speed: float, *, start: tuple[NDArray[np.int64], Array] | None = None
 ) -> tuple[Torus, TorusPoint, list[SuperposedLine]]:
-    """The torus used, the motion at one relative speed, and the lines superposed on it; `start` as of `respond_torus`.
+    """The torus used, the motion at one relative speed, and the lines superposed on it.
 
     Where flanks touch whatever the phases of the shaft lines, mesh orders and superposed lines are the whole solution;
-    the torus is for speeds at which they part.  One that is not found is tried with one slow tone less, down to none.
+    the torus is for speeds at which they part.  One that is not found is tried with one shaft tone less, down to none.
+
+    Parameters
+    ----------
+    start : lattice points (J, D) and a motion (2, J, n), as of `respond_torus`; None: mesh orders first, reached along
+        the branch set where they are not found from the linear motion.
     """
     if start is None:
-        flat = respond_torus(given.mesh_orders_only, speed)
-        if not flat.converged:
+        mesh_point = respond_torus(given.mesh_orders_only, speed)
+        if not mesh_point.converged:
             start = _from_branch_set(given, speed)
             if start is None:
-                return given.mesh_orders_only, flat, []
-            flat = respond_torus(given.mesh_orders_only, speed, start=start)
-        lines = superposed_lines(given.mesh_orders_only, flat) if flat.converged else []
-        if not flat.converged or (flat.status == "ok" and superposition_is_exact(given, flat, lines)):
-            return given.mesh_orders_only, flat, lines
-        start = flat.problem.grid.points, flat.state.y
+                return given.mesh_orders_only, mesh_point, []
+            mesh_point = respond_torus(given.mesh_orders_only, speed, start=start)
+        lines = superposed_lines(given.mesh_orders_only, mesh_point) if mesh_point.converged else []
+        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(given, mesh_point, lines)):
+            return given.mesh_orders_only, mesh_point, lines
+        start = mesh_point.problem.grid.points, mesh_point.state.y
     point = respond_torus(given, speed, start=start)
     while not point.converged and given.shaft_tones.tones:
         given = given.with_fewer_tones
@@ -102,7 +109,7 @@ def steady_motion(
 
 
 def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
-    """The motion of mesh orders that the branches from closed teeth lead to, a stable one if there is."""
+    """Points (J, D) and motion (2, J, n) of mesh orders on the branch set, a stable one if there is."""
     refinement = Refinement(ready=given.ready)
     found = [
         with_stability(refinement, each.solution) for each in branch_set(refinement, np.array([speed])).crossings[0]
@@ -114,6 +121,7 @@ def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Arr
 
 
 def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], options: dict[str, Any]) -> xr.Dataset:
+    """The Dataset of a point of the torus and of the lines superposed on it."""
     from ...results.dataset import dataset
 
     ready, system, face = given.ready, given.ready.system, given.face
@@ -164,7 +172,7 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], 
 
 
 def _over_phase(force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], what: str) -> Array:
-    """Mean, min or max over all phases but the own one of each column, (c, N_own); mesh tones have equal counts."""
+    """Mean, min or max over all phases but the own one of each column, (c, N_own), of a force (N, c) [N]."""
     box = force.reshape(*counts, -1)
     by_axis = [
         getattr(box, what)(axis=tuple(other for other in range(len(counts)) if other != own))
@@ -175,7 +183,7 @@ def _over_phase(force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], 
 
 
 def _combinations(given: Torus, point: TorusPoint, found: TorusOutputs) -> tuple[dict[str, Any], Array]:
-    """Complex amplitude of every mesh force at every lattice point, and the names of these."""
+    """Complex amplitude (w, J) of every mesh force at every lattice point [N], and the names (J,) of these."""
     grid, ready = point.problem.grid, given.ready
     J, points = len(grid.points), grid.points.tolist()
     rows = grid.rows(found.force)
@@ -192,7 +200,7 @@ def _combinations(given: Torus, point: TorusPoint, found: TorusOutputs) -> tuple
 
 
 def _cause(given: Torus, tone: int) -> str:
-    """Path in the file of the first line on a slow tone."""
+    """Path in the file of the first line on a shaft tone."""
     D = given.mesh_tones
     mine = [line.causes for point, _, line in given.shaft_tones.lines if point[D + tone] and line.causes]
     return mine[0][0] if mine else f"slow tone {tone + 1}"
@@ -201,7 +209,7 @@ def _cause(given: Torus, tone: int) -> str:
 def _along_the_face(
     given: Torus, found: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
-    """What slices carry: forces over the mesh phase, largest, open shares and face-load factors; nothing uncut."""
+    """Forces of slices over the mesh phase, largest, open shares and face-load factors; nothing uncut."""
     face, meshes = given.face, given.ready.system.meshes
     if not face.cut.any():
         return {}, {}
@@ -229,7 +237,7 @@ def _warnings(point: TorusPoint, lines: Sequence[SuperposedLine]) -> list[str]:
             f"above {TRUNCATION_TOLERANCE:g}: forces at an instant have about that error"
         )
     for line in lines:
-        if line.error < _NOTHING:
+        if line.error < NEGLIGIBLE:
             continue
         notes.append(
             f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on flanks that part without it; "

@@ -1,4 +1,4 @@
-"""Steady response over speed with teeth that part: run-up, coast-down and the whole way as one Dataset."""
+"""Steady response over speed with teeth that part: run-up, coast-down and the whole branch set as one Dataset."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_sweep"]
 
+# Speeds of a sweep whose caller names none.
 _POINTS = 200
 _DIRECTIONS = ("up", "down")
 _UNSTABLE = get_args(Unstable)
-# what a point says that holds numbers, or lost them before shaft orders came
+# States of a point that holds numbers, or had lost them before shaft orders came.
 _KNOWN = ("ok", "coarse", "not converged", "speed is not a number above zero")
 
 
@@ -47,29 +48,34 @@ def contact_sweep(
     slow_tones: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down meet them, and all branches.
+    """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down reach them, and all branches.
 
-    What is met is a motion of mesh orders; run-outs and other shaft lines come on top of it, at each speed.  The path
-    and the folds are of mesh orders alone.
+    What is reached is a motion of mesh orders; run-outs and other shaft lines come on top of it, at each speed.  The
+    path and the folds are of mesh orders alone.
 
     Parameters
     ----------
     mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed; neither: 200 mesh
         frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
     frame_speed : as of `sweep`.  harmonics : of every point where teeth part; None: 16 to 48, as each needs.
-    unstable : what becomes of motions that are not stable.  ``replace``: what takes their place is looked for, at last
-        by integration in time.  ``tell``: each point is judged and stays; a run goes on along its branch, and from the
-        end of one to the nearest motion, of stable ones if there are.  ``ignore``: as that, and none is judged.
+    unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
+        ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
+        the nearest motion, of stable ones if there are.  ``ignore``: as that, and stability is not computed.
+        ``tell`` is the old spelling of ``report``.
     shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
-        begun at the motion met; one that fails, and a motion that is not stable or not periodic, holds nan and says so.
-    slow_tones : of that torus, 0 to 3; 30 ms a speed with one, ten times that with two.  Other lines are superposed,
-        ``superposed_error`` says what that leaves.
+        begun at the motion reached; one that fails, and a motion that is not stable or not periodic, holds nan and says
+        so.
+    shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
+        Other lines are superposed, ``superposed_error`` says what that leaves.  slow_tones : its old name.
     progress : called with (points done, points); an exception in it ends the sweep.
+
+    Returns
+    -------
+    Dataset of docs/contact-loss.md; a single speed that fails holds nan, and ``status`` says why.
 
     Raises
     ------
     ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
-    A single speed that fails holds nan, and ``status`` says why.
     """
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
@@ -107,6 +113,7 @@ def contact_sweep(
 
 
 def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
+    """Relative speeds (P,) asked for, from mesh frequencies (P,) [Hz], or as they stand, or of the default range."""
     if mesh_frequency is not None and relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     tone = float(ready.lines.tone)
@@ -132,7 +139,7 @@ def _fill_directions(
     shaft: ShaftOrders | None,
     progress: Callable[[int, int], None] | None,
 ) -> None:
-    """Fill the curves of both directions."""
+    """Fill the curves (.., P) of both sweep directions."""
     total, done = 2 * len(branches.crossings), 0
     for values, upward in zip(curves, (True, False), strict=True):
         for place, reached in sweep_direction(refinement, branches, upward=upward, unstable=unstable):
@@ -143,6 +150,10 @@ def _fill_directions(
 
 
 def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[Any]]:
+    """Curves (.., P) of one direction before anything is reached.
+
+    shaft : whether shaft orders come on top.
+    """
     m, n = len(faces(system.meshes).name), system.force.size
     return {
         "mesh_force_rms": np.full((m, count), np.nan),
@@ -165,7 +176,7 @@ def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[
 def _fill(
     system: System, values: dict[str, NDArray[Any]], place: int, reached: Reached, shaft: ShaftOrders | None
 ) -> None:
-    """Enter what was met at one speed."""
+    """Enter what is reached at one speed into the curves (.., P), shaft orders on top where there are any."""
     found = reached.motion
     values["branch_instability"][place], values["jumped"][place] = reached.instability, reached.jumped
     if found is None:
@@ -195,6 +206,7 @@ def _fill(
 
 
 def _enter(values: dict[str, NDArray[Any]], place: int, made: Measures) -> None:
+    """Enter the measures at one speed into the curves (.., P)."""
     values["mesh_force_rms"][:, place] = made.rms
     values["mesh_force_peak"][:, place] = made.highest
     values["mesh_force_minimum"][:, place] = made.lowest
@@ -205,7 +217,7 @@ def _enter(values: dict[str, NDArray[Any]], place: int, made: Measures) -> None:
 def _at_speeds_asked(
     values: dict[str, NDArray[Any]], usable: NDArray[np.bool_], place: NDArray[np.int64]
 ) -> dict[str, NDArray[Any]]:
-    """Curves of distinct rising speeds on the speeds asked for, nan where those are none."""
+    """Curves (.., P) of distinct rising speeds on the speeds asked for (Q,), nan where those are none."""
     result = {}
     for name, rising in values.items():
         empty: Any = {"f": np.nan, "O": "", "b": False, "i": 0}[rising.dtype.kind]
@@ -218,7 +230,7 @@ def _at_speeds_asked(
 
 
 def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> dict[str, NDArray[Any]]:
-    """The whole way as curves over its solutions."""
+    """The whole branch set as curves over its K solutions, (K,) or (w, K)."""
     system, m = refinement.ready.system, len(faces(refinement.ready.system.meshes).name)
     every = [each for segment in branches.segments for each in zip(segment.solutions, segment.parts, strict=True)]
     found = [with_stability(refinement, at) if judge else at for at, _ in every]
@@ -239,6 +251,7 @@ def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> di
 
 
 def _fold_speeds(segments: list[Segment]) -> list[float]:
+    """Relative speeds at which branches turn."""
     return [
         speed
         for segment in segments
@@ -255,6 +268,7 @@ def _labelled(
     options: dict[str, Any],
     branches: BranchSet,
 ) -> xr.Dataset:
+    """The Dataset of curves (.., P) of both directions at relative speeds (P,), and of the path (.., K)."""
     from ...results.dataset import dataset
 
     system, variables = ready.system, dict[str, tuple[tuple[str, ...], Any]]()
@@ -284,7 +298,7 @@ def _labelled(
 
 
 def _warnings(ready: Response, curves: list[dict[str, NDArray[Any]]], branches: BranchSet) -> list[str]:
-    """What the reader must know of the result."""
+    """What the reader must know of the curves (.., P) and of the branch set."""
     tone, notes = float(ready.lines.tone), []
     parted = [name for i, name in enumerate(faces(ready.system.meshes).name) if _any_open(curves, i)]
     if parted:
@@ -306,7 +320,7 @@ def _warnings(ready: Response, curves: list[dict[str, NDArray[Any]]], branches: 
 
 
 def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
-    """Points that shaft orders have cost, and what lines superposed are off by."""
+    """Points of the curves (.., P) that shaft orders have cost, and the error of lines superposed."""
     notes = []
     lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
     if lost:
@@ -318,4 +332,5 @@ def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
 
 
 def _any_open(curves: list[dict[str, NDArray[Any]]], mesh: int) -> bool:
+    """Whether a mesh loses contact anywhere on the curves (.., P)."""
     return any(bool(np.nanmax(values["contact_open"][mesh], initial=0.0) > 0) for values in curves)

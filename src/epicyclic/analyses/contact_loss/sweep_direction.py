@@ -1,8 +1,7 @@
-"""What a slow run-up and a slow coast-down meet: one motion after another, each begun where the last one was.
+"""Sweep direction: the motions that a slow run-up and a slow coast-down reach, each begun where the last one was.
 
-A motion goes on along its branch while that is stable.  Where the branch turns back or loses its stability the next
-motion is what follows from how it was left: another branch of the balance, found and judged, or what integration in
-time from there settles on.
+A motion goes on along its branch while that is stable.  Where the branch turns back or loses its stability, the next
+motion follows from how it was left: by branch switching, or as the attractor of integration in time.
 """
 
 from __future__ import annotations
@@ -29,21 +28,21 @@ if TYPE_CHECKING:
 __all__ = ["Reached", "Unstable", "sweep_direction"]
 
 Unstable = Literal["replace", "report", "ignore"]
-"""What becomes of a motion that is not stable: another takes its place, it is said, or stability is not asked for."""
+"""What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
 
-# A push along every coordinate, per its own size, that lets an unstable motion go: one that grows 1 % a cycle has
-# done so within the cycles run.
+# Perturbation of every coordinate, per its own size, from which an unstable motion is left: one that grows 1 % a cycle
+# is left within the cycles run.
 _PERTURBATION = 0.05
-# Harmonics of what is settled on from a motion that is not periodic.
+# Harmonics of the attractor of a motion that is not periodic.
 _HARMONICS = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reached:
-    """What is met at one speed.
+    """What is reached at one speed.
 
-    motion : None where nothing was found.  run : part of the way it lies on, or stands in for; None apart from it.
-    left : how the periodic motion of the branch is left there, empty where it is stable or there is none.
+    motion : None where nothing was found.  part : of the branch set it lies on, or stands in for, else None.
+    instability : how the periodic motion of the branch is left there, empty where it is stable or there is none.
     jumped : whether the branch of the speed before had ended.
     """
 
@@ -56,7 +55,7 @@ class Reached:
 def sweep_direction(
     refinement: Refinement, branches: BranchSet, *, upward: bool, unstable: Unstable = "replace"
 ) -> Iterator[tuple[int, Reached]]:
-    """The speeds asked for in turn, rising or falling, and what is met at each; `way` : its speeds rise."""
+    """The speeds of a branch set in turn, rising or falling, by place, and what is reached at each."""
     rising = range(len(branches.crossings))
     reached = Reached(motion=None, part=None)
     for place in rising if upward else reversed(rising):
@@ -68,7 +67,7 @@ def sweep_direction(
 def _reached_at(
     refinement: Refinement, speed: float, before: Reached, choices: list[Crossing], unstable: Unstable
 ) -> Reached:
-    """What follows at a speed after what was met before."""
+    """What is reached at a speed after what was reached before; `choices` are the crossings there."""
     last = before.motion
     if last is None:
         return _on_branch(refinement, speed, None, choices[0], unstable) if choices else Reached(motion=None, part=None)
@@ -105,7 +104,7 @@ def _on_branch(
 def _beside_branch(
     refinement: Refinement, speed: float, last: Solution | IntegratedMotion | None, here: Solution
 ) -> Solution | None:
-    """The motion that had taken the branch's place, gone on to this speed, while it is one of its own and stable."""
+    """The motion that had taken the branch's place, continued to this speed while distinct and stable."""
     if not isinstance(last, Solution) or last.kind == "periodic":
         return None
     found = _continued(refinement, speed, last)
@@ -133,7 +132,7 @@ def _switched(refinement: Refinement, here: Solution) -> Iterator[Solution]:
 def _off_branch(
     refinement: Refinement, speed: float, before: Reached, last: Solution | IntegratedMotion, choices: list[Crossing]
 ) -> Reached:
-    """The branch has ended before this speed, or was left for a motion of its own: where a start from there goes."""
+    """The branch has ended before this speed, or was left: the attractor of a start from the last motion."""
     free, found = before.part is None, None
     if free and isinstance(last, Solution):
         found = _continued(refinement, speed, last)
@@ -148,7 +147,7 @@ def _off_branch(
 def _on_branch_set(
     refinement: Refinement, found: Solution | IntegratedMotion, choices: list[Crossing], *, jumped: bool
 ) -> Reached:
-    """The motion found, on the part of the way that holds it."""
+    """The motion found, on the part of the branch set that holds it."""
     if isinstance(found, Solution):
         for each in choices:
             if not distinct(each.solution, found):
@@ -159,7 +158,7 @@ def _on_branch_set(
 def _nearest(
     refinement: Refinement, last: Solution | IntegratedMotion, choices: list[Crossing], unstable: Unstable
 ) -> Reached:
-    """The solution of the way most like the last one, of stable ones if there are: all that nothing is run for."""
+    """The solution of the branch set most like the last one, of stable ones if there are: no branch switching."""
     if not choices:
         return Reached(motion=None, part=None)
     candidates = [
@@ -178,11 +177,12 @@ def _nearest(
 
 
 def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Unstable) -> Solution:
+    """The same with its Floquet stability, unless that is ignored."""
     return at if unstable == "ignore" else with_stability(refinement, at)
 
 
 def _perturbed(start: Array) -> Array:
-    """A start a little off."""
-    push = np.random.default_rng(0).standard_normal(start.shape)
-    pushed: Array = start * (1 + _PERTURBATION * push)
-    return pushed
+    """A state (2, n) a little off a start, reproducibly."""
+    noise = np.random.default_rng(0).standard_normal(start.shape)
+    perturbed: Array = start * (1 + _PERTURBATION * noise)
+    return perturbed

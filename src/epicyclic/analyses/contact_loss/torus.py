@@ -1,7 +1,8 @@
-"""Contact loss with shaft orders: a balance on the torus of the mesh phases and a few slow phases.
+"""Contact loss with shaft orders: a balance on the torus of the phases of mesh tones and a few shaft tones [lau1983].
 
-Points are combinations of mesh orders, as of mesh tones alone, with slow orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1.
-The solution of the mesh orders is where it starts; harmonics and slow orders grow until what is dropped is small.
+Lattice points are combinations of mesh orders, as of mesh tones alone, with shaft orders |s_1| / H_1 + |s_2| / H_2 + ..
+<= 1.  The solution of the mesh orders is the start; harmonics and shaft orders grow until the truncation residual is
+small.  Newton's method that fails is helped by continuation in the shaft lines, then in the speed.
 """
 
 from __future__ import annotations
@@ -24,23 +25,28 @@ __all__ = ["TRUNCATION_TOLERANCE", "Torus", "TorusPoint", "respond_torus", "toru
 
 Index = NDArray[np.int64]
 
-# What may be dropped of the motion, relative to its dynamic part: forces then have that error at an instant and about
-# its square in their RMS.
+# Truncation residual that may be left, relative to the dynamic part: forces then have that error at an instant and
+# about its square in their RMS.
 TRUNCATION_TOLERANCE = 1e-2
-# Most phases in all, by the number of mesh tones; samples per slow order.
-_PHASES, _FINE_SLOW = {1: 4, 2: 3}, 4
-# First and last orders of a slow tone, by the number of them.
+# Phases in all, at most, by the number of mesh tones: a grid of more is too large.  Samples per shaft order.
+_PHASES, _SHAFT_SAMPLES = {1: 4, 2: 3}, 4
+# First and last orders of a shaft tone, by the number of them.
 _FIRST, _LAST = {1: 4, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
-# Harmonics: least, most to begin with, most, the last two by the number of mesh tones; cross order: first, step, last.
+# Harmonics: least, most to begin with, most, the last two by the number of mesh tones.
 _LEAST, _BEGIN, _MOST = 12, {1: 32, 2: 16, 3: 12}, {1: 64, 2: 24, 3: 16}
-_CROSS, _NEWTON_STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
-# Factors of the shaft lines on the way to them where Newton's method fails at once.
+# Harmonics begin where they reach beyond the highest mode, by this factor.
+_BEYOND_MODES = 1.7
+# Order of the combinations of mesh tones: first, step, last by the number of mesh tones.
+_CROSS, _CROSS_STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
+# Samples of a mesh phase, least and per harmonic: few, whose Jacobian is cheap, and many, which the forces need.
+_FEW, _MANY = (64, 4), (192, 16)
+# Factors of the shaft lines in turn where Newton's method fails at once.
 _RISING = (0.25, 0.5, 0.75, 1.0)
 # Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
 _STEPS, _ON_THE_WAY = 10, 1e-3
 # Steps and products of a correction on many samples; those that succeed take 2 to 4 and about 20.
-_CORRECTIONS, _LEFT = 8, 60
-# Residual that tells what is dropped well enough; the rest is left to the size that is kept.
+_CORRECTIONS, _CORRECTION_WORK = 8, 60
+# Residual at which the truncation is known well enough; the rest is left to the size that is kept.
 _ROUGH = 1e-4
 # Residual that is enough where dampers of meshes make forces jump: about what one sample that jumps is worth.
 _JUMP = 1e-4
@@ -50,9 +56,9 @@ _NEARBY, _FAR = (0.05, 0.035, 0.02, 0.01, 0.0), (0.15, 0.11, 0.08, 0.05, 0.03, 0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prepared:
-    """The balance of one size: with few samples, whose derivative and first solution are cheap, and with enough.
+    """The balance of one size: with few samples, whose Jacobian and first solution are cheap, and with enough.
 
-    beyond : what the first one drops.
+    truncated_orders : those that the first one drops.
     """
 
     fine: Problem
@@ -64,8 +70,8 @@ class Prepared:
 class Torus:
     """A System ready to be solved with contact loss and shaft orders at any speed.
 
-    slow : the shaft lines as slow tones.  every : all groups of shaft lines that count.  face : whole meshes.
-    problems : those made so far, by size.
+    shaft_tones : the shaft lines on tones of their own.  shaft_lines : all groups of them that count.
+    face : whole meshes.  problems : those made so far, by size.
     """
 
     ready: Response
@@ -76,14 +82,14 @@ class Torus:
 
     @property
     def mesh_orders_only(self) -> Torus:
-        """The mesh tones alone, all shaft lines left."""
+        """The mesh tones alone, all shaft lines superposed."""
         return replace(self, shaft_tones=ShaftTones(tones=(), highest=(), lines=(), superposed=self.shaft_lines))
 
     @property
     def with_fewer_tones(self) -> Torus:
-        """One slow tone less."""
-        slow = shaft_tones(self.ready, self.shaft_lines, most=len(self.shaft_tones.tones) - 1)
-        return replace(self, shaft_tones=slow, problems={})
+        """The torus with one shaft tone less."""
+        fewer = shaft_tones(self.ready, self.shaft_lines, most=len(self.shaft_tones.tones) - 1)
+        return replace(self, shaft_tones=fewer, problems={})
 
     @property
     def mesh_tones(self) -> int:
@@ -92,13 +98,13 @@ class Torus:
 
     @property
     def tones(self) -> Array:
-        """Mesh tones and slow tones at the operating speed, (D,) [rad/s]."""
+        """Mesh tones and shaft tones (D,) at the operating speed [rad/s]."""
         return np.concatenate(
             [self.ready.omega, 2 * np.pi * np.array([float(tone) for tone in self.shaft_tones.tones])]
         )
 
     def prepared(self, size: Size) -> Prepared:
-        """The balance with so many rows, made once."""
+        """The balance of a size, made once."""
         if size not in self.problems:
             few, many = _samples(self, size)
             coarse = _problem(self, size, few)
@@ -112,11 +118,11 @@ class Torus:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TorusPoint:
-    """What became of one speed.
+    """The motion found at one speed, or where the search for it ended.
 
     state : the motion, of `problem`.  size : rows kept.  converged : whether Newton's method did.
-    residual : of the rows kept; dropped : of the rows dropped, by kind (each mesh tone, combinations of mesh tones,
-    each slow tone); both relative to the dynamic part.  calls : products with the derivative.
+    residual : of the rows kept.  truncation : (kinds,) of the rows dropped, by each mesh tone, combinations of mesh
+        tones and each shaft tone.  Both are relative to the dynamic part.  calls : Jacobian-vector products.
     """
 
     problem: Problem
@@ -129,12 +135,12 @@ class TorusPoint:
 
     @property
     def truncation_residual(self) -> float:
-        """Size of all that is dropped, per dynamic size."""
+        """Norm of the rows dropped, all kinds together, per dynamic size."""
         return float(np.linalg.norm(self.truncation))
 
     @property
     def status(self) -> str:
-        """``ok``; ``coarse`` where more is dropped than wanted although no more may be kept; or what went wrong."""
+        """``ok``; ``coarse`` where the truncation residual stays too large; or how the search failed."""
         if not np.isfinite(self.residual):
             return "not finite"
         if not self.converged:
@@ -148,8 +154,8 @@ def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None
     Parameters
     ----------
     shaft_orders : whether shaft lines count.
-    most : slow tones at most; None: 3 beside one mesh tone, 1 beside two, 0 beside more.  The rest is in
-        ``slow.left``.
+    most : shaft tones at most; None: 3 beside one mesh tone, 1 beside two, 0 beside more.  The other lines are in
+        ``shaft_tones.superposed``.
     """
     tones = len(ready.lines.tones)
     room = max(0, _PHASES.get(tones, tones) - tones) if most is None else most
@@ -169,7 +175,7 @@ def respond_torus(
     start: tuple[Index, Array] | None = None,
     tolerance: float = TOLERANCE,
 ) -> TorusPoint:
-    """The steady motion at one relative speed, all phases of mesh and slow tones at once.
+    """The steady motion at one relative speed, all phases of mesh and shaft tones at once.
 
     Parameters
     ----------
@@ -201,7 +207,7 @@ def respond_torus(
 
 
 def _continued_in_speed(given: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
-    """The motion reached from a speed nearby, from above and then from below; the lost point where neither is."""
+    """The motion continued from a speed nearby, from above and then from below; the lost point where neither is."""
     calls = lost.calls
     for side in (1.0, -1.0):
         points, y = _mesh_orders(given, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
@@ -218,7 +224,10 @@ def _continued_in_speed(given: Torus, lost: TorusPoint, speed: float, tolerance:
 
 
 def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
-    """The motion of the mesh orders alone, as far as Newton's method came: from the linear one, or from near speeds."""
+    """Points (J, D) and motion (2, J, n) of the mesh orders alone, as far as Newton's method came.
+
+    It starts from the linear motion, then from linear motions at speeds nearby.
+    """
     mesh = given.prepared(size._replace(orders=())).fine
     first = found = solve(mesh, linear_start(mesh, speed), speed, tolerance=tolerance, step=newton_step())
     for side in (1.0, -1.0):
@@ -237,7 +246,7 @@ def _mesh_orders(given: Torus, size: Size, speed: float, tolerance: float) -> tu
 def _solve_size(
     given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
 ) -> TorusPoint:
-    """One size: from the motion given, else with shaft lines that rise from a quarter."""
+    """One size from a motion (2, J, n) at points (J, D), else by continuation in the shaft lines."""
     made = given.prepared(size)
     start = embedded(points, y, made.coarse)
     if points.shape[1] == given.mesh_tones and size.orders:
@@ -259,20 +268,22 @@ def _solve_size(
 
 
 def _accepted(given: Torus, found: NewtonResult) -> bool:
+    """Whether Newton's method converged, or to what dampers of meshes allow."""
     jumps = bool(given.ready.system.meshes.damping.any())
     return found.converged or (jumps and found.state.norm <= _JUMP * dynamic_size(found.state.y))
 
 
 def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
-    """The residual of many samples brought down with the derivative of few, or where that fails with its own."""
+    """The residual of many samples corrected with the Jacobian of few, or where that fails with its own."""
     made, y, speed = given.prepared(point.size), point.state.y, point.state.speed
     own, calls = newton_step(), point.calls
 
     def step(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
+        """A Newton step (2, J, n) with the Jacobian of few samples."""
         return own(made.coarse, evaluate(made.coarse, at.y, speed), right, target)
 
     for one in (step, own) if made.fine is not made.coarse else (own,):
-        found = solve(made.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_LEFT, step=one)
+        found = solve(made.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_CORRECTION_WORK, step=one)
         calls += found.calls
         if found.converged:
             break
@@ -287,9 +298,10 @@ def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -
 
 
 def _with_shaft_response(given: Torus, made: Problem, y: Array, speed: float) -> Array:
-    """A motion of mesh orders and the linear response to the shaft lines of flanks that touch when they do in it.
+    """A motion (2, J, n) of mesh orders, with the linear response to the shaft lines of flanks that touch as in it.
 
-    Slow errors are mostly followed by the bodies: on their own, before these have moved, they would part all flanks.
+    Errors of low frequency are mostly followed by the bodies: on their own, before these have moved, they would part
+    all flanks.
     """
     touching = evaluate(_with_scaled_shaft_lines(given, made, 0.0), y, speed).touching
     state = evaluate(made, y, speed, touching=touching)
@@ -298,15 +310,15 @@ def _with_shaft_response(given: Torus, made: Problem, y: Array, speed: float) ->
 
 
 def _with_scaled_shaft_lines(given: Torus, made: Problem, factor: float) -> Problem:
-    """The same with a part of the shaft lines."""
+    """The balance with a part of the shaft lines."""
     scale = np.where(made.grid.points[:, given.mesh_tones :].any(axis=1), factor, 1.0)
     return replace(made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force)
 
 
 def _continued_in_shaft_load(given: Torus, made: Problem, start: Array, speed: float, tolerance: float) -> NewtonResult:
-    """Newton's method with a part of the shaft lines, and then with more and more of them."""
-    slow = made.grid.points[:, given.mesh_tones :].any(axis=1)
-    scale = np.where(slow, _RISING[0], 1.0)[:, None]
+    """Newton's method from a motion (2, J, n) with a part of the shaft lines, then more and more of them."""
+    of_shafts = made.grid.points[:, given.mesh_tones :].any(axis=1)
+    scale = np.where(of_shafts, _RISING[0], 1.0)[:, None]
     y, calls = scale * start, 0
     for factor in _RISING:
         final = factor == _RISING[-1]
@@ -319,20 +331,22 @@ def _continued_in_shaft_load(given: Torus, made: Problem, start: Array, speed: f
 
 
 def _first_size(given: Torus, speed: float) -> Size:
-    """Rows to begin with: harmonics that reach beyond the highest mode, slow orders that hold every line."""
-    lines, slow, D = given.ready.lines, given.shaft_tones, given.mesh_tones
+    """The size to begin with: harmonics that reach beyond the highest mode, shaft orders that hold every line."""
+    lines, shafts, D = given.ready.lines, given.shaft_tones, given.mesh_tones
     highest = float(np.sqrt(given.ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
-        reach = np.nan_to_num(np.ceil(1.7 * highest / (abs(speed) * given.ready.omega)), nan=_LEAST, posinf=1e6)
+        reach = np.nan_to_num(
+            np.ceil(_BEYOND_MODES * highest / (abs(speed) * given.ready.omega)), nan=_LEAST, posinf=1e6
+        )
     harmonics = tuple(
-        int(max(min(max(_LEAST, wanted), _BEGIN.get(D, _LEAST)), top + 2))
-        for wanted, top in zip(reach, lines.highest, strict=True)
+        int(max(min(max(_LEAST, count), _BEGIN.get(D, _LEAST)), top + 2))
+        for count, top in zip(reach, lines.highest, strict=True)
     )
-    placed = [point[:D] for point, _, _ in slow.lines]
+    placed = [point[:D] for point, _, _ in shafts.lines]
     cross = max((sum(map(abs, point)) for point in placed if np.count_nonzero(point) > 1), default=0)
-    count = len(slow.tones)
-    orders = tuple(max(_FIRST.get(count, 2), top + 1) for top in slow.highest)
-    while any(order_weight(point[D:], orders) > 1 for point, _, _ in slow.lines):
+    count = len(shafts.tones)
+    orders = tuple(max(_FIRST.get(count, 2), top + 1) for top in shafts.highest)
+    while any(order_weight(point[D:], orders) > 1 for point, _, _ in shafts.lines):
         orders = tuple(order + 1 for order in orders)
     return Size(harmonics, max(_CROSS, cross) if D > 1 else 0, orders)
 
@@ -344,7 +358,7 @@ def _larger_size(given: Torus, point: TorusPoint) -> Size:
     most, last, cross = _MOST.get(D, _LEAST), _LAST.get(count, 2), _CROSS_LAST.get(D, _CROSS)
     return Size(
         tuple(max(H, min(most, H + H // 2)) if poor[j] else H for j, H in enumerate(size.harmonics)),
-        max(size.cross, min(cross, size.cross + _NEWTON_STEP)) if poor[D] else size.cross,
+        max(size.cross, min(cross, size.cross + _CROSS_STEP)) if poor[D] else size.cross,
         tuple(
             max(H, min(last, H + (2 if far else 1))) if much else H
             for H, much, far in zip(
@@ -355,11 +369,11 @@ def _larger_size(given: Torus, point: TorusPoint) -> Size:
 
 
 def _samples(given: Torus, size: Size) -> tuple[int, int]:
-    """Samples of every mesh phase, few and many; the teeth that part make forces of slow series."""
+    """Samples of every mesh phase, few and many: teeth that part make forces of slow series."""
     D, top = given.mesh_tones, max(size.harmonics)
-    few, many = max(64, 4 * top), max(192, 16 * top)
+    few, many = (max(least, per * top) for least, per in (_FEW, _MANY))
     if len(size.orders) > 1:
-        many //= 2  # several slow phases smooth what samples of a mesh phase miss
+        many //= 2  # several shaft phases smooth what samples of a mesh phase miss
     if given.ready.system.meshes.damping.any() and D == 1:
         few, many = 2 * few, 2 * many
     if D > 1:
@@ -368,9 +382,10 @@ def _samples(given: Torus, size: Size) -> tuple[int, int]:
 
 
 def _problem(given: Torus, size: Size, samples: int) -> Problem:
+    """The balance of a size with so many samples of every mesh phase."""
     ready, extra = given.ready, len(size.orders)
     mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
-    counts = (samples,) * given.mesh_tones + tuple(_FINE_SLOW * order for order in size.orders)
+    counts = (samples,) * given.mesh_tones + tuple(_SHAFT_SAMPLES * order for order in size.orders)
     points = torus_points(size)
     lines = [*mesh, *given.shaft_tones.lines] if extra else mesh
     return problem(ready, points, given.tones[: points.shape[1]], counts, lines)

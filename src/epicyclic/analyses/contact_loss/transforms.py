@@ -1,8 +1,9 @@
-"""Between amplitudes on lattice points and values on a grid of phases.
+"""Transforms of the alternating frequency/time method: amplitudes at lattice points, values on a grid of phases.
 
----
-
-Transforms between lattice points and a grid of several phases, one axis after the other."""
+A real signal of D phases is x(theta) = Re sum_a X_a exp(2 pi i a . theta) over lattice points a [cameron1989;
+krack2019].  Amplitudes stand as real rows (2 J, c): real parts of J points, then imaginary parts, the mean first.
+Values stand as (N, c) over the samples of the grid, the last phase fastest.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +21,10 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """Values x = Re sum_a X_a exp(2 pi i a theta) over N samples of one phase; rows (2 J, columns) hold re, then im.
+    """Transforms of one phase, as two matrices.
 
-    points : (J, 1), the origin first.  counts : (1,) samples, above twice the orders.
-    wave : (N, 2 J), back : (2 J, N).
+    points : (J, 1) orders, the origin first.  counts : (1,) samples, more than twice the highest order.
+    wave : (N, 2 J) from rows to values.  back : (2 J, N) from values to rows.
     """
 
     points: Index
@@ -33,28 +34,28 @@ class Grid:
 
     @property
     def phases(self) -> Array:
-        """Phases of every sample, (N, 1)."""
+        """Phases (N, 1) of the samples [cycles]."""
         return phases_of(self.counts)
 
     def values(self, rows: Array) -> Array:
-        """(2 J, c) -> (N, c)."""
+        """Values (N, c) of rows (2 J, c)."""
         sampled: Array = self.wave @ rows
         return sampled
 
     def rows(self, values: Array) -> Array:
-        """(N, c) -> (2 J, c), orders beyond the points dropped."""
+        """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
         projected: Array = self.back @ values
         return projected
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Separable:
-    """The transforms of `Grid` for several phases: matrices along the first axis, and along all others together.
+    """Transforms of several phases: one matrix along the first phase, one along all others together.
 
-    points : (J, D), the first order of none below 0, the origin first.  counts : (D,) samples of each phase.
-    take : (J,) place of each point in a box of S rests (orders of the other axes) times H + 1 first orders.
-    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns phases of the other axes, re and im apart.
-    wave : (N_1, 2 H + 2), back : (2 H + 2, N_1) along the first axis.
+    points : (J, D) orders, the first one never below 0, the origin first.  counts : (D,) samples of each phase.
+    take : (J,) place of each point in a box of S rests (orders of the other phases) times H + 1 first orders.
+    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns samples of the other phases, re and im apart.
+    wave : (N_1, 2 H + 2), back : (2 H + 2, N_1) along the first phase.
     """
 
     points: Index
@@ -67,11 +68,11 @@ class Separable:
 
     @property
     def phases(self) -> Array:
-        """Phases of every sample, (N, D), last axis fastest."""
+        """Phases (N, D) of the samples [cycles], the last one fastest."""
         return phases_of(self.counts)
 
     def values(self, rows: Array) -> Array:
-        """(2 J, c) -> (N, c)."""
+        """Values (N, c) of rows (2 J, c)."""
         orders, columns = self.wave.shape[1] // 2, rows.shape[1]
         if not columns:
             return np.zeros((len(self.wave) * len(self.turn) // 2, 0))
@@ -83,7 +84,7 @@ class Separable:
         return sampled
 
     def rows(self, values: Array) -> Array:
-        """(N, c) -> (2 J, c), orders beyond the points dropped."""
+        """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
         orders, columns = self.wave.shape[1] // 2, values.shape[1]
         if not columns:
             return np.zeros((2 * len(self.points), 0))
@@ -97,11 +98,11 @@ class Separable:
 
 
 Transforms = Grid | Separable
-"""Of one phase, or of several."""
+"""Transforms of one phase, or of several."""
 
 
 def grid(points: Index, counts: tuple[int, ...]) -> Transforms:
-    """The transforms of lattice points (J, D) on a grid of phases."""
+    """Transforms of lattice points (J, D) on a grid of (D,) samples."""
     if len(counts) > 1:
         return separable(points, counts)
     angle = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], points[:, 0])
@@ -113,7 +114,7 @@ def grid(points: Index, counts: tuple[int, ...]) -> Transforms:
 
 
 def separable(points: Index, counts: tuple[int, ...]) -> Separable:
-    """Prepare the transforms of lattice points (J, D), D > 1."""
+    """Transforms of lattice points (J, D), D > 1, on a grid of (D,) samples."""
     rests, which = np.unique(points[:, 1:], axis=0, return_inverse=True)
     highest = int(points[:, 0].max(initial=0))
     angle = 2 * np.pi * phases_of(counts[1:]) @ rests.T
@@ -134,6 +135,6 @@ def separable(points: Index, counts: tuple[int, ...]) -> Separable:
 
 
 def phases_of(counts: tuple[int, ...]) -> Array:
-    """Phases of every sample of a grid, (N, D), last axis fastest."""
+    """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
     axes = np.meshgrid(*(np.arange(count) / count for count in counts), indexing="ij")
     return np.stack([axis.ravel() for axis in axes], axis=1)

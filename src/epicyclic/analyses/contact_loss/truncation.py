@@ -1,4 +1,8 @@
-"""What a balance drops: the forces of the flanks on the orders that the grid knows and the lattice has not."""
+"""Truncation residual: forces of the flanks on the orders that the grid resolves and the lattice drops.
+
+It is exact, because the grid of phases holds the whole force (derived here).  Each dropped row is turned into a motion
+by D^-1, so that a force far above all modes counts for little.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +17,16 @@ from .problem import Problem, State, flank_force
 
 __all__ = ["TruncatedOrders", "truncated_orders", "truncation_residual"]
 
+# Rounding of a sum of shaft orders per highest order, which is 1 at the edge of the lattice.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TruncatedOrders:
     """Orders of a grid, half of them along its last axis, that are no lattice points.
 
     place : (T,) which of them.  omega : (T,) at s = 1 [rad/s].  weight : (T,) of their squared amplitudes.
-    kind : (T,) each mesh tone, combinations of mesh tones, each slow tone.  kinds : how many of these.
+    kind : (T,) each mesh tone, combinations of mesh tones, each shaft tone.  kinds : how many of these.
     """
 
     place: NDArray[np.int64]
@@ -30,7 +37,12 @@ class TruncatedOrders:
 
 
 def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[int, ...]) -> TruncatedOrders:
-    """The orders dropped by a balance on `mesh` tones and slow tones with their highest orders; tones (D,) [rad/s]."""
+    """The orders that a balance drops.
+
+    Parameters
+    ----------
+    tones : (D,) at s = 1 [rad/s], of which `mesh` are mesh tones.  orders : highest of each shaft tone.
+    """
     counts, points = given.grid.counts, given.grid.points
     D = len(counts)
     axes = [np.rint(np.fft.fftfreq(count, 1 / count)).astype(np.int64) for count in counts]
@@ -53,16 +65,17 @@ def truncated_orders(given: Problem, tones: Array, *, mesh: int, orders: tuple[i
 
 
 def _kind(found: NDArray[np.int64], mesh: int, orders: tuple[int, ...]) -> NDArray[np.int64]:
+    """Kind (T,) of dropped orders (T, D): the mesh tone, combination or shaft tone that leaves the lattice."""
     own = np.argmax(np.abs(found[:, :mesh]), axis=1)
     kind = np.where(np.count_nonzero(found[:, :mesh], axis=1) > 1, mesh, own)
     if orders:
         share = np.abs(found[:, mesh:]) / np.array(orders)
-        kind = np.where(share.sum(axis=1) > 1 + 1e-9, mesh + 1 + np.argmax(share, axis=1), kind)
+        kind = np.where(share.sum(axis=1) > 1 + _ROUNDING, mesh + 1 + np.argmax(share, axis=1), kind)
     return kind
 
 
 def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
-    """Size of the motion that the forces would put on the orders dropped, (kinds,)."""
+    """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
     force, modal = flank_force(given, at), given.modal
     live = force.any(axis=0)
     box = force[:, live].reshape(*given.grid.counts, -1)
