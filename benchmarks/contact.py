@@ -84,13 +84,13 @@ def _branches(system: System, quick: bool) -> list[table.Row]:
     """The branch from 1000 to 2400 Hz in many step settings, with and without the guard."""
     refinement = Refinement(ready=response(system))
     settings = [(length, unit) for unit in UNITS for length in (LENGTHS[::4] if quick else LENGTHS)]
-    walked = [_walk(system, refinement, length, unit, guarded=True) for length, unit in settings]
-    free = [_walk(system, refinement, length, unit, guarded=False) for length, unit in settings]
-    each = [1e3 * took / len(points) for points, took in walked]
-    kept, lost = (sum(_kept(system, points) for points, _ in some) for some in (walked, free))
+    guarded = [_branch(system, refinement, length, unit, guarded=True) for length, unit in settings]
+    free = [_branch(system, refinement, length, unit, guarded=False) for length, unit in settings]
+    each = [1e3 * took / len(points) for points, took in guarded]
+    kept, lost = (sum(_kept(system, points) for points, _ in some) for some in (guarded, free))
     without = sum(not folds(points) for points, _ in free)
-    peaks = [_level(system)(points[_top(system, points)].state, points[0].given) for points, _ in walked]
-    turns = np.array([[1e3 * points[i].state.speed for i in folds(points)][:2] for points, _ in walked])
+    peaks = [_level(system)(points[_top(system, points)].state, points[0].given) for points, _ in guarded]
+    turns = np.array([[1e3 * points[i].state.speed for i in folds(points)][:2] for points, _ in guarded])
     middle, count = statistics.median(each), len(settings)
     say = f"{turns[:, 0].min():.2f}..{turns[:, 0].max():.2f} and {turns[:, 1].min():.2f}..{turns[:, 1].max():.2f} Hz"
     return [
@@ -104,7 +104,7 @@ def _branches(system: System, quick: bool) -> list[table.Row]:
     ]
 
 
-def _walk(
+def _branch(
     system: System, refinement: Refinement, length: tuple[float, float], unit: tuple[float, float], *, guarded: bool
 ) -> tuple[list[PathPoint], float]:
     given = refinement.problem(HARMONICS)
@@ -149,17 +149,17 @@ def _points(system: System, quick: bool) -> list[table.Row]:
     each = 1e3 * (time.process_time() - started) / frequencies.size
     failed = int((swept.status != "ok").sum())
     refinement = Refinement(ready=response(system))
-    points, _ = _walk(system, refinement, (0.25, 0.5), (1.0, 1.0), guarded=True)
+    points, _ = _branch(system, refinement, (0.25, 0.5), (1.0, 1.0), guarded=True)
     spent = []
     for point in points[:: 8 if quick else 2]:
         started = time.process_time()
         floquet_stability(refinement, point.given, HARMONICS, point.state)
         spent.append(1e3 * (time.process_time() - started))
-    judged_in = statistics.median(spent)
+    median = statistics.median(spent)
     return [
         _row(f"  sweep up and down, {frequencies.size} speeds: a speed", f"{each:.1f} ms", "<= 20 ms", each <= 20),
         _row("  points that failed", f"{failed}", "0", failed == 0),
-        _row("  stability of a point", f"{judged_in:.0f} ms", "<= 50 ms", judged_in <= 50),
+        _row("  stability of a point", f"{median:.0f} ms", "<= 50 ms", median <= 50),
     ]
 
 
@@ -253,8 +253,8 @@ def _from_closed(refinement: Refinement, speed: float) -> Solution:
     return with_stability(refinement, found)
 
 
-def _row(label: str, here: str, target: str, met: bool) -> table.Row:
-    return label, here, target, "" if met else "MISSED"
+def _row(label: str, here: str, target: str, reached: bool) -> table.Row:
+    return label, here, target, "" if reached else "MISSED"
 
 
 if __name__ == "__main__":

@@ -88,10 +88,10 @@ def _compare(
             f"{name}: a speed",
             f"{middle:.3f} s",
             target,
-            "" if seconds is None else _met(middle <= seconds),
+            "" if seconds is None else _target(middle <= seconds),
         ),
         (f"  at {', '.join(f'{f:g}' for f in speeds)} Hz", f"{shown} ms", "", f"{status}; apart up to {apart:.1%}"),
-        ("  RMS, integration as reference", f"{error:.1e}", "<= 0.0003", _met(error <= 3e-4)),
+        ("  RMS, integration as reference", f"{error:.1e}", "<= 0.0003", _target(error <= 3e-4)),
         ("  what the reference changes over its super-period", f"{settled:.0e}", "", ""),
     ]
 
@@ -164,15 +164,15 @@ def _slices() -> list[table.Row]:
             f"slices in dynamics, 8 a mesh, {size} DOF: a point",
             f"{1e3 * middle:.0f} ms",
             "<= 25 ms",
-            _met(middle <= 0.025),
+            _target(middle <= 0.025),
         ),
         (f"  at {', '.join(f'{f:g}' for f in speeds)} Hz", f"{shown} ms", "", f"{lost} lost; apart up to {apart:.1%}"),
-        ("  RMS of 8 slices against 32", f"{error:.1e}", "<= 0.005", _met(error <= 5e-3)),
+        ("  RMS of 8 slices against 32", f"{error:.1e}", "<= 0.005", _target(error <= 5e-3)),
     ]
 
 
-def _met(met: bool) -> str:
-    return "met" if met else "MISSED"
+def _target(reached: bool) -> str:
+    return "met" if reached else "MISSED"
 
 
 if __name__ == "__main__":

@@ -84,9 +84,9 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
 
 def _meshes(given: Problem, at: State) -> _Meshes:
     """Receptance of the whole meshes at the speed of a state, slices weighted by their stiffness k0."""
-    made, face, m = given.flanks, given.face, len(given.face.row)
-    share = (made.linear[:m] / face.total(made.linear[:m])[face.row])[:, None]
-    gaps, pulls = face.total(share * made.gaps[:m]), face.total(share * made.pulls[:m])
+    flank, face, m = given.flanks, given.face, len(given.face.row)
+    share = (flank.linear[:m] / face.total(flank.linear[:m])[face.row])[:, None]
+    gaps, pulls = face.total(share * flank.gaps[:m]), face.total(share * flank.pulls[:m])
     inverse = at.inverse[0] - 1j * at.inverse[1][0]
     scaled = (inverse[:, None, :] * gaps).reshape(-1, inverse.shape[1])
     return _Meshes(gaps=gaps, pulls=pulls, receptance=(scaled @ pulls.T).reshape(len(inverse), len(gaps), -1))
@@ -94,13 +94,13 @@ def _meshes(given: Problem, at: State) -> _Meshes:
 
 def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
-    made, face, m = given.flanks, given.face, len(given.face.row)
-    touching, held = at.touching[:, :m], made.linear[:m]
+    flank, face, m = given.flanks, given.face, len(given.face.row)
+    touching, held = at.touching[:, :m], flank.linear[:m]
     tangent = face.total(np.einsum("nr,nr->r", touching, given.stiffness[:, :m]) / len(touching) - held)
     if np.all(np.abs(tangent) <= _SAME * face.total(held)):
         return lambda right: right
     meshes = _meshes(given, at)
-    drag = face.total((touching.mean(axis=0) - 1.0) * made.drag[:m])
+    drag = face.total((touching.mean(axis=0) - 1.0) * flank.drag[:m])
     T = tangent + 1j * np.multiply.outer(at.speed * given.omega, drag)
     loop = meshes.receptance * T[:, None, :]
     soft = np.flatnonzero(np.abs(loop).max(axis=(1, 2)) > _STIFF)

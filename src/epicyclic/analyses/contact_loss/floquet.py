@@ -99,34 +99,34 @@ def contact_tangents(
         return _unchanged(given, state, steps)
     fine = refinement.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
     seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
-    touching, made = seen.touching, fine.flanks
+    touching, flank = seen.touching, fine.flanks
 
     def mean(values: Array) -> Array:
         """Means (R, steps) over the samples of each step, of values (N, R)."""
         average: Array = values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
         return average
 
-    stiffness = np.where(touching, fine.stiffness, 0.0) - made.linear
+    stiffness = np.where(touching, fine.stiffness, 0.0) - flank.linear
     if seen.acting is None or seen.edge is None:
         used = np.any(stiffness != 0, axis=0)
-        return mean(stiffness)[used], None, made.gaps[used]
+        return mean(stiffness)[used], None, flank.gaps[used]
     # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
-    stiffness += made.damping * seen.edge
-    damping = made.damping * seen.acting - made.drag
+    stiffness += flank.damping * seen.edge
+    damping = flank.damping * seen.acting - flank.drag
     used = np.any((stiffness != 0) | (damping != 0), axis=0)
-    return mean(stiffness)[used], mean(damping)[used], made.gaps[used]
+    return mean(stiffness)[used], mean(damping)[used], flank.gaps[used]
 
 
 def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
     """`contact_tangents` (rows, steps) where contact does not change: a linear system without corners."""
-    made, orders = given.flanks, np.arange(1, given.flanks.variation.shape[1] + 1)
+    flank, orders = given.flanks, np.arange(1, given.flanks.variation.shape[1] + 1)
     wave = np.exp(2j * np.pi * given.cycles * np.outer(orders, np.arange(steps) / steps))
     touching = state.touching[0][:, None]
-    stiffness = np.where(touching, made.stiffness[:, None] * (1 + (made.variation @ wave).real), 0.0)
-    stiffness -= made.linear[:, None]
-    damping = np.where(touching, made.damping[:, None], 0.0) - made.drag[:, None]
+    stiffness = np.where(touching, flank.stiffness[:, None] * (1 + (flank.variation @ wave).real), 0.0)
+    stiffness -= flank.linear[:, None]
+    damping = np.where(touching, flank.damping[:, None], 0.0) - flank.drag[:, None]
     used = np.any((stiffness != 0) | (damping != 0), axis=1)
-    return stiffness[used], np.repeat(damping[used], steps, axis=1), made.gaps[used]
+    return stiffness[used], np.repeat(damping[used], steps, axis=1), flank.gaps[used]
 
 
 def _floquet(

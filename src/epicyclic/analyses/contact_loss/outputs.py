@@ -50,14 +50,14 @@ _BATCH = 2048
 
 def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
     """Force of every flank at phases (T, D) of the tones [cycles], (T, R) [N]."""
-    made, points, w = given.flanks, given.grid.points, at.speed * given.omega
+    flank, points, w = given.flanks, given.grid.points, at.speed * given.omega
     gap = gap_rows(given, at.y) - given.error
     rate = rate_rows(gap, w)
-    parts = [_at(made.damping, gap, rate, points, part) for part in np.array_split(phases, -(-len(phases) // _BATCH))]
+    parts = [_at(flank.damping, gap, rate, points, part) for part in np.array_split(phases, -(-len(phases) // _BATCH))]
     delta, drag = (np.concatenate([part[i] for part in parts]) for i in range(2))
-    orders = np.arange(1, made.variation.shape[1] + 1)
-    wave = np.exp(2j * np.pi * phases[:, made.axis, None] * orders)
-    stiffness = made.stiffness * (1 + np.einsum("trl,rl->tr", wave, made.variation).real)
+    orders = np.arange(1, flank.variation.shape[1] + 1)
+    wave = np.exp(2j * np.pi * phases[:, flank.axis, None] * orders)
+    stiffness = flank.stiffness * (1 + np.einsum("trl,rl->tr", wave, flank.variation).real)
     force: Array = np.where(delta > 0, stiffness * delta + drag, 0.0)
     return force
 
@@ -211,12 +211,12 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
 
     Lines superposed add their mean square to the RMS and their amplitude to the extremes.
     """
-    system, rows, face, made = given.ready.system, len(given.face.row), given.face, point.problem
-    own_force = row_force(system, flank_force(made, point.state))
+    system, rows, face, balance = given.ready.system, len(given.face.row), given.face, point.problem
+    own_force = row_force(system, flank_force(balance, point.state))
     force = face.total(own_force, axis=1)
     each = [row_force(system, line.force) for line in lines]
     extra = [face.total(amplitude, axis=1) for amplitude in each]
-    counts, touching = made.grid.counts, point.state.touching
+    counts, touching = balance.grid.counts, point.state.touching
     loaded, far = touching[:, :rows], touching[:, rows:]
     high, low, row_high = (
         _with_lines(values, amplitudes, counts)
@@ -253,17 +253,19 @@ def _variance(
     given: Torus, point: TorusPoint, force: Array, lines: Sequence[SuperposedLine], extra: Sequence[ComplexArray]
 ) -> Array:
     """Mean square of what varies, (w,) [N^2]: over one super-period, or over the torus that a long one fills."""
-    made, mesh = point.problem, given.ready.lines.tones
-    of_shafts = given.shaft_tones.tones[: len(made.grid.counts) - len(mesh)]
+    balance, mesh = point.problem, given.ready.lines.tones
+    of_shafts = given.shaft_tones.tones[: len(balance.grid.counts) - len(mesh)]
     tones: tuple[Fraction, ...] = (*mesh, *of_shafts, *(line.shaft.frequency for line in lines))
-    path = super_period_phases(tones, made.grid.counts[0]) if len(tones) > 1 and (len(mesh) == 1 or not lines) else None
+    path = (
+        super_period_phases(tones, balance.grid.counts[0]) if len(tones) > 1 and (len(mesh) == 1 or not lines) else None
+    )
     if path is None:
         square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in extra), np.zeros(force.shape[1]))
         variance: Array = force.var(axis=0) + square
         return variance
-    flanks = flank_force_at(made, point.state, path[:, : len(made.grid.counts)])
+    flanks = flank_force_at(balance, point.state, path[:, : len(balance.grid.counts)])
     total = mesh_force(given.ready.system, flanks)
-    for amplitude, phase in zip(extra, path.T[len(made.grid.counts) :], strict=True):
+    for amplitude, phase in zip(extra, path.T[len(balance.grid.counts) :], strict=True):
         total += (_along(amplitude, path[:, 0]) * np.exp(2j * np.pi * phase)[:, None]).real
     variance = total.var(axis=0)
     return variance
@@ -288,9 +290,9 @@ def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
 
 def torus_amplitudes(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> Array:
     """Half the distance between extremes of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
-    made, modal = point.problem, given.ready.modal
-    q = made.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
+    balance, modal = point.problem, given.ready.modal
+    q = balance.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
     more = [line.motion for line in lines]
-    high, low = (_with_lines(values, more, made.grid.counts) for values in (q, -q))
+    high, low = (_with_lines(values, more, balance.grid.counts) for values in (q, -q))
     amplitude: Array = given.ready.system.dofs.radius * (high + low) / 2
     return amplitude

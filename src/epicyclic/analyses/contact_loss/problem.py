@@ -135,14 +135,14 @@ def torus_points(size: Size) -> Index:
     """
     mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
     reach = product(*(range(-order, order + 1) for order in size.orders))
-    slow = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
-    every = [(*a, *s) for a in mesh for s in slow]
+    of_shafts = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
+    every = [(*a, *s) for a in mesh for s in of_shafts]
     return half_lattice(every)
 
 
-def order_weight(slow: tuple[int, ...], orders: tuple[int, ...]) -> float:
+def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:
     """|s_1| / H_1 + |s_2| / H_2 + .. of shaft orders (S,) and their highest (S,), without its rounding."""
-    return round(sum(abs(s) / order for s, order in zip(slow, orders, strict=True)), 9)
+    return round(sum(abs(s) / order for s, order in zip(point, orders, strict=True)), 9)
 
 
 def half_lattice(points: Sequence[Point]) -> Index:
@@ -291,45 +291,45 @@ def problem(
     counts : (D,) samples of each phase.  lines : (point, whether the conjugate counts there, line).
     cycles : mesh cycles in a period of `tones`.
     """
-    made, net = flanks(ready), grid(points, counts)
-    error, force = _excitation(ready, points, made, lines)
+    flank, net = flanks(ready), grid(points, counts)
+    error, force = _excitation(ready, points, flank, lines)
     return Problem(
         modal=ready.modal,
-        flanks=made,
+        flanks=flank,
         face=faces(ready.system.meshes),
         grid=net,
         omega=points @ tones,
         error=error,
         force=force,
-        stiffness=_stiffness(made, cycles * net.phases),
+        stiffness=_stiffness(flank, cycles * net.phases),
         tones=tones,
         frame_speed=ready.frame_speed,
         cycles=cycles,
     )
 
 
-def _stiffness(made: Flanks, phases: Array) -> Array:
+def _stiffness(flank: Flanks, phases: Array) -> Array:
     """Stiffness of every flank (N, R) [N/m] at phases (N, D) of the tones [cycles]."""
-    result = np.empty((len(phases), made.mesh.size))
-    orders = np.arange(1, made.variation.shape[1] + 1)
-    for axis in np.unique(made.axis):
-        mine = made.axis == axis
+    result = np.empty((len(phases), flank.mesh.size))
+    orders = np.arange(1, flank.variation.shape[1] + 1)
+    for axis in np.unique(flank.axis):
+        mine = flank.axis == axis
         wave = np.exp(2j * np.pi * np.outer(phases[:, axis], orders))
-        result[:, mine] = made.stiffness[mine] * (1 + (wave @ made.variation[mine].T).real)
+        result[:, mine] = flank.stiffness[mine] * (1 + (wave @ flank.variation[mine].T).real)
     return result
 
 
-def _excitation(ready: Response, points: Index, made: Flanks, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
+def _excitation(ready: Response, points: Index, flank: Flanks, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
     """Errors of the flanks (2 J, R) [m] and external modal forces (3, 2, J, n) at points (J, D)."""
     system, place = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
-    error = np.zeros((len(points), made.mesh.size), complex)
+    error = np.zeros((len(points), flank.mesh.size), complex)
     force = np.zeros((3, len(points), system.force.size), complex)
     force[0, 0] = system.force
     for point, conjugate, line in lines:
         at, gap, push = place[point], system.flank_gaps(line), line.force
         error[at] += gap.conj() if conjugate else gap
         force[:, at] += push.conj() if conjugate else push
-    error[0] += made.opening
+    error[0] += flank.opening
     error[0], force[:, 0] = error[0].real, force[:, 0].real
     modal_force = force @ ready.modal.forces.T
     return np.concatenate([error.real, error.imag]), np.stack([modal_force.real, modal_force.imag], axis=1)
@@ -365,15 +365,15 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
 
     Flanks that add nothing to it are left out of the transforms.
     """
-    made, w = given.flanks, at.speed * given.omega
-    tangent, drag = np.where(at.touching, given.stiffness, 0.0) - made.linear, None
+    flank, w = given.flanks, at.speed * given.omega
+    tangent, drag = np.where(at.touching, given.stiffness, 0.0) - flank.linear, None
     if at.acting is not None and at.edge is not None:
         # where the contact opens or closes within a sample, c delta' a rises with both: a = 1/2 + delta / (|delta'| h)
         rate = np.where((at.acting > 0) & (at.acting < 1), 0.5, at.acting)
-        tangent = tangent + made.damping * at.edge
-        drag = made.damping * rate - made.drag
+        tangent = tangent + flank.damping * at.edge
+        drag = flank.damping * rate - flank.drag
     live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
-    gaps, pulls = np.ascontiguousarray(made.gaps[live].T), made.pulls[live]
+    gaps, pulls = np.ascontiguousarray(flank.gaps[live].T), flank.pulls[live]
     tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
 
     def apply(step: Array) -> Array:
@@ -404,11 +404,11 @@ def speed_derivative(given: Problem, at: State) -> Array:
         part = turned if name in ("G", "C") else y
         moved += (factor[..., None] * part if factor.ndim else factor * part) @ matrix
     moved -= given.force[1] + 2 * s * given.force[2]
-    made = given.flanks
+    flank = given.flanks
     if at.acting is not None:
         gap = gap_rows(given, y)
-        damper = at.acting * made.damping * given.grid.values(rate_rows(gap - given.error, omega))
-        damper -= made.drag * given.grid.values(rate_rows(gap, omega))
+        damper = at.acting * flank.damping * given.grid.values(rate_rows(gap - given.error, omega))
+        damper -= flank.drag * given.grid.values(rate_rows(gap, omega))
         moved += _pull(given, given.grid.rows(damper))
     return _times(at.inverse, moved)
 
@@ -460,12 +460,12 @@ def _contact_law(given: Problem, opened: Array, speed: float, pattern: NDArray[n
 
 def _excess_rows(given: Problem, force: Array, gap: Array, w: Array) -> Array:
     """Rows (2 J, R) [N] of flank forces (N, R) less what the mean system holds, of gap rows (2 J, R) [m]."""
-    made, live = given.flanks, _columns(force.any(axis=0))
+    flank, live = given.flanks, _columns(force.any(axis=0))
     rows = np.zeros_like(gap)
     rows[:, live] = given.grid.rows(force[:, live])
-    rows -= made.linear * gap
-    if made.drag.any():
-        rows -= made.drag * rate_rows(gap, w)
+    rows -= flank.linear * gap
+    if flank.drag.any():
+        rows -= flank.drag * rate_rows(gap, w)
     return rows
 
 

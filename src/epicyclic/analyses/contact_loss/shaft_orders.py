@@ -78,29 +78,29 @@ def superposition_is_exact(given: Torus, point: TorusPoint, lines: Sequence[Supe
 
 def _gap_values(point: TorusPoint) -> Array:
     """delta of every flank over the grid, (N, R) [m]."""
-    made, y = point.problem, point.state.y
-    values: Array = made.grid.values(gap_rows(made, y) - made.error)
+    balance, y = point.problem, point.state.y
+    values: Array = balance.grid.values(gap_rows(balance, y) - balance.error)
     return values
 
 
 def _line_response(given: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
     """The linear response to one group of lines, of flanks that touch when they do at a point."""
-    made, speed = _problem(given, point, shaft), point.state.speed
-    closed = np.broadcast_to(made.stiffness > 0, made.stiffness.shape)
-    state = evaluate(made, np.zeros_like(made.force[0]), speed, touching=closed)
-    move, _ = newton_step(forcing=_TOLERANCE)(made, state, state.residual, 0.0)
+    balance, speed = _problem(given, point, shaft), point.state.speed
+    closed = np.broadcast_to(balance.stiffness > 0, balance.stiffness.shape)
+    state = evaluate(balance, np.zeros_like(balance.force[0]), speed, touching=closed)
+    move, _ = newton_step(forcing=_TOLERANCE)(balance, state, state.residual, 0.0)
     y = -move
-    opened = gap_rows(made, y) - made.error
-    stretch = _amplitude(made, opened)
-    tangent: Array = made.stiffness.reshape(len(stretch), _SAMPLES, -1)[:, 0]
+    opened = gap_rows(balance, y) - balance.error
+    stretch = _amplitude(balance, opened)
+    tangent: Array = balance.stiffness.reshape(len(stretch), _SAMPLES, -1)[:, 0]
     force: ComplexArray = tangent * stretch
-    if made.flanks.damping.any():
-        force += made.flanks.damping * _amplitude(made, rate_rows(opened, speed * made.omega))
+    if balance.flanks.damping.any():
+        force += balance.flanks.damping * _amplitude(balance, rate_rows(opened, speed * balance.omega))
     return SuperposedLine(
         shaft=shaft,
         stretch=stretch,
         force=force,
-        motion=_amplitude(made, y.reshape(-1, y.shape[2]) @ given.ready.modal.shapes.T),
+        motion=_amplitude(balance, y.reshape(-1, y.shape[2]) @ given.ready.modal.shapes.T),
         error=_superposition_error(point, stretch, tangent * stretch),
     )
 
@@ -122,9 +122,9 @@ def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: Comple
     return float(np.sqrt(wrong / max(right, np.finfo(float).tiny)))
 
 
-def _amplitude(made: Problem, rows: Array) -> ComplexArray:
+def _amplitude(balance: Problem, rows: Array) -> ComplexArray:
     """Complex amplitude (N, c) at order 1 of the line's phase, of rows (2 J, c)."""
-    values = made.grid.values(rows).reshape(-1, _SAMPLES, rows.shape[1])
+    values = balance.grid.values(rows).reshape(-1, _SAMPLES, rows.shape[1])
     amplitude = np.empty(values[:, 0].shape, complex)
     amplitude.real, amplitude.imag = (values[:, 0] - values[:, 2]) / 2, (values[:, 3] - values[:, 1]) / 2
     return amplitude
@@ -138,7 +138,7 @@ def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
     ready, D = given.ready, given.mesh_tones
     points = [(*a, s) for a in mesh_points(point.size).tolist() for s in (-1, 0, 1)]
     lines = [placed_line((*orders, -1 if minus else 1), line) for orders, minus, line in shaft.members]
-    made = problem(
+    balance = problem(
         ready,
         half_lattice(points),
         np.append(given.tones[:D], 2 * np.pi * float(shaft.frequency)),
@@ -146,10 +146,10 @@ def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
         lines,
     )
     touching = point.state.touching
-    share = touching.reshape(len(made.stiffness) // _SAMPLES, -1, touching.shape[1]).mean(axis=1)
-    error, force = made.error.copy(), made.force.copy()
+    share = touching.reshape(len(balance.stiffness) // _SAMPLES, -1, touching.shape[1]).mean(axis=1)
+    error, force = balance.error.copy(), balance.force.copy()
     error[0], force[:, :, 0] = 0.0, 0.0  # backlash and steady forces belong to the mean
-    return replace(made, error=error, force=force, stiffness=made.stiffness * np.repeat(share, _SAMPLES, axis=0))
+    return replace(balance, error=error, force=force, stiffness=balance.stiffness * np.repeat(share, _SAMPLES, axis=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -62,7 +62,7 @@ def contact_steady(
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
     if slow_tones is not None:
-        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=2)
+        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=3)
         shaft_tones = slow_tones
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")

@@ -80,10 +80,10 @@ def contact_sweep(
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
     if slow_tones is not None:
-        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=2)
+        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=3)
         shaft_tones = slow_tones
     if unstable == "tell":
-        warnings.warn("unstable='tell' is now 'report'", DeprecationWarning, stacklevel=2)
+        warnings.warn("unstable='tell' is now 'report'", DeprecationWarning, stacklevel=3)
         unstable = "report"
     if unstable not in _UNSTABLE:
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
@@ -184,12 +184,12 @@ def _fill(
         return
     values["status"][place] = "ok"
     if isinstance(found, IntegratedMotion):
-        made: Measures | None = found.measures
+        measures: Measures | None = found.measures
         values["motion"][place] = "integrated"
         if not np.isfinite(found.measures.rms).all():
             values["status"][place] = "not finite"
     else:
-        made = None if shaft is not None else periodic_measures(system, found.given, found.state)
+        measures = None if shaft is not None else periodic_measures(system, found.given, found.state)
         values["motion"][place] = found.kind
         values["harmonics"][place], values["residual"][place] = found.harmonics, found.residual
         values["stable"][place] = found.stable
@@ -197,21 +197,21 @@ def _fill(
             values["largest_multiplier"][place] = abs(found.stability.multiplier)
     if shaft is not None:
         one = shaft.response(found)
-        made, values["status"][place] = one.measures, one.status
+        measures, values["status"][place] = one.measures, one.status
         values["harmonics"][place], values["residual"][place] = one.harmonics, one.residual
         values["residual_dropped"][place] = one.truncation_residual
         values["superposed_error"][place] = one.superposed_error
-    if made is not None:
-        _enter(values, place, made)
+    if measures is not None:
+        _enter(values, place, measures)
 
 
-def _enter(values: dict[str, NDArray[Any]], place: int, made: Measures) -> None:
+def _enter(values: dict[str, NDArray[Any]], place: int, measures: Measures) -> None:
     """Enter the measures at one speed into the curves (.., P)."""
-    values["mesh_force_rms"][:, place] = made.rms
-    values["mesh_force_peak"][:, place] = made.highest
-    values["mesh_force_minimum"][:, place] = made.lowest
-    values["contact_open"][:, place] = made.open
-    values["amplitude"][:, place] = made.amplitude
+    values["mesh_force_rms"][:, place] = measures.rms
+    values["mesh_force_peak"][:, place] = measures.highest
+    values["mesh_force_minimum"][:, place] = measures.lowest
+    values["contact_open"][:, place] = measures.open
+    values["amplitude"][:, place] = measures.amplitude
 
 
 def _at_speeds_asked(

@@ -247,22 +247,23 @@ def _solve_size(
     given: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
 ) -> TorusPoint:
     """One size from a motion (2, J, n) at points (J, D), else by continuation in the shaft lines."""
-    made = given.prepared(size)
-    start = embedded(points, y, made.coarse)
+    prepared = given.prepared(size)
+    start = embedded(points, y, prepared.coarse)
     if points.shape[1] == given.mesh_tones and size.orders:
-        start = _with_shaft_response(given, made.coarse, start, speed)
-    found = solve(made.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
+        start = _with_shaft_response(given, prepared.coarse, start, speed)
+    found = solve(prepared.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
     calls = found.calls
     if not found.converged and size.orders and rescue:
-        found = _continued_in_shaft_load(given, made.coarse, start, speed, tolerance)
+        found = _continued_in_shaft_load(given, prepared.coarse, start, speed, tolerance)
         calls += found.calls
     return TorusPoint(
-        problem=made.coarse,
+        problem=prepared.coarse,
         state=found.state,
         size=size,
         converged=_accepted(given, found),
         residual=found.state.norm / dynamic_size(found.state.y),
-        truncation=truncation_residual(made.coarse, found.state, made.truncated_orders) / dynamic_size(found.state.y),
+        truncation=truncation_residual(prepared.coarse, found.state, prepared.truncated_orders)
+        / dynamic_size(found.state.y),
         calls=calls,
     )
 
@@ -275,21 +276,21 @@ def _accepted(given: Torus, found: NewtonResult) -> bool:
 
 def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
     """The residual of many samples corrected with the Jacobian of few, or where that fails with its own."""
-    made, y, speed = given.prepared(point.size), point.state.y, point.state.speed
+    prepared, y, speed = given.prepared(point.size), point.state.y, point.state.speed
     own, calls = newton_step(), point.calls
 
     def step(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
         """A Newton step (2, J, n) with the Jacobian of few samples."""
-        return own(made.coarse, evaluate(made.coarse, at.y, speed), right, target)
+        return own(prepared.coarse, evaluate(prepared.coarse, at.y, speed), right, target)
 
-    for one in (step, own) if made.fine is not made.coarse else (own,):
-        found = solve(made.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_CORRECTION_WORK, step=one)
+    for one in (step, own) if prepared.fine is not prepared.coarse else (own,):
+        found = solve(prepared.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_CORRECTION_WORK, step=one)
         calls += found.calls
         if found.converged:
             break
     return replace(
         point,
-        problem=made.fine,
+        problem=prepared.fine,
         state=found.state,
         converged=_accepted(given, found),
         residual=found.state.norm / dynamic_size(found.state.y),
@@ -297,32 +298,38 @@ def _corrected_on_fine_grid(given: Torus, point: TorusPoint, tolerance: float) -
     )
 
 
-def _with_shaft_response(given: Torus, made: Problem, y: Array, speed: float) -> Array:
+def _with_shaft_response(given: Torus, balance: Problem, y: Array, speed: float) -> Array:
     """A motion (2, J, n) of mesh orders, with the linear response to the shaft lines of flanks that touch as in it.
 
     Errors of low frequency are mostly followed by the bodies: on their own, before these have moved, they would part
     all flanks.
     """
-    touching = evaluate(_with_scaled_shaft_lines(given, made, 0.0), y, speed).touching
-    state = evaluate(made, y, speed, touching=touching)
-    move, _ = newton_step()(made, state, state.residual, 0.0)
+    touching = evaluate(_with_scaled_shaft_lines(given, balance, 0.0), y, speed).touching
+    state = evaluate(balance, y, speed, touching=touching)
+    move, _ = newton_step()(balance, state, state.residual, 0.0)
     return y - move
 
 
-def _with_scaled_shaft_lines(given: Torus, made: Problem, factor: float) -> Problem:
+def _with_scaled_shaft_lines(given: Torus, balance: Problem, factor: float) -> Problem:
     """The balance with a part of the shaft lines."""
-    scale = np.where(made.grid.points[:, given.mesh_tones :].any(axis=1), factor, 1.0)
-    return replace(made, error=np.concatenate([scale, scale])[:, None] * made.error, force=scale[:, None] * made.force)
+    scale = np.where(balance.grid.points[:, given.mesh_tones :].any(axis=1), factor, 1.0)
+    return replace(
+        balance, error=np.concatenate([scale, scale])[:, None] * balance.error, force=scale[:, None] * balance.force
+    )
 
 
-def _continued_in_shaft_load(given: Torus, made: Problem, start: Array, speed: float, tolerance: float) -> NewtonResult:
+def _continued_in_shaft_load(
+    given: Torus, balance: Problem, start: Array, speed: float, tolerance: float
+) -> NewtonResult:
     """Newton's method from a motion (2, J, n) with a part of the shaft lines, then more and more of them."""
-    of_shafts = made.grid.points[:, given.mesh_tones :].any(axis=1)
+    of_shafts = balance.grid.points[:, given.mesh_tones :].any(axis=1)
     scale = np.where(of_shafts, _RISING[0], 1.0)[:, None]
     y, calls = scale * start, 0
     for factor in _RISING:
         final = factor == _RISING[-1]
-        scaled, wanted = (made, tolerance) if final else (_with_scaled_shaft_lines(given, made, factor), _ON_THE_WAY)
+        scaled, wanted = (
+            (balance, tolerance) if final else (_with_scaled_shaft_lines(given, balance, factor), _ON_THE_WAY)
+        )
         found = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - calls, step=newton_step())
         y, calls = found.state.y, calls + found.calls
         if not found.converged:

@@ -119,7 +119,7 @@ def test_the_fold_is_where_the_closed_form_turns(made: Any) -> None:
 KNOWN = {"folds": (1361.6, 1357.4), "peak": 1715.0}
 
 
-def walked(system: System, *, guarded: bool, first: float = 1.0, longest: float = 6.0, scale: float = 1.0) -> Any:
+def followed(system: System, *, guarded: bool, first: float = 1.0, longest: float = 6.0, scale: float = 1.0) -> Any:
     """Folds [Hz] and highest RMS [N] of the branch from 1000 to 2400 Hz with 16 harmonics."""
     refinement = Refinement(ready=response(system))
     given = refinement.problem(16)
@@ -157,11 +157,11 @@ def check(found: Any) -> None:
 
 @pytest.mark.parametrize(("first", "longest", "scale"), [(1.0, 6.0, 1.0), (0.25, 12.0, 2.0), (2.0, 2.0, 0.5)])
 def test_no_peak_is_skipped(made: Any, first: float, longest: float, scale: float) -> None:
-    check(walked(made.bench(), guarded=True, first=first, longest=longest, scale=scale))
+    check(followed(made.bench(), guarded=True, first=first, longest=longest, scale=scale))
 
 
 def test_without_the_guard_the_peak_is_lost(made: Any) -> None:
-    found = walked(made.bench(), guarded=False)
+    found = followed(made.bench(), guarded=False)
     with pytest.raises(AssertionError):
         check(found)
     turns, peak = found

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 def found(system: System, speed: float, *, harmonics: int = 32) -> tuple[Refinement, Solution]:
-    """The motion that Newton's method reaches from closed teeth, judged."""
+    """The motion that Newton's method reaches from closed teeth, with its Floquet stability."""
     refinement = Refinement(ready=response(system))
     given = refinement.problem(harmonics)
     at = solution(refinement, linear_start(given, speed), speed, given=given, harmonics=harmonics, fixed=True)

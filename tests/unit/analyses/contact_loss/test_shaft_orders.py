@@ -88,7 +88,7 @@ def test_closed_teeth_are_the_linear_sweep() -> None:
     assert float((ours.mesh_force_rms / mesh_orders.mesh_force_rms).max()) > 1.01
 
 
-def test_lines_beside_the_torus_are_told(train: Train) -> None:
+def test_lines_beside_the_torus_are_reported(train: Train) -> None:
     system = train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)])
     one = contact_sweep(system, relative_speed=[1.8], unstable="report")
     two = contact_sweep(system, relative_speed=[1.8], unstable="report", shaft_tones=2)

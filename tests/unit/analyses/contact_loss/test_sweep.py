@@ -122,7 +122,7 @@ def test_without_stability_a_run_follows_its_branch(made: Any) -> None:
 SLID = {"stages.main.sun.support.z": "inf", "stages.main.planet.bearing.z": "inf", "deviations.sun.position.z": "1 mm"}
 
 
-def test_unstable_motions_are_told() -> None:
+def test_unstable_motions_are_reported() -> None:
     reported = epicyclic.sweep("xu2020", mesh_frequency=[1500.0, 3000.0, 3600.0], contact_loss=True, unstable="report")
     linear = epicyclic.stability("xu2020", mesh_frequency=[1500.0, 3000.0, 3600.0])
     assert list(reported.motion.values.ravel()) == ["periodic"] * 6

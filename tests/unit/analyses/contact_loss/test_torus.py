@@ -38,8 +38,8 @@ def integrated(given: Torus, point: TorusPoint, *, cycles: int, settle: int, ste
     start = np.stack([y[0].sum(axis=0), -(w[:, None] * y[1]).sum(axis=0)]) @ given.ready.modal.shapes.T
     moving, tone = motion(given.ready.system, program=constant(speed)), float(given.ready.lines.tone) * speed
     begin, end = settle / tone, (settle + cycles) / tone
-    settled = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[-1]
-    states = integrate(moving, settled, start=begin, stop=end, steps=cycles * steps)
+    state = integrate(moving, start, stop=begin, steps=settle * steps, keep=settle * steps)[-1]
+    states = integrate(moving, state, start=begin, stop=end, steps=cycles * steps)
     times = np.linspace(begin, end, len(states))
     change = float(np.abs(states[-1] - states[0]).max() / np.abs(states).max())
     return mesh_force(moving, times[:-1], states[:-1]), change
@@ -84,14 +84,14 @@ def test_what_is_dropped_is_the_error_of_an_instant(train: Train) -> None:
     error = large.state.y.copy()
     error[:, at] -= small.state.y
     size = float(np.linalg.norm(error)) / float(np.linalg.norm(large.state.y[:, 1:]))
-    said = float(np.linalg.norm(small.truncation))
+    stated = float(np.linalg.norm(small.truncation))
     # the rows kept change too, by the coupling; a factor of two covers it
-    assert 0.5 * size < said < 2.0 * size
-    assert np.linalg.norm(large.truncation) < 0.2 * said
+    assert 0.5 * size < stated < 2.0 * size
+    assert np.linalg.norm(large.truncation) < 0.2 * stated
 
 
 def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
-    """A point with rows as said, without raising them."""
+    """A point with rows as stated, without raising them."""
     made = given.prepared(size)
     start = respond_torus(given.mesh_orders_only, speed)
     from epicyclic.analyses.contact_loss.torus import _solve_size
@@ -139,7 +139,7 @@ def test_closed_flanks_superpose_exactly(train: Train) -> None:
     point, flat = respond_torus(given, 1.2), respond_torus(given.mesh_orders_only, 1.2)
     lines = superposed_lines(given.mesh_orders_only, flat)
     assert superposition_is_exact(given, flat, lines)
-    # nothing is neglected, so nothing but rounding is said to be
+    # nothing is neglected, so nothing but rounding is stated
     assert max(line.error for line in lines) < 1e-9
     one, other = torus_outputs(given, point), torus_outputs(given.mesh_orders_only, flat, lines)
     # tolerances of the two solutions, 1e-6 of the motion
@@ -197,7 +197,7 @@ def test_too_few_rows_are_called_coarse(train: Train) -> None:
     assert replace(point, converged=False).status == "not converged"
 
 
-def test_states_say_which_flanks_touch(train: Train) -> None:
+def test_states_know_which_flanks_touch(train: Train) -> None:
     """Far flanks out of reach are skipped; the answer is that of looking at them."""
     given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
     point = respond_torus(given, 2.3)
@@ -205,6 +205,6 @@ def test_states_say_which_flanks_touch(train: Train) -> None:
     y, flanks = point.state.y, made.flanks
     delta = made.grid.values(y.reshape(-1, y.shape[2]) @ flanks.gaps.T - made.error)
     np.testing.assert_array_equal(point.state.touching, delta > 0)
-    said = evaluate(made, y, 2.3, touching=delta > 0)
+    assumed = evaluate(made, y, 2.3, touching=delta > 0)
     # the same sums in another order
-    np.testing.assert_allclose(said.residual, point.state.residual, atol=1e-9 * np.abs(y).max())
+    np.testing.assert_allclose(assumed.residual, point.state.residual, atol=1e-9 * np.abs(y).max())
