@@ -24,7 +24,6 @@ __all__ = [
     "WORK",
     "NewtonResult",
     "NewtonStep",
-    "dynamic_size",
     "linear_start",
     "newton_step",
     "preconditioner",

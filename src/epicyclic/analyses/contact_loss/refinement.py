@@ -27,7 +27,6 @@ __all__ = [
     "distinct",
     "harmonics_for",
     "load_continuation",
-    "prolonged",
     "solution",
     "with_stability",
 ]
