@@ -43,8 +43,9 @@ __all__ = [
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
 # A step grows by this after so few Newton steps and so small a move, as a part of it.
 _GROW, _QUICK, _NEAR = 1.4, 3, 0.2
-# Newton steps of a corrector; residual of the GMRES of a bordered step per right side.
-_NEWTON, _FORCING = 10, 1e-3
+# Newton steps of a corrector; residual of the GMRES of a bordered step per right side, and the part of the residual
+# wanted below which it need not solve.
+_NEWTON, _FORCING, _TARGET = 10, 1e-3, 0.1
 # A fold is found when ds/d(length) is below this; so many steps at most, every third of which halves the interval.
 _FLAT, _TRIES, _BISECT = 1e-3, 12, 3
 # Times the interval about the highest point is halved.
@@ -209,7 +210,7 @@ def corrected(
         size = dynamic_size(state.y)
         if state.norm <= TOLERANCE * size:
             return state, count, calls
-        target = 0.1 * TOLERANCE * size / unit.motion
+        target = _TARGET * TOLERANCE * size / unit.motion
         step, ds, used = _bordered(
             given, state, tangent, tangent_speed, unit, state.residual / unit.motion, 0.0, target
         )

@@ -41,7 +41,7 @@ WORK = 300
 _STEPS, _HALVINGS = 20, 6
 # Part of the promised decrease that a step must bring: a sufficient decrease, as of Armijo.
 _DECREASE = 0.1
-# Part of the residual wanted to which GMRES solves at least, so that it does not spoil the last Newton step.
+# Part of the residual wanted below which GMRES need not solve: the last Newton step is no better for it.
 _TARGET = 0.1
 # Residual of the GMRES of a step per residual now: each step of a torus is worth about one more digit.
 _FORCING = 1e-2

@@ -23,7 +23,7 @@ __all__ = ["ShaftTones", "shaft_tones"]
 
 # Highest order of a shaft tone that a line may stand on: a lattice of orders up to 4 still holds it.
 _ORDER = 4
-# Highest order of a mesh tone by which a line may be shifted: sidebands of the first two mesh orders.
+# Highest order of a mesh tone that a line may have beside its shaft tones; chosen, a group is named by its lowest line.
 _MESH_ORDER = 2
 
 
