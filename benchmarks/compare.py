@@ -59,7 +59,10 @@ class Checkout:
 
     def target(self, task: Task) -> Path:
         """Where the result of a task is kept."""
-        said = [task.verb, task.drive, task.text, repr(task.options), self._libraries(), _WORKER.read_text("utf-8")]
+        files = [Path(value) for value in task.options.values() if isinstance(value, str) and value.endswith(".csv")]
+        asked = repr({key: value for key, value in task.options.items() if Path(str(value)) not in files})
+        read = [file.read_text("utf-8") for file in (*files, _WORKER)]
+        said = [task.verb, task.drive, task.text, asked, self._libraries(), *read]
         return self.folder / f"{hashlib.sha256(json.dumps(said).encode()).hexdigest()[:20]}.pkl"
 
     def _libraries(self) -> str:

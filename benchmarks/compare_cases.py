@@ -19,7 +19,8 @@ class Case:
     """One way to call a verb.
 
     name : of the row of the table.  verb : of the package, or ``system`` for the assembled matrices.
-    options : keywords; a text ``{path}``, ``{body}`` or ``{drive}`` stands for what the drive has of it.
+    options : keywords; a text ``{path}``, ``{values}``, ``{body}``, ``{torque}`` stands for what the drive has
+        of it, or for a file beside it.
     tolerance : relative, of differences.  speed : the keyword that takes the relative speed of drives that are looked
         at away from the nominal one, empty if none.
     only : beginnings of the names of the drives, all where empty.  without : drives left out, which take too long.
@@ -44,7 +45,7 @@ class Drive:
     name: str
     source: str
     text: str
-    path: str
+    paths: tuple[str, ...]
     body: str
     values: tuple[str, ...]
     relative_speed: float = 1.0
@@ -193,17 +194,23 @@ CASES: tuple[Case, ...] = (
         only=_OWN,
         without=_COUPLED,
     ),
-    Case(name="sensitivity", verb="sensitivity", without=_TWICE),
+    Case(name="sensitivity", verb="sensitivity", without=(*_TWICE, "own/teeth")),
     Case(
         name="sensitivity at speed",
         verb="sensitivity",
-        options={"relative_speed": 0.8, "paths": ["{path}"], "mode": 3},
+        options={"relative_speed": 0.8, "paths": "{paths}", "mode": 3},
     ),
-    Case(name="sensitivity force", verb="sensitivity", options={"of": "force"}, speed="relative_speed", without=_TWICE),
+    Case(
+        name="sensitivity force",
+        verb="sensitivity",
+        options={"of": "force"},
+        speed="relative_speed",
+        without=(*_COUPLED, "own/teeth"),
+    ),
     Case(
         name="sensitivity harmonic",
         verb="sensitivity",
-        options={"of": "force", "harmonic": 1, "paths": ["{path}"]},
+        options={"of": "force", "harmonic": 1, "paths": "{paths}"},
         speed="relative_speed",
     ),
     Case(name="track", verb="track", options={"over": "{path}", "points": 5}),
@@ -213,12 +220,24 @@ CASES: tuple[Case, ...] = (
         verb="modulation",
         options={
             "sensor": "30 deg",
-            "window": "cosine",
+            "window": "cos4",
             "mean_load": True,
             "through_planet": 0.2,
             "direction": "tangential",
         },
         speed="relative_speed",
+    ),
+    Case(
+        name="modulation through a path",
+        verb="modulation",
+        options={"window": "{window}", "transfer": "{transfer}", "floor": 0.0},
+        only=("own/backlash", "own/slices"),
+    ),
+    Case(
+        name="modulation beside the housing",
+        verb="modulation",
+        options={"body": "housing", "radius": "200 mm", "window": "gaussian", "width": "40 deg"},
+        only=("dong2019", "ready/encased-differential"),
     ),
     Case(name="stability", verb="stability", options={"points": 8}),
     Case(
@@ -259,7 +278,7 @@ CASES: tuple[Case, ...] = (
     Case(
         name="transient linear from rest",
         verb="transient",
-        options={"cycles": 2.0, "samples": 16, "contact": "linear", "start": "rest", "torque_step": (1.3, 1e-3)},
+        options={"cycles": 2.0, "samples": 16, "contact": "linear", "start": "rest", "torque_step": (1.3, 2e-4)},
         tolerance=ITERATED,
     ),
     Case(
@@ -273,6 +292,13 @@ CASES: tuple[Case, ...] = (
             "decimate": 2,
         },
         tolerance=ITERATED,
+    ),
+    Case(
+        name="transient history",
+        verb="transient",
+        options={"torque": "{torque}", "samples": 16},
+        tolerance=ITERATED,
+        only=("own/backlash", "own/slices", "own/teeth"),
     ),
     Case(name="vary", verb="vary", options={"path_values": {"{path}": "{values}"}}),
     Case(name="audit", verb="audit", tolerance=ITERATED, only=("ready/",)),
@@ -317,7 +343,13 @@ def _task(case: Case, drive: Drive) -> Task:
 
 def _filled(value: Any, drive: Drive) -> Any:
     """Options with the places of the drive put in."""
-    places: dict[str, Any] = {"{path}": drive.path, "{body}": drive.body, "{values}": list(drive.values)}
+    places: dict[str, Any] = {
+        "{path}": drive.paths[0],
+        "{paths}": list(drive.paths),
+        "{values}": list(drive.values),
+        "{body}": drive.body,
+        **{f"{{{name}}}": str(DRIVES / f"{name}.csv") for name in ("torque", "window", "transfer")},
+    }
     if isinstance(value, str):
         return places.get(value, value)
     if isinstance(value, Mapping):
@@ -328,13 +360,13 @@ def _filled(value: Any, drive: Drive) -> Any:
 def _drive(path: Path, name: str, source: str) -> Drive:
     text = path.read_text(encoding="utf-8")
     document = tomllib.loads(text)
-    place, value = next(_numbers(document), ("stages.main.sun.mass", "1 kg"))
-    number, _, unit = value.partition(" ")
+    numbers = list(_numbers(document)) or [("stages.main.sun.mass", "1 kg")]
+    number, _, unit = numbers[0][1].partition(" ")
     return Drive(
         name=name,
         source=source,
         text=text,
-        path=place,
+        paths=tuple(path for path, _ in numbers[:6]),
         body=_body(document),
         values=tuple(f"{float(number) * factor:.12g} {unit}" for factor in (0.8, 1.3)),
         relative_speed=0.6 if name == "own/dampers" else 1.0,
