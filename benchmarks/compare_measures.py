@@ -14,7 +14,8 @@ A residual is rounding itself: it is measured against 1, or against the largest 
 
 Integers, booleans, texts, dims, units and the places of nan and infinity are equal or different.  Mode shapes are free
 in sign, phase and, among modes of one frequency, basis: the sine of the largest angle between the spaces is taken.
-Floquet multipliers are a set: they are paired where their order differs.
+Floquet multipliers are a set, and so are the curves of modes over speed or a parameter, of which two of one frequency
+may begin in either order: they are paired where their order differs.
 """
 
 from __future__ import annotations
@@ -33,6 +34,13 @@ from scipy.optimize import linear_sum_assignment
 __all__ = ["Finding", "compared"]
 
 LEAST_SCALE, LEAST_ENTRY, ENTRY_FACTOR = 1e-4, 1e-6, 1e3
+_SHAPES = ("shape", "full_shape")
+_SETS = {
+    "floquet_multiplier": "multiplier",
+    "path_multiplier": "multiplier",
+    "whirl_frequency": "mode",
+    "frequency": "mode",
+}
 _OWN_UNIT = {"path", "variable", "objective", "row", "parameter", "solution"}
 _COUNTED = {"mode"}
 _IGNORED = {"version", "package", "options"}
@@ -139,17 +147,18 @@ def _variable(
     own = [axis for axis, dim in enumerate(dims) if dim in labels | _COUNTED | _OWN_UNIT]
     alone = any(dim in _OWN_UNIT for dim in dims)
     scale, entry = measures(old, new, own, alone=alone, least=1.0 if "residual" in name else 0.0)
-    if scale > 0 and name == "shape" and groups and dims == ("dof", "mode"):
-        moved = _turned(old, new, groups)
+    if scale > 0 and name in _SHAPES and groups and dims[-1:] == ("mode",):
+        count = old.shape[-1]
+        moved = _turned(old.reshape(-1, count), new.reshape(-1, count), groups)
         if moved < scale:
-            found.notes.append(f"shape: another sign, phase or basis in a group of modes ({scale:.1e})")
+            found.notes.append(f"{name}: another sign, phase or basis in a group of modes ({scale:.1e})")
             scale = entry = moved
     elif scale > tolerance and dims[-1:] == ("mode",) and groups:
         sums = [np.stack([values[..., group].sum(-1) for group in groups], -1) for values in (old, new)]
         scale, entry = measures(sums[0], sums[1], [axis for axis in own if axis < old.ndim - 1], alone=alone)
         found.notes.append(f"{name}: differs inside groups of modes; their sums are compared")
-    elif scale > tolerance and dims[-1:] in (("multiplier",), ("path_multiplier",)):
-        scale, entry = measures(old, _paired(old, new), own, alone=alone)
+    elif scale > tolerance and name in _SETS and _SETS[name] in dims:
+        scale, entry = measures(old, _paired(old, new, dims.index(_SETS[name]), whole="mode" in dims), own, alone=alone)
     found.measure(name, scale, entry, tolerance)
 
 
@@ -216,13 +225,17 @@ def _turned(old: Values, new: Values, groups: Sequence[NDArray[np.intp]]) -> flo
     return worst
 
 
-def _paired(old: Values, new: Values) -> Values:
-    """The entries of the last dim of `new`, put next to those of `old`."""
-    result = np.array(new)
-    for place in np.ndindex(*old.shape[:-1]):
-        chosen = linear_sum_assignment(np.abs(old[place][:, None] - new[place][None, :]))[1]
-        result[place] = new[place][chosen]
-    return result
+def _paired(old: Values, new: Values, axis: int, *, whole: bool) -> Values:
+    """The entries of `new` along an axis, put next to those of `old`: whole curves, or at each place by itself."""
+    before, after = np.moveaxis(old, axis, -1), np.moveaxis(new, axis, -1).copy()
+    if whole:
+        flat = [values.reshape(-1, values.shape[-1]) for values in (before, after)]
+        apart = np.abs(flat[0][:, :, None] - flat[1][:, None, :]).max(axis=0)
+        return np.moveaxis(after[..., linear_sum_assignment(apart)[1]], -1, axis)
+    for place in np.ndindex(*before.shape[:-1]):
+        chosen = linear_sum_assignment(np.abs(before[place][:, None] - after[place][None, :]))[1]
+        after[place] = after[place][chosen]
+    return np.moveaxis(after, -1, axis)
 
 
 def _renamed(old: Record, new: Record, found: Finding) -> dict[str, str]:

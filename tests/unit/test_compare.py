@@ -163,8 +163,6 @@ def test_every_verb_and_every_drive_is_there() -> None:
     assert set(epicyclic.__all__) - NO_VERBS | {"system"} == verbs
     drives = {drive.name for drive in drives_of(ROOT)}
     assert {"ready/ren2021", "good/every-key", "own/slices", "own/links", "own/backlash", "own/dampers"} <= drives
-    for path in DRIVES.glob("*.toml"):
-        assert not isinstance(epicyclic.assemble(epicyclic.load(path)), Exception)
     assert {task.case for task in tasks_of(drives_of(ROOT))} == {case.name for case in CASES}
 
 
