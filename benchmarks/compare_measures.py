@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from scipy.linalg import orth, subspace_angles
 from scipy.optimize import linear_sum_assignment
 
-__all__ = ["Finding", "compared"]
+__all__ = ["Finding", "compared", "excused"]
 
-LEAST_SCALE, LEAST_ENTRY, ENTRY_FACTOR = 1e-4, 1e-6, 1e3
+LEAST_SCALE, LEAST_ENTRY, ENTRY_FACTOR, ROUNDING_FACTOR = 1e-4, 1e-6, 1e3, 30.0
 _SHAPES = ("shape", "full_shape")
 _SETS = {
     "floquet_multiplier": "multiplier",
@@ -57,6 +57,7 @@ class Finding:
     """What two records differ in: failures with their places, wording and the like as notes.
 
     scale, entry : largest of both measures.  where : the variable that has the largest one in its tolerance.
+    moved : what failed -> how many times its tolerance; infinite where it had to be equal.
     """
 
     scale: float = 0.0
@@ -64,7 +65,13 @@ class Finding:
     where: str = ""
     failures: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    moved: dict[str, float] = field(default_factory=dict)
     _share: float = 0.0
+
+    def fail(self, name: str, text: str, share: float = np.inf) -> None:
+        """Something is different."""
+        self.moved[name] = max(share, self.moved.get(name, 0.0))
+        self.failures.append(f"{name}: {text}")
 
     def measure(self, name: str, scale: float, entry: float, tolerance: float) -> None:
         """Take one variable into account."""
@@ -73,18 +80,18 @@ class Finding:
         if share > self._share:
             self._share, self.where = share, name
         if share > 1:
-            self.failures.append(f"{name}: {scale:.1e} of scale, {entry:.1e} of entry")
+            self.fail(name, f"{scale:.1e} of scale, {entry:.1e} of entry", share)
 
 
 def compared(old: Record, new: Record, tolerance: float) -> Finding:
     """Everything two records differ in."""
     found = Finding()
     if old["outcome"] != new["outcome"] or old["outcome"] in ("crash", "timeout"):
-        found.failures.append(f"{_said(old)} -> {_said(new)}")
+        found.fail("outcome", f"{_said(old)} -> {_said(new)}")
     elif old["outcome"] == "error":
         for key in ("type", "path"):
             if old[key] != new[key]:
-                found.failures.append(f"{key} of the error: {old[key]!r} -> {new[key]!r} ({new['message']})")
+                found.fail(f"{key} of the error", f"{old[key]!r} -> {new[key]!r} ({new['message']})")
         if old["message"] != new["message"]:
             found.notes.append(f"message: {old['message']!r} -> {new['message']!r}")
     else:
@@ -93,6 +100,19 @@ def compared(old: Record, new: Record, tolerance: float) -> Finding:
         _attributes(old["attrs"], new["attrs"], tolerance, found)
     _caught(old.get("caught", []), new.get("caught", []), found)
     return found
+
+
+def excused(found: Finding, rounding: Finding) -> Finding:
+    """What is left of the failures once those are notes that rounding alone brings about, to a thirtieth at least."""
+    left = Finding(scale=found.scale, entry=found.entry, where=found.where, notes=list(found.notes))
+    for text in found.failures:
+        name = next(name for name in found.moved if text.startswith(f"{name}: "))
+        if rounding.moved.get(name, 0.0) * ROUNDING_FACTOR >= found.moved[name]:
+            left.notes.append(f"as rounding does: {text}")
+        else:
+            left.failures.append(text)
+            left.moved[name] = found.moved[name]
+    return left
 
 
 def _said(record: Record) -> str:
@@ -112,20 +132,20 @@ def _variables(old: Record, new: Record, renamed: Mapping[str, str], tolerance: 
     for name, (dims, values, unit, long_name) in old.items():
         other = new.get(renamed.get(name, name))
         if other is None:
-            found.failures.append(f"{name}: missing")
+            found.fail(name, "missing")
             continue
         if other[0] != dims or np.shape(other[1]) != np.shape(values):
-            found.failures.append(f"{name}: {dims} {np.shape(values)} -> {other[0]} {np.shape(other[1])}")
+            found.fail(name, f"{dims} {np.shape(values)} -> {other[0]} {np.shape(other[1])}")
             continue
         if other[2] != unit:
-            found.failures.append(f"{name}: unit {unit!r} -> {other[2]!r}")
+            found.fail(name, f"unit {unit!r} -> {other[2]!r}")
         if other[3] != long_name:
             found.notes.append(f"{name}: long name {long_name!r} -> {other[3]!r}")
         _variable(name, values, other[1], (dims, labels, groups), tolerance, found)
     taken = set(old) | set(renamed.values())
     for name in new:
         if name not in taken:
-            found.failures.append(f"{name}: not there before")
+            found.fail(name, "not there before")
 
 
 def _variable(
@@ -141,7 +161,7 @@ def _variable(
         _exact(name, old, new, found)
         return
     if not _same_gaps(old, new):
-        found.failures.append(f"{name}: nan or infinity elsewhere")
+        found.fail(name, "nan or infinity elsewhere")
         return
     old, new = (np.where(np.isfinite(values), values, 0) for values in (old, new))
     own = [axis for axis, dim in enumerate(dims) if dim in labels | _COUNTED | _OWN_UNIT]
@@ -188,16 +208,18 @@ def _exact(name: str, old: Values, new: Values, found: Finding) -> None:
     """Labels, integers and booleans; prose may be reworded."""
     kinds = {"U": "text", "O": "text", "i": "integer", "u": "integer"}
     if kinds.get(old.dtype.kind, old.dtype.kind) != kinds.get(new.dtype.kind, new.dtype.kind):
-        found.failures.append(f"{name}: type {old.dtype} -> {new.dtype}")
+        found.fail(name, f"type {old.dtype} -> {new.dtype}")
         return
     differ = np.atleast_1d(np.array(old.astype(object) != new.astype(object), dtype=bool))
     if not differ.any():
         return
     first = tuple(int(place) for place in np.argwhere(differ)[0])
     pair = f"{np.atleast_1d(old)[first]!r} -> {np.atleast_1d(new)[first]!r}"
-    told = f"{name}: {int(differ.sum())} of {differ.size} differ, first at {first}: {pair}"
-    prose = name in _PROSE or name.startswith(_PROSE_FIELDS)
-    (found.notes if prose else found.failures).append(told)
+    told = f"{int(differ.sum())} of {differ.size} differ, first at {first}: {pair}"
+    if name in _PROSE or name.startswith(_PROSE_FIELDS):
+        found.notes.append(f"{name}: {told}")
+    else:
+        found.fail(name, told)
 
 
 def _same_gaps(old: Values, new: Values) -> bool:
@@ -265,10 +287,10 @@ def _apart(old: Values, new: Values) -> float:
 
 def _attributes(old: Record, new: Record, tolerance: float, found: Finding) -> None:
     for key in sorted(set(old) | set(new)):
-        if key not in old or key not in new:
-            (found.notes if key in _IGNORED or key not in old else found.failures).append(
-                f"attribute {key}: {'not there before' if key not in old else 'missing'}"
-            )
+        if key not in new and key not in _IGNORED:
+            found.fail(f"attribute {key}", "missing")
+        elif key not in old or key not in new:
+            found.notes.append(f"attribute {key}: {'missing' if key in old else 'not there before'}")
         elif key == "warnings":
             _warnings(str(old[key]), str(new[key]), found)
         elif key == "options" and old[key] != new[key]:
@@ -299,18 +321,21 @@ def _attribute(name: str, old: Any, new: Any, tolerance: float, found: Finding) 
             return
         wording = " " in old and name.split()[-1] not in ("title", "verb")
         same = _NUMBER.findall(old) == _NUMBER.findall(new)
-        (found.notes if wording and same else found.failures).append(f"{name}: {old!r} -> {new!r}")
+        if wording and same:
+            found.notes.append(f"{name}: {old!r} -> {new!r}")
+        else:
+            found.fail(name, f"{old!r} -> {new!r}")
     elif _is_number(old) and _is_number(new):
         pair = np.atleast_1d(np.asarray(old, float)), np.atleast_1d(np.asarray(new, float))
         if pair[0].shape != pair[1].shape or not _same_gaps(*pair):
-            found.failures.append(f"{name}: {old} -> {new}")
+            found.fail(name, f"{old} -> {new}")
         else:
             finite = [np.where(np.isfinite(values), values, 0.0) for values in pair]
             found.measure(
                 name, *measures(finite[0], finite[1], [], least=1.0 if "residual" in name else 0.0), tolerance
             )
     elif old != new:
-        found.failures.append(f"{name}: {old!r} -> {new!r}")
+        found.fail(name, f"{old!r} -> {new!r}")
 
 
 def _is_number(value: Any) -> bool:
@@ -320,7 +345,7 @@ def _is_number(value: Any) -> bool:
 def _warnings(old: str, new: str, found: Finding) -> None:
     before, after = json.loads(old), json.loads(new)
     if len(before) != len(after):
-        found.failures.append(f"{len(before)} warnings -> {len(after)}: {before} -> {after}")
+        found.fail("warnings", f"{len(before)} -> {len(after)}: {before} -> {after}")
     elif before != after:
         found.notes.append(f"warnings: {before} -> {after}")
 
@@ -329,6 +354,6 @@ def _caught(old: Sequence[Sequence[str]], new: Sequence[Sequence[str]], found: F
     """Warnings of Python, by their categories."""
     kinds = [sorted(entry[0] for entry in told) for told in (old, new)]
     if kinds[0] != kinds[1]:
-        found.failures.append(f"Python warnings {kinds[0]} -> {kinds[1]}: {list(old)} -> {list(new)}")
+        found.fail("Python warnings", f"{kinds[0]} -> {kinds[1]}: {list(old)} -> {list(new)}")
     elif list(old) != list(new):
         found.notes.append(f"Python warnings: {list(old)} -> {list(new)}")

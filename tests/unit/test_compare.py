@@ -13,7 +13,7 @@ import compare
 import numpy as np
 import pytest
 from compare_cases import CASES, DRIVES, Task, drives_of, tasks_of
-from compare_measures import compared
+from compare_measures import compared, excused
 from compare_table import Row, failures, page, summary
 from compare_worker import run
 
@@ -158,6 +158,17 @@ def test_attributes_warnings_are_counted_words_are_told(sweep: Record) -> None:
     assert compared(with_attribute(prose="up to 3 of"), with_attribute(prose="up to 4 of"), 1e-9).failures
 
 
+def test_what_rounding_moves_too_may_be_let_through(sweep: Record) -> None:
+    def moved(factor: float, name: str = "amplitude") -> Record:
+        return _changed(sweep, name, lambda values: values * factor)
+
+    rounding = compared(sweep, moved(1 + 1e-7), 1e-9)
+    assert not excused(compared(sweep, moved(1 + 1e-6), 1e-9), rounding).failures
+    assert "as rounding does" in excused(compared(sweep, moved(1 + 1e-6), 1e-9), rounding).notes[0]
+    assert excused(compared(sweep, moved(1 + 1e-5), 1e-9), rounding).failures
+    assert excused(compared(sweep, moved(1 + 1e-6, "mesh_force_rms"), 1e-9), rounding).failures
+
+
 def test_every_verb_and_every_drive_is_there() -> None:
     verbs = {case.verb for case in CASES}
     assert set(epicyclic.__all__) - NO_VERBS | {"system"} == verbs
@@ -175,9 +186,9 @@ def test_the_table_says_what_moved(sweep: Record) -> None:
 
 
 def test_two_checkouts_side_by_side(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    given = [str(ROOT), str(ROOT), "--drives", "lin1999-n3", "--verbs", "modes", "--jobs", "1"]
+    given = [str(ROOT), str(ROOT), "--drives", "lin1999-n3", "--verbs", "check", "--jobs", "1"]
     assert compare.main([*given, "--keep", str(tmp_path), "-o", str(tmp_path / "table.md")]) == 0
-    assert "PASS: 4 results, 0 moved" in capsys.readouterr().out
+    assert "PASS: 1 results, 0 moved" in capsys.readouterr().out
     assert "## By verb and drive" in (tmp_path / "table.md").read_text("utf-8")
 
 
