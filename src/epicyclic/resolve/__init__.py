@@ -1,5 +1,5 @@
 """Document to Train: everything that follows from what the model file says."""
 
-from .load import load
+from .resolve import load
 
 __all__ = ["load"]

@@ -11,9 +11,9 @@ from ..gears import geometry
 from ..gears.phasing import Angle, Phase
 from ..train.bodies import GearData
 from .gears import Teeth, finish_gear, teeth_of_stage, width_of
-from .ledger import NAN, Ledger, same, turns_of
-from .plan import Pair, Plan
-from .shifts import distance_from_shifts, given_distances, given_radius, profile_shifts
+from .plan import GearPair, Plan
+from .profile_shifts import distance_from_shifts, given_distances, given_radius, profile_shifts
+from .resolution_log import NAN, ResolutionLog, same, turns_of
 
 __all__ = ["MeshShape", "StageShape", "shape_stage"]
 
@@ -72,20 +72,20 @@ class StageShape:
         return math.tau * float(self.plan.angles[branch]) + self.ahead[member]
 
 
-def shape_stage(plan: Plan, ledger: Ledger) -> StageShape:
+def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
     """Geometry of one stage.
 
     Raises
     ------
     ModelError : contradicting teeth, a centre distance below the base circles, axes that cannot be placed.
     """
-    teeth = teeth_of_stage(plan, ledger)
-    given = given_distances(plan, ledger)
+    teeth = teeth_of_stage(plan, log)
+    given = given_distances(plan, log)
     shifts = profile_shifts(plan, teeth, given)
-    gears = {name: finish_gear(plan, name, teeth[name], shifts[name], ledger) for name in plan.gears}
+    gears = {name: finish_gear(plan, name, teeth[name], shifts[name], log) for name in plan.gears}
     worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
-    pin = _pin_radii(plan, given, {name: distance for name, (_, distance) in worked.items()}, ledger)
-    meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], ledger) for p in plan.pairs}
+    pin = _pin_radii(plan, given, {name: distance for name, (_, distance) in worked.items()}, log)
+    meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], log) for p in plan.pairs}
     ahead = _ahead(plan, pin, {name: distance for name, (_, distance) in worked.items()})
     centre = _centres(plan, {name: distance for name, (_, distance) in worked.items()})
     meeting = [p.b for p in plan.pairs if plan.gears[p.a].kind == "sun" and p.b in pin] or list(pin)
@@ -107,7 +107,7 @@ def shape_stage(plan: Plan, ledger: Ledger) -> StageShape:
 
 def _working(
     plan: Plan,
-    p: Pair,
+    p: GearPair,
     teeth: Mapping[str, Teeth],
     given: float | None,
     shifts: Mapping[str, tuple[float, str]],
@@ -155,7 +155,7 @@ def _working(
     return angle, given
 
 
-def _angle_at(p: Pair, distance: float, teeth: Mapping[str, Teeth]) -> float:
+def _angle_at(p: GearPair, distance: float, teeth: Mapping[str, Teeth]) -> float:
     """Working angle of a pair at a distance [rad]; nan below the base circles."""
     radii = teeth[p.a].base_radius, teeth[p.b].base_radius
     return geometry.working_pressure_angle_at(distance, *radii, internal=p.internal)
@@ -168,11 +168,11 @@ def _nominal(a: Teeth, b: Teeth) -> bool:
 
 def _mesh_shape(
     plan: Plan,
-    p: Pair,
+    p: GearPair,
     teeth: Mapping[str, Teeth],
     gears: Mapping[str, Mapping[str | None, GearData]],
     worked: tuple[float, float],
-    ledger: Ledger,
+    log: ResolutionLog,
 ) -> MeshShape:
     a, b = teeth[p.a], teeth[p.b]
     first, second = next(iter(gears[p.a].values())), next(iter(gears[p.b].values()))
@@ -193,13 +193,13 @@ def _mesh_shape(
     widths = _widths(plan, p)
     width = next(iter(widths.values()))
     overlap = geometry.overlap_ratio(width, a.helix_angle, a.module) if a.helix_angle else 0.0
-    ledger.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
+    log.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
     own = "given" if p.keys.centre_distance is not None else "geometry"
-    ledger.note(f"{p.path}.centre_distance", distance, "m", own)
-    ledger.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
-    ledger.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
+    log.note(f"{p.path}.centre_distance", distance, "m", own)
+    log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
+    log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
     if ratio < 1.0:
-        ledger.warn(f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
+        log.warn(f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
     return MeshShape(
         working_angle=angle,
         tooth_angle=tooth_angle,
@@ -211,7 +211,7 @@ def _mesh_shape(
     )
 
 
-def _widths(plan: Plan, p: Pair) -> dict[str | None, float]:
+def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
     """Common face width of a pair [m] by side; nan where neither gear says one."""
     if plan.two_sided(p.a) != plan.two_sided(p.b):
         single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
@@ -233,7 +233,7 @@ def _widths(plan: Plan, p: Pair) -> dict[str | None, float]:
 
 
 def _pin_radii(
-    plan: Plan, given: Mapping[str, float], distance: Mapping[str, float], ledger: Ledger
+    plan: Plan, given: Mapping[str, float], distance: Mapping[str, float], log: ResolutionLog
 ) -> dict[str, float]:
     """Radius of the axes of every planet gear [m]: given, else the distance of its mesh nearest the sun."""
     radii: dict[str, float] = {}
@@ -245,7 +245,7 @@ def _pin_radii(
     for name, member in plan.gears.items():
         if plan.central(name):
             continue
-        own = given_radius(plan, plan.axis[name], ledger)
+        own = given_radius(plan, plan.axis[name], log)
         radius = own if own is not None else radii.get(plan.axis[name])
         if radius is None:
             raise ModelError(
@@ -255,7 +255,7 @@ def _pin_radii(
             )
         result[name] = radius
         origin = "given" if member.pin_radius is not None else "geometry"
-        ledger.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
+        log.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
     return result
 
 
@@ -275,7 +275,7 @@ def _ahead(plan: Plan, pin: Mapping[str, float], distance: Mapping[str, float]) 
     return {name: angle.get(plan.axis[name], 0.0) for name in pin}
 
 
-def _turn(plan: Plan, p: Pair, known: float, new: float, between: float) -> float:
+def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> float:
     """Angle at the centre of the stage between two axes that mesh, from the three centre distances [rad]."""
     cosine = (known**2 + new**2 - between**2) / (2 * known * new)
     if not -1.0 <= cosine < 1.0:
@@ -318,7 +318,7 @@ def _place_beside(plan: Plan, name: str, centre: dict[str, Place], distance: Map
 
 
 def _directions(
-    plan: Plan, p: Pair, pin: Mapping[str, float], ahead: Mapping[str, float], centre: Mapping[str, Place]
+    plan: Plan, p: GearPair, pin: Mapping[str, float], ahead: Mapping[str, float], centre: Mapping[str, Place]
 ) -> tuple[Angle, ...]:
     """Polar angle of e, from the centre of a to the pitch point, one per branch [turns]."""
     if p.a in centre and p.b in centre:
@@ -335,7 +335,7 @@ def _directions(
     )
 
 
-def _between(plan: Plan, p: Pair, centre: Mapping[str, Place]) -> Angle:
+def _between(plan: Plan, p: GearPair, centre: Mapping[str, Place]) -> Angle:
     (xa, ya), (xb, yb) = centre[p.a], centre[p.b]
     sign = -1.0 if p.internal else 1.0
     if xa == xb and ya == yb:

@@ -8,8 +8,8 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
 from .names import nearest
-from .schema import KIND_BY_NAME, ModelFile, Stage
-from .schema_links import Link, LinkDamping
+from .schema import KIND_BY_NAME, ModelFile, StageTable
+from .schema_links import LinkDampingTable, LinkTable
 
 __all__ = ["as_model_error", "path_of"]
 
@@ -93,9 +93,9 @@ def _keys(loc: Loc) -> tuple[str, ...]:
     if table is None:
         return ()
     names = [field.alias or name for name, field in table.model_fields.items() if name not in _HIDDEN]
-    if issubclass(table, Stage):
+    if issubclass(table, StageTable):
         names += KIND_BY_NAME
-    if issubclass(table, Link | LinkDamping):
+    if issubclass(table, LinkTable | LinkDampingTable):
         names += ["radial", "tilt"]
     return tuple(names)
 

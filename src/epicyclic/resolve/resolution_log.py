@@ -10,7 +10,7 @@ from fractions import Fraction
 from ..errors import ModelError
 from ..train.train import Derived
 
-__all__ = ["NAN", "Ledger", "Number", "per_branch", "same", "turns_of"]
+__all__ = ["NAN", "Number", "ResolutionLog", "per_branch", "same", "turns_of"]
 
 Number = Fraction | float
 NAN = float("nan")
@@ -18,7 +18,7 @@ EXACT_ANGLE = 1e-12  # [turns] an angle this near to a fraction of few digits is
 
 
 @dataclass(slots=True, kw_only=True)
-class Ledger:
+class ResolutionLog:
     """Collects resolved values, in order, and warnings.
 
     assumed : path -> reason, of the file.  overridden : full paths that overrides set.

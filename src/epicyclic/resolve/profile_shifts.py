@@ -8,17 +8,17 @@ from collections.abc import Mapping
 from ..errors import ModelError
 from ..gears import geometry
 from .gears import Teeth
-from .ledger import Ledger, same
-from .plan import Pair, Plan
+from .plan import GearPair, Plan
+from .resolution_log import ResolutionLog, same
 
 __all__ = ["distance_from_shifts", "given_distances", "given_radius", "profile_shifts"]
 
 LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 
 
-def given_distances(plan: Plan, ledger: Ledger) -> dict[str, float]:
+def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
     """Given centre distance of every pair that has one [m]; two that differ are a warning, the nearest one counts."""
-    radii = {axis: given_radius(plan, axis, ledger) for axis in set(plan.axis.values())}
+    radii = {axis: given_radius(plan, axis, log) for axis in set(plan.axis.values())}
     found: dict[str, float] = {}
     for p in plan.pairs:
         said = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
@@ -27,13 +27,13 @@ def given_distances(plan: Plan, ledger: Ledger) -> dict[str, float]:
             said.append(("the pin radius", radii[plan.axis[planets[0]]]))
         elif not planets:
             said.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
-        value = _first(said, ledger)
+        value = _first(said, log)
         if value is not None:
             found[p.name] = value
     return found
 
 
-def given_radius(plan: Plan, axis: str, ledger: Ledger) -> float | None:
+def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
     """Given radius of one planet axis [m]."""
     if plan.central(axis):
         return None
@@ -46,14 +46,14 @@ def given_radius(plan: Plan, axis: str, ledger: Ledger) -> float | None:
     meets = {q for p in plan.pairs for q in (p.a, p.b) if plan.central(p.a) or plan.central(p.b)}
     if any(name in meets for name in on_axis):
         said.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
-    return _first(said, ledger)
+    return _first(said, log)
 
 
-def _first(said: list[tuple[str, float | None]], ledger: Ledger) -> float | None:
+def _first(said: list[tuple[str, float | None]], log: ResolutionLog) -> float | None:
     given = [(path, value) for path, value in said if value is not None]
     for path, value in given[1:]:
         if not same(value, given[0][1], 1e-6):
-            ledger.warn(
+            log.warn(
                 f"centre distances differ: {given[0][0]} {given[0][1] * 1e3:.6g} mm, {path} {value * 1e3:.6g} mm; "
                 "the first one counts"
             )
@@ -107,7 +107,7 @@ def _distances_from_shifts(
     return found
 
 
-def _shift_sum(p: Pair, teeth: Mapping[str, Teeth], distance: float) -> float | None:
+def _shift_sum(p: GearPair, teeth: Mapping[str, Teeth], distance: float) -> float | None:
     """Sum of shifts with which a pair works at a distance; None where its base circles do not allow it."""
     a, b = teeth[p.a], teeth[p.b]
     if not (same(a.base_radius, a.nominal_base) and same(b.base_radius, b.nominal_base)):
@@ -121,7 +121,9 @@ def _shift_sum(p: Pair, teeth: Mapping[str, Teeth], distance: float) -> float | 
     return 0.0 if abs(total) < 1e-9 else total
 
 
-def distance_from_shifts(p: Pair, teeth: Mapping[str, Teeth], shift_a: float, shift_b: float) -> tuple[float, float]:
+def distance_from_shifts(
+    p: GearPair, teeth: Mapping[str, Teeth], shift_a: float, shift_b: float
+) -> tuple[float, float]:
     """Working angle [rad] and centre distance [m] of a pair by its teeth and shifts."""
     a, b = teeth[p.a], teeth[p.b]
     angle = geometry.working_pressure_angle(
