@@ -182,7 +182,7 @@ class MemberDeviationsTable(SchemaTable):
         WithJsonSchema({"type": ["array", "string"]}),
     ] = key(
         None,
-        "cumulative pitch deviations [m], one per tooth, positive = material missing; one list, or one per planet; "
+        "measured cumulative pitch deviations [m], one per tooth, positive = material missing; one list, or one per planet; "
         "or the name of a CSV file",
     )
     unbalance: UnbalanceTable | None = key(None, "unbalance; turns with the member")
@@ -203,8 +203,8 @@ class ProfileErrorTable(SchemaTable):
 class MeshDeviationsTable(SchemaTable):
     """Deviations of one mesh or one side of it."""
 
-    profile: ProfileErrorTable | None = key(None, "profile error")
-    gap: Error | None = key(None, "tooth thickness error, positive opens the gap")
+    profile: ProfileErrorTable | None = key(None, "profile error, a harmonic of the mesh frequency")
+    gap: Error | None = key(None, "error of the tooth thickness, positive opens the gap")
 
 
 class DeviationsTable(SchemaTable):

@@ -362,8 +362,8 @@ class LoadTable(SchemaTable):
     """An external force and moment on one member or body."""
 
     on: str = Field(description="member or body")
-    force: ForceTable = key(ForceTable(), "force")
-    moment: MomentTable = key(MomentTable(), "moment")
+    force: ForceTable = Field(default_factory=ForceTable, description="force")
+    moment: MomentTable = Field(default_factory=MomentTable, description="moment")
     frame: Literal["housing", "member"] = key("housing", "fixed in space, or turning with the member")
     at: Place = key(0.0, "axial place, from the centre of the member")
 
@@ -375,8 +375,8 @@ class ModelFile(SchemaTable):
     title: str = Field(description="one line")
     doi: str = key("", "of the source")
     notes: str = key("", "free text")
-    material: MaterialTable = key(MaterialTable(), "material of all gears")
-    damping: DampingTable = key(DampingTable(), "damping of the whole train")
+    material: MaterialTable = Field(default_factory=MaterialTable, description="material of all gears")
+    damping: DampingTable = Field(default_factory=DampingTable, description="damping of the whole train")
     assumed: dict[str, str] = Field(
         default_factory=dict, description="path = why this value, where the source is silent"
     )
@@ -384,6 +384,8 @@ class ModelFile(SchemaTable):
     stages: dict[str, StageTable] = Field(default_factory=dict, description="stages by name")
     bodies: dict[str, BodyTable] = Field(default_factory=dict, description="bodies by name")
     couplings: dict[str, CouplingTable] = Field(default_factory=dict, description="couplings by name")
-    operation: OperationTable = key(OperationTable(), "what drives, holds and loads the train")
+    operation: OperationTable = Field(
+        default_factory=OperationTable, description="what drives, holds and loads the train"
+    )
     loads: dict[str, LoadTable] = Field(default_factory=dict, description="external forces and moments by name")
-    deviations: DeviationsTable = key(DeviationsTable(), "what differs from nominal")
+    deviations: DeviationsTable = Field(default_factory=DeviationsTable, description="what differs from nominal")

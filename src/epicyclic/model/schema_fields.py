@@ -76,7 +76,7 @@ def key(default: Any, text: str, **more: Any) -> Any:
 class SchemaTable(BaseModel):
     """A table of the file: frozen, unknown keys are errors."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
 
 
 def metadata_of(field: FieldInfo) -> tuple[Any, ...]:

@@ -18,11 +18,6 @@ from ..gears.series import fourier_series, series_in_time, table_series
 from ..gears.tooth_pair import ToothPair
 from ..model.schema import ModelFile, VariationTable
 from ..model.units import Quantity
-from ..tooth_contact.drawn import pair_of_teeth
-from ..tooth_contact.energy import Meshing, interference
-from ..tooth_contact.pieces import check_pair
-from ..tooth_contact.table import contact_table
-from ..tooth_contact.tooth import ToothCompliance
 from ..train.connections import Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import MeshError
@@ -246,6 +241,12 @@ def _contact_law(
 def _table_of_pair(
     teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str
 ) -> tuple[ContactTable, tuple[str, ...]]:
+    from ..tooth_contact.drawn import pair_of_teeth  # heavy, and needed by loaded contact alone
+    from ..tooth_contact.energy import Meshing, interference
+    from ..tooth_contact.pieces import check_pair
+    from ..tooth_contact.table import contact_table
+    from ..tooth_contact.tooth import ToothCompliance
+
     pair = pair_of_teeth(teeth, internal=internal, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)
     table = contact_table(pair, force)

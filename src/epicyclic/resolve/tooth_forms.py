@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from ..gears.outline import GearForm
 from ..gears.series import ComplexArray
 from ..model.schema import ModelFile
-from ..tooth_contact.energy import Meshing, energy_series, interference
-from ..tooth_contact.tooth import tooth_compliance
 from .centres import StageShape
 from .inheritance import stated_value
 from .materials import elastic_constants, member_material
@@ -92,6 +90,9 @@ def energy_law(
     ------
     ModelError : teeth that cannot be, that interfere, that part between pairs.
     """
+    from ..tooth_contact.energy import Meshing, energy_series, interference  # heavy, and needed by energy alone
+    from ..tooth_contact.tooth import tooth_compliance
+
     meshing = shape.meshes[p.name]
     width = meshing.width[side]
     a, b = (
