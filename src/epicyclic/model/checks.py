@@ -1,4 +1,4 @@
-"""What one table of a document says against another; the resolver checks what geometry and statics say."""
+"""Contradictions between tables of a document; resolution checks geometry, kinematics and statics."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageT
 
 
 def _check_sides(path: str, member: MemberTable) -> None:
-    """Check what the sides say against the member's kind."""
+    """Check the keys of the sides against the member's kind."""
     for side in SIDES:
         table: SideTable | None = getattr(member, side)
         _check_bolts(f"{path}.{side}.bearing", None if table is None else table.bearing)

@@ -1,9 +1,9 @@
 """Deviations from nominal: the tables of the file, one field a kind.
 
 A kind of deviation is a field of `MemberDeviationsTable` (`deviations.MEMBER.KIND`) or of `MeshDeviationsTable`
-(`deviations.meshes.A-B.KIND`). The type of the field says its form, units and shorthand, the description is its row in
-docs/model-file.md, and `DeviationKind` in the annotation holds what no type can say. Shorthand, normalisation, checks,
-error messages, JSON Schema and the page read these fields. What a kind does to the train stands in
+(`deviations.meshes.A-B.KIND`). The type of the field gives its form, units and shorthand, the description is its
+row in docs/model-file.md, and `DeviationKind` in the annotation holds the rest. Shorthand, normalisation, checks, error
+messages, JSON Schema and the page read these fields. The effect of a kind on the train stands in
 `resolve/deviations.py`, under the same key.
 """
 
@@ -41,7 +41,7 @@ PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or o
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeviationKind:
-    """What the type of a kind of deviation does not say.
+    """Properties of a kind of deviation beyond its type.
 
     unit : SI unit of its row in docs/model-file.md; None takes it from the type.
     read : (value in the file, path of the member, folder of the file) -> value of the schema; raises ModelError.
@@ -182,8 +182,8 @@ class MemberDeviationsTable(SchemaTable):
         WithJsonSchema({"type": ["array", "string"]}),
     ] = key(
         None,
-        "measured cumulative pitch deviations [m], one per tooth, positive = material missing; one list, or one per planet; "
-        "or the name of a CSV file",
+        "measured cumulative pitch deviations [m], one per tooth, positive = material missing; one list, or one per "
+        "planet; or the name of a CSV file",
     )
     unbalance: UnbalanceTable | None = key(None, "unbalance; turns with the member")
 
@@ -218,7 +218,7 @@ Deviations = type[MemberDeviationsTable] | type[MeshDeviationsTable]
 
 
 def kind_of(table: Deviations, name: str) -> DeviationKind:
-    """What the annotation of one kind adds to its type."""
+    """Properties of one kind beyond its type."""
     found = (m for m in table.model_fields[name].metadata if isinstance(m, DeviationKind))
     return next(found, DeviationKind())
 
@@ -244,9 +244,9 @@ def _forms(table: Deviations) -> Iterator[tuple[str, Any]]:
 
 
 def _unit(table: Deviations, name: str, form: Any) -> str:
-    """SI unit of one kind: said by itself, else that of the number a bare value stands for."""
-    said = kind_of(table, name).unit
-    if said is not None:
-        return said
+    """SI unit of one kind: its own, else that of the number a bare value stands for."""
+    unit = kind_of(table, name).unit
+    if unit is not None:
+        return unit
     field = table.model_fields[name] if form is None else form.model_fields[form.bare]
     return next(KINDS[m.kinds.split()[0]].unit for m in metadata_of(field) if isinstance(m, Unit))

@@ -106,7 +106,7 @@ def _as_written(error: ModelError, data: PlainTable) -> ModelError:
 
 
 def _check_format(base: PlainTable) -> None:
-    """Refuse a file of no or of a newer version before anything else is said about it."""
+    """Raise ModelError for a file without version or of a newer one, ahead of any other error."""
     version = base.get("format")
     if version is None:
         raise ModelError("missing", path="format", allowed=f"format = {FORMAT}, the version of the file format")

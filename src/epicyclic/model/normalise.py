@@ -1,4 +1,4 @@
-"""The expanded document put in the order of the schema: values by full member path, lists as tuples, tables read."""
+"""Normalisation of the expanded document: values by full member path, lists as tuples, CSV files read."""
 
 from __future__ import annotations
 

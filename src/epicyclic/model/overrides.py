@@ -1,6 +1,6 @@
 """Layers of a document: overrides as a layer laid over the file, and alternative keys (rule 3).
 
-Two ways to say the same are an error in one layer; a later layer replaces.
+Alternatives of one key are an error in one layer; a later layer replaces them.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def check_alternatives(layer: PlainTable) -> None:
 
 
 def replace_alternatives(base: PlainTable, layer: PlainTable) -> PlainTable:
-    """Return `base` without what `layer` says in another way."""
+    """Return `base` without the keys that `layer` states by an alternative."""
     result = _replace(base, layer)
     before, after = result.get("operation"), layer.get("operation")
     if isinstance(before, dict) and isinstance(after, dict):

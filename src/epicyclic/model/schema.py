@@ -1,7 +1,7 @@
 """The normalised document: every table of a model file as a frozen pydantic model, in SI, references as full paths.
 
 A value that is None was not given. Per-planet values are one number or a tuple. Where a key takes two kinds of
-quantity its value is a `Quantity` whose `unit` says which.
+quantity its value is a `Quantity` whose `unit` gives the kind.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class FlankTable(SchemaTable):
 
 
 class SideTable(SchemaTable):
-    """What a left or right side says differently."""
+    """Keys of a left or right side that differ from its member."""
 
     mass: Mass | None = key(None, "mass of this half")
     inertia: Inertia | None = key(None, "inertia of this half; in kg J/r^2 at the base radius")
@@ -174,8 +174,8 @@ class MemberTable(SchemaTable):
     )
     shaft: SolidTable | None = key(None, "shaft to the member it sits on; default rigid")
     neck: SolidTable | None = key(None, "joins the left and the right half")
-    left: SideTable | None = key(None, "what the left side says differently")
-    right: SideTable | None = key(None, "what the right side says differently")
+    left: SideTable | None = key(None, "keys of the left side that differ")
+    right: SideTable | None = key(None, "keys of the right side that differ")
     # place and links
     bearing: SupportTable | None = key(None, "of a planet: link to the carrier, or the housing where there is none")
     support: SupportTable | None = key(None, "of a central member: link to the housing or to `to`")
@@ -195,7 +195,7 @@ _VARIATIONS = ("none", "contact-lines", "energy")
 class VariationTable(SchemaTable):
     """Mesh stiffness over one mesh cycle, relative to its mean: a word, a Fourier series or a table.
 
-    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` says which.
+    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` names it.
     """
 
     form: Literal["none", "contact-lines", "energy", "series", "values"] = Field(description="which of the five")
@@ -226,7 +226,7 @@ class VariationTable(SchemaTable):
 
 
 class MeshSideTable(SchemaTable):
-    """What may be said of a mesh, or of one side of it."""
+    """Keys of a mesh, or of one side of it."""
 
     stiffness: (
         Annotated[
@@ -252,8 +252,8 @@ class MeshTable(MeshSideTable):
 
     centre_distance: Radius | None = key(None, "centre distance of this mesh")
     slices: Annotated[int, Field(ge=1, le=200)] | None = key(None, "equal pieces along the face, each a row; default 1")
-    left: MeshSideTable | None = key(None, "what the left side says differently")
-    right: MeshSideTable | None = key(None, "what the right side says differently")
+    left: MeshSideTable | None = key(None, "keys of the left side that differ")
+    right: MeshSideTable | None = key(None, "keys of the right side that differ")
 
 
 class StageTable(SchemaTable):
@@ -284,7 +284,7 @@ class StageTable(SchemaTable):
     )
     flank: FlankTable | None = key(None, "flank modification")
     material: MaterialTable | None = key(None, "material of the gears of this stage")
-    meshes: dict[str, MeshTable] = Field(default_factory=dict, description="what is said of meshes, by `A-B`")
+    meshes: dict[str, MeshTable] = Field(default_factory=dict, description="meshes, by `A-B`")
     members: dict[str, MemberTable] = Field(default_factory=dict, description="gears and carrier, by name")
 
     @model_validator(mode="before")
@@ -307,7 +307,7 @@ STAGE_KEYS = frozenset(StageTable.model_fields) - {"members"}
 
 
 def _with_kind(name: str, table: Any) -> Any:
-    """Return a member's table with the kind its name says."""
+    """Return a member's table with the kind that its name implies."""
     if isinstance(table, dict) and "kind" not in table and name in KIND_BY_NAME:
         return {"kind": KIND_BY_NAME[name], **table}
     return table

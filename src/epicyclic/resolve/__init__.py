@@ -1,4 +1,4 @@
-"""Document to Train: everything that follows from what the model file says."""
+"""Document to Train: everything that follows from the model file."""
 
 from .resolve import load
 

@@ -95,7 +95,7 @@ def bodies_of_stage(shape: StageShape, model: ModelFile, log: ResolutionLog) -> 
 
 
 def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
-    """The bodies of the file's `[bodies]`; what they do not say is 0."""
+    """Bodies of the file's `[bodies]`; keys that are not stated are 0."""
     found = []
     for name, body in model.bodies.items():
         for key, unit in (("mass", "kg"), ("inertia", "kg m^2"), ("tilt_inertia", "kg m^2"), ("station", "m")):
@@ -117,6 +117,7 @@ def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
 
 
 def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """Bodies of one member, by side; of a planet gear those of one branch (0 ..)."""
     plan, member = shape.plan, shape.plan.stage.members[name]
     carried = branch is not None
     sides = sides_of(plan, name)
@@ -167,7 +168,14 @@ def _carrier_body(plan: Plan, side: str | None) -> str | None:
 
 
 def _solid(plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile) -> _Solid:
-    """Mass and inertias of one body: given, else of the solid; nan where nothing says them."""
+    """Mass [kg] and inertias [kg m^2] of one body: stated, else of the solid of the gear; nan where neither is known.
+
+    A hollow cylinder: m = rho pi (r_o^2 - r_i^2) l, J_p = m (r_o^2 + r_i^2)/2, J_d = J_p/2 + m l^2/12.
+
+    Raises
+    ------
+    ModelError : a bore or outer diameter that leaves no solid beside the pitch circle.
+    """
     member = plan.stage.members[name]
     mass, inertia, tilt = (
         _stated_inertia(plan, name, side, key, radius) for key in ("mass", "inertia", "tilt_inertia")
@@ -227,7 +235,7 @@ def _width(gear: GearData | None, side: str | None) -> float:
 
 
 def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, log: ResolutionLog) -> None:
-    """Record the values; of a half at the member's path, at the side's where that says its own."""
+    """Log mass and inertias; of a half at the path of the member, or of the side where that states its own."""
     path = plan.member_path(name)
     member = plan.stage.members[name]
     by_side = side is not None and any(
@@ -235,7 +243,7 @@ def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, log: Res
         for s in ("left", "right")
         for k in ("mass", "inertia", "tilt_inertia", "face_width")
     )
-    for key, value, said, unit in zip(
+    for key, value, key_origin, unit in zip(
         ("mass", "inertia", "tilt_inertia"),
         (solid.mass, solid.inertia, solid.tilt),
         solid.origins,
@@ -243,7 +251,9 @@ def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, log: Res
         strict=True,
     ):
         where = f"{path}.{side}.{key}" if by_side else f"{path}.{key}"
-        origin = "geometry" if said == "geometry" else "given" if where == f"{path}.{said}" else f"as {name}"
+        origin = (
+            key_origin if key_origin == "geometry" else "given" if where == f"{path}.{key_origin}" else f"as {name}"
+        )
         log.note(where, value, unit, origin if math.isfinite(value) else "missing")
 
 
@@ -270,9 +280,11 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
 
 
 def _end(reference: str, bodies: Sequence[Body]) -> Body | None:
+    """First body of the member that a coupling names; None for an unknown reference."""
     member = ".".join(reference.split(".")[:2])
     return next((body for body in bodies if body.member == member), None)
 
 
 def _moved(body: Body, by: complex) -> Body:
+    """A body with its centre moved by x + i y [m]."""
     return body if by == 0 else replace(body, centre=(body.centre[0] + by.real, body.centre[1] + by.imag))

@@ -25,7 +25,7 @@ STEEPEST = math.radians(60)  # working pressure angle, as in the file format
 class MeshShape:
     """One pair at its working place: angle [rad], distance [m] of the teeth themselves, contact and overlap ratio.
 
-    tooth_angle : angle at which the teeth themselves touch [rad]; the working one unless base radii are said.
+    tooth_angle : angle at which the teeth themselves touch [rad]; the working angle unless base radii are stated.
     limits : where a tooth pair touches, (sigma_min, sigma_max).  width : the narrower face [m], by side.
     """
 
@@ -114,7 +114,7 @@ def _working(
 ) -> tuple[float, float]:
     """Working transverse pressure angle [rad] of a pair and the distance of its axes [m].
 
-    Base radii that are said, rounded as print is, work at the angle that fits the distance, so that a stage that
+    Stated base radii, rounded as print is, work at the angle that fits the distance, so that a stage that
     turns as a whole stresses no tooth.
     """
     a, b = teeth[p.a], teeth[p.b]
@@ -174,10 +174,14 @@ def _mesh_shape(
     worked: tuple[float, float],
     log: ResolutionLog,
 ) -> MeshShape:
+    """Working geometry of one pair: contact limits, contact ratio and overlap ratio [iso21771].
+
+    worked : working transverse pressure angle [rad] and centre distance [m].
+    """
     a, b = teeth[p.a], teeth[p.b]
     first, second = next(iter(gears[p.a].values())), next(iter(gears[p.b].values()))
     angle, distance = worked
-    # Said base radii are for levers; where the teeth touch follows from the teeth.
+    # Stated base radii are levers of the forces; the contact limits follow from the teeth themselves.
     by_teeth = distance_from_shifts(p, teeth, first.profile_shift, second.profile_shift)[0]
     tooth_angle = angle if _nominal(a, b) or math.isnan(by_teeth) else by_teeth
     limits = geometry.contact_limits(
@@ -212,7 +216,7 @@ def _mesh_shape(
 
 
 def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
-    """Common face width of a pair [m] by side; nan where neither gear says one."""
+    """Common face width of a pair [m] by side; nan where neither gear states one."""
     if plan.two_sided(p.a) != plan.two_sided(p.b):
         single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
         raise ModelError(
@@ -308,6 +312,7 @@ def _centres(plan: Plan, distance: Mapping[str, float]) -> dict[str, Place]:
 
 
 def _place_beside(plan: Plan, name: str, centre: dict[str, Place], distance: Mapping[str, float]) -> None:
+    """Put the centre of one gear on a fixed axis [m] at its distance from the first partner that has a place."""
     for p in plan.pairs:
         partner = p.b if p.a == name else p.a if p.b == name else None
         if partner in centre and partner is not None:
@@ -336,6 +341,7 @@ def _directions(
 
 
 def _between(plan: Plan, p: GearPair, centre: Mapping[str, Place]) -> Angle:
+    """Polar angle of e between two gears on fixed axes [turns]. Raises ModelError for one common centre."""
     (xa, ya), (xb, yb) = centre[p.a], centre[p.b]
     sign = -1.0 if p.internal else 1.0
     if xa == xb and ya == yb:

@@ -36,7 +36,7 @@ def tooth_pair(
     if widths[0] is None or widths[1] is None:
         return None
     a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], shape.meshes[p.name]
-    unnoted = ResolutionLog(assumed={})  # what stands for a body that is not said is noted where a stiffness needs it
+    unnoted = ResolutionLog(assumed={})  # the default body is noted where a stiffness needs it
     places = half_station(plan, p.a, side), half_station(plan, p.b, side)
     apart = (places[0] - places[1]) / 2
     teeth = ToothPair(
@@ -58,6 +58,7 @@ def tooth_pair(
 
 
 def _check(teeth: ToothPair, internal: bool) -> None:
+    """Raise ModelError for micro-geometry that does not fit the height and the width of its flank."""
     plane = Plane(
         base_a=teeth.base_a,
         base_b=teeth.base_b,
@@ -81,19 +82,22 @@ def _check(teeth: ToothPair, internal: bool) -> None:
 
 
 def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank:
-    """Micro-geometry of one helix of a gear: every entry from its side, else the gear, else the stage."""
+    """Micro-geometry of one helix of a gear: every entry of its side, else the gear, else the stage."""
     levels = subtables(plan.levels(name, side), "flank")
 
     def entry(key: str) -> Stated | None:
+        """Nearest statement of one entry of the micro-geometry."""
         return stated(levels, key)
 
     def length(key: str) -> float:
+        """Crown or slope [m], 0 where it is not stated."""
         found = entry(key)
         if found is not None:
             log.note(found.path, found.value, "m")
         return 0.0 if found is None else float(found.value)
 
     def relief(key: str) -> Relief | None:
+        """One relief, None where it is not stated."""
         found = entry(key)
         return None if found is None else _relief(found.value, found.path, log)
 
@@ -111,12 +115,13 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
 
 
 def _path(plan: Plan, name: str, side: str | None) -> str:
-    """The flank of a gear in the file, of a side where that says its own."""
+    """Path of the flank of a gear in the file, of a side where it has its own."""
     found = stated(plan.member_levels(name, side), "flank")
     return f"{plan.member_path(name)}.flank" if found is None else found.path
 
 
 def _relief(table: ReliefTable, path: str, log: ResolutionLog) -> Relief:
+    """Amount and length [m] and shape of a relief. Raises ModelError where amount or length is missing."""
     for key in ("amount", "length"):
         if getattr(table, key) is None:
             raise ModelError("is missing", path=f"{path}.{key}", allowed="a length")
@@ -126,6 +131,7 @@ def _relief(table: ReliefTable, path: str, log: ResolutionLog) -> Relief:
 
 
 def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
+    """Measured profile: heights below the tip, missing material [m]. Raises ModelError unless heights rise."""
     if len(table.below_tip) != len(table.missing) or any(b <= a for a, b in pairwise(table.below_tip)):
         raise ModelError(
             "heights must rise, one for each deviation",
@@ -136,4 +142,5 @@ def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
 
 
 def _wave(table: WaveTable) -> Wave:
+    """Wave along the profile: amplitude [m], order [1], phase [rad]."""
     return Wave(amplitude=table.amplitude, order=table.order, phase=table.phase)

@@ -26,7 +26,7 @@ class Teeth:
 
     module : normal.  pressure_angle : normal.  hand : +1 right, -1 left (left helix of a herringbone gear), 0 spur.
     nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
-    from_module : module given (False: taken from given base radii).
+    from_module : module stated (False: it follows from stated base radii).
     """
 
     teeth: int
@@ -65,6 +65,7 @@ def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
 
 
 def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict[str, Teeth]:
+    """Teeth of the gears of one chain, which share module, pressure angle and helix angle. Raises ModelError."""
     helix = _shared(plan, chain, "helix_angle", log)
     normal = _shared(plan, chain, "pressure_angle", log)
     module, from_module = _module(plan, chain, (normal, helix), log)
@@ -112,7 +113,7 @@ def _stated_in_chain(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, 
 
 
 def _shared(plan: Plan, chain: tuple[str, ...], key: str, log: ResolutionLog) -> float:
-    """A value that a chain of meshing gears shares: nearest of gear, chain, stage, default."""
+    """Pressure or helix angle of a chain of meshing gears [rad]: of a gear, else the stage, else the default."""
     given = _stated_in_chain(plan, chain, key)
     stage = getattr(plan.stage, key)
     value, origin = DEFAULTS[key], "default"
@@ -128,7 +129,10 @@ def _shared(plan: Plan, chain: tuple[str, ...], key: str, log: ResolutionLog) ->
 
 
 def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log: ResolutionLog) -> tuple[float, bool]:
-    """Normal module of a chain, and whether it is given; else it is what the given base radii mean."""
+    """Normal module of a chain [m], and whether it is stated; else it follows from the stated base radii.
+
+    angles : normal pressure angle and helix angle [rad].
+    """
     slant = math.cos(angles[1])
     given = _stated_in_chain(plan, chain, "module")
     tilted = {name: value * slant for name, value in _stated_in_chain(plan, chain, "transverse_module").items()}
@@ -154,6 +158,7 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
 
 
 def _module_of_radii(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float]) -> float:
+    """Mean normal module [m] of the stated base radii of a chain. Raises ModelError unless all are stated."""
     normal, helix = angles
     given = [(m.base_radius, m.teeth) for name in chain if (m := plan.gears[name]).base_radius is not None]
     if len(given) < len(chain):
@@ -167,7 +172,7 @@ def _module_of_radii(plan: Plan, chain: tuple[str, ...], angles: tuple[float, fl
 
 
 def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog) -> dict[str, int]:
-    """Hand of every gear: one says it, the others follow; the first is right-handed where none says it."""
+    """Hand of every gear of a chain, +1 right, -1 left, 0 spur: one is stated, the others follow, default right."""
     relative = {chain[0]: 1}
     pairs = [p for p in plan.pairs if p.a in chain]
     for _ in pairs:
@@ -198,6 +203,7 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog)
 
 
 def _check_loops(plan: Plan, pairs: list[GearPair], relative: Mapping[str, int], helix: float) -> None:
+    """Raise ModelError where the hands of a closed loop of helical meshes contradict each other."""
     for p in pairs:
         if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
             raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
@@ -217,7 +223,14 @@ def gap_of(plan: Plan, name: str) -> float:
 def finish_gear(
     plan: Plan, name: str, teeth: Teeth, shift: tuple[float, str], log: ResolutionLog
 ) -> dict[str | None, GearData]:
-    """The toothed part of every half of a gear, {side: GearData}, with tip and root from shift (value, origin)."""
+    """Toothed part of every half of a gear, by side, with tip and root radii [m].
+
+    shift : profile shift [1] and its origin.
+
+    Raises
+    ------
+    ModelError : a shift that leaves no tooth.
+    """
     member, path = plan.gears[name], plan.member_path(name)
     log.note(f"{path}.profile_shift", shift[0], "", shift[1])
     levels = plan.levels(name)
@@ -238,6 +251,7 @@ def finish_gear(
 
 
 def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | None) -> GearData:
+    """Geometry of one half of a gear [m, rad]; tip and root stated, else from the shift [iso21771]."""
     member = plan.gears[name]
     addendum = float(stated_value(plan.levels(name, side), "addendum", 1.0))
     dedendum = float(stated_value(plan.levels(name, side), "dedendum", 1.25))

@@ -74,4 +74,5 @@ def origin_of(found: Stated | None) -> str:
 
 
 def _below(path: str, key: str) -> str:
+    """Path of a key in the table at `path`, "" for the file itself."""
     return f"{path}.{key}" if path else key

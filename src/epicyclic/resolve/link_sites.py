@@ -43,7 +43,14 @@ class LinkSite:
 
 
 def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Link:
-    """One link from its table; `rest` is what stands for directions it does not name."""
+    """Link of one table at its site.
+
+    rest : stiffness of the directions the table does not name [N/m, N m/rad].
+
+    Raises
+    ------
+    ModelError : a list that does not fit the planets, an rz in N/m without radius.
+    """
     path = f"{site.path}.{name}" if name else site.path
     carried = site.kind == "bearing" and site.second is not None
     station = site.first.station
@@ -69,17 +76,18 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
 
 
 def _six(site: LinkSite, path: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Six:
+    """Stiffness in x y z [N/m], rx ry rz [N m/rad]; at a shared site the share of finite ones."""
     values = []
     for direction in DIRECTIONS:
-        said = getattr(table, direction)
-        if said is None:
+        stated = getattr(table, direction)
+        if stated is None:
             value, origin = (
                 rest[direction],
                 "default" if math.isinf(rest[direction]) or not rest[direction] else "geometry",
             )
             log.note(f"{path}.{direction}", value, UNITS[direction], origin)
         else:
-            whole = _torsional(said, site.radius, f"{path}.{direction}") if isinstance(said, Quantity) else said
+            whole = _torsional(stated, site.radius, f"{path}.{direction}") if isinstance(stated, Quantity) else stated
             value = per_branch(whole, site.count, f"{path}.{direction}")[site.branch]
             note = list(whole) if isinstance(whole, tuple) else whole
             log.note(f"{path}.{direction}", note, UNITS[direction])
@@ -88,18 +96,19 @@ def _six(site: LinkSite, path: str, table: LinkTable, rest: Mapping[str, float],
     return x, y, z, rx, ry, rz
 
 
-def _torsional(said: Quantity, radius: float, path: str) -> float | tuple[float, ...]:
-    """A torsional stiffness in N m/rad; one in N/m acts at a radius."""
-    if said.unit == "N m/rad":
-        return said.value
+def _torsional(stated: Quantity, radius: float, path: str) -> float | tuple[float, ...]:
+    """Torsional stiffness [N m/rad]; one in N/m acts at `radius` [m]. Raises ModelError for an unknown radius."""
+    if stated.unit == "N m/rad":
+        return stated.value
     if not math.isfinite(radius):
-        raise ModelError("in N/m, but no radius is known", path=path, given=said.value, allowed="a value in N m/rad")
-    if isinstance(said.value, tuple):
-        return tuple(value * radius**2 for value in said.value)
-    return said.value * radius**2
+        raise ModelError("in N/m, but no radius is known", path=path, given=stated.value, allowed="a value in N m/rad")
+    if isinstance(stated.value, tuple):
+        return tuple(value * radius**2 for value in stated.value)
+    return stated.value * radius**2
 
 
 def _dampers(table: LinkTable, share: float) -> Six:
+    """Dampers in x y z [N s/m], rx ry rz [N m s/rad]; at a shared site the share."""
     if table.damping is None:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     x, y, z, rx, ry, rz = ((getattr(table.damping, d) or 0.0) * share for d in DIRECTIONS)
@@ -107,6 +116,7 @@ def _dampers(table: LinkTable, share: float) -> Six:
 
 
 def _friction(table: LinkTable, share: float) -> tuple[tuple[str, float | str], ...]:
+    """Friction of a link as pairs of key and value: force [N], coefficient [1], radius [m], law."""
     if table.friction is None:
         return ()
     pairs = ((key, getattr(table.friction, key)) for key in ("force", "coefficient", "radius", "law"))
@@ -168,6 +178,7 @@ def _plain(site: Link) -> Link:
 
 
 def _stiffness(bolts: BoltsTable, key: str, path: str, log: ResolutionLog) -> float:
+    """Stiffness of one bolt in one direction [N/m]; rigid where it is not named."""
     value: float | None = getattr(bolts, key)
     log.note(f"{path}.{key}", math.inf if value is None else value, "N/m", "default" if value is None else "given")
     return math.inf if value is None else value

@@ -141,10 +141,10 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
 
 
 def _bearings(site: LinkSite, support: tables.SupportTable | None, rz: float, log: ResolutionLog) -> list[Link]:
-    """One link for every bearing; a direction that none names is rigid (rz as given), in the first one.
+    """One link for every bearing; a direction that none names is rigid (rz: `rz` [N m/rad]), in the first one.
 
-    Bolts hold in every direction, so that beside them nothing else is rigid that is not said to be.  Of two carrier
-    plates a bearing sits in the one on its side of the planet's centre, in the middle half in each.
+    Bolts hold in every direction, so that beside them no other direction is rigid unless named.  Of two carrier plates
+    a bearing sits in the one on its side of the planet's centre, in the middle half in each.
     """
     listed: list[tuple[str, tables.LinkTable]] = []
     if support is None or not support.bearings or support.directions():
@@ -209,7 +209,14 @@ def _joint(
     material: tuple[float, float],
     log: ResolutionLog,
 ) -> Link:
-    """A solid between two bodies of one axis; what its shape does not say is rigid."""
+    """Link of a solid between two bodies of one axis; directions its shape does not give are rigid.
+
+    where : path in the file, name and kind.  length [m].  material : Young's modulus [Pa], Poisson's ratio [1].
+
+    Raises
+    ------
+    ModelError : a diameter without length.
+    """
     path, name, kind = where
     if table.diameter is not None and length <= 0:
         raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")

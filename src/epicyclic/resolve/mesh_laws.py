@@ -1,4 +1,4 @@
-"""Laws of meshes: mean stiffness and its variation over the place of the contact, damping, backlash."""
+"""Mesh stiffness: mean, variation over the place of contact, loaded tooth contact; damping and backlash."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class MeshLaw:
     """Stiffness of one side of a pair: per branch along the tooth normal [N/m], and its relative series over sigma.
 
     narrow : the series of a slice without width, where the helix brings slices into mesh one after the other; None
-        where all follow the whole.  table : where loaded contact says stiffness and variation.
+        where all follow the whole.  table : force of loaded tooth contact, which then gives stiffness and variation.
     """
 
     stiffness: tuple[float, ...]
@@ -61,9 +61,13 @@ def mesh_law(
     teeth: ToothPair | None,
     lean: int,
 ) -> MeshLaw:
-    """Law of one side of a pair.
+    """Stiffness [N/m], its variation, damping [N s/m] and backlash [m] of one side of a pair.
 
-    torque : of each pair, as `Kinematics.mesh_torque`.  teeth : of the mesh.  lean : d h of its first gear.
+    torque : of each pair [N m], as `Kinematics.mesh_torque`.  teeth : of the mesh.  lean : d h of its first gear.
+
+    Raises
+    ------
+    ModelError : a stiffness that needs a face width without one, teeth that cannot touch.
     """
     plan, width = shape.plan, shape.meshes[p.name].width[side]
     own_stiffness = stated(p.levels(side), "stiffness")
@@ -123,6 +127,7 @@ def _normal(shape: StageShape, p: GearPair, side: str | None, given: Quantity, p
 
 
 def _needed_width(shape: StageShape, p: GearPair, side: str | None, path: str) -> float:
+    """Common face width [m] of one side of a pair. Raises ModelError where it is not stated."""
     width = shape.meshes[p.name].width[side]
     if math.isnan(width):
         raise ModelError(
@@ -159,6 +164,7 @@ def _standard(shape: StageShape, p: GearPair, width: float, path: str, model: Mo
 
 
 def _check_range(shape: StageShape, p: GearPair, width: float, stiffness: Sequence[float], log: ResolutionLog) -> None:
+    """Warn of a stiffness [N/m] per face width [m] outside the range of steel teeth."""
     if math.isnan(width):
         return
     for value in sorted(set(stiffness)):
@@ -168,7 +174,7 @@ def _check_range(shape: StageShape, p: GearPair, width: float, stiffness: Sequen
 
 
 def _form(p: GearPair, side: str | None, method: str) -> str:
-    """How the stiffness varies: as said, else as its method has it."""
+    """Form of the variation of the stiffness: stated, else that of its method."""
     variation: VariationTable | None = stated_value(p.levels(side), "variation", None)
     if variation is not None:
         return variation.form
@@ -178,9 +184,9 @@ def _form(p: GearPair, side: str | None, method: str) -> str:
 def _variation(
     shape: StageShape, p: GearPair, side: str | None, form: str, own: Series | None, log: ResolutionLog
 ) -> tuple[Series, Series | None]:
-    """Relative Fourier coefficients over sigma, (L,), and those of a narrow slice where the helix shifts slices.
+    """Relative Fourier coefficients (L,) over sigma [1], and those of a narrow slice where the helix shifts slices.
 
-    own : series of a narrow slice by energy.
+    own : series (L,) of a narrow slice by energy.
     """
     meshing = shape.meshes[p.name]
     series: VariationTable | None = stated_value(p.levels(side), "variation", None)
@@ -203,6 +209,7 @@ def _variation(
 
 
 def overlap_of(meshing: MeshShape, shape: StageShape, p: GearPair, width: float) -> float:
+    """Overlap ratio [1] of one helix of face width [m]."""
     first = next(iter(meshing.width.values()))
     return (
         meshing.overlap_ratio
@@ -241,6 +248,7 @@ def _contact_law(
 def _table_of_pair(
     teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str
 ) -> tuple[ContactTable, tuple[str, ...]]:
+    """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
     from ..tooth_contact.drawn import pair_of_teeth  # heavy, and needed by loaded contact alone
     from ..tooth_contact.energy import Meshing, interference
     from ..tooth_contact.pieces import check_pair

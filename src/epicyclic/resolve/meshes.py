@@ -75,6 +75,10 @@ def meshes_of_stage(
 
 
 def _mesh(shape: StageShape, p: GearPair, side: str | None, branch: int, law: MeshLaw, signs: tuple[int, int]) -> Mesh:
+    """Mesh of one branch (0 ..) and side, without lead, slices and teeth.
+
+    signs : flank d and sense D (docs/conventions.md, rows and phases).
+    """
     plan, meshing = shape.plan, shape.meshes[p.name]
     a, b = shape.teeth[p.a], shape.teeth[p.b]
     number = branch + 1 if plan.branches and not (plan.central(p.a) and plan.central(p.b)) else None
@@ -128,6 +132,7 @@ def _shift(shape: StageShape, p: GearPair) -> float:
 
 
 def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
+    """Name of the body that carries a gear of one branch (1 ..) on one side."""
     own = member_bodies(plan, member, None if plan.central(member) else number)
     return own[side] if side in own else own[None]
 
@@ -136,6 +141,7 @@ def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
 
 
 def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
+    """The gears of a stage as the phasing of the train takes them."""
     found = []
     for name, member in plan.gears.items():
         fit = member.clocking is None or isinstance(member.clocking, str)
@@ -155,6 +161,7 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
 
 
 def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMesh]:
+    """The pairs of a stage as the phasing of the train takes them."""
     return [
         ToothMesh(
             pair=p.name,
@@ -185,6 +192,7 @@ def _flanks(plan: Plan, kinematics: Kinematics) -> dict[str, int]:
 
 
 def _on(reference: str | None) -> str | None:
+    """Member that a reference to a shaft names, without its stage."""
     return None if reference is None else reference.split(".")[-1]
 
 
@@ -224,11 +232,13 @@ def _leads(
 
 
 def _fraction(value: float) -> Number:
+    """Phase [cycles] as an exact fraction where it is one of small numbers."""
     exact = Fraction(value).limit_denominator(SHORT)
     return exact if abs(float(exact) - value) < 1e-12 else value
 
 
 def _check_assembly(plan: Plan, phases: StagePhases, log: ResolutionLog) -> None:
+    """Warn of planet angles at which the teeth do not meet, with the nearest angles at which they do."""
     if phases.assembles:
         return
     given, nearest = (

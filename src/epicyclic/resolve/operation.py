@@ -81,6 +81,7 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
 
 
 def _carrier(plan: Plan) -> str | None:
+    """Full path of the carrier of a stage, None where the axes stand in the housing."""
     return None if plan.carrier is None else f"{plan.name}.{plan.carrier}"
 
 
@@ -129,7 +130,7 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
 
 
 def _sided_torques(member: str, model: ModelFile, torque: float) -> dict[str | None, float]:
-    """Torque of each half [N m] where the file names sides: what one says, the rest at the balancing one or halved."""
+    """Torque of each half [N m] where the file names sides: as stated, the rest at the balancing half or halved."""
     operation = model.operation
     sided = {s: operation.torque.get(f"{member}.{s}", operation.power.get(f"{member}.{s}")) for s in ("left", "right")}
     if all(value is None for value in sided.values()):

@@ -120,6 +120,7 @@ def plan_stages(model: ModelFile, log: ResolutionLog) -> tuple[Plan, ...]:
 
 
 def _plan(name: str, stage: StageTable, log: ResolutionLog) -> Plan:
+    """Plan of one stage. Raises ModelError for what `plan_stages` names."""
     path = f"stages.{name}"
     carriers = [m for m, member in stage.members.items() if member.kind == "carrier"]
     gears = {m: member for m, member in stage.members.items() if member.kind != "carrier"}
@@ -153,6 +154,7 @@ def _plan(name: str, stage: StageTable, log: ResolutionLog) -> Plan:
 
 
 def _check_shaft(path: str, name: str, gears: Mapping[str, MemberTable]) -> None:
+    """Raise ModelError where the gear a gear sits on is not another one of its kind in this stage."""
     on = gears[name].on
     if on is None:
         return
@@ -164,6 +166,7 @@ def _check_shaft(path: str, name: str, gears: Mapping[str, MemberTable]) -> None
 
 
 def _shaft_root(name: str, gears: Mapping[str, MemberTable]) -> str:
+    """Gear at the root of the shaft a gear sits on. Raises ModelError for shafts in a circle."""
     seen = [name]
     while (on := gears[seen[-1]].on) is not None:
         seen.append(on.split(".")[-1])
@@ -175,6 +178,7 @@ def _shaft_root(name: str, gears: Mapping[str, MemberTable]) -> str:
 def _branches(
     path: str, stage: StageTable, gears: Mapping[str, MemberTable], log: ResolutionLog
 ) -> tuple[int, tuple[Number, ...]]:
+    """Number of branches, 0 without planets, and their polar angles [turns]. Raises ModelError."""
     if all(member.kind != "planet" for member in gears.values()):
         return 0, (Fraction(0),)
     if not stage.branches:
@@ -211,6 +215,7 @@ def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable])
 
 
 def _implied(gears: Mapping[str, MemberTable]) -> list[tuple[str, str]]:
+    """Pairs that need no naming: the meshes of a single planet gear, and of two gears on fixed axes."""
     by_kind: dict[str, list[str]] = {}
     for name, member in gears.items():
         by_kind.setdefault(member.kind, []).append(name)
@@ -225,6 +230,7 @@ def _implied(gears: Mapping[str, MemberTable]) -> list[tuple[str, str]]:
 
 
 def _pair(stage: str, key: str, keys: MeshTable, gears: Mapping[str, MemberTable]) -> GearPair:
+    """Pair of a key `A-B`, in a ring mesh the planet gear first. Raises ModelError."""
     path = f"stages.{stage}.meshes.{key}"
     names = key.split("-")
     if len(names) != 2 or any(name not in gears for name in names):
@@ -254,6 +260,7 @@ def _ordered(
 
 
 def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[str, int]:
+    """Number of joints from the nearest root, by gear."""
     far = dict.fromkeys(roots, 0)
     both = [*joints, *((b, a) for a, b in joints)]
     while new := [(b, far[a] + 1) for a, b in both if a in far and b not in far]:
@@ -262,6 +269,7 @@ def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[
 
 
 def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: str) -> dict[str, int]:
+    """Number of the chain of meshing gears, by gear. Raises ModelError for a gear that meshes with nothing."""
     chain = {name: i for i, name in enumerate(gears)}
     for p in pairs:
         low, high = sorted((chain[p.a], chain[p.b]))

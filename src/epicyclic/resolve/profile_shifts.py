@@ -21,13 +21,13 @@ def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
     radii = {axis: given_radius(plan, axis, log) for axis in set(plan.axis.values())}
     found: dict[str, float] = {}
     for p in plan.pairs:
-        said = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
+        stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
         planets = [name for name in (p.a, p.b) if not plan.central(name)]
         if len(planets) == 1:
-            said.append(("the pin radius", radii[plan.axis[planets[0]]]))
+            stated.append(("the pin radius", radii[plan.axis[planets[0]]]))
         elif not planets:
-            said.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
-        value = _first(said, log)
+            stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
+        value = _first(stated, log)
         if value is not None:
             found[p.name] = value
     return found
@@ -38,19 +38,20 @@ def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
     if plan.central(axis):
         return None
     on_axis = [name for name in plan.gears if plan.axis[name] == axis]
-    said = [(f"{plan.member_path(name)}.pin_radius", plan.gears[name].pin_radius) for name in on_axis]
+    stated = [(f"{plan.member_path(name)}.pin_radius", plan.gears[name].pin_radius) for name in on_axis]
     axes = list(dict.fromkeys(plan.axis[name] for name in plan.gears if not plan.central(name)))
     if plan.carrier is not None and axis == axes[0]:
         member = plan.stage.members[plan.carrier]
-        said.append((f"{plan.member_path(plan.carrier)}.pin_radius", member.pin_radius))
+        stated.append((f"{plan.member_path(plan.carrier)}.pin_radius", member.pin_radius))
     meets = {q for p in plan.pairs for q in (p.a, p.b) if plan.central(p.a) or plan.central(p.b)}
     if any(name in meets for name in on_axis):
-        said.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
-    return _first(said, log)
+        stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
+    return _first(stated, log)
 
 
-def _first(said: list[tuple[str, float | None]], log: ResolutionLog) -> float | None:
-    given = [(path, value) for path, value in said if value is not None]
+def _first(stated: list[tuple[str, float | None]], log: ResolutionLog) -> float | None:
+    """First stated centre distance [m], with a warning for each one that differs."""
+    given = [(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
         if not same(value, given[0][1], 1e-6):
             log.warn(
@@ -94,7 +95,7 @@ def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, floa
 def _distances_from_shifts(
     plan: Plan, teeth: Mapping[str, Teeth], known: Mapping[str, tuple[float, str]], given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Distances of pairs on an axis that one of its central meshes with two given shifts fixes."""
+    """Centre distance [m] of pairs on an axis that has a central mesh with two stated shifts."""
     found: dict[str, float] = {}
     for p in plan.pairs:
         planet = next((n for n in (p.a, p.b) if not plan.central(n)), None)

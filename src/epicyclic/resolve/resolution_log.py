@@ -1,4 +1,4 @@
-"""What a resolution collects on its way: every value with its origin, every warning."""
+"""Log of a resolution: every resolved value with its origin, every warning; and comparison of numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ResolutionLog:
     warnings: list[str] = field(default_factory=list)
 
     def note(self, path: str, value: object, unit: str = "", origin: str = "given") -> None:
-        """Record one value; `given` becomes `set` or `assumed` where an override or the file says so."""
+        """Record one value; `given` becomes `set` where an override sets the path, `assumed` where the file assumes it."""
         self.values[path] = Derived(path=path, value=value, unit=unit, origin=self.origin(path, origin))
 
     def origin(self, path: str, origin: str = "given") -> str:
@@ -65,7 +65,7 @@ def per_branch(value: float | Sequence[float] | None, count: int, path: str) -> 
 
 
 def same(a: float, b: float, tolerance: float = 1e-9) -> bool:
-    """Whether two values are one value computed twice."""
+    """Whether two values are equal to a relative tolerance [1]: one value computed twice."""
     return math.isclose(a, b, rel_tol=tolerance, abs_tol=1e-15)
 
 

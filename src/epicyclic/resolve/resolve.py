@@ -1,4 +1,4 @@
-"""The validated document -> the frozen Train: everything that follows from what the file says."""
+"""From a model file to the resolved Train: reading, and everything that follows from the document."""
 
 from __future__ import annotations
 
@@ -88,20 +88,23 @@ def resolve(document: Document) -> Train:
 
 
 def _bodies(shapes: tuple[StageShape, ...], model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """Bodies of the stages and of the file, coupled ones on one axis."""
     bodies = [body for shape in shapes for body in bodies_of_stage(shape, model, log)]
     return coaxial([*bodies, *free_bodies(model, log)], model)
 
 
 def _links(shapes: tuple[StageShape, ...], model: ModelFile, bodies: list[Body], log: ResolutionLog) -> list[Link]:
+    """Links of stages, bodies and couplings."""
     by_name = {body.name: body for body in bodies}
     links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
     return [*links, *links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
 
 
 def _damping(model: ModelFile, log: ResolutionLog) -> Damping:
-    said = model.damping
+    """Damping stated of the whole train."""
+    stated = model.damping
     for key, unit in (("modal", ""), ("mass", "1/s"), ("stiffness", "s"), ("mesh", "")):
-        value = getattr(said, key)
+        value = getattr(stated, key)
         if value is not None:
             log.note(f"damping.{key}", value, unit)
-    return Damping(modal=said.modal, mass=said.mass, stiffness=said.stiffness, mesh=said.mesh)
+    return Damping(modal=stated.modal, mass=stated.mass, stiffness=stated.stiffness, mesh=stated.mesh)

@@ -38,7 +38,7 @@ def shaft_stiffness(
 
 
 def solid_stiffness(table: SolidTable, length: float, material: tuple[float, float]) -> dict[str, float]:
-    """What the shape of a neck, shaft or coupling says: all directions from a diameter, rz from a torsional rigidity.
+    """Stiffness of a neck, shaft or coupling by its shape, x y z [N/m], rx ry rz [N m/rad]; rz alone from G J_p.
 
     length [m]; material : Young's modulus [Pa], Poisson's ratio.
     """

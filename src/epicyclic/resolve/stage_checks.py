@@ -40,6 +40,7 @@ def check_stage(shape: StageShape, log: ResolutionLog) -> None:
 
 
 def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, value: str, allowed: str) -> None:
+    """Raise ModelError, or warn where stated radii allow what teeth and module do not."""
     if given:
         log.warn(f"{path}: {problem} ({value})")
     else:
@@ -47,6 +48,7 @@ def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, value
 
 
 def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog) -> None:
+    """Check that a planet has room in its ring: roots clear of tips."""
     planet, ring = (next(iter(shape.gears[name].values())) for name in (p.a, p.b))
     room = geometry.radial_clearance(_axes(shape, p), planet.tip_radius, ring.root_radius, internal=True)
     if room < -planet.module:

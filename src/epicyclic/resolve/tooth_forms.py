@@ -1,4 +1,4 @@
-"""Teeth of a mesh as the model file says them, the load they bear in operation, and their stiffness by energy."""
+"""Tooth forms of a mesh, the nominal load in operation, and mesh stiffness by strain energy."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .resolution_log import ResolutionLog
 
 __all__ = ["energy_law", "nominal_load", "tooth_form"]
 
-# Where the file does not say how thick the body is: a hub of half the root diameter; a rim of 3.5 modules, which the
+# Where the file states no thickness of the body: a hub of half the root diameter; a rim of 3.5 modules, which the
 # standard holds for as good as solid.
 _HUB, _RIM = 0.5, 3.5
 _LOAD = 100e3  # per length of contact line where nothing is loaded [N/m]: the least for which ISO 6336-1 holds
 
 
 def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLog) -> GearForm:
-    """The teeth of a gear and the body that holds them; where the body is not said, what stands for it is noted."""
+    """Form of the teeth of a gear and of its body [m, Pa]; a default body is noted in the log."""
     data = next(iter(shape.gears[gear].values()))
     E, nu = elastic_constants(member_material(shape.plan, gear, model))
     # a given root diameter is a dedendum
@@ -46,7 +46,7 @@ def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLo
 
 
 def _held(shape: StageShape, gear: str, log: ResolutionLog) -> float:
-    """Radius at which the body is held [m]."""
+    """Radius at which the body of the gear is held [m]."""
     member, data = shape.plan.gears[gear], next(iter(shape.gears[gear].values()))
     path = shape.plan.member_path(gear)
     if data.internal:

@@ -39,10 +39,10 @@ def test_a_kind_of_member_acts_under_its_own_path(kind: str) -> None:
     assert teeth is not None
     value = [1e-6, *[0.0] * (teeth.teeth - 1)] if kind == "pitch" else value_of(kind)
     train = load("ren2021", {"deviations": None, f"deviations.planet.{kind}": value})
-    found = [*train.displacements, *train.mesh_errors, *train.loads]
+    found: list[Any] = [*train.displacements, *train.mesh_errors, *train.loads]
     assert found
     assert {item.path for item in found} == {path}
-    assert {item.cause for item in [*train.displacements, *train.mesh_errors]} <= {kind}
+    assert {item.cause for item in found if hasattr(item, "cause")} <= {kind}
 
 
 @pytest.mark.parametrize("kind", MeshDeviationsTable.model_fields)
