@@ -9,7 +9,7 @@ messages, JSON Schema and the page read these fields. The effect of a kind on th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
@@ -17,8 +17,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 from pydantic import Field, WithJsonSchema, model_validator
 
 from ..errors import ModelError
-from .schema_fields import PerPlanet, SchemaTable, Unit, key, metadata_of
-from .units import KINDS, factor
+from .schema_fields import PerPlanet, SchemaTable, Unit, key
+from .units import factor
 
 __all__ = [
     "DeviationKind",
@@ -31,7 +31,6 @@ __all__ = [
     "UnbalanceTable",
     "bare_keys",
     "kind_of",
-    "table_rows",
 ]
 
 Error = Annotated[PerPlanet, Unit("length", many=True)]
@@ -43,13 +42,11 @@ PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or o
 class DeviationKind:
     """Properties of a kind of deviation beyond its type.
 
-    unit : SI unit of its row in docs/model-file.md; None takes it from the type.
     read : (value in the file, path of the member, folder of the file) -> value of the schema; raises ModelError.
     check : (path, value, teeth of the member or None, number of planets); raises ModelError. It stands in place of the
         check that lists have one entry per planet.
     """
 
-    unit: str | None = None
     read: Callable[[Any, str, Path | None], Any] | None = None
     check: Callable[[str, Any, int | None, int], None] | None = None
 
@@ -178,7 +175,7 @@ class MemberDeviationsTable(SchemaTable):
     tilt: TiltTable | None = key(None, "misalignment; stands still in what carries the member")
     pitch: Annotated[
         PitchLists | None,
-        DeviationKind(unit="m", read=_read_pitch, check=_check_pitch),
+        DeviationKind(read=_read_pitch, check=_check_pitch),
         WithJsonSchema({"type": ["array", "string"]}),
     ] = key(
         None,
@@ -225,28 +222,8 @@ def kind_of(table: Deviations, name: str) -> DeviationKind:
 
 def bare_keys(table: Deviations) -> dict[str, str]:
     """Key that a bare number or text stands for, by kind: ``run_out = "20 um"`` is ``run_out.amplitude``."""
-    return {name: form.bare for name, form in _forms(table) if form is not None}
-
-
-def table_rows(table: Deviations) -> list[str]:
-    """Rows of docs/model-file.md, one a kind: path in the file, SI unit, description."""
-    head = "deviations.M" if table is MemberDeviationsTable else "deviations.meshes.A-B"
-    return [
-        f"| `{head}.{name}` | {_unit(table, name, form)} | {table.model_fields[name].description} |"
-        for name, form in _forms(table)
-    ]
-
-
-def _forms(table: Deviations) -> Iterator[tuple[str, Any]]:
-    """Every kind, and the table of its long form, None where it is a plain value."""
-    for name, field in table.model_fields.items():
-        yield name, next((a for a in get_args(field.annotation) if hasattr(a, "bare")), None)
-
-
-def _unit(table: Deviations, name: str, form: Any) -> str:
-    """SI unit of one kind: its own, else that of the number a bare value stands for."""
-    unit = kind_of(table, name).unit
-    if unit is not None:
-        return unit
-    field = table.model_fields[name] if form is None else form.model_fields[form.bare]
-    return next(KINDS[m.kinds.split()[0]].unit for m in metadata_of(field) if isinstance(m, Unit))
+    forms = {
+        name: next((form for form in get_args(field.annotation) if hasattr(form, "bare")), None)
+        for name, field in table.model_fields.items()
+    }
+    return {name: form.bare for name, form in forms.items() if form is not None}

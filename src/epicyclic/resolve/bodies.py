@@ -30,7 +30,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Solid:
+class _MassProperties:
     """Mass [kg], inertia about the axis and about a diameter [kg m^2], with the origin of mass and inertia."""
 
     mass: float
@@ -132,9 +132,9 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
     found = []
     for side in sides:
         gear = shape.gears[name][side] if name in plan.gears else None
-        solid = _solid(plan, name, side, gear, radius, model)
+        solid = _mass_properties(plan, name, side, gear, radius, model)
         if not branch:
-            _note_solid(plan, name, side, solid, log)
+            _log_mass(plan, name, side, solid, log)
         found.append(
             Body(
                 name=body_name(plan.name, name, branch + 1 if branch is not None else None, side),
@@ -167,7 +167,9 @@ def _carrier_body(plan: Plan, side: str | None) -> str | None:
 # mass and inertia ---------------------------------------------------------------------------------------------------
 
 
-def _solid(plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile) -> _Solid:
+def _mass_properties(
+    plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile
+) -> _MassProperties:
     """Mass [kg] and inertias [kg m^2] of one body: stated, else of the solid of the gear; nan where neither is known.
 
     A hollow cylinder: m = rho pi (r_o^2 - r_i^2) l, J_p = m (r_o^2 + r_i^2)/2, J_d = J_p/2 + m l^2/12.
@@ -196,7 +198,7 @@ def _solid(plan: Plan, name: str, side: str | None, gear: GearData | None, radiu
         inertia = 0.5 * mass * squares
     if tilt is None:
         tilt = inertia / 2 + mass * width**2 / 12
-    return _Solid(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
+    return _MassProperties(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
 
 
 def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: float) -> float | None:
@@ -234,7 +236,7 @@ def _width(gear: GearData | None, side: str | None) -> float:
     return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
 
 
-def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, log: ResolutionLog) -> None:
+def _log_mass(plan: Plan, name: str, side: str | None, solid: _MassProperties, log: ResolutionLog) -> None:
     """Log mass and inertias; of a half at the path of the member, or of the side where that states its own."""
     path = plan.member_path(name)
     member = plan.stage.members[name]

@@ -16,7 +16,7 @@ from .gears import gap_of, width_of
 from .inheritance import overlaid
 from .link_sites import STIFF, LinkSite, bolted, link_at
 from .materials import elastic_constants, file_material, member_material
-from .plan import Plan, sides_of
+from .plan import Plan, gear_below, sides_of
 from .resolution_log import ResolutionLog
 from .shaft_stiffness import solid_stiffness
 
@@ -187,8 +187,8 @@ def _joints(
         left, right = bodies[own["left"]], bodies[own["right"]]
         where = f"{plan.member_path(name)}.neck", f"{body_name(plan.name, name, number)}/neck", "neck"
         found.append(_joint(plan, where, left, right, member.neck, branch, length, material, log))
-    if member.on is not None:
-        base = member_bodies(plan, member.on.split(".")[-1], number)
+    if (below := gear_below(member)) is not None:
+        base = member_bodies(plan, below, number)
         for side, body in own.items():
             first, second = bodies[base.get(side, next(iter(base.values())))], bodies[body]
             where = f"{plan.member_path(name)}.shaft", f"{body}/shaft", "shaft"

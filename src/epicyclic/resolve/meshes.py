@@ -22,7 +22,7 @@ from .centres import StageShape
 from .flanks import tooth_pair
 from .inheritance import stated, stated_value
 from .mesh_laws import MeshLaw, mesh_law, overlap_of
-from .plan import GearPair, Plan
+from .plan import GearPair, Plan, gear_below
 from .resolution_log import Number, ResolutionLog, per_branch, turns_of
 
 __all__ = ["meshes_of_stage"]
@@ -153,7 +153,7 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
                 internal=member.kind == "ring",
                 central=plan.central(name),
                 profile_shift=next(iter(shape.gears[name].values())).profile_shift,
-                on=None if member.on is None else member.on.split(".")[-1],
+                on=gear_below(member),
                 clocking=None if fit else tuple(turns_of(angle) for angle in angles),
             )
         )
@@ -183,17 +183,14 @@ def _flanks(plan: Plan, kinematics: Kinematics) -> dict[str, int]:
     largest = max(abs(torque) for torque in torques.values())
     if largest == 0.0:
         gears = [
-            ToothedGear(name=n, teeth=m.teeth or 0, internal=m.kind == "ring", central=plan.central(n), on=_on(m.on))
+            ToothedGear(
+                name=n, teeth=m.teeth or 0, internal=m.kind == "ring", central=plan.central(n), on=gear_below(m)
+            )
             for n, m in plan.gears.items()
         ]
         signs = chain_flanks(gears, [(p.a, p.b) for p in plan.pairs], 1)
         return {p.name: sign for p, sign in zip(plan.pairs, signs, strict=True)}
     return {p.name: flank_of_torque(torques[p.name], internal=p.internal) for p in plan.pairs}
-
-
-def _on(reference: str | None) -> str | None:
-    """Member that a reference to a shaft names, without its stage."""
-    return None if reference is None else reference.split(".")[-1]
 
 
 def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:

@@ -12,7 +12,7 @@ from ..train.bodies import Body
 from ..train.kinematics import Gearing, Kinematics, Tie, solve
 from ..train.train import Load
 from .bodies import member_centre
-from .plan import Plan
+from .plan import Plan, gear_below
 from .resolution_log import ResolutionLog
 
 __all__ = ["body_torques", "external_loads", "gearings_of", "gravity_of", "kinematics_of", "member_of", "ties_of"]
@@ -93,10 +93,10 @@ def _rpm(speed: float) -> Fraction:
 def ties_of(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
     """Every coupling and shaft that makes two members turn together, for the kinematics."""
     shafts = [
-        Tie(name=f"{plan.name}.{name}", a=f"{plan.name}.{member.on.split('.')[-1]}", b=f"{plan.name}.{name}")
+        Tie(name=f"{plan.name}.{name}", a=f"{plan.name}.{below}", b=f"{plan.name}.{name}")
         for plan in plans
         for name, member in plan.gears.items()
-        if member.on is not None
+        if (below := gear_below(member)) is not None
     ]
     joined = [
         Tie(name=name, a=member_of(table.between[0], model), b=member_of(table.between[1], model))

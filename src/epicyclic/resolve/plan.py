@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from ..errors import ModelError
+from ..model.names import SIDES
 from ..model.schema import MemberTable, MeshTable, ModelFile, StageTable
 from .inheritance import Level, Levels, stated_value
 from .resolution_log import Number, ResolutionLog, turns_of
 
-__all__ = ["GearPair", "Plan", "plan_stages", "sides_of"]
+__all__ = ["GearPair", "Plan", "gear_below", "plan_stages", "sides_of"]
 
-SIDES = ("left", "right")
 FAR = 10**6
 
 
@@ -107,15 +107,18 @@ def sides_of(plan: Plan, member: str) -> tuple[str | None, ...]:
     return SIDES if plan.split(member) else (None,)
 
 
+def gear_below(member: MemberTable) -> str | None:
+    """Gear on whose shaft a gear sits, by its name in the stage; None for a gear on its own axis."""
+    return None if member.on is None else member.on.split(".")[-1]
+
+
 def plan_stages(model: ModelFile, log: ResolutionLog) -> tuple[Plan, ...]:
     """Plan every stage.
 
     Raises
     ------
-    ModelError : no stage, two carriers, missing teeth or planets, meshes to be named, a gear that meshes with nothing.
+    ModelError : two carriers, shafts in a circle, meshes to be named, a gear that meshes with nothing.
     """
-    if not model.stages:
-        raise ModelError("a train needs a stage", path="stages", given={}, allowed="[stages.NAME] with gears that mesh")
     return tuple(_plan(name, stage, log) for name, stage in model.stages.items())
 
 
@@ -128,13 +131,7 @@ def _plan(name: str, stage: StageTable, log: ResolutionLog) -> Plan:
         raise ModelError(
             "a stage has one carrier", path=path, given=carriers, allowed="one; split = true for its halves"
         )
-    if not gears:
-        raise ModelError(
-            "no gear in this stage", path=path, given=list(stage.members), allowed="sun, planet, ring, ..."
-        )
     for m, member in gears.items():
-        if member.teeth is None:
-            raise ModelError("is missing", path=f"{path}.{m}.teeth", allowed="number of teeth, 3 or more")
         _check_shaft(f"{path}.{m}", m, gears)
         log.note(f"{path}.{m}.teeth", member.teeth)
     axis = {m: _shaft_root(m, gears) for m in gears}
@@ -154,22 +151,17 @@ def _plan(name: str, stage: StageTable, log: ResolutionLog) -> Plan:
 
 
 def _check_shaft(path: str, name: str, gears: Mapping[str, MemberTable]) -> None:
-    """Raise ModelError where the gear a gear sits on is not another one of its kind in this stage."""
-    on = gears[name].on
-    if on is None:
-        return
-    target = on.split(".")[-1]
-    if target not in gears or target == name:
-        raise ModelError("no other gear of this stage", path=f"{path}.on", given=on, allowed=", ".join(gears))
-    if (gears[target].kind == "planet") != (gears[name].kind == "planet"):
-        raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.on", given=on)
+    """Raise ModelError where a planet gear and a central gear sit on one shaft."""
+    target = gear_below(gears[name])
+    if target is not None and (gears[target].kind == "planet") != (gears[name].kind == "planet"):
+        raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.on", given=gears[name].on)
 
 
 def _shaft_root(name: str, gears: Mapping[str, MemberTable]) -> str:
     """Gear at the root of the shaft a gear sits on. Raises ModelError for shafts in a circle."""
     seen = [name]
-    while (on := gears[seen[-1]].on) is not None:
-        seen.append(on.split(".")[-1])
+    while (below := gear_below(gears[seen[-1]])) is not None:
+        seen.append(below)
         if len(seen) > len(gears):
             raise ModelError("shafts in a circle", path="on", given=seen)
     return seen[-1]
@@ -181,8 +173,6 @@ def _branches(
     """Number of branches, 0 without planets, and their polar angles [turns]. Raises ModelError."""
     if all(member.kind != "planet" for member in gears.values()):
         return 0, (Fraction(0),)
-    if not stage.branches:
-        raise ModelError("is missing", path=f"{path}.planets", allowed="number of planets, or planet_angles")
     if stage.planet_angles is None:
         count = stage.branches
         log.note(f"{path}.planets", count)

@@ -30,7 +30,7 @@ class ResolutionLog:
     warnings: list[str] = field(default_factory=list)
 
     def note(self, path: str, value: object, unit: str = "", origin: str = "given") -> None:
-        """Record one value; `given` becomes `set` where an override sets the path, `assumed` where the file assumes it."""
+        """Record one value; `given` becomes `set` by an override of the path, `assumed` by the file's `assumed`."""
         self.values[path] = Derived(path=path, value=value, unit=unit, origin=self.origin(path, origin))
 
     def origin(self, path: str, origin: str = "given") -> str:

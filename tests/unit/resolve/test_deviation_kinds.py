@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.model.deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys, table_rows
+from epicyclic.model.deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from epicyclic.model.document import read
 from epicyclic.model.json_schema import json_schema
+from epicyclic.model.schema_fields import Unit, metadata_of
+from epicyclic.model.units import KINDS
 from epicyclic.resolve import load
 from epicyclic.resolve.deviations import MEMBER_KINDS, MESH_KINDS
 
@@ -78,8 +80,23 @@ def test_an_unknown_kind_names_the_known_ones() -> None:
     assert all(kind in str(error.value) for kind in MeshDeviationsTable.model_fields)
 
 
+def rows_of(table: Any, head: str) -> list[str]:
+    """Rows of the page: path in the file, SI unit, description."""
+    found = []
+    for name, field in table.model_fields.items():
+        form = next((a for a in get_args(field.annotation) if hasattr(a, "bare")), None)
+        number = field if form is None else form.model_fields[form.bare]
+        units = [KINDS[m.kinds.split()[0]].unit for m in metadata_of(number) if isinstance(m, Unit)]
+        unit = units[0] if units else re.search(r"\[(.*?)\]", field.description)[1]  # type: ignore[index]
+        found.append(f"| `{head}.{name}` | {unit} | {field.description} |")
+    return found
+
+
 def test_the_page_lists_every_kind() -> None:
     """Put what the message shows into the table of docs/model-file.md."""
-    rows = [*table_rows(MemberDeviationsTable), *table_rows(MeshDeviationsTable)]
+    rows = [
+        *rows_of(MemberDeviationsTable, "deviations.M"),
+        *rows_of(MeshDeviationsTable, "deviations.meshes.A-B"),
+    ]
     found = re.findall(r"^\| `deviations\..*$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     assert found == rows, "\n" + "\n".join(rows)
