@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.model.toml import read
+from epicyclic.model.document import read
 
 
 def written(tmp_path: Path, text: str | bytes) -> Path:

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from epicyclic.errors import ModelError
-from epicyclic.model.toml import read
+from epicyclic.model.document import read
 
 GOOD = [p.read_text() for p in sorted((Path(__file__).parent / "good").glob("*.toml"))]
 FAST = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

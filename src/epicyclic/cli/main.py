@@ -117,7 +117,7 @@ def check(
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
-    from ..model.dump import to_toml
+    from ..model.toml_writer import to_toml
     from ..resolve import load
     from ..resolve.resolved_document import resolved_document
 

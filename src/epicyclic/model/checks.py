@@ -1,20 +1,24 @@
-"""What one table of a document says against another; the resolver checks what geometry and statics say."""
+"""Contradictions between tables of a document; resolution checks geometry, kinematics and statics."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from pydantic.fields import FieldInfo
+
 from ..errors import ModelError
+from .deviations import MemberDeviationsTable, kind_of
 from .names import SIDES, nearest
-from .schema import KIND_BY_NAME, Body, Member, ModelFile, Side, Stage
-from .schema_links import Coupling, Link, Support
+from .schema import KIND_BY_NAME, BodyTable, MemberTable, ModelFile, SideTable, StageTable
+from .schema_fields import Unit, metadata_of
+from .schema_links import CouplingTable, LinkTable, SupportTable
 from .units import Quantity
 
 __all__ = ["check"]
 
 _COMMON = {"kind", "mass", "inertia", "tilt_inertia", "split", "neck", "left", "right", "station", "material"}
 _GEAR = (
-    set(Member.model_fields) - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter"}
+    set(MemberTable.model_fields) - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter"}
 ) | (_COMMON)
 _ALLOWED: dict[str, set[str]] = {
     "sun": _GEAR | {"support"},
@@ -43,7 +47,7 @@ def check(model: ModelFile) -> None:
     _check_deviations(model)
 
 
-def _check_stage(name: str, stage: Stage) -> None:
+def _check_stage(name: str, stage: StageTable) -> None:
     """Check the members, meshes and per-planet values of a stage."""
     path = f"stages.{name}"
     if not any(m.kind != "carrier" for m in stage.members.values()):
@@ -59,7 +63,7 @@ def _check_stage(name: str, stage: Stage) -> None:
             _check_count(where, value, count)
 
 
-def _check_member(path: str, stage_name: str, member: Member, stage: Stage) -> None:
+def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageTable) -> None:
     """Check one member against its name, its kind and its stage."""
     named = KIND_BY_NAME.get(path.rpartition(".")[2], member.kind)
     if member.kind != named:
@@ -84,17 +88,17 @@ def _check_member(path: str, stage_name: str, member: Member, stage: Stage) -> N
         _check_count(where, value, stage.branches if member.kind == "planet" else 0)
 
 
-def _check_sides(path: str, member: Member) -> None:
-    """Check what the sides say against the member's kind."""
+def _check_sides(path: str, member: MemberTable) -> None:
+    """Check the keys of the sides against the member's kind."""
     for side in SIDES:
-        table: Side | None = getattr(member, side)
+        table: SideTable | None = getattr(member, side)
         _check_bolts(f"{path}.{side}.bearing", None if table is None else table.bearing)
         for key in sorted(table.model_fields_set - _ALLOWED[member.kind] if table else ()):
-            allowed = ", ".join(sorted(set(Side.model_fields) & _ALLOWED[member.kind]))
+            allowed = ", ".join(sorted(set(SideTable.model_fields) & _ALLOWED[member.kind]))
             raise ModelError(f"no key of a {member.kind}", path=f"{path}.{side}.{key}", allowed=f"one of {allowed}")
 
 
-def _check_shaft(path: str, stage_name: str, on: str, stage: Stage) -> None:
+def _check_shaft(path: str, stage_name: str, on: str, stage: StageTable) -> None:
     """Check that a gear sits on another gear of its stage."""
     first, _, other = on.partition(".")
     own = path.rpartition(".")[2]
@@ -104,7 +108,7 @@ def _check_shaft(path: str, stage_name: str, on: str, stage: Stage) -> None:
         raise ModelError(f"no other gear of this stage{near}", path=f"{path}.on", given=on, allowed=", ".join(known))
 
 
-def _check_body(path: str, body: Body) -> None:
+def _check_body(path: str, body: BodyTable) -> None:
     """Check a body's support: it has no radius, and no geometry to take a transverse inertia from."""
     for where, value in _values(body, path):
         _check_count(where, value, 0)
@@ -117,7 +121,7 @@ def _check_body(path: str, body: Body) -> None:
             )
 
 
-def _check_coupling(path: str, coupling: Coupling) -> None:
+def _check_coupling(path: str, coupling: CouplingTable) -> None:
     """Check that an rz in N/m has a radius, and that two different things are joined."""
     if coupling.rz is not None and coupling.rz.unit == "N/m" and coupling.radius is None:
         raise ModelError("in N/m, but no radius is given", path=f"{path}.rz", allowed="rz in N m/rad, or a radius")
@@ -127,7 +131,7 @@ def _check_coupling(path: str, coupling: Coupling) -> None:
         _check_count(where, value, 0)
 
 
-def _check_bolts(path: str, link: Link | None) -> None:
+def _check_bolts(path: str, link: LinkTable | None) -> None:
     """Check that bolts stand only where a pitch circle is: in supports and couplings."""
     for name, table in {"": link, **getattr(link, "bearings", {})}.items():
         if table is not None and table.bolts is not None:
@@ -135,7 +139,7 @@ def _check_bolts(path: str, link: Link | None) -> None:
             raise ModelError("no bolts here", path=where, given=table.bolts.radius, allowed="in supports and couplings")
 
 
-def _links(support: Support | None) -> tuple[Link, ...]:
+def _links(support: SupportTable | None) -> tuple[LinkTable, ...]:
     """Return the links of a support."""
     return () if support is None else (support, *support.bearings.values())
 
@@ -156,15 +160,17 @@ def _check_operation(model: ModelFile) -> None:
 
 
 def _check_deviations(model: ModelFile) -> None:
-    """Check per-planet lists and lists per tooth."""
+    """Check lists per planet, and kinds of deviation with a check of their own."""
     for path, table in model.deviations.members.items():
         stage_name, _, rest = path.partition(".")
         member = model.stages[stage_name].members[rest.partition(".")[0]] if rest else None
         count = model.stages[stage_name].branches if member and member.kind == "planet" else 0
-        for where, value in _values(table, f"deviations.{path}", skip=("pitch",)):
+        own = {k: check for k in MemberDeviationsTable.model_fields if (check := kind_of(type(table), k).check)}
+        for where, value in _values(table, f"deviations.{path}", skip=tuple(own)):
             _check_count(where, value, count)
-        if table.pitch is not None:
-            _check_pitch(f"deviations.{path}.pitch", table.pitch, member, count)
+        for name, check in own.items():
+            if (value := getattr(table, name)) is not None:
+                check(f"deviations.{path}.{name}", value, member.teeth if member else None, count)
     for path, mesh in model.deviations.meshes.items():
         stage = model.stages[path.partition(".")[0]]
         gears = path.split(".")[2].split("-")
@@ -173,24 +179,13 @@ def _check_deviations(model: ModelFile) -> None:
             _check_count(where, value, stage.branches if planets else 0)
 
 
-def _check_pitch(path: str, pitch: tuple[tuple[float, ...], ...], member: Member | None, count: int) -> None:
-    """Check that there is one deviation for each tooth."""
-    if member is None or member.teeth is None:
-        raise ModelError("has no teeth", path=path, allowed="a gear")
-    if len(pitch) not in (1, max(count, 1)):
-        raise ModelError(f"{len(pitch)} lists", path=path, allowed=f"one list, or one for each of {count} planets")
-    for entries in pitch:
-        if len(entries) != member.teeth:
-            raise ModelError(f"{len(entries)} values", path=path, allowed=f"one for each of {member.teeth} teeth")
-
-
 def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:
     """Yield path and value of every number or per-planet tuple in a table and those in it."""
     fields = getattr(type(table), "model_fields", {})
-    for name in fields:
+    for name, field in fields.items():
         value = getattr(table, name)
         where = path if name in ("members", "bearings") else f"{path}.{name}"
-        if name in skip or value is None or (name, type(table).__name__) in _LISTS:
+        if name in skip or value is None or (isinstance(value, tuple) and _is_list(field)):
             continue
         if isinstance(value, dict):
             for entry, below in value.items():
@@ -201,8 +196,9 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
             yield where, value.value if isinstance(value, Quantity) else value
 
 
-_LISTS = {(name, "Variation") for name in ("cosine", "sine", "values")}
-_LISTS |= {("angles", "Bolts"), ("below_tip", "Profile"), ("missing", "Profile")}
+def _is_list(field: FieldInfo) -> bool:
+    """Return whether a key takes a list of its own, which is not one value per planet."""
+    return any(isinstance(m, Unit) and m.lists for m in metadata_of(field))
 
 
 def _check_count(path: str, value: object, count: int) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
+import re
 from typing import Any
 
+from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from .schema import KIND_BY_NAME, ModelFile
 
 __all__ = ["json_schema", "json_schema_text"]
@@ -19,6 +20,7 @@ _LINKS = ("Link", "Support", "Solid", "Coupling", "LinkDamping")
 def json_schema() -> Schema:
     """Return the JSON Schema (draft 2020-12) of a model file; units and kinds of quantity stand in `description`."""
     raw = ModelFile.model_json_schema(mode="validation")
+    raw = json.loads(re.sub(r'(?<=[/"])([A-Za-z]+)Table(?=")', r"\1", json.dumps(raw)))  # names without `Table`
     defs: Schema = raw.pop("$defs")
     _as_written(raw, defs)
     return {
@@ -30,7 +32,7 @@ def json_schema() -> Schema:
 
 
 def json_schema_text() -> str:
-    """Return the schema as the text that is published with the package."""
+    """Return the schema as text, as `epicyclic schema` writes it."""
     return json.dumps(json_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
@@ -81,13 +83,9 @@ def _deviations(defs: Schema) -> None:
     """Nest deviations by stage, member and mesh; a bare number or text is the amplitude."""
     member, mesh = defs["MemberDeviations"], defs["MeshDeviations"]
     bare: Schema = {"type": ["number", "string", "array"]}
-    for name in ("run_out", "bearing_run_out", "position", "tilt", "unbalance"):
-        member["properties"][name] = _either(bare, member["properties"][name])
-    member["properties"]["pitch"] = {
-        "type": ["array", "string"],
-        "description": member["properties"]["pitch"]["description"] + "; or the name of a CSV file",
-    }
-    mesh["properties"]["profile"] = _either(bare, mesh["properties"]["profile"])
+    for table, kinds in ((member, bare_keys(MemberDeviationsTable)), (mesh, bare_keys(MeshDeviationsTable))):
+        for name in kinds:
+            table["properties"][name] = _either(bare, table["properties"][name])
     for table, ref in ((member, "MemberDeviations"), (mesh, "MeshDeviations")):
         table["properties"] |= {side: {"$ref": f"#/$defs/{ref}"} for side in ("left", "right")}
     meshes = {
@@ -177,7 +175,3 @@ def _quantities(schema: Schema) -> str:
     """Return kind of quantity, unit and words of a schema, in words."""
     words = " or ".join(f'"{w}"' for w in schema.get("x-words", ()))
     return " or ".join(part for part in (schema.get("x-quantity", ""), words) if part)
-
-
-if __name__ == "__main__":  # python -m epicyclic.model.json_schema > src/epicyclic/model/model.schema.json
-    sys.stdout.write(json_schema_text())

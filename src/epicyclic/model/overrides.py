@@ -1,15 +1,19 @@
-"""Overrides: paths and values to a layer that is laid over the file."""
+"""Layers of a document: overrides as a layer laid over the file, and alternative keys (rule 3).
+
+Alternatives of one key are an error in one layer; a later layer replaces them.
+"""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from itertools import permutations
 
 from ..errors import ModelError
 from .names import nearest
-from .tables import REMOVE, Table, clean, nested, split_path, union
+from .tables import REMOVE, PlainTable, clean, leaves, nested, split_path, union
 
-__all__ = ["layer_of", "parse_setting", "stepwise"]
+__all__ = ["ALTERNATIVES", "check_alternatives", "layer_of", "parse_setting", "replace_alternatives", "stepwise"]
 
 _NAMED = ("stages", "bodies", "couplings", "loads")  # tables whose entries an override changes but does not invent
 
@@ -53,12 +57,12 @@ def _removes(value: object) -> bool:
     return value is None or (isinstance(value, str) and not value.strip())
 
 
-def layer_of(overrides: Mapping[str, object], base: Table) -> Table:
+def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
     """Return overrides as one layer; None or an empty text removes the key.
 
     Raises ModelError where one reaches into a stage, body, coupling or load that the file does not have.
     """
-    layer: Table = {}
+    layer: PlainTable = {}
     for text, value in overrides.items():
         path = split_path(str(text), path=str(text))
         _check_known(path, value, base)
@@ -66,7 +70,7 @@ def layer_of(overrides: Mapping[str, object], base: Table) -> Table:
     return layer
 
 
-def _check_known(path: tuple[str, ...], value: object, base: Table) -> None:
+def _check_known(path: tuple[str, ...], value: object, base: PlainTable) -> None:
     """Raise ModelError for a path through a table the file does not have; a whole table may be added."""
     known = base.get(path[0], {})
     if path[0] not in _NAMED or len(path) < 2 or not isinstance(known, dict):
@@ -79,3 +83,91 @@ def _check_known(path: tuple[str, ...], value: object, base: Table) -> None:
         given="(nothing)" if value is None else value,
         allowed=f"one of {', '.join(known)}" if known else f"a whole table, {path[0]}.{path[1]} = {{...}}",
     )
+
+
+# alternatives ---------------------------------------------------------------------------------------------------------
+
+# groups of keys of which only one stands in a table; no other table has keys of two groups of one line
+ALTERNATIVES: tuple[tuple[tuple[str, ...], ...], ...] = (
+    (("planets",), ("planet_angles",)),
+    (("module",), ("transverse_module",)),
+    (("amplitude", "phase"), ("x", "y")),
+    (("diameter", "bore"), ("torsional_rigidity",)),
+    (("cosine", "sine"), ("values",)),
+    (("rim",), ("outer_diameter",)),
+    (("modal",), ("mass", "stiffness"), ("mesh",)),
+    (("force",), ("coefficient", "radius")),
+    (("count",), ("angles",)),
+)
+_OPERATION = ("torque", "power")
+
+
+def check_alternatives(layer: PlainTable) -> None:
+    """Raise ModelError where one layer says the same in two ways."""
+    _check(layer, "")
+    operation = layer.get("operation")
+    if isinstance(operation, dict):
+        torques = _given(operation.get("torque"))
+        for member in _given(operation.get("power")) & torques:
+            _clash(f"operation.power.{member}", "torque", ("torque", "power"))
+
+
+def replace_alternatives(base: PlainTable, layer: PlainTable) -> PlainTable:
+    """Return `base` without the keys that `layer` states by an alternative."""
+    result = _replace(base, layer)
+    before, after = result.get("operation"), layer.get("operation")
+    if isinstance(before, dict) and isinstance(after, dict):
+        operation = dict(before)
+        for mine, other in permutations(_OPERATION):
+            for member in _given(after.get(mine)) & _given(operation.get(other)):
+                operation[other] = _without(operation[other], tuple(member.split(".")))
+        result["operation"] = operation
+    return result
+
+
+def _check(table: PlainTable, path: str) -> None:
+    """Check one table and those in it."""
+    keys = {k for k, v in table.items() if v is not REMOVE}
+    for groups in ALTERNATIVES:
+        found = [k for group in groups for k in group if k in keys]
+        used = [group for group in groups if keys & set(group)]
+        if len(used) > 1:
+            _clash(f"{path}.{found[-1]}" if path else found[-1], found[0], tuple(found))
+    for name, value in table.items():
+        if isinstance(value, dict):
+            _check(value, f"{path}.{name}" if path else name)
+
+
+def _clash(path: str, other: str, both: tuple[str, ...]) -> None:
+    raise ModelError(f"says the same as {other}, which is given too", path=path, allowed=f"one of {', '.join(both)}")
+
+
+def _replace(base: PlainTable, layer: PlainTable) -> PlainTable:
+    """Drop the keys of other groups from one table and those in it."""
+    given = {k for k, v in layer.items() if v is not REMOVE}
+    gone = {
+        k
+        for groups in ALTERNATIVES
+        for mine, other in permutations(groups, 2)
+        if given & set(mine)
+        for k in other
+        if k not in layer
+    }
+    kept = {k: v for k, v in base.items() if k not in gone}
+    return {
+        k: _replace(v, layer[k]) if isinstance(v, dict) and isinstance(layer.get(k), dict) else v
+        for k, v in kept.items()
+    }
+
+
+def _given(table: object) -> set[str]:
+    """Return the paths of the values in a table that are given."""
+    return {path for path, value in leaves(table) if value is not REMOVE} if isinstance(table, dict) else set()
+
+
+def _without(table: PlainTable, path: tuple[str, ...]) -> PlainTable:
+    """Return a table without the value at a path, nor tables that empties."""
+    if len(path) == 1:
+        return {k: v for k, v in table.items() if k != path[0]}
+    inner = _without(table[path[0]], path[1:])
+    return {**table, path[0]: inner} if inner else {k: v for k, v in table.items() if k != path[0]}

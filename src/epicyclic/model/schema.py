@@ -1,7 +1,7 @@
 """The normalised document: every table of a model file as a frozen pydantic model, in SI, references as full paths.
 
 A value that is None was not given. Per-planet values are one number or a tuple. Where a key takes two kinds of
-quantity its value is a `Quantity` whose `unit` says which.
+quantity its value is a `Quantity` whose `unit` gives the kind.
 """
 
 from __future__ import annotations
@@ -11,28 +11,32 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ..errors import ModelError
-from .quantities import Unit
-from .schema_flank import Flank
-from .schema_links import Coupling, Length, PerPlanet, Place, Solid, Support, Table, key
-from .schema_operation import (
-    Deviations,
-    LoadCase,
-    Operation,
-)
+from .deviations import DeviationsTable
+from .schema_fields import Length, PerPlanet, Place, SchemaTable, Unit, key
+from .schema_links import CouplingTable, SolidTable, SupportTable
 from .units import Quantity
 
 __all__ = [
     "KIND_BY_NAME",
-    "Body",
-    "Damping",
-    "Material",
-    "Member",
-    "MeshKeys",
-    "MeshSide",
+    "STAGE_KEYS",
+    "BodyTable",
+    "DampingTable",
+    "FlankTable",
+    "ForceTable",
+    "LoadTable",
+    "MaterialTable",
+    "MemberTable",
+    "MeshSideTable",
+    "MeshTable",
     "ModelFile",
-    "Side",
-    "Stage",
-    "Variation",
+    "MomentTable",
+    "OperationTable",
+    "ProfileTable",
+    "ReliefTable",
+    "SideTable",
+    "StageTable",
+    "VariationTable",
+    "WaveTable",
 ]
 
 Kind = Literal["sun", "planet", "ring", "carrier", "gear"]
@@ -52,10 +56,14 @@ Mass = Annotated[float, Unit("mass", low=0)]
 Inertia = Annotated[Quantity, Unit("inertia mass", low=0)]
 TiltInertia = Annotated[float, Unit("inertia", low=0)]
 Gap = Annotated[float, Unit("length", low=0)]
+Force = Annotated[float, Unit("force")]
+Moment = Annotated[float, Unit("torque")]
+Amount = Annotated[float, Unit("length", low=0)]
+Lengths = Annotated[tuple[float, ...], Unit("length", lists=True)]
 Coefficients = Annotated[tuple[float, ...], Unit("ratio", lists=True)]
 
 
-class Material(Table):
+class MaterialTable(SchemaTable):
     """Material of the gears."""
 
     density: Annotated[float, Unit("density", low=0, above=True)] | None = key(None, "density; default 7850")
@@ -63,7 +71,7 @@ class Material(Table):
     poisson_ratio: Annotated[float, Unit("ratio", low=0, high=0.5)] | None = key(None, "default 0.3")
 
 
-class Damping(Table):
+class DampingTable(SchemaTable):
     """Damping of the whole train: modal, or proportional, or of every mesh."""
 
     modal: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every elastic mode")
@@ -72,21 +80,56 @@ class Damping(Table):
     mesh: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every mesh")
 
 
-class Side(Table):
-    """What a left or right side says differently."""
+class ReliefTable(SchemaTable):
+    """Material taken off towards an edge of the flank: the tip, the lowest contact, or both ends of the face."""
+
+    amount: Amount | None = key(None, "material missing at the edge, along the tooth normal")
+    length: Amount | None = key(None, "where it fades: height of the tooth (radial); of end relief along the axis")
+    shape: Literal["linear", "parabolic"] = key("linear", "linear or parabolic")
+
+
+class ProfileTable(SchemaTable):
+    """A measured profile: material missing at heights below the tip circle, linear between."""
+
+    below_tip: Lengths = Field(description="heights below the tip circle, rising")
+    missing: Lengths = Field(description="material missing there, along the tooth normal, of any sign")
+
+
+class WaveTable(SchemaTable):
+    """A wave along the profile: A cos(2 pi order sigma + phase), sigma from the pitch point in base pitches."""
+
+    amplitude: Amount = Field(description="amplitude A, along the tooth normal")
+    order: Annotated[int, Field(ge=1, le=1000)] = key(1, "waves per base pitch")
+    phase: Annotated[float, Unit("angle")] = key(0.0, "at the pitch point")
+
+
+class FlankTable(SchemaTable):
+    """Micro-geometry of the flanks of a gear; amounts are material missing along the tooth normal."""
+
+    tip_relief: ReliefTable | None = key(None, "tip relief")
+    root_relief: ReliefTable | None = key(None, "root relief, from the lowest point that the mate touches")
+    end_relief: ReliefTable | None = key(None, "relief of both ends of the face")
+    crown: Amount | None = key(None, "lengthwise crowning: missing at both ends of the face, parabolic")
+    slope: Place | None = key(None, "helix slope: missing at the right end less that at the left")
+    profile: ProfileTable | None = key(None, "measured profile deviation")
+    wave: WaveTable | None = key(None, "wave along the profile")
+
+
+class SideTable(SchemaTable):
+    """Keys of a left or right side that differ from its member."""
 
     mass: Mass | None = key(None, "mass of this half")
     inertia: Inertia | None = key(None, "inertia of this half; in kg J/r^2 at the base radius")
     tilt_inertia: TiltInertia | None = key(None, "inertia about x and y of this half")
-    support: Support | None = key(None, "support of this half")
-    bearing: Support | None = key(None, "bearing of this half")
+    support: SupportTable | None = key(None, "support of this half")
+    bearing: SupportTable | None = key(None, "bearing of this half")
     face_width: Length | None = key(None, "face width of this helix")
     addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient")
     dedendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "dedendum coefficient")
-    flank: Flank | None = key(None, "flank modification")
+    flank: FlankTable | None = key(None, "flank modification")
 
 
-class Member(Table):
+class MemberTable(SchemaTable):
     """A gear or carrier of a stage. `kind` is always set, from the name where the file leaves it out."""
 
     kind: Kind = Field(description="what it is; by the names sun planet ring carrier wheel pinion")
@@ -115,8 +158,8 @@ class Member(Table):
     tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
         None, "rounding of the tool's tip per module; default 0.38"
     )
-    flank: Flank | None = key(None, "flank modification")
-    material: Material | None = key(None, "material of this gear")
+    flank: FlankTable | None = key(None, "flank modification")
+    material: MaterialTable | None = key(None, "material of this gear")
     # mass
     mass: Mass | None = key(None, "mass; of a split member of one half; of a carrier without the planets")
     inertia: Inertia | None = key(None, "inertia about z; in kg J/r^2 at the base radius (carrier: pin radius)")
@@ -129,13 +172,13 @@ class Member(Table):
     clocking: Annotated[PerPlanet | str, Unit("angle", many=True, words=("fit",))] | None = key(
         None, "turn against the member it sits on; default fit"
     )
-    shaft: Solid | None = key(None, "shaft to the member it sits on; default rigid")
-    neck: Solid | None = key(None, "joins the left and the right half")
-    left: Side | None = key(None, "what the left side says differently")
-    right: Side | None = key(None, "what the right side says differently")
+    shaft: SolidTable | None = key(None, "shaft to the member it sits on; default rigid")
+    neck: SolidTable | None = key(None, "joins the left and the right half")
+    left: SideTable | None = key(None, "keys of the left side that differ")
+    right: SideTable | None = key(None, "keys of the right side that differ")
     # place and links
-    bearing: Support | None = key(None, "of a planet: link to the carrier, or the housing where there is none")
-    support: Support | None = key(None, "of a central member: link to the housing or to `to`")
+    bearing: SupportTable | None = key(None, "of a planet: link to the carrier, or the housing where there is none")
+    support: SupportTable | None = key(None, "of a central member: link to the housing or to `to`")
     pin_radius: Radius | None = key(None, "radius of the planet axes")
     ahead: bool | None = key(
         None, "of a planet that meets another planet: ahead of it in the positive sense; default true"
@@ -149,10 +192,10 @@ class Member(Table):
 _VARIATIONS = ("none", "contact-lines", "energy")
 
 
-class Variation(Table):
+class VariationTable(SchemaTable):
     """Mesh stiffness over one mesh cycle, relative to its mean: a word, a Fourier series or a table.
 
-    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` says which.
+    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` names it.
     """
 
     form: Literal["none", "contact-lines", "energy", "series", "values"] = Field(description="which of the five")
@@ -182,8 +225,8 @@ class Variation(Table):
         return self
 
 
-class MeshSide(Table):
-    """What may be said of a mesh, or of one side of it."""
+class MeshSideTable(SchemaTable):
+    """Keys of a mesh, or of one side of it."""
 
     stiffness: (
         Annotated[
@@ -193,7 +236,7 @@ class MeshSide(Table):
         | None
     ) = key(None, "mean stiffness of one helix, per planet; default iso6336")
     direction: Literal["normal", "transverse"] | None = key(None, "in which direction the stiffness is given")
-    variation: Variation | None = key(None, "over one mesh cycle")
+    variation: VariationTable | None = key(None, "over one mesh cycle")
     phase: Annotated[PerPlanet, Unit("cycles", many=True)] | None = key(None, "k_i(t) = k_1(t + phase T)")
     pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
         None, "working transverse pressure angle; default from the centre distance"
@@ -204,16 +247,16 @@ class MeshSide(Table):
     )
 
 
-class MeshKeys(MeshSide):
+class MeshTable(MeshSideTable):
     """A mesh `A-B`."""
 
     centre_distance: Radius | None = key(None, "centre distance of this mesh")
     slices: Annotated[int, Field(ge=1, le=200)] | None = key(None, "equal pieces along the face, each a row; default 1")
-    left: MeshSide | None = key(None, "what the left side says differently")
-    right: MeshSide | None = key(None, "what the right side says differently")
+    left: MeshSideTable | None = key(None, "keys of the left side that differ")
+    right: MeshSideTable | None = key(None, "keys of the right side that differ")
 
 
-class Stage(Table):
+class StageTable(SchemaTable):
     """A stage: gears that mesh around one centre. `members` holds the tables that are no keys of the stage."""
 
     planets: Annotated[int, Field(ge=1, le=100)] | None = key(None, "number of equally spaced branches")
@@ -239,10 +282,10 @@ class Stage(Table):
     tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
         None, "rounding of the tool's tip per module; default 0.38"
     )
-    flank: Flank | None = key(None, "flank modification")
-    material: Material | None = key(None, "material of the gears of this stage")
-    meshes: dict[str, MeshKeys] = Field(default_factory=dict, description="what is said of meshes, by `A-B`")
-    members: dict[str, Member] = Field(default_factory=dict, description="gears and carrier, by name")
+    flank: FlankTable | None = key(None, "flank modification")
+    material: MaterialTable | None = key(None, "material of the gears of this stage")
+    meshes: dict[str, MeshTable] = Field(default_factory=dict, description="meshes, by `A-B`")
+    members: dict[str, MemberTable] = Field(default_factory=dict, description="gears and carrier, by name")
 
     @model_validator(mode="before")
     @classmethod
@@ -260,43 +303,89 @@ class Stage(Table):
         return len(self.planet_angles) if self.planet_angles is not None else self.planets or 0
 
 
-STAGE_KEYS = frozenset(Stage.model_fields) - {"members"}
+STAGE_KEYS = frozenset(StageTable.model_fields) - {"members"}
 
 
 def _with_kind(name: str, table: Any) -> Any:
-    """Return a member's table with the kind its name says."""
+    """Return a member's table with the kind that its name implies."""
     if isinstance(table, dict) and "kind" not in table and name in KIND_BY_NAME:
         return {"kind": KIND_BY_NAME[name], **table}
     return table
 
 
-class Body(Table):
+class BodyTable(SchemaTable):
     """A body of its own: a sleeve, an output shaft."""
 
     mass: Mass | None = key(None, "mass; default 0")
     inertia: TiltInertia | None = key(None, "inertia about z; default 0")
     tilt_inertia: TiltInertia | None = key(None, "inertia about x and y; required where it tilts")
-    support: Support | None = key(None, "link to the housing")
+    support: SupportTable | None = key(None, "link to the housing")
     frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
     station: Place | None = key(None, "axial place of its centre; default 0")
 
 
-class ModelFile(Table):
+class OperationTable(SchemaTable):
+    """What drives, holds and loads the train; keys are full member paths."""
+
+    held: tuple[str, ...] = key((), "members that do not turn")
+    speed: dict[str, Annotated[float, Unit("speed")]] = Field(
+        default_factory=dict, description="absolute speed by member, positive about +z"
+    )
+    torque: dict[str, Annotated[float | str, Unit("torque", words=("balance",))]] = Field(
+        default_factory=dict, description="external torque by member, or balance"
+    )
+    power: dict[str, Annotated[float, Unit("power")]] = Field(
+        default_factory=dict, description="external power by member, positive into the train"
+    )
+    gravity: Annotated[tuple[float, float, float], Unit("acceleration", lists=True, count=3)] | None = key(
+        None, "acceleration in housing axes; true is 9.81 m/s^2 along -y"
+    )
+
+
+class ForceTable(SchemaTable):
+    """A force in x, y, z."""
+
+    x: Force = key(0.0, "along x")
+    y: Force = key(0.0, "along y")
+    z: Force = key(0.0, "along z")
+
+
+class MomentTable(SchemaTable):
+    """A moment about x, y, z."""
+
+    x: Moment = key(0.0, "about x")
+    y: Moment = key(0.0, "about y")
+    z: Moment = key(0.0, "about z")
+
+
+class LoadTable(SchemaTable):
+    """An external force and moment on one member or body."""
+
+    on: str = Field(description="member or body")
+    force: ForceTable = Field(default_factory=ForceTable, description="force")
+    moment: MomentTable = Field(default_factory=MomentTable, description="moment")
+    frame: Literal["housing", "member"] = key("housing", "fixed in space, or turning with the member")
+    at: Place = key(0.0, "axial place, from the centre of the member")
+
+
+class ModelFile(SchemaTable):
     """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
 
     format: Literal[1] = Field(description="version of the format")
     title: str = Field(description="one line")
     doi: str = key("", "of the source")
     notes: str = key("", "free text")
-    material: Material = key(Material(), "material of all gears")
-    damping: Damping = key(Damping(), "damping of the whole train")
+    material: MaterialTable = Field(default_factory=MaterialTable, description="material of all gears")
+    damping: DampingTable = Field(default_factory=DampingTable, description="damping of the whole train")
     assumed: dict[str, str] = Field(
         default_factory=dict, description="path = why this value, where the source is silent"
     )
     tolerance: dict[str, str] = Field(default_factory=dict, description="path = distribution")
-    stages: dict[str, Stage] = Field(default_factory=dict, description="stages by name")
-    bodies: dict[str, Body] = Field(default_factory=dict, description="bodies by name")
-    couplings: dict[str, Coupling] = Field(default_factory=dict, description="couplings by name")
-    operation: Operation = key(Operation(), "what drives, holds and loads the train")
-    loads: dict[str, LoadCase] = Field(default_factory=dict, description="external forces and moments by name")
-    deviations: Deviations = key(Deviations(), "what differs from nominal")
+    stages: dict[str, StageTable] = Field(default_factory=dict, description="stages by name")
+    bodies: dict[str, BodyTable] = Field(default_factory=dict, description="bodies by name")
+    couplings: dict[str, CouplingTable] = Field(default_factory=dict, description="couplings by name")
+    operation: OperationTable = Field(
+        default_factory=OperationTable, description="what drives, holds and loads the train"
+    )
+    loads: dict[str, LoadTable] = Field(default_factory=dict, description="external forces and moments by name")
+    deviations: DeviationsTable = Field(default_factory=DeviationsTable, description="what differs from nominal")

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from ..errors import ModelError
-from .quantities import Unit
+from .schema_fields import Length, PerPlanet, Place, SchemaTable, Unit, key
 from .units import Quantity
 
 __all__ = [
     "LINK_KEYS",
-    "Bolts",
-    "Coupling",
-    "Friction",
-    "Link",
-    "LinkDamping",
-    "PerPlanet",
-    "Solid",
-    "Support",
-    "Table",
-    "key",
+    "BoltsTable",
+    "CouplingTable",
+    "FrictionTable",
+    "LinkDampingTable",
+    "LinkTable",
+    "SolidTable",
+    "SupportTable",
 ]
 
-PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 Stiffness = Annotated[PerPlanet, Unit("stiffness", low=0, inf=True, many=True)]
 TiltStiffness = Annotated[PerPlanet, Unit("torsional_stiffness", low=0, inf=True, many=True)]
 TurnStiffness = Annotated[Quantity, Unit("torsional_stiffness stiffness", low=0, inf=True, many=True)]
@@ -32,22 +28,9 @@ BoltStiffness = Annotated[float, Unit("stiffness", low=0, inf=True)]
 Damper = Annotated[float, Unit("damping", low=0)]
 TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
 Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True)]
-Length = Annotated[float, Unit("length", low=0, above=True)]
-Place = Annotated[float, Unit("length")]
 
 
-def key(default: Any, text: str, **more: Any) -> Any:
-    """Return a field with a default and a description for the schema."""
-    return Field(default, description=text, **more)
-
-
-class Table(BaseModel):
-    """A table of the file: frozen, unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Friction(Table):
+class FrictionTable(SchemaTable):
     """Friction in a link: a force, or a coefficient at a radius."""
 
     force: Annotated[float, Unit("force", low=0)] | None = key(None, "friction force")
@@ -63,7 +46,7 @@ class Friction(Table):
         return self
 
 
-class LinkDamping(Table):
+class LinkDampingTable(SchemaTable):
     """Dampers of a link; a bare number in the file is x, y and z."""
 
     x: Damper | None = key(None, "damper along x")
@@ -74,7 +57,7 @@ class LinkDamping(Table):
     rz: TurnDamper | None = key(None, "damper about z")
 
 
-class Bolts(Table):
+class BoltsTable(SchemaTable):
     """Bolts or pins on a pitch circle; stiffness of one. A direction that is not named is rigid; 0 floats."""
 
     count: Annotated[int, Field(ge=1, le=1000)] | None = key(None, "how many, evenly spaced, the first along x")
@@ -92,7 +75,7 @@ class Bolts(Table):
         return self
 
 
-class Link(Table):
+class LinkTable(SchemaTable):
     """One bearing. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
 
     x: Stiffness | None = key(None, "stiffness along x (of a bearing: radial)")
@@ -102,14 +85,14 @@ class Link(Table):
     ry: TiltStiffness | None = key(None, "tilting stiffness about y")
     rz: TurnStiffness | None = key(None, "torsional stiffness; in N/m at the base radius (carrier: pin radius)")
     at: Place | None = key(None, "axial place, from the centre of the member")
-    damping: LinkDamping | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
+    damping: LinkDampingTable | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
     clearance: Clearance | None = key(None, "radial clearance; per planet")
     exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(None, "force exponent; 10/9 rolling elements")
     load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
         None, "load at which the stiffness holds, with an exponent other than 1"
     )
-    friction: Friction | None = key(None, "friction in the link")
-    bolts: Bolts | None = key(None, "bolts or pins on a pitch circle around the axis of the link")
+    friction: FrictionTable | None = key(None, "friction in the link")
+    bolts: BoltsTable | None = key(None, "bolts or pins on a pitch circle around the axis of the link")
 
     @model_validator(mode="after")
     def _law(self) -> Self:
@@ -128,11 +111,11 @@ class Link(Table):
         return {d: v for d, v in pairs.items() if v is not None}
 
 
-class Support(Link):
+class SupportTable(LinkTable):
     """A support or a planet bearing: a link, or several named ones."""
 
     to: str | None = key(None, "who carries it (a member or body); default the housing, of a planet its carrier")
-    bearings: dict[str, Link] = Field(default_factory=dict, description="several bearings, by name")
+    bearings: dict[str, LinkTable] = Field(default_factory=dict, description="several bearings, by name")
 
     @model_validator(mode="before")
     @classmethod
@@ -153,7 +136,7 @@ class Support(Link):
         return self
 
 
-class Solid(Link):
+class SolidTable(LinkTable):
     """A neck or shaft: stiffness from its shape, each direction settable."""
 
     diameter: Length | None = key(None, "outer diameter")
@@ -169,7 +152,7 @@ class Solid(Link):
         return self
 
 
-class Coupling(Solid):
+class CouplingTable(SolidTable):
     """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
 
     between: tuple[str, str] = Field(description="the two members or bodies it joins")
@@ -177,4 +160,4 @@ class Coupling(Solid):
     ends: Literal["splined", "fixed"] = key("splined", "fixed: a shaft also passes forces and bending")
 
 
-LINK_KEYS = frozenset(Coupling.model_fields) | {"to", "bearings", "radial", "tilt"}
+LINK_KEYS = frozenset(CouplingTable.model_fields) | {"to", "bearings", "radial", "tilt"}

@@ -9,30 +9,24 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import ModelError
+from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from .names import SIDES, Names, full_path, mesh_name, reference
 from .schema import STAGE_KEYS
 from .schema_links import LINK_KEYS
-from .tables import REMOVE, Table, leaves, nested, split_path, union
+from .tables import REMOVE, PlainTable, leaves, nested, split_path, union
 
 __all__ = ["expand", "expand_path"]
 
 _PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
-_BARE = {
-    "run_out": "amplitude",
-    "bearing_run_out": "amplitude",
-    "position": "amplitude",
-    "tilt": "amplitude",
-    "unbalance": "amount",
-    "profile": "amplitude",
-}
+_BARE = bare_keys(MemberDeviationsTable) | bare_keys(MeshDeviationsTable)
 
 
-def expand(layer: Table, names: Names) -> Table:
+def expand(layer: PlainTable, names: Names) -> PlainTable:
     """Return a layer with its shorthands expanded and its references as full paths.
 
     Raises ModelError for a shorthand beside what it stands for, and for a reference to nothing.
     """
-    parts: dict[str, Callable[[Table, Names], Table]] = {
+    parts: dict[str, Callable[[PlainTable, Names], PlainTable]] = {
         "stages": _stages,
         "bodies": _bodies,
         "couplings": _couplings,
@@ -51,19 +45,19 @@ def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
     return tuple(found for found, _ in leaves(table))
 
 
-def _each(table: Table, path: str, change: Callable[[Table, str], Any]) -> Table:
+def _each(table: PlainTable, path: str, change: Callable[[PlainTable, str], Any]) -> PlainTable:
     """Return a table of named tables, each changed."""
     return {k: change(v, f"{path}.{k}") if isinstance(v, dict) else v for k, v in table.items()}
 
 
-def _stages(table: Table, names: Names) -> Table:
+def _stages(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[stages]`."""
     return {k: _stage(v, k, names) if isinstance(v, dict) else v for k, v in table.items()}
 
 
-def _stage(table: Table, stage: str, names: Names) -> Table:
+def _stage(table: PlainTable, stage: str, names: Names) -> PlainTable:
     """Expand one stage: its members and the names of its meshes."""
-    result: Table = {}
+    result: PlainTable = {}
     for name, value in table.items():
         path = f"stages.{stage}.{name}"
         if name == "meshes" and isinstance(value, dict):
@@ -74,18 +68,18 @@ def _stage(table: Table, stage: str, names: Names) -> Table:
     return result
 
 
-def _renamed(table: Table, stage: str, names: Names, path: str) -> Table:
+def _renamed(table: PlainTable, stage: str, names: Names, path: str) -> PlainTable:
     """Return a table of meshes with their gears in the order sun, planet, ring."""
-    result: Table = {}
+    result: PlainTable = {}
     for name, value in table.items():
         right = mesh_name(name, stage, names, path=f"{path}.{name}")
         result = union(result, {right: value}, path)
     return result
 
 
-def _member(table: Table, path: str, stage: str, names: Names) -> Table:
+def _member(table: PlainTable, path: str, stage: str, names: Names) -> PlainTable:
     """Expand one gear or carrier, or one side of it."""
-    result: Table = {}
+    result: PlainTable = {}
     for name, value in table.items():
         where = f"{path}.{name}"
         if isinstance(value, dict) and name in ("support", "bearing", "neck", "shaft"):
@@ -98,7 +92,7 @@ def _member(table: Table, path: str, stage: str, names: Names) -> Table:
     return result
 
 
-def _link(table: Table, path: str, names: Names) -> Table:
+def _link(table: PlainTable, path: str, names: Names) -> PlainTable:
     """Expand a link: `radial`, `tilt`, a bare damper, and its named sub-tables."""
     result = _pairs(table, path)
     for name, value in result.items():
@@ -112,9 +106,9 @@ def _link(table: Table, path: str, names: Names) -> Table:
     return result
 
 
-def _pairs(table: Table, path: str) -> Table:
+def _pairs(table: PlainTable, path: str) -> PlainTable:
     """Replace `radial` by x and y, `tilt` by rx and ry."""
-    result: Table = {}
+    result: PlainTable = {}
     for name, value in table.items():
         both = _PAIRS.get(name, (name,))
         if any(d in result for d in both):
@@ -123,20 +117,20 @@ def _pairs(table: Table, path: str) -> Table:
     return result
 
 
-def _bodies(table: Table, names: Names) -> Table:
+def _bodies(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[bodies]`."""
 
-    def body(entry: Table, path: str) -> Table:
+    def body(entry: PlainTable, path: str) -> PlainTable:
         support = entry.get("support")
         return entry | {"support": _link(support, f"{path}.support", names)} if isinstance(support, dict) else entry
 
     return _each(table, "bodies", body)
 
 
-def _couplings(table: Table, names: Names) -> Table:
+def _couplings(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[couplings]`."""
 
-    def coupling(entry: Table, path: str) -> Table:
+    def coupling(entry: PlainTable, path: str) -> PlainTable:
         result, where = _link(entry, path, names), f"{path}.between"
         if isinstance(between := entry.get("between"), list):
             result["between"] = [reference(end, names, path=where) for end in between]
@@ -145,17 +139,17 @@ def _couplings(table: Table, names: Names) -> Table:
     return _each(table, "couplings", coupling)
 
 
-def _loads(table: Table, names: Names) -> Table:
+def _loads(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[loads]`."""
 
-    def load(entry: Table, path: str) -> Table:
+    def load(entry: PlainTable, path: str) -> PlainTable:
         on = entry.get("on")
         return entry | {"on": reference(on, names, path=f"{path}.on")} if isinstance(on, str) else entry
 
     return _each(table, "loads", load)
 
 
-def _operation(table: Table, names: Names) -> Table:
+def _operation(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[operation]`: the stage put in front of every member."""
     result = dict(table)
     for name in ("speed", "torque", "power"):
@@ -166,16 +160,16 @@ def _operation(table: Table, names: Names) -> Table:
     return result
 
 
-def _full(table: Table, names: Names, path: str) -> Table:
+def _full(table: PlainTable, names: Names, path: str) -> PlainTable:
     """Return a table by members with the stage put in front of each where it was left out."""
-    result: Table = {}
+    result: PlainTable = {}
     for name, value in table.items():
         segments = full_path(split_path(name, path=path), names)
         result = union(result, nested(segments, value), path)
     return result
 
 
-def _deviations(table: Table, names: Names) -> Table:
+def _deviations(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[deviations]`: the stage put in front, mesh names in order, bare amplitudes."""
     result = _full(table, names, "deviations")
     for stage in names.stages:
@@ -186,9 +180,9 @@ def _deviations(table: Table, names: Names) -> Table:
     return {k: _amplitudes(v) if isinstance(v, dict) else v for k, v in result.items()}
 
 
-def _amplitudes(table: Table) -> Table:
+def _amplitudes(table: PlainTable) -> PlainTable:
     """Replace bare `run_out = "20 um"` and the like by their table, at any depth."""
-    result: Table = {}
+    result: PlainTable = {}
     for name, value in table.items():
         if isinstance(value, dict):
             result[name] = value if name in _BARE else _amplitudes(value)
@@ -197,9 +191,9 @@ def _amplitudes(table: Table) -> Table:
     return result
 
 
-def _by_path(table: Table, names: Names, path: str) -> Table:
+def _by_path(table: PlainTable, names: Names, path: str) -> PlainTable:
     """Return a table by paths with every path written out, `radial` as x and y."""
-    result: Table = {}
+    result: PlainTable = {}
     for text, value in leaves(table):
         for found in expand_path(text, names, path=f"{path}.{text}"):
             result[found] = value

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from ..errors import ModelError
 
-__all__ = ["REMOVE", "Table", "clean", "leaves", "merge", "nested", "split_path", "union"]
+__all__ = ["REMOVE", "PlainTable", "clean", "leaves", "merge", "nested", "split_path", "union"]
 
-Table = dict[str, Any]
+PlainTable = dict[str, Any]
 MAX_DEPTH = 24
 
 
@@ -69,7 +69,7 @@ def nested(path: tuple[str, ...], value: Any) -> Any:
     return value
 
 
-def union(first: Table, second: Table, path: str) -> Table:
+def union(first: PlainTable, second: PlainTable, path: str) -> PlainTable:
     """Return two tables of one layer as one. Raises ModelError where both give the same key."""
     result = dict(first)
     for name, value in second.items():
@@ -83,7 +83,7 @@ def union(first: Table, second: Table, path: str) -> Table:
     return result
 
 
-def merge(base: Table, layer: Table, path: str = "") -> Table:
+def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
     """Return `layer` laid over `base`: tables entry by entry, all else replaced, `REMOVE` removes.
 
     Raises ModelError where there is nothing to remove.
@@ -103,7 +103,7 @@ def merge(base: Table, layer: Table, path: str = "") -> Table:
     return result
 
 
-def leaves(table: Table, path: str = "") -> Iterator[tuple[str, object]]:
+def leaves(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]]:
     """Yield the path and value of everything that is no table, and of empty tables."""
     for name, value in table.items():
         where = f"{path}.{name}" if path else name

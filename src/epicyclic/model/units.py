@@ -22,7 +22,7 @@ PerPlanet = float | tuple[float, ...]
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A value whose key takes two kinds of quantity: one number or one per planet, and the SI unit that says which."""
+    """A value whose key takes two kinds of quantity: one number or one per planet, and the SI unit of its kind."""
 
     value: PerPlanet
     unit: str
@@ -290,7 +290,7 @@ def _error(
     many: bool = False,
     words: tuple[str, ...] = (),
 ) -> ModelError:
-    """Return the error that says what is allowed."""
+    """Return the error with the quantities and the range that are allowed."""
     forms = [_kind_words(KINDS[k]) for k in kinds] + [f'"{w}"' for w in words]
     ranged = problem in ("out of range", "must be finite") or bounds.low is not None
     text = " or ".join(forms) + (_range_words(bounds, tuple(KINDS[k] for k in kinds)) if ranged else "")

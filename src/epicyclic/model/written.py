@@ -1,4 +1,4 @@
-"""Numbers as they stand in a model file: read apart into numbers and unit, and written back changed."""
+"""Numbers as written in a model file: split into numbers and unit, and written back with other numbers."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ class Written:
     whole: bool = False
 
     def text(self, values: tuple[float, ...]) -> object:
-        """What to write for other numbers; a list where there are several."""
-        if len(values) == 1 and not self.many:
-            return f"{values[0]!r} {self.unit}" if self.unit else values[0]
-        return f"[{', '.join(map(repr, values))}] {self.unit}" if self.unit else list(values)
+        """Value of the file for other numbers in the same unit: a list where there are several."""
+        plain = [float(value) for value in values]  # repr of a number of numpy is no TOML
+        if len(plain) == 1 and not self.many:
+            return f"{plain[0]!r} {self.unit}" if self.unit else plain[0]
+        return f"[{', '.join(map(repr, plain))}] {self.unit}" if self.unit else plain
 
 
 def written(value: object) -> Written | None:
-    """Read what stands in a file; None where it is no finite number or list of numbers."""
+    """Numbers and unit of a value of the file; None where it is no finite number or list of numbers."""
     if isinstance(value, bool):
         return None
     if isinstance(value, (int, float)):
@@ -49,6 +50,7 @@ def written(value: object) -> Written | None:
 
 
 def _listed(entries: list[object]) -> Written | None:
+    """Numbers of a list whose entries all have one unit; None for any other list."""
     parts = [written(entry) for entry in entries]
     found = [part for part in parts if part is not None and not part.many]
     if not entries or len(found) < len(entries) or len({part.unit for part in found}) > 1:

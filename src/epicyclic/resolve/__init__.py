@@ -1,5 +1,5 @@
-"""Document to Train: everything that follows from what the model file says."""
+"""Document to Train: everything that follows from the model file."""
 
-from .load import load
+from .resolve import load
 
 __all__ = ["load"]

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from ..errors import ModelError
-from ..model.schema import Material, Member, ModelFile
+from ..model.schema import MemberTable, ModelFile
 from ..model.units import Quantity
 from ..train.bodies import HOUSING, Body, Frame, GearData
 from .centres import StageShape
 from .gears import gap_of, width_of
-from .ledger import NAN, Ledger
+from .inheritance import stated, stated_value
+from .materials import density_of, member_material
 from .plan import Plan, sides_of
+from .resolution_log import NAN, ResolutionLog
 
 __all__ = [
-    "Halves",
     "bodies_of_stage",
     "body_name",
+    "coaxial",
     "frames_of",
     "free_bodies",
     "half_station",
@@ -26,12 +28,9 @@ __all__ = [
     "member_centre",
 ]
 
-STEEL_DENSITY = 7850.0  # kg/m^3
-Halves = Mapping[str | None, GearData]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Solid:
+class _MassProperties:
     """Mass [kg], inertia about the axis and about a diameter [kg m^2], with the origin of mass and inertia."""
 
     mass: float
@@ -82,26 +81,26 @@ def frames_of(plans: tuple[Plan, ...]) -> tuple[Frame, ...]:
     return (*stages, Frame(name=HOUSING))
 
 
-def bodies_of_stage(shape: StageShape, model: ModelFile, ledger: Ledger) -> list[Body]:
+def bodies_of_stage(shape: StageShape, model: ModelFile, log: ResolutionLog) -> list[Body]:
     """All bodies of a stage: central members in file order, then the planets branch by branch."""
     plan = shape.plan
     found: list[Body] = []
     for name in plan.stage.members:
         if plan.central(name):
-            found += _member(shape, name, None, model, ledger)
+            found += _member(shape, name, None, model, log)
     for branch in range(plan.branches):
         for name in shape.pin:
-            found += _member(shape, name, branch, model, ledger)
+            found += _member(shape, name, branch, model, log)
     return found
 
 
-def free_bodies(model: ModelFile, ledger: Ledger) -> list[Body]:
-    """The bodies of the file's `[bodies]`; what they do not say is 0."""
+def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """Bodies of the file's `[bodies]`; keys that are not stated are 0."""
     found = []
     for name, body in model.bodies.items():
         for key, unit in (("mass", "kg"), ("inertia", "kg m^2"), ("tilt_inertia", "kg m^2"), ("station", "m")):
             value = getattr(body, key)
-            ledger.note(f"bodies.{name}.{key}", value or 0.0, unit, "default" if value is None else "given")
+            log.note(f"bodies.{name}.{key}", value or 0.0, unit, "default" if value is None else "given")
         found.append(
             Body(
                 name=name,
@@ -117,24 +116,25 @@ def free_bodies(model: ModelFile, ledger: Ledger) -> list[Body]:
     return found
 
 
-def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, ledger: Ledger) -> list[Body]:
+def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """Bodies of one member, by side; of a planet gear those of one branch (0 ..)."""
     plan, member = shape.plan, shape.plan.stage.members[name]
     carried = branch is not None
     sides = sides_of(plan, name)
     if name not in plan.gears:
-        ledger.note(
+        log.note(
             f"{plan.member_path(name)}.split", plan.split(name), "", "default" if member.split is None else "given"
         )
     if name == plan.carrier:
         origin = "geometry" if member.pin_radius is None else "given"
-        ledger.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
+        log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
     radius = shape.teeth[name].base_radius if name in plan.gears else shape.pin_radius
     found = []
     for side in sides:
         gear = shape.gears[name][side] if name in plan.gears else None
-        solid = _solid(plan, name, side, gear, radius, model)
+        solid = _mass_properties(plan, name, side, gear, radius, model)
         if not branch:
-            _note_solid(plan, name, side, solid, ledger)
+            _log_mass(plan, name, side, solid, log)
         found.append(
             Body(
                 name=body_name(plan.name, name, branch + 1 if branch is not None else None, side),
@@ -164,16 +164,25 @@ def _carrier_body(plan: Plan, side: str | None) -> str | None:
     return body_name(plan.name, plan.carrier, None, (side or "left") if plan.split(plan.carrier) else None)
 
 
-# mass and inertia ----------------------------------------------------------------------------------------------------
+# mass and inertia ---------------------------------------------------------------------------------------------------
 
 
-def _solid(plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile) -> _Solid:
-    """Mass and inertias of one body: given, else of the solid; nan where nothing says them."""
+def _mass_properties(
+    plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile
+) -> _MassProperties:
+    """Mass [kg] and inertias [kg m^2] of one body: stated, else of the solid of the gear; nan where neither is known.
+
+    A hollow cylinder: m = rho pi (r_o^2 - r_i^2) l, J_p = m (r_o^2 + r_i^2)/2, J_d = J_p/2 + m l^2/12.
+
+    Raises
+    ------
+    ModelError : a bore or outer diameter that leaves no solid beside the pitch circle.
+    """
     member = plan.stage.members[name]
-    table = getattr(member, side) if side else None
-    mass, mass_path = _said(member, table, side, "mass", radius)
-    inertia, inertia_path = _said(member, table, side, "inertia", radius)
-    tilt, tilt_path = _said(member, table, side, "tilt_inertia", radius)
+    mass, inertia, tilt = (
+        _stated_inertia(plan, name, side, key, radius) for key in ("mass", "inertia", "tilt_inertia")
+    )
+    origins = [_stated_origin(plan, name, side, key) for key in ("mass", "inertia", "tilt_inertia")]
     radii, width = _radii(member, gear), _width(gear, side)
     if radii[1] >= radii[0]:
         key = "outer_diameter" if gear is not None and gear.internal else "bore"
@@ -183,27 +192,31 @@ def _solid(plan: Plan, name: str, side: str | None, gear: GearData | None, radiu
             "leaves no solid beside the pitch circle", path=path, given=getattr(member, key), allowed=limit
         )
     squares = radii[0] ** 2 + radii[1] ** 2
-    origins = [mass_path or "geometry", inertia_path or "geometry", tilt_path or "geometry"]
     if mass is None:
-        mass = _density(member, plan, model) * math.pi * (radii[0] ** 2 - radii[1] ** 2) * width
+        mass = density_of(member_material(plan, name, model)) * math.pi * (radii[0] ** 2 - radii[1] ** 2) * width
     if inertia is None:
         inertia = 0.5 * mass * squares
     if tilt is None:
         tilt = inertia / 2 + mass * width**2 / 12
-    return _Solid(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
+    return _MassProperties(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
 
 
-def _said(member: Member, table: object, side: str | None, key: str, radius: float) -> tuple[float | None, str]:
-    """A given value in SI and where it stands; an inertia in kg is J/r^2 at `radius` [m]."""
-    own = getattr(table, key, None)
-    value, path = (own, f"{side}.{key}") if own is not None else (getattr(member, key), key)
+def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: float) -> float | None:
+    """Stated mass [kg] or inertia [kg m^2] of a body; an inertia in kg is J/r^2 at `radius` [m]."""
+    value = stated_value(plan.member_levels(name, side), key, None)
     if isinstance(value, Quantity):
         assert isinstance(value.value, float)  # the schema takes no list here
         value = value.value * (radius**2 if value.unit == "kg" else 1.0)
-    return (None, "") if value is None else (float(value), path)
+    return None if value is None else float(value)
 
 
-def _radii(member: Member, gear: GearData | None) -> tuple[float, float]:
+def _stated_origin(plan: Plan, name: str, side: str | None, key: str) -> str:
+    """Key that states a mass or inertia, from the table of the member on; `geometry` where none does."""
+    found = stated(plan.member_levels(name, side), key)
+    return "geometry" if found is None else found.path.removeprefix(f"{plan.member_path(name)}.")
+
+
+def _radii(member: MemberTable, gear: GearData | None) -> tuple[float, float]:
     """Outer and inner radius of the solid of a gear [m]: to its pitch circle, of a ring from its pitch circle."""
     if gear is None:
         return NAN, NAN
@@ -223,13 +236,8 @@ def _width(gear: GearData | None, side: str | None) -> float:
     return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
 
 
-def _density(member: Member, plan: Plan, model: ModelFile) -> float:
-    tables: tuple[Material | None, ...] = (member.material, plan.stage.material, model.material)
-    return next((t.density for t in tables if t is not None and t.density is not None), STEEL_DENSITY)
-
-
-def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, ledger: Ledger) -> None:
-    """Record the values; of a half at the member's path, at the side's where that says its own."""
+def _log_mass(plan: Plan, name: str, side: str | None, solid: _MassProperties, log: ResolutionLog) -> None:
+    """Log mass and inertias; of a half at the path of the member, or of the side where that states its own."""
     path = plan.member_path(name)
     member = plan.stage.members[name]
     by_side = side is not None and any(
@@ -237,7 +245,7 @@ def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, ledger: 
         for s in ("left", "right")
         for k in ("mass", "inertia", "tilt_inertia", "face_width")
     )
-    for key, value, said, unit in zip(
+    for key, value, key_origin, unit in zip(
         ("mass", "inertia", "tilt_inertia"),
         (solid.mass, solid.inertia, solid.tilt),
         solid.origins,
@@ -245,5 +253,40 @@ def _note_solid(plan: Plan, name: str, side: str | None, solid: _Solid, ledger: 
         strict=True,
     ):
         where = f"{path}.{side}.{key}" if by_side else f"{path}.{key}"
-        origin = "geometry" if said == "geometry" else "given" if where == f"{path}.{said}" else f"as {name}"
-        ledger.note(where, value, unit, origin if math.isfinite(value) else "missing")
+        origin = (
+            key_origin if key_origin == "geometry" else "given" if where == f"{path}.{key_origin}" else f"as {name}"
+        )
+        log.note(where, value, unit, origin if math.isfinite(value) else "missing")
+
+
+# places ---------------------------------------------------------------------------------------------------------------
+
+
+def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
+    """Move stages on fixed axes, and bodies, so that what a coupling joins has one axis.
+
+    A stage with a carrier stays around the origin; so does the first stage. What a loop of couplings leaves apart
+    stays apart.
+    """
+    group = {body.name: body.frame if "." in body.member else body.name for body in bodies}
+    fixed = [name for name, stage in model.stages.items() if any(m.kind == "carrier" for m in stage.members.values())]
+    offset: dict[str, complex] = dict.fromkeys([*fixed, next(iter(model.stages))], 0j)
+    ends = [(_end(table.between[0], bodies), _end(table.between[1], bodies)) for table in model.couplings.values()]
+    joints = [(a, b) for a, b in ends if a is not None and b is not None]
+    joints += [(b, a) for a, b in joints]
+    for _ in joints:
+        for a, b in joints:
+            if group[a.name] in offset and group[b.name] not in offset:
+                offset[group[b.name]] = offset[group[a.name]] + complex(*a.centre) - complex(*b.centre)
+    return [_moved(body, offset.get(group[body.name], 0j)) for body in bodies]
+
+
+def _end(reference: str, bodies: Sequence[Body]) -> Body | None:
+    """First body of the member that a coupling names; None for an unknown reference."""
+    member = ".".join(reference.split(".")[:2])
+    return next((body for body in bodies if body.member == member), None)
+
+
+def _moved(body: Body, by: complex) -> Body:
+    """A body with its centre moved by x + i y [m]."""
+    return body if by == 0 else replace(body, centre=(body.centre[0] + by.real, body.centre[1] + by.imag))

@@ -11,9 +11,9 @@ from ..gears import geometry
 from ..gears.phasing import Angle, Phase
 from ..train.bodies import GearData
 from .gears import Teeth, finish_gear, teeth_of_stage, width_of
-from .ledger import NAN, Ledger, same, turns_of
-from .plan import Pair, Plan
-from .shifts import distance_from_shifts, given_distances, given_radius, profile_shifts
+from .plan import GearPair, Plan
+from .profile_shifts import distance_from_shifts, given_distances, given_radius, profile_shifts
+from .resolution_log import NAN, ResolutionLog, same, turns_of
 
 __all__ = ["MeshShape", "StageShape", "shape_stage"]
 
@@ -25,7 +25,7 @@ STEEPEST = math.radians(60)  # working pressure angle, as in the file format
 class MeshShape:
     """One pair at its working place: angle [rad], distance [m] of the teeth themselves, contact and overlap ratio.
 
-    tooth_angle : angle at which the teeth themselves touch [rad]; the working one unless base radii are said.
+    tooth_angle : angle at which the teeth themselves touch [rad]; the working angle unless base radii are stated.
     limits : where a tooth pair touches, (sigma_min, sigma_max).  width : the narrower face [m], by side.
     """
 
@@ -72,20 +72,20 @@ class StageShape:
         return math.tau * float(self.plan.angles[branch]) + self.ahead[member]
 
 
-def shape_stage(plan: Plan, ledger: Ledger) -> StageShape:
+def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
     """Geometry of one stage.
 
     Raises
     ------
     ModelError : contradicting teeth, a centre distance below the base circles, axes that cannot be placed.
     """
-    teeth = teeth_of_stage(plan, ledger)
-    given = given_distances(plan, ledger)
+    teeth = teeth_of_stage(plan, log)
+    given = given_distances(plan, log)
     shifts = profile_shifts(plan, teeth, given)
-    gears = {name: finish_gear(plan, name, teeth[name], shifts[name], ledger) for name in plan.gears}
+    gears = {name: finish_gear(plan, name, teeth[name], shifts[name], log) for name in plan.gears}
     worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
-    pin = _pin_radii(plan, given, {name: distance for name, (_, distance) in worked.items()}, ledger)
-    meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], ledger) for p in plan.pairs}
+    pin = _pin_radii(plan, given, {name: distance for name, (_, distance) in worked.items()}, log)
+    meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], log) for p in plan.pairs}
     ahead = _ahead(plan, pin, {name: distance for name, (_, distance) in worked.items()})
     centre = _centres(plan, {name: distance for name, (_, distance) in worked.items()})
     meeting = [p.b for p in plan.pairs if plan.gears[p.a].kind == "sun" and p.b in pin] or list(pin)
@@ -107,14 +107,14 @@ def shape_stage(plan: Plan, ledger: Ledger) -> StageShape:
 
 def _working(
     plan: Plan,
-    p: Pair,
+    p: GearPair,
     teeth: Mapping[str, Teeth],
     given: float | None,
     shifts: Mapping[str, tuple[float, str]],
 ) -> tuple[float, float]:
     """Working transverse pressure angle [rad] of a pair and the distance of its axes [m].
 
-    Base radii that are said, rounded as print is, work at the angle that fits the distance, so that a stage that
+    Stated base radii, rounded as print is, work at the angle that fits the distance, so that a stage that
     turns as a whole stresses no tooth.
     """
     a, b = teeth[p.a], teeth[p.b]
@@ -155,7 +155,7 @@ def _working(
     return angle, given
 
 
-def _angle_at(p: Pair, distance: float, teeth: Mapping[str, Teeth]) -> float:
+def _angle_at(p: GearPair, distance: float, teeth: Mapping[str, Teeth]) -> float:
     """Working angle of a pair at a distance [rad]; nan below the base circles."""
     radii = teeth[p.a].base_radius, teeth[p.b].base_radius
     return geometry.working_pressure_angle_at(distance, *radii, internal=p.internal)
@@ -168,16 +168,20 @@ def _nominal(a: Teeth, b: Teeth) -> bool:
 
 def _mesh_shape(
     plan: Plan,
-    p: Pair,
+    p: GearPair,
     teeth: Mapping[str, Teeth],
     gears: Mapping[str, Mapping[str | None, GearData]],
     worked: tuple[float, float],
-    ledger: Ledger,
+    log: ResolutionLog,
 ) -> MeshShape:
+    """Working geometry of one pair: contact limits, contact ratio and overlap ratio [iso21771].
+
+    worked : working transverse pressure angle [rad] and centre distance [m].
+    """
     a, b = teeth[p.a], teeth[p.b]
     first, second = next(iter(gears[p.a].values())), next(iter(gears[p.b].values()))
     angle, distance = worked
-    # Said base radii are for levers; where the teeth touch follows from the teeth.
+    # Stated base radii are levers of the forces; the contact limits follow from the teeth themselves.
     by_teeth = distance_from_shifts(p, teeth, first.profile_shift, second.profile_shift)[0]
     tooth_angle = angle if _nominal(a, b) or math.isnan(by_teeth) else by_teeth
     limits = geometry.contact_limits(
@@ -193,13 +197,13 @@ def _mesh_shape(
     widths = _widths(plan, p)
     width = next(iter(widths.values()))
     overlap = geometry.overlap_ratio(width, a.helix_angle, a.module) if a.helix_angle else 0.0
-    ledger.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
+    log.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
     own = "given" if p.keys.centre_distance is not None else "geometry"
-    ledger.note(f"{p.path}.centre_distance", distance, "m", own)
-    ledger.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
-    ledger.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
+    log.note(f"{p.path}.centre_distance", distance, "m", own)
+    log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
+    log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
     if ratio < 1.0:
-        ledger.warn(f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
+        log.warn(f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
     return MeshShape(
         working_angle=angle,
         tooth_angle=tooth_angle,
@@ -211,8 +215,8 @@ def _mesh_shape(
     )
 
 
-def _widths(plan: Plan, p: Pair) -> dict[str | None, float]:
-    """Common face width of a pair [m] by side; nan where neither gear says one."""
+def _widths(plan: Plan, p: GearPair) -> dict[str | None, float]:
+    """Common face width of a pair [m] by side; nan where neither gear states one."""
     if plan.two_sided(p.a) != plan.two_sided(p.b):
         single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
         raise ModelError(
@@ -233,7 +237,7 @@ def _widths(plan: Plan, p: Pair) -> dict[str | None, float]:
 
 
 def _pin_radii(
-    plan: Plan, given: Mapping[str, float], distance: Mapping[str, float], ledger: Ledger
+    plan: Plan, given: Mapping[str, float], distance: Mapping[str, float], log: ResolutionLog
 ) -> dict[str, float]:
     """Radius of the axes of every planet gear [m]: given, else the distance of its mesh nearest the sun."""
     radii: dict[str, float] = {}
@@ -245,7 +249,7 @@ def _pin_radii(
     for name, member in plan.gears.items():
         if plan.central(name):
             continue
-        own = given_radius(plan, plan.axis[name], ledger)
+        own = given_radius(plan, plan.axis[name], log)
         radius = own if own is not None else radii.get(plan.axis[name])
         if radius is None:
             raise ModelError(
@@ -255,7 +259,7 @@ def _pin_radii(
             )
         result[name] = radius
         origin = "given" if member.pin_radius is not None else "geometry"
-        ledger.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
+        log.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
     return result
 
 
@@ -275,7 +279,7 @@ def _ahead(plan: Plan, pin: Mapping[str, float], distance: Mapping[str, float]) 
     return {name: angle.get(plan.axis[name], 0.0) for name in pin}
 
 
-def _turn(plan: Plan, p: Pair, known: float, new: float, between: float) -> float:
+def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> float:
     """Angle at the centre of the stage between two axes that mesh, from the three centre distances [rad]."""
     cosine = (known**2 + new**2 - between**2) / (2 * known * new)
     if not -1.0 <= cosine < 1.0:
@@ -308,6 +312,7 @@ def _centres(plan: Plan, distance: Mapping[str, float]) -> dict[str, Place]:
 
 
 def _place_beside(plan: Plan, name: str, centre: dict[str, Place], distance: Mapping[str, float]) -> None:
+    """Put the centre of one gear on a fixed axis [m] at its distance from the first partner that has a place."""
     for p in plan.pairs:
         partner = p.b if p.a == name else p.a if p.b == name else None
         if partner in centre and partner is not None:
@@ -318,7 +323,7 @@ def _place_beside(plan: Plan, name: str, centre: dict[str, Place], distance: Map
 
 
 def _directions(
-    plan: Plan, p: Pair, pin: Mapping[str, float], ahead: Mapping[str, float], centre: Mapping[str, Place]
+    plan: Plan, p: GearPair, pin: Mapping[str, float], ahead: Mapping[str, float], centre: Mapping[str, Place]
 ) -> tuple[Angle, ...]:
     """Polar angle of e, from the centre of a to the pitch point, one per branch [turns]."""
     if p.a in centre and p.b in centre:
@@ -335,7 +340,8 @@ def _directions(
     )
 
 
-def _between(plan: Plan, p: Pair, centre: Mapping[str, Place]) -> Angle:
+def _between(plan: Plan, p: GearPair, centre: Mapping[str, Place]) -> Angle:
+    """Polar angle of e between two gears on fixed axes [turns]. Raises ModelError for one common centre."""
     (xa, ya), (xb, yb) = centre[p.a], centre[p.b]
     sign = -1.0 if p.internal else 1.0
     if xa == xb and ya == yb:

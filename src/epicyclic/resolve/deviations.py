@@ -1,48 +1,63 @@
-"""Deviations from nominal: displaced features, mesh errors, unbalance, with exact signed frequencies."""
+"""Deviations from nominal: what each kind does to the train, with exact signed frequencies.
+
+One function a kind, listed in `MEMBER_KINDS` or `MESH_KINDS` under the key of `model/deviations.py`. A deviation
+becomes a displaced feature, an error of a mesh or a load (docs/conventions.md, errors).
+"""
 
 from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..gears.deviations import pitch_lines, profile_amplitude, random_phases, tooth_phase
-from ..model import schema_operation as tables
+from ..model.deviations import DisplacementTable, ProfileErrorTable, TiltTable, UnbalanceTable
 from ..model.schema import ModelFile
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link, Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import Displacement, Load, MeshError
-from .ledger import Ledger, per_branch
+from .inheritance import Level, Levels, stated
+from .resolution_log import ResolutionLog, per_branch
 
-__all__ = ["Deviated", "deviations_of"]
+__all__ = ["MEMBER_KINDS", "MESH_KINDS", "DeviationEffects", "DeviationScope", "deviations_of"]
 
 NEGLIGIBLE = 1e-9  # of the largest pitch harmonic
 
 
 @dataclass(slots=True, kw_only=True)
-class Deviated:
-    """What the deviations of a file become."""
+class DeviationEffects:
+    """What the deviations of a file become.
+
+    left_out : paths of those that turn in a train without speeds.
+    """
 
     displacements: list[Displacement] = field(default_factory=list)
     mesh_errors: list[MeshError] = field(default_factory=list)
     loads: list[Load] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Parts:
-    """The train so far."""
+class DeviationScope:
+    """The train so far, which deviations act on, and what they become.
+
+    planets : number of branches, by stage.  effects, log : collected here by the kinds.
+    """
 
     bodies: Sequence[Body]
     meshes: Sequence[Mesh]
     links: Sequence[Link]
     kinematics: Kinematics
     planets: Mapping[str, int]
+    effects: DeviationEffects
+    log: ResolutionLog
 
     def relative(self, body: Body) -> Fraction | None:
         """Turns per second of a body in its frame, None without speeds."""
@@ -51,7 +66,7 @@ class _Parts:
             return None
         return (speed[body.member] - frames.get(body.frame, Fraction(0))) / 60
 
-    def standing(self, body: Body, seats: Sequence[Link]) -> Fraction | None:
+    def seat_turn(self, body: Body, seats: Sequence[Link]) -> Fraction | None:
         """Turns per second, in the frame of a body, of what carries it; None for a shaft without speeds."""
         speed, frames = self.kinematics.speed, self.kinematics.frame_speed
         if any(link.kind == "shaft" for link in seats):
@@ -79,6 +94,20 @@ class _Parts:
         """The bearings of what a body carries."""
         return [link for link in self.links if link.kind == "bearing" and link.first == body.name and link.second]
 
+    def value_of_body(self, body: Body, value: float | Sequence[float] | None, path: str) -> float:
+        """Value of one body in one value or one per planet. Raises ModelError for a list of another length."""
+        count = self.planets.get(body.frame, 0) if body.branch is not None else 1
+        return per_branch(value, max(count, 1), path)[(body.branch or 1) - 1]
+
+    def value_of_mesh(self, mesh: Mesh, value: float | Sequence[float] | None, path: str) -> float:
+        """Value of one mesh in one value or one per planet. Raises ModelError for a list of another length."""
+        count = self.branches(mesh)
+        return per_branch(value, count, path)[(mesh.branch or 1) - 1]
+
+    def branches(self, mesh: Mesh) -> int:
+        """Number of branches that have this mesh."""
+        return self.planets[mesh.pair.split(".")[1]] if mesh.branch is not None else 1
+
 
 def deviations_of(
     model: ModelFile,
@@ -88,137 +117,143 @@ def deviations_of(
     links: Sequence[Link],
     kinematics: Kinematics,
     planets: Mapping[str, int],
-    ledger: Ledger,
-) -> Deviated:
-    """All deviations; those that turn are left out with a warning where the file gives no speeds."""
-    parts = _Parts(bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets)
-    found, left_out = Deviated(), list[str]()
+    log: ResolutionLog,
+) -> DeviationEffects:
+    """Effects of all deviations; those that turn are left out with a warning where the file gives no speeds."""
+    effects = DeviationEffects()
+    scope = DeviationScope(
+        bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, effects=effects, log=log
+    )
     for body in bodies:
-        for key in ("run_out", "bearing_run_out", "position", "tilt", "unbalance", "pitch"):
-            path, table = _said(model.deviations.members, body.member, body.side, key)
-            if table is not None:
-                _member_deviation(parts, body, key, path, table, found, left_out, ledger)
+        levels = _levels(model.deviations.members, body.member, body.side)
+        for key, resolve_member in MEMBER_KINDS.items():
+            if (found := stated(levels, key)) is not None:
+                resolve_member(scope, body, found.path, found.value)
     for mesh in meshes:
-        stage_name = mesh.pair.split(".")[1]
-        member = mesh.pair.removeprefix("stages.")
-        for key in ("profile", "gap"):
-            path, table = _said(model.deviations.meshes, member, mesh.side, key)
-            if table is not None:
-                _mesh_deviation(parts, mesh, path, table, found, left_out, planets[stage_name])
-    if left_out:
-        names = ", ".join(dict.fromkeys(left_out))
-        ledger.warn(f"no speed is given (operation.speed): left out, because they turn: {names}")
-    return found
+        levels = _levels(model.deviations.meshes, mesh.pair.removeprefix("stages."), mesh.side)
+        for key, resolve_mesh in MESH_KINDS.items():
+            if (found := stated(levels, key)) is not None:
+                resolve_mesh(scope, mesh, found.path, found.value)
+    if effects.left_out:
+        names = ", ".join(dict.fromkeys(effects.left_out))
+        log.warn(f"no speed is given (operation.speed): left out, because they turn: {names}")
+    return effects
 
 
-def _said(entries: Mapping[str, object], name: str, side: str | None, key: str) -> tuple[str, object]:
-    """Path and table of one deviation: of the side, else of the member or mesh."""
-    for where in (f"{name}.{side}", name) if side else (name,):
-        value = getattr(entries.get(where), key, None)
-        if value is not None:
-            return f"deviations.{where}.{key}", value
-    return "", None
-
-
-def _member_deviation(
-    parts: _Parts,
-    body: Body,
-    key: str,
-    path: str,
-    table: object,
-    found: Deviated,
-    left_out: list[str],
-    ledger: Ledger,
-) -> None:
-    if isinstance(table, tables.Unbalance):
-        _unbalance(parts, body, path, table, found, left_out)
-    elif isinstance(table, tuple):
-        _pitch(parts, body, path, table, found, left_out)
-    elif isinstance(table, (tables.Displacement, tables.TiltDeviation)):
-        _displaced(parts, body, key, path, table, found, left_out, ledger)
-
-
-def _own(body: Body, value: float | Sequence[float] | None, parts: _Parts, path: str) -> float:
-    """The value of one body out of one or one per planet."""
-    count = parts.planets.get(body.frame, 0) if body.branch is not None else 1
-    return per_branch(value, max(count, 1), path)[(body.branch or 1) - 1]
+def _levels(tables: Mapping[str, object], name: str, side: str | None) -> Levels:
+    """The tables that may state a deviation of a member or mesh, nearest first."""
+    own = (Level("side", f"deviations.{name}.{side}", tables.get(f"{name}.{side}")),) if side else ()
+    return (*own, Level("member", f"deviations.{name}", tables.get(name)))
 
 
 # displaced features --------------------------------------------------------------------------------------------------
 
 
-def _displaced(
-    parts: _Parts,
+def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
+    """Run-out of the teeth, which turns with the body and enters its meshes; of a carrier the run-out of its pins."""
+    if body.gear is not None:
+        _displace(scope, body, path, table, cause="run_out", rows="mesh", links=[], frequency=scope.relative(body))
+        return
+    pins = scope.pins(body)
+    if not pins:
+        scope.log.warn(f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing")
+        return
+    _displace(scope, body, path, table, cause="run_out", rows="own", links=pins, frequency=Fraction(0))
+
+
+def _bearing_run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
+    """Run-out of the bearing seat, which turns with the body and enters the links that carry it."""
+    seats = scope.seats(body)
+    _warn_unheld(scope, body, path, table, tilt=False)
+    frequency = scope.relative(body)
+    _displace(scope, body, path, table, cause="bearing_run_out", rows="own", links=seats, frequency=frequency)
+
+
+def _position(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
+    """Position error of the seat, which stands still in what carries the body."""
+    seats = scope.seats(body)
+    _warn_unheld(scope, body, path, table, tilt=False)
+    frequency = scope.seat_turn(body, seats)
+    _displace(scope, body, path, table, cause="position", rows="seat", links=seats, frequency=frequency)
+
+
+def _tilt(scope: DeviationScope, body: Body, path: str, table: TiltTable) -> None:
+    """Misalignment of the seat, which stands still in what carries the body."""
+    seats = scope.seats(body)
+    _warn_unheld(scope, body, path, table, tilt=True)
+    frequency = scope.seat_turn(body, seats)
+    _displace(scope, body, path, table, cause="tilt", rows="seat", links=seats, frequency=frequency, tilt=True)
+
+
+def _displace(
+    scope: DeviationScope,
     body: Body,
-    key: str,
     path: str,
-    table: tables.Displacement | tables.TiltDeviation,
-    found: Deviated,
-    left_out: list[str],
-    ledger: Ledger,
+    table: DisplacementTable | TiltTable,
+    *,
+    cause: str,
+    rows: str,
+    links: Sequence[Link],
+    frequency: Fraction | None,
+    tilt: bool = False,
 ) -> None:
-    seats, pins = parts.seats(body), parts.pins(body)
-    frequency: Fraction | None
-    if key == "run_out" and body.gear is None:
-        if not pins:
-            ledger.warn(f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing")
-            return
-        rows, links, frequency = "own", pins, Fraction(0)
-    elif key == "run_out":
-        rows, links, frequency = "mesh", [], parts.relative(body)
-    elif key == "bearing_run_out":
-        rows, links, frequency = "own", seats, parts.relative(body)
-    else:
-        rows, links, frequency = "seat", seats, parts.standing(body, seats)
-    across, along = _vector(parts, body, path, table)
-    if links is seats:
-        _check_held(parts, body, key, path, (across, along), ledger)
+    """Add the displaced feature: what lies across the axis turns at `frequency` [Hz], what lies along it stands still.
+
+    cause, rows, links : as in `Displacement`.  frequency : None where it turns and no speed is given.
+    """
+    across, along = _components(scope, body, path, table)
     if across and frequency is None:
-        left_out.append(path)
+        scope.effects.left_out.append(path)
     for size, turns in ((across, frequency), (along, Fraction(0))):
         if size and turns is not None:
-            vector = _six(size, along=size is along, tilt=key == "tilt", turning=turns != 0)
-            found.displacements.append(
+            scope.effects.displacements.append(
                 Displacement(
                     path=path,
-                    cause=key,
+                    cause=cause,
                     body=body.name,
                     rows=rows,
                     links=tuple(link.name for link in links),
-                    vector=vector,
+                    vector=_six(size, along=size is along, tilt=tilt, turning=turns != 0),
                     frequency=turns,
                 )
             )
 
 
-def _check_held(parts: _Parts, body: Body, key: str, path: str, size: tuple[complex, complex], ledger: Ledger) -> None:
+def _warn_unheld(
+    scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable, *, tilt: bool
+) -> None:
     """Warn where nothing holds a member (or the half that `path` names) in the direction its seat is displaced in."""
-    sided = f".{body.side}." in path
-    own = [b for b in parts.bodies if b is body or (not sided and (b.member, b.branch) == (body.member, body.branch))]
-    held = [link.stiffness for b in own for link in parts.seats(b)]
-    first = 3 if key == "tilt" else 0
-    for value, directions in zip(size, ((first, first + 1), (first + 2,)), strict=True):
+    whole = f".{body.side}." not in path
+    own = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == (body.member, body.branch))]
+    held = [link.stiffness for b in own for link in scope.seats(b)]
+    first = 3 if tilt else 0
+    components = _components(scope, body, path, table)
+    for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
         if value and not any(stiffness[i] for stiffness in held for i in directions):
             names = " and ".join(DIRECTIONS[i] for i in directions)
-            ledger.warn(f"{path} has no effect: no support or bearing holds {body.member} in {names}")
+            scope.log.warn(f"{path} has no effect: no support or bearing holds {body.member} in {names}")
 
 
-def _vector(
-    parts: _Parts, body: Body, path: str, table: tables.Displacement | tables.TiltDeviation
+def _components(
+    scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable
 ) -> tuple[complex, complex]:
-    """What lies across the axis, x + i y in the body's own axes at t = 0, and what lies along it."""
+    """Component across the axis, x + i y in the body's own axes at t = 0, and along it [m], of a tilt [rad]."""
     if table.amplitude is not None:
-        phase = _own(body, table.phase, parts, f"{path}.phase")
-        across = _own(body, table.amplitude, parts, f"{path}.amplitude") * cmath.exp(1j * phase)
+        phase = scope.value_of_body(body, table.phase, f"{path}.phase")
+        across = scope.value_of_body(body, table.amplitude, f"{path}.amplitude") * cmath.exp(1j * phase)
     else:
-        across = complex(_own(body, table.x, parts, f"{path}.x"), _own(body, table.y, parts, f"{path}.y"))
+        x, y = (scope.value_of_body(body, getattr(table, key), f"{path}.{key}") for key in ("x", "y"))
+        across = complex(x, y)
     if table.from_ == "stage":
         across *= cmath.exp(-1j * body.angle)
-    return across, complex(_own(body, table.z, parts, f"{path}.z"))
+    return across, complex(scope.value_of_body(body, table.z, f"{path}.z"))
 
 
 def _six(size: complex, *, along: bool, tilt: bool, turning: bool) -> NDArray[np.complex128]:
-    """(6,) amplitude: E(t) = Re(vector exp(i w t)) turns (x, y) by w t; at w = 0 it is (x, y) itself."""
+    """Amplitude (6,) of a displaced feature, x y z [m], rx ry rz [rad]: E(t) = Re(vector exp(i w t)).
+
+    It turns (x, y) by w t; at w = 0 it is (x, y) itself.  Derived here.
+    """
     vector = np.zeros(6, complex)
     first = 3 if tilt else 0
     if along:
@@ -230,67 +265,52 @@ def _six(size: complex, *, along: bool, tilt: bool, turning: bool) -> NDArray[np
     return vector
 
 
+# forces --------------------------------------------------------------------------------------------------------------
+
+
+def _unbalance(scope: DeviationScope, body: Body, path: str, table: UnbalanceTable) -> None:
+    """A force that turns with the body, amount [kg m] times the square of its absolute speed."""
+    speed = scope.kinematics.speed
+    if speed is None:
+        scope.effects.left_out.append(path)
+        return
+    omega = float(speed[body.member]) * math.pi / 30
+    force = scope.value_of_body(body, table.amount, f"{path}.amount") * omega**2
+    if force:
+        scope.effects.loads.append(
+            Load(
+                path=path,
+                body=body.name,
+                force=(force, 0.0, 0.0),
+                moment=(0.0, 0.0, 0.0),
+                station=body.station,
+                turns=True,
+                phase=scope.value_of_body(body, table.phase, f"{path}.phase"),
+                speed_squared=True,
+            )
+        )
+
+
 # errors of meshes ----------------------------------------------------------------------------------------------------
 
 
-def _mesh_deviation(
-    parts: _Parts, mesh: Mesh, path: str, table: object, found: Deviated, left_out: list[str], planets: int
-) -> None:
-    count = planets if mesh.branch is not None else 1
-    branch = (mesh.branch or 1) - 1
-    if not isinstance(table, tables.ProfileDeviation):
-        gap = per_branch(table, count, path)[branch]  # type: ignore[arg-type]
-        if gap:
-            error = MeshError(path=path, cause="gap", mesh=mesh.name, amplitude=complex(gap), frequency=Fraction(0))
-            found.mesh_errors.append(error)
-        return
-    amplitude = per_branch(table.amplitude, count, f"{path}.amplitude")[branch]
-    if amplitude == 0.0:
-        return
-    if parts.kinematics.mesh_frequency is None:
-        left_out.append(path)
-        return
-    if table.phase == "identical":
-        value = profile_amplitude(amplitude, table.order, lead=mesh.lead)
-    else:
-        value = profile_amplitude(amplitude, table.order, _phase(table, count, branch, path))
-    frequency = table.order * parts.kinematics.mesh_frequency[mesh.stage]
-    found.mesh_errors.append(
-        MeshError(path=path, cause="profile", mesh=mesh.name, amplitude=value, frequency=frequency)
-    )
-
-
-def _phase(table: tables.ProfileDeviation, count: int, branch: int, path: str) -> float:
-    if table.phase == "random":
-        return float(random_phases(count, table.seed or 0)[branch])
-    assert not isinstance(table.phase, str)  # the schema leaves numbers
-    return per_branch(table.phase, count, f"{path}.phase")[branch]
-
-
-def _pitch(
-    parts: _Parts,
-    body: Body,
-    path: str,
-    lists: tuple[tuple[float, ...], ...],
-    found: Deviated,
-    left_out: list[str],
-) -> None:
-    """Measured pitch deviations: in every mesh of the gear a line at each order of its turning in the frame."""
-    relative = parts.relative(body)
+def _pitch(scope: DeviationScope, body: Body, path: str, lists: tuple[tuple[float, ...], ...]) -> None:
+    """Measured pitch deviations [m]: in every mesh of the gear a line at each order of its turning in the frame."""
+    relative = scope.relative(body)
     if relative is None:
-        left_out.append(path)
+        scope.effects.left_out.append(path)
         return
     samples = lists[(body.branch or 1) - 1] if len(lists) > 1 else lists[0]
     orders, coefficients = pitch_lines(samples)
     floor = NEGLIGIBLE * float(np.abs(coefficients).max(initial=0.0))
-    for mesh in parts.meshes:
+    for mesh in scope.meshes:
         if body.name not in (mesh.a, mesh.b):
             continue
         seen_from = mesh.direction if body.name == mesh.a or mesh.internal else mesh.direction + math.pi
         start = tooth_phase(len(samples), seen_from, body.angle) / len(samples)
         for order, coefficient in zip(orders.tolist(), coefficients.tolist(), strict=True):
             if abs(coefficient) > floor:
-                found.mesh_errors.append(
+                scope.effects.mesh_errors.append(
                     MeshError(
                         path=path,
                         cause="pitch",
@@ -301,25 +321,44 @@ def _pitch(
                 )
 
 
-def _unbalance(
-    parts: _Parts, body: Body, path: str, table: tables.Unbalance, found: Deviated, left_out: list[str]
-) -> None:
-    """A force that turns with the body, amount times the square of its absolute speed."""
-    if parts.kinematics.speed is None:
-        left_out.append(path)
+def _profile(scope: DeviationScope, mesh: Mesh, path: str, table: ProfileErrorTable) -> None:
+    """Profile error: a cosine at one order of the mesh frequency."""
+    amplitude = scope.value_of_mesh(mesh, table.amplitude, f"{path}.amplitude")
+    if amplitude == 0.0:
         return
-    omega = float(parts.kinematics.speed[body.member]) * math.pi / 30
-    force = _own(body, table.amount, parts, f"{path}.amount") * omega**2
-    if force:
-        found.loads.append(
-            Load(
-                path=path,
-                body=body.name,
-                force=(force, 0.0, 0.0),
-                moment=(0.0, 0.0, 0.0),
-                station=body.station,
-                turns=True,
-                phase=_own(body, table.phase, parts, f"{path}.phase"),
-                speed_squared=True,
-            )
-        )
+    frequency = scope.kinematics.mesh_frequency
+    if frequency is None:
+        scope.effects.left_out.append(path)
+        return
+    if table.phase == "identical":
+        value = profile_amplitude(amplitude, table.order, lead=mesh.lead)
+    elif table.phase == "random":
+        phases = random_phases(scope.branches(mesh), table.seed or 0)
+        value = profile_amplitude(amplitude, table.order, float(phases[(mesh.branch or 1) - 1]))
+    else:
+        assert not isinstance(table.phase, str)  # the schema leaves numbers
+        value = profile_amplitude(amplitude, table.order, scope.value_of_mesh(mesh, table.phase, f"{path}.phase"))
+    error = MeshError(
+        path=path, cause="profile", mesh=mesh.name, amplitude=value, frequency=table.order * frequency[mesh.stage]
+    )
+    scope.effects.mesh_errors.append(error)
+
+
+def _gap(scope: DeviationScope, mesh: Mesh, path: str, gap: float | tuple[float, ...]) -> None:
+    """Tooth thickness error: a constant opening of the gap [m]."""
+    size = scope.value_of_mesh(mesh, gap, path)
+    if size:
+        error = MeshError(path=path, cause="gap", mesh=mesh.name, amplitude=complex(size), frequency=Fraction(0))
+        scope.effects.mesh_errors.append(error)
+
+
+# (scope, body or mesh, path in the file, value of the schema); displacements and errors are added in this order
+MEMBER_KINDS: dict[str, Callable[[DeviationScope, Body, str, Any], None]] = {
+    "run_out": _run_out,
+    "bearing_run_out": _bearing_run_out,
+    "position": _position,
+    "tilt": _tilt,
+    "unbalance": _unbalance,
+    "pitch": _pitch,
+}
+MESH_KINDS: dict[str, Callable[[DeviationScope, Mesh, str, Any], None]] = {"profile": _profile, "gap": _gap}

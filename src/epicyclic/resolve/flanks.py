@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 from ..errors import ModelError
 from ..gears import geometry
 from ..gears.flank import PLAIN, Flank, Relief, Wave, check_flank
 from ..gears.tooth_pair import ToothPair
-from ..model import schema_flank
-from ..model.schema import ModelFile
+from ..model.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
 from ..tooth_contact.lines import Plane
 from .bodies import half_station
 from .centres import StageShape
 from .gears import width_of
-from .ledger import Ledger
-from .plan import Pair, Plan
+from .inheritance import Stated, stated, subtables
+from .plan import GearPair, Plan
+from .resolution_log import ResolutionLog
 from .tooth_forms import tooth_form
 
 __all__ = ["tooth_pair"]
 
 
-def tooth_pair(shape: StageShape, p: Pair, side: str | None, model: ModelFile, ledger: Ledger) -> ToothPair | None:
+def tooth_pair(
+    shape: StageShape, p: GearPair, side: str | None, model: ModelFile, log: ResolutionLog
+) -> ToothPair | None:
     """The teeth of one side of a pair; None without a face width of either gear.
 
     Raises
@@ -31,11 +32,11 @@ def tooth_pair(shape: StageShape, p: Pair, side: str | None, model: ModelFile, l
     """
     plan = shape.plan
     widths = width_of(plan, p.a, side), width_of(plan, p.b, side)
-    flanks = _flank(plan, p.a, side, ledger), _flank(plan, p.b, side, ledger)
+    flanks = _flank(plan, p.a, side, log), _flank(plan, p.b, side, log)
     if widths[0] is None or widths[1] is None:
         return None
     a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], shape.meshes[p.name]
-    unnoted = Ledger(assumed={})  # what stands for a body that is not said is noted where a stiffness needs it
+    unnoted = ResolutionLog(assumed={})  # the default body is noted where a stiffness needs it
     places = half_station(plan, p.a, side), half_station(plan, p.b, side)
     apart = (places[0] - places[1]) / 2
     teeth = ToothPair(
@@ -57,6 +58,7 @@ def tooth_pair(shape: StageShape, p: Pair, side: str | None, model: ModelFile, l
 
 
 def _check(teeth: ToothPair, internal: bool) -> None:
+    """Raise ModelError for micro-geometry that does not fit the height and the width of its flank."""
     plane = Plane(
         base_a=teeth.base_a,
         base_b=teeth.base_b,
@@ -79,67 +81,57 @@ def _check(teeth: ToothPair, internal: bool) -> None:
 # micro-geometry ------------------------------------------------------------------------------------------------------
 
 
-def _flank(plan: Plan, name: str, side: str | None, ledger: Ledger) -> Flank:
-    """Micro-geometry of one helix of a gear: every entry from its side, else the gear, else the stage."""
-    said, paths = _said(plan, name, side)
-    for key in ("crown", "slope"):
-        if key in paths:
-            ledger.note(f"{paths[key]}.{key}", getattr(said, key), "m")
-    wave = said.wave
+def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank:
+    """Micro-geometry of one helix of a gear: every entry of its side, else the gear, else the stage."""
+    levels = subtables(plan.levels(name, side), "flank")
+
+    def entry(key: str) -> Stated | None:
+        """Nearest statement of one entry of the micro-geometry."""
+        return stated(levels, key)
+
+    def length(key: str) -> float:
+        """Crown or slope [m], 0 where it is not stated."""
+        found = entry(key)
+        if found is not None:
+            log.note(found.path, found.value, "m")
+        return 0.0 if found is None else float(found.value)
 
     def relief(key: str) -> Relief | None:
-        table = getattr(said, key)
-        return None if table is None else _relief(table, f"{paths[key]}.{key}", ledger)
+        """One relief, None where it is not stated."""
+        found = entry(key)
+        return None if found is None else _relief(found.value, found.path, log)
 
+    crown, slope = length("crown"), length("slope")
+    profile, wave = entry("profile"), entry("wave")
     return Flank(
         tip_relief=relief("tip_relief"),
         root_relief=relief("root_relief"),
         end_relief=relief("end_relief"),
-        crown=said.crown or 0.0,
-        slope=said.slope or 0.0,
-        profile=() if said.profile is None else _profile(said.profile, f"{paths['profile']}.profile"),
-        waves=() if wave is None else (Wave(amplitude=wave.amplitude, order=wave.order, phase=wave.phase),),
+        crown=crown,
+        slope=slope,
+        profile=() if profile is None else _profile(profile.value, profile.path),
+        waves=() if wave is None else (_wave(wave.value),),
     )
-
-
-def _said(plan: Plan, name: str, side: str | None) -> tuple[schema_flank.Flank, dict[str, str]]:
-    """Entries of the micro-geometry of a gear, and the path of the flank that says each of them."""
-    member = plan.stage.members[name]
-    half = getattr(member, side) if side else None
-    tables: Sequence[tuple[str, schema_flank.Flank | None]] = (
-        (f"{plan.path}.flank", plan.stage.flank),
-        (f"{plan.member_path(name)}.flank", member.flank),
-        (f"{plan.member_path(name)}.{side}.flank", None if half is None else half.flank),
-    )
-    found, paths = schema_flank.Flank(), dict[str, str]()
-    for path, table in tables:
-        entries = (
-            {}
-            if table is None
-            else {k: v for k in schema_flank.Flank.model_fields if (v := getattr(table, k)) is not None}
-        )
-        found = found.model_copy(update=entries)
-        paths |= dict.fromkeys(entries, path)
-    return found, paths
 
 
 def _path(plan: Plan, name: str, side: str | None) -> str:
-    """The flank of a gear in the file, of a side where that says its own."""
-    half = getattr(plan.stage.members[name], side) if side else None
-    own = half is not None and half.flank is not None
-    return f"{plan.member_path(name)}.{side}.flank" if own else f"{plan.member_path(name)}.flank"
+    """Path of the flank of a gear in the file, of a side where it has its own."""
+    found = stated(plan.member_levels(name, side), "flank")
+    return f"{plan.member_path(name)}.flank" if found is None else found.path
 
 
-def _relief(table: schema_flank.Relief, path: str, ledger: Ledger) -> Relief:
+def _relief(table: ReliefTable, path: str, log: ResolutionLog) -> Relief:
+    """Amount and length [m] and shape of a relief. Raises ModelError where amount or length is missing."""
     for key in ("amount", "length"):
         if getattr(table, key) is None:
             raise ModelError("is missing", path=f"{path}.{key}", allowed="a length")
-        ledger.note(f"{path}.{key}", getattr(table, key), "m")
-    ledger.note(f"{path}.shape", table.shape)
+        log.note(f"{path}.{key}", getattr(table, key), "m")
+    log.note(f"{path}.shape", table.shape)
     return Relief(amount=table.amount or 0.0, length=table.length or 0.0, shape=table.shape)
 
 
-def _profile(table: schema_flank.Profile, path: str) -> tuple[tuple[float, float], ...]:
+def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
+    """Measured profile: heights below the tip, missing material [m]. Raises ModelError unless heights rise."""
     if len(table.below_tip) != len(table.missing) or any(b <= a for a, b in pairwise(table.below_tip)):
         raise ModelError(
             "heights must rise, one for each deviation",
@@ -147,3 +139,8 @@ def _profile(table: schema_flank.Profile, path: str) -> tuple[tuple[float, float
             given=f"{len(table.below_tip)}, {len(table.missing)}",
         )
     return tuple(zip(table.below_tip, table.missing, strict=True))
+
+
+def _wave(table: WaveTable) -> Wave:
+    """Wave along the profile: amplitude [m], order [1], phase [rad]."""
+    return Wave(amplitude=table.amplitude, order=table.order, phase=table.phase)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from ..errors import ModelError
 from ..gears import geometry
-from ..model.schema import Member
 from ..train.bodies import GearData
-from .ledger import Ledger, same
-from .plan import Pair, Plan
+from .inheritance import origin_of, stated, stated_value
+from .plan import GearPair, Plan
+from .resolution_log import ResolutionLog, same
 
 __all__ = ["Teeth", "finish_gear", "gap_of", "teeth_of_stage", "width_of"]
 
@@ -26,7 +26,7 @@ class Teeth:
 
     module : normal.  pressure_angle : normal.  hand : +1 right, -1 left (left helix of a herringbone gear), 0 spur.
     nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
-    from_module : module given (False: taken from given base radii).
+    from_module : module stated (False: it follows from stated base radii).
     """
 
     teeth: int
@@ -50,7 +50,7 @@ class Teeth:
         return geometry.base_helix_angle(self.pressure_angle, self.helix_angle)
 
 
-def teeth_of_stage(plan: Plan, ledger: Ledger) -> dict[str, Teeth]:
+def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
     """Module, angles, hands and base radii of all gears of a stage.
 
     Raises
@@ -60,15 +60,16 @@ def teeth_of_stage(plan: Plan, ledger: Ledger) -> dict[str, Teeth]:
     found: dict[str, Teeth] = {}
     for name in plan.gears:
         if name not in found:
-            found |= _chain_teeth(plan, plan.chain(name), ledger)
+            found |= _chain_teeth(plan, plan.chain(name), log)
     return {name: found[name] for name in plan.gears}
 
 
-def _chain_teeth(plan: Plan, chain: tuple[str, ...], ledger: Ledger) -> dict[str, Teeth]:
-    helix = _shared(plan, chain, "helix_angle", ledger)
-    normal = _shared(plan, chain, "pressure_angle", ledger)
-    module, from_module = _module(plan, chain, (normal, helix), ledger)
-    hands = _hands(plan, chain, helix, ledger)
+def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict[str, Teeth]:
+    """Teeth of the gears of one chain, which share module, pressure angle and helix angle. Raises ModelError."""
+    helix = _shared(plan, chain, "helix_angle", log)
+    normal = _shared(plan, chain, "pressure_angle", log)
+    module, from_module = _module(plan, chain, (normal, helix), log)
+    hands = _hands(plan, chain, helix, log)
     result = {}
     for name in chain:
         member = plan.gears[name]
@@ -76,12 +77,12 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], ledger: Ledger) -> dict[str
         nominal = geometry.base_radius(teeth, module, normal, helix)
         base = member.base_radius if member.base_radius is not None else nominal
         if from_module and abs(base - nominal) > FAR_RADIUS * nominal:
-            ledger.warn(
+            log.warn(
                 f"{plan.member_path(name)}.base_radius = {base * 1e3:.4g} mm is far from teeth and module, "
                 f"which give {nominal * 1e3:.4g} mm"
             )
         origin = "geometry" if member.base_radius is None else "given"
-        ledger.note(f"{plan.member_path(name)}.base_radius", base, "m", origin)
+        log.note(f"{plan.member_path(name)}.base_radius", base, "m", origin)
         result[name] = Teeth(
             teeth=teeth,
             internal=member.kind == "ring",
@@ -96,43 +97,46 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], ledger: Ledger) -> dict[str
     return result
 
 
-def _said(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, float]:
-    """What the gears of a chain say themselves; two different values are an error."""
-    said: dict[str, float] = {name: value for name in chain if (value := getattr(plan.gears[name], key)) is not None}
-    first = next(iter(said), "")
-    for name, value in said.items():
-        if not same(value, said[first]):
+def _stated_in_chain(plan: Plan, chain: tuple[str, ...], key: str) -> dict[str, float]:
+    """Values that the gears of a chain state themselves, by gear. Raises ModelError where two differ."""
+    given: dict[str, float] = {name: value for name in chain if (value := getattr(plan.gears[name], key)) is not None}
+    first = next(iter(given), "")
+    for name, value in given.items():
+        if not same(value, given[first]):
             raise ModelError(
-                f"contradicts its chain: {first} meshes with it and has {said[first]:g}",
+                f"contradicts its chain: {first} meshes with it and has {given[first]:g}",
                 path=f"{plan.member_path(name)}.{key}",
                 given=value,
                 allowed="one value along a chain of meshing gears",
             )
-    return said
+    return given
 
 
-def _shared(plan: Plan, chain: tuple[str, ...], key: str, ledger: Ledger) -> float:
-    """A value that a chain of meshing gears shares: nearest of gear, chain, stage, default."""
-    said = _said(plan, chain, key)
+def _shared(plan: Plan, chain: tuple[str, ...], key: str, log: ResolutionLog) -> float:
+    """Pressure or helix angle of a chain of meshing gears [rad]: of a gear, else the stage, else the default."""
+    given = _stated_in_chain(plan, chain, key)
     stage = getattr(plan.stage, key)
     value, origin = DEFAULTS[key], "default"
-    if said:
-        first = next(iter(said))
-        value, origin = said[first], f"as {first}"
+    if given:
+        first = next(iter(given))
+        value, origin = given[first], f"as {first}"
     elif stage is not None:
         value, origin = float(stage), "stage"
-        ledger.note(f"{plan.path}.{key}", value, "rad")
+        log.note(f"{plan.path}.{key}", value, "rad")
     for name in chain:
-        ledger.note(f"{plan.member_path(name)}.{key}", value, "rad", "given" if name in said else origin)
+        log.note(f"{plan.member_path(name)}.{key}", value, "rad", "given" if name in given else origin)
     return value
 
 
-def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], ledger: Ledger) -> tuple[float, bool]:
-    """Normal module of a chain, and whether it is given; else it is what the given base radii mean."""
+def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log: ResolutionLog) -> tuple[float, bool]:
+    """Normal module of a chain [m], and whether it is stated; else it follows from the stated base radii.
+
+    angles : normal pressure angle and helix angle [rad].
+    """
     slant = math.cos(angles[1])
-    said = _said(plan, chain, "module")
-    tilted = {name: value * slant for name, value in _said(plan, chain, "transverse_module").items()}
-    both = said | tilted
+    given = _stated_in_chain(plan, chain, "module")
+    tilted = {name: value * slant for name, value in _stated_in_chain(plan, chain, "transverse_module").items()}
+    both = given | tilted
     stage = plan.stage
     if both:
         first = next(iter(both))
@@ -145,15 +149,16 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], led
     elif stage.module is not None or stage.transverse_module is not None:
         value = stage.module if stage.module is not None else (stage.transverse_module or 0.0) * slant
         origin = "stage"
-        ledger.note(f"{plan.path}.module", value, "m", "given" if stage.module is not None else "geometry")
+        log.note(f"{plan.path}.module", value, "m", "given" if stage.module is not None else "geometry")
     else:
         value, origin = _module_of_radii(plan, chain, angles), "base radii"
     for name in chain:
-        ledger.note(f"{plan.member_path(name)}.module", value, "m", "given" if name in said else origin)
+        log.note(f"{plan.member_path(name)}.module", value, "m", "given" if name in given else origin)
     return value, origin != "base radii"
 
 
 def _module_of_radii(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float]) -> float:
+    """Mean normal module [m] of the stated base radii of a chain. Raises ModelError unless all are stated."""
     normal, helix = angles
     given = [(m.base_radius, m.teeth) for name in chain if (m := plan.gears[name]).base_radius is not None]
     if len(given) < len(chain):
@@ -166,8 +171,8 @@ def _module_of_radii(plan: Plan, chain: tuple[str, ...], angles: tuple[float, fl
     return math.fsum(units) / len(units)
 
 
-def _hands(plan: Plan, chain: tuple[str, ...], helix: float, ledger: Ledger) -> dict[str, int]:
-    """Hand of every gear: one says it, the others follow; the first is right-handed where none says it."""
+def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog) -> dict[str, int]:
+    """Hand of every gear of a chain, +1 right, -1 left, 0 spur: one is stated, the others follow, default right."""
     relative = {chain[0]: 1}
     pairs = [p for p in plan.pairs if p.a in chain]
     for _ in pairs:
@@ -178,10 +183,10 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, ledger: Ledger) -> 
             elif p.b in relative:
                 relative[p.a] = sign * relative[p.b]
     _check_loops(plan, pairs, relative, helix)
-    said = {n: HANDS[word] for n in chain if (word := plan.gears[n].hand) is not None}
-    first = next(iter(said), chain[0])
-    base = said.get(first, 1) * relative[first]
-    for name, hand in said.items():
+    given = {n: HANDS[word] for n in chain if (word := plan.gears[n].hand) is not None}
+    first = next(iter(given), chain[0])
+    base = given.get(first, 1) * relative[first]
+    for name, hand in given.items():
         if hand != base * relative[name]:
             raise ModelError(
                 f"contradicts its chain: it follows from {first}",
@@ -192,66 +197,64 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, ledger: Ledger) -> 
     if helix == 0.0:
         return dict.fromkeys(chain, 0)
     for name in chain:
-        origin = "given" if name in said else f"as {first}" if said or name != first else "default"
-        ledger.note(f"{plan.member_path(name)}.hand", "right" if base * relative[name] > 0 else "left", "", origin)
+        origin = "given" if name in given else f"as {first}" if given or name != first else "default"
+        log.note(f"{plan.member_path(name)}.hand", "right" if base * relative[name] > 0 else "left", "", origin)
     return {name: base * relative[name] for name in chain}
 
 
-def _check_loops(plan: Plan, pairs: list[Pair], relative: Mapping[str, int], helix: float) -> None:
+def _check_loops(plan: Plan, pairs: list[GearPair], relative: Mapping[str, int], helix: float) -> None:
+    """Raise ModelError where the hands of a closed loop of helical meshes contradict each other."""
     for p in pairs:
         if helix and relative[p.b] != relative[p.a] * (1 if p.internal else -1):
             raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
 
 
 def width_of(plan: Plan, name: str, side: str | None = None) -> float | None:
-    """Face width of one helix [m]: of the side, the gear, the stage; None where nothing says it."""
-    member = plan.stage.members[name]
-    table = getattr(member, side) if side else None
-    if table is not None and table.face_width is not None:
-        return float(table.face_width)
-    return member.face_width if member.face_width is not None else plan.stage.face_width
+    """Face width of one helix [m]: of the side, the gear, the stage; None where none states it."""
+    width: float | None = stated_value(plan.levels(name, side), "face_width", None)
+    return width
 
 
 def gap_of(plan: Plan, name: str) -> float:
     """Gap between the two helices [m]."""
-    own = plan.stage.members[name].gap
-    return own if own is not None else plan.stage.gap or 0.0
-
-
-def _near(plan: Plan, member: Member, key: str, side: str | None, default: float) -> float:
-    for table in (getattr(member, side) if side else None, member, plan.stage):
-        value = getattr(table, key, None)
-        if value is not None:
-            return float(value)
-    return default
+    return float(stated_value(plan.levels(name), "gap", 0.0))
 
 
 def finish_gear(
-    plan: Plan, name: str, teeth: Teeth, shift: tuple[float, str], ledger: Ledger
+    plan: Plan, name: str, teeth: Teeth, shift: tuple[float, str], log: ResolutionLog
 ) -> dict[str | None, GearData]:
-    """The toothed part of every half of a gear, {side: GearData}, with tip and root from shift (value, origin)."""
+    """Toothed part of every half of a gear, by side, with tip and root radii [m].
+
+    shift : profile shift [1] and its origin.
+
+    Raises
+    ------
+    ModelError : a shift that leaves no tooth.
+    """
     member, path = plan.gears[name], plan.member_path(name)
-    ledger.note(f"{path}.profile_shift", shift[0], "", shift[1])
-    ledger.note(f"{path}.herringbone", plan.herringbone(name), "", _origin(member.herringbone, plan.stage.herringbone))
-    ledger.note(f"{path}.split", plan.split(name), "", _origin(member.split, plan.stage.split))
-    ledger.note(f"{path}.gap", gap_of(plan, name), "m", _origin(member.gap, plan.stage.gap))
+    log.note(f"{path}.profile_shift", shift[0], "", shift[1])
+    levels = plan.levels(name)
+    log.note(f"{path}.herringbone", plan.herringbone(name), "", origin_of(stated(levels, "herringbone")))
+    log.note(f"{path}.split", plan.split(name), "", origin_of(stated(levels, "split")))
+    log.note(f"{path}.gap", gap_of(plan, name), "m", origin_of(stated(levels, "gap")))
     halves: tuple[str | None, ...] = ("left", "right") if plan.split(name) else (None,)
     found = {side: _gear_data(plan, name, teeth, shift[0], side) for side in halves}
     first = found[halves[0]]
     width = width_of(plan, name)
     if width is not None:
-        ledger.note(f"{path}.face_width", width, "m", _origin(member.face_width, plan.stage.face_width))
+        log.note(f"{path}.face_width", width, "m", origin_of(stated(levels, "face_width")))
     for key, radius in (("tip_diameter", first.tip_radius), ("root_diameter", first.root_radius)):
-        ledger.note(f"{path}.{key}", 2 * radius, "m", "geometry" if getattr(member, key) is None else "given")
+        log.note(f"{path}.{key}", 2 * radius, "m", "geometry" if getattr(member, key) is None else "given")
     if first.tip_radius <= 0 or (first.root_radius <= 0 and not teeth.internal):
         raise ModelError("leaves no tooth", path=f"{path}.profile_shift", given=shift[0])
     return found
 
 
 def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | None) -> GearData:
+    """Geometry of one half of a gear [m, rad]; tip and root stated, else from the shift [iso21771]."""
     member = plan.gears[name]
-    addendum = _near(plan, member, "addendum", side, 1.0)
-    dedendum = _near(plan, member, "dedendum", side, 1.25)
+    addendum = float(stated_value(plan.levels(name, side), "addendum", 1.0))
+    dedendum = float(stated_value(plan.levels(name, side), "dedendum", 1.25))
     tip = geometry.tip_radius(
         teeth.teeth,
         teeth.module,
@@ -286,7 +289,3 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
         addendum=addendum,
         dedendum=dedendum,
     )
-
-
-def _origin(own: object, stage: object) -> str:
-    return "given" if own is not None else "stage" if stage is not None else "default"

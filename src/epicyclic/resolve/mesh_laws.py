@@ -1,10 +1,12 @@
-"""Laws of meshes: mean stiffness and its variation over the place of the contact, damping, backlash."""
+"""Mesh stiffness: mean, variation over the place of contact, loaded tooth contact; damping and backlash."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +14,21 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..gears import stiffness as teeth_stiffness
 from ..gears.force_table import ContactTable
-from ..gears.series import fourier_series, table_series
+from ..gears.series import fourier_series, series_in_time, table_series
 from ..gears.tooth_pair import ToothPair
-from ..model.schema import MeshSide, ModelFile, Variation
+from ..model.schema import ModelFile, VariationTable
 from ..model.units import Quantity
+from ..train.connections import Mesh
+from ..train.kinematics import Kinematics
+from ..train.train import MeshError
 from .centres import MeshShape, StageShape
-from .contact_law import contact_law
-from .ledger import Ledger, per_branch
-from .plan import Pair
-from .tooth_forms import elastic, energy_law
+from .inheritance import stated, stated_value
+from .materials import elastic_constants, member_material
+from .plan import GearPair
+from .resolution_log import ResolutionLog, per_branch
+from .tooth_forms import energy_law, nominal_load
 
-__all__ = ["MeshLaw", "mesh_law", "overlap_of", "said_by"]
+__all__ = ["MeshLaw", "contact_errors", "mesh_law", "overlap_of"]
 
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
 Series = NDArray[np.complex128]
@@ -33,7 +39,7 @@ class MeshLaw:
     """Stiffness of one side of a pair: per branch along the tooth normal [N/m], and its relative series over sigma.
 
     narrow : the series of a slice without width, where the helix brings slices into mesh one after the other; None
-        where all follow the whole.  table : where loaded contact says stiffness and variation.
+        where all follow the whole.  table : force of loaded tooth contact, which then gives stiffness and variation.
     """
 
     stiffness: tuple[float, ...]
@@ -44,41 +50,39 @@ class MeshLaw:
     table: ContactTable | None = None
 
 
-def said_by(p: Pair, side: str | None, key: str) -> MeshSide | None:
-    """The table that says `key` of a side of a pair: the side's, else the mesh's, else None."""
-    tables: Sequence[MeshSide | None] = (getattr(p.keys, side) if side else None, p.keys)
-    return next((t for t in tables if t is not None and getattr(t, key) is not None), None)
-
-
 def mesh_law(
     shape: StageShape,
-    p: Pair,
+    p: GearPair,
     side: str | None,
     model: ModelFile,
     torque: Mapping[str, float] | None,
-    ledger: Ledger,
+    log: ResolutionLog,
     *,
     teeth: ToothPair | None,
     lean: int,
 ) -> MeshLaw:
-    """Law of one side of a pair.
+    """Stiffness [N/m], its variation, damping [N s/m] and backlash [m] of one side of a pair.
 
-    torque : of each pair, as `Kinematics.mesh_torque`.  teeth : of the mesh.  lean : d h of its first gear.
+    torque : of each pair [N m], as `Kinematics.mesh_torque`.  teeth : of the mesh.  lean : d h of its first gear.
+
+    Raises
+    ------
+    ModelError : a stiffness that needs a face width without one, teeth that cannot touch.
     """
     plan, width = shape.plan, shape.meshes[p.name].width[side]
-    table = said_by(p, side, "stiffness")
-    value = "iso6336" if table is None else table.stiffness
-    path = f"{p.path}.{side}.stiffness" if table is not None and table is not p.keys else f"{p.path}.stiffness"
+    own_stiffness = stated(p.levels(side), "stiffness")
+    value = "iso6336" if own_stiffness is None else own_stiffness.value
+    path = f"{p.path}.stiffness" if own_stiffness is None else own_stiffness.path
     count, computed = len(plan.angles), not isinstance(value, Quantity)
     form = _form(p, side, str(value) if computed else "")
     own, loaded = None, None
     if value == "contact":
         _needed_width(shape, p, side, path)
         assert teeth is not None  # both faces have a width
-        loaded = contact_law(shape, p, teeth, lean, torque, ledger)
+        loaded = _contact_law(shape, p, teeth, lean, torque, log)
     if "energy" in (value, form):
         _needed_width(shape, p, side, path)
-        own = energy_law(shape, p, side, model, torque, ledger)
+        own = energy_law(shape, p, side, model, torque, log)
     if isinstance(value, Quantity):
         stiffness = per_branch(_normal(shape, p, side, value, path), count, path)
     elif value == "energy" and own is not None:
@@ -86,43 +90,44 @@ def mesh_law(
     elif loaded is not None:
         stiffness = (loaded.stiffness,) * count
     else:
-        stiffness = (_standard(shape, p, width, path, model, ledger),) * count
+        stiffness = (_standard(shape, p, width, path, model, log),) * count
     note = stiffness[0] if len(set(stiffness)) == 1 else list(stiffness)
-    by_side = len(set(shape.meshes[p.name].width.values())) > 1 or table not in (None, p.keys)
+    by_side = len(set(shape.meshes[p.name].width.values())) > 1 or (
+        own_stiffness is not None and own_stiffness.level == "side"
+    )
     where = f"{p.path}.{side}.stiffness" if side and by_side else f"{p.path}.stiffness"
-    ledger.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
-    _check_range(shape, p, width, stiffness, ledger)
-    damping, backlash = said_by(p, side, "damping"), said_by(p, side, "backlash")
+    log.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
+    _check_range(shape, p, width, stiffness, log)
     loaded = loaded if form == "contact" else None
     if loaded is not None:
-        ledger.note(f"{p.path}.variation", form, "", "default")
+        log.note(f"{p.path}.variation", form, "", "default")
         variation, narrow = loaded.variation, None
     else:
-        variation, narrow = _variation(shape, p, side, form, None if own is None else own[1], ledger)
+        variation, narrow = _variation(shape, p, side, form, None if own is None else own[1], log)
     return MeshLaw(
         stiffness=stiffness,
         variation=variation,
         narrow=narrow,
-        damping=damping.damping or 0.0 if damping is not None else 0.0,
-        backlash=math.inf if backlash is None or backlash.backlash is None else backlash.backlash,
+        damping=stated_value(p.levels(side), "damping", 0.0),
+        backlash=stated_value(p.levels(side), "backlash", math.inf),
         table=loaded,
     )
 
 
-def _normal(shape: StageShape, p: Pair, side: str | None, given: Quantity, path: str) -> float | tuple[float, ...]:
+def _normal(shape: StageShape, p: GearPair, side: str | None, given: Quantity, path: str) -> float | tuple[float, ...]:
     """A given stiffness along the tooth normal of one helix [N/m]."""
     factor = 1.0
     if given.unit == "N/m^2":
         factor = _needed_width(shape, p, side, path)
-    direction = said_by(p, side, "direction")
-    if direction is not None and direction.direction == "transverse":
+    if stated_value(p.levels(side), "direction", "normal") == "transverse":
         factor /= math.cos(shape.teeth[p.a].base_helix) ** 2
     if isinstance(given.value, tuple):
         return tuple(value * factor for value in given.value)
     return given.value * factor
 
 
-def _needed_width(shape: StageShape, p: Pair, side: str | None, path: str) -> float:
+def _needed_width(shape: StageShape, p: GearPair, side: str | None, path: str) -> float:
+    """Common face width [m] of one side of a pair. Raises ModelError where it is not stated."""
     width = shape.meshes[p.name].width[side]
     if math.isnan(width):
         raise ModelError(
@@ -133,7 +138,7 @@ def _needed_width(shape: StageShape, p: Pair, side: str | None, path: str) -> fl
     return width
 
 
-def _standard(shape: StageShape, p: Pair, width: float, path: str, model: ModelFile, ledger: Ledger) -> float:
+def _standard(shape: StageShape, p: GearPair, width: float, path: str, model: ModelFile, log: ResolutionLog) -> float:
     """Mean stiffness along the tooth normal of one helix by ISO 6336-1 [N/m]."""
     if math.isnan(width):
         _needed_width(shape, p, next(iter(shape.meshes[p.name].width)), path)
@@ -149,43 +154,44 @@ def _standard(shape: StageShape, p: Pair, width: float, path: str, model: ModelF
         shift_b=second.profile_shift,
         dedendum_a=first.dedendum,
         dedendum_b=second.dedendum,
-        youngs_modulus_a=elastic(shape.plan, p.a, model)[0],
-        youngs_modulus_b=elastic(shape.plan, p.b, model)[0],
+        youngs_modulus_a=elastic_constants(member_material(shape.plan, p.a, model))[0],
+        youngs_modulus_b=elastic_constants(member_material(shape.plan, p.b, model))[0],
     )
     mean, more = teeth_stiffness.iso6336_mesh_stiffness(single, shape.meshes[p.name].contact_ratio)
     for text in (*limits, *more):
-        ledger.warn(f"{path}: {text}")
+        log.warn(f"{path}: {text}")
     return teeth_stiffness.normal_from_transverse(mean * width, a.base_helix)
 
 
-def _check_range(shape: StageShape, p: Pair, width: float, stiffness: Sequence[float], ledger: Ledger) -> None:
+def _check_range(shape: StageShape, p: GearPair, width: float, stiffness: Sequence[float], log: ResolutionLog) -> None:
+    """Warn of a stiffness [N/m] per face width [m] outside the range of steel teeth."""
     if math.isnan(width):
         return
     for value in sorted(set(stiffness)):
         per_width = value * math.cos(shape.teeth[p.a].base_helix) ** 2 / width
         if not NORMAL_RANGE[0] <= per_width <= NORMAL_RANGE[1]:
-            ledger.warn(f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, steel teeth have 10 .. 30")
+            log.warn(f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, steel teeth have 10 .. 30")
 
 
-def _form(p: Pair, side: str | None, method: str) -> str:
-    """How the stiffness varies: as said, else as its method has it."""
-    table = said_by(p, side, "variation")
-    if table is not None and table.variation is not None:
-        return table.variation.form
+def _form(p: GearPair, side: str | None, method: str) -> str:
+    """Form of the variation of the stiffness: stated, else that of its method."""
+    variation: VariationTable | None = stated_value(p.levels(side), "variation", None)
+    if variation is not None:
+        return variation.form
     return {"": "none", "energy": "energy", "contact": "contact"}.get(method, "contact-lines")
 
 
 def _variation(
-    shape: StageShape, p: Pair, side: str | None, form: str, own: Series | None, ledger: Ledger
+    shape: StageShape, p: GearPair, side: str | None, form: str, own: Series | None, log: ResolutionLog
 ) -> tuple[Series, Series | None]:
-    """Relative Fourier coefficients over sigma, (L,), and those of a narrow slice where the helix shifts slices.
+    """Relative Fourier coefficients (L,) over sigma [1], and those of a narrow slice where the helix shifts slices.
 
-    own : series of a narrow slice by energy.
+    own : series (L,) of a narrow slice by energy.
     """
-    table, meshing = said_by(p, side, "variation"), shape.meshes[p.name]
-    said: Variation | None = None if table is None else table.variation
+    meshing = shape.meshes[p.name]
+    series: VariationTable | None = stated_value(p.levels(side), "variation", None)
     if form in ("none", "contact-lines", "energy"):
-        ledger.note(f"{p.path}.variation", form, "", "default" if said is None else "given")
+        log.note(f"{p.path}.variation", form, "", "default" if series is None else "given")
     if form in ("contact-lines", "energy"):
         overlap = overlap_of(meshing, shape, p, meshing.width[side])
         if math.isnan(overlap):
@@ -195,17 +201,90 @@ def _variation(
         lines = teeth_stiffness.contact_line_series(meshing.limits, 0.0)
         narrow = lines if own is None or form == "contact-lines" else own
         return teeth_stiffness.over_face(narrow, overlap), narrow
-    if said is None or form == "none":
+    if series is None or form == "none":
         return np.zeros(0, complex), None
     if form == "values":
-        return table_series(said.values)[1], None
-    return fourier_series(said.cosine, said.sine), None
+        return table_series(series.values)[1], None
+    return fourier_series(series.cosine, series.sine), None
 
 
-def overlap_of(meshing: MeshShape, shape: StageShape, p: Pair, width: float) -> float:
+def overlap_of(meshing: MeshShape, shape: StageShape, p: GearPair, width: float) -> float:
+    """Overlap ratio [1] of one helix of face width [m]."""
     first = next(iter(meshing.width.values()))
     return (
         meshing.overlap_ratio
         if width == first or not shape.teeth[p.a].helix_angle
         else (meshing.overlap_ratio * width / first)
     )
+
+
+# loaded tooth contact -------------------------------------------------------------------------------------------------
+
+
+def _contact_law(
+    shape: StageShape, p: GearPair, teeth: ToothPair, lean: int, torque: Mapping[str, float] | None, log: ResolutionLog
+) -> ContactTable:
+    """Table of one helix around the mean force of the operation.
+
+    lean : d h of gear a.  torque : of each pair, as `Kinematics.mesh_torque`.
+
+    Raises
+    ------
+    ModelError : what loaded contact refuses, see `pieces.check_pair`.
+    """
+    meshing = shape.meshes[p.name]
+    width = min(teeth.face_a[1], teeth.face_b[1]) - max(teeth.face_a[0], teeth.face_b[0])
+    load = nominal_load(shape, p, torque, width)
+    log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
+    helix = shape.teeth[p.a].base_helix
+    force = load * meshing.contact_ratio * width / math.cos(helix)
+    table, messages = _table_of_pair(teeth, p.internal, helix, lean, force, p.path)
+    for text in messages:
+        log.warn(f"{p.path}: {text}")
+    return table
+
+
+@lru_cache(maxsize=64)
+def _table_of_pair(
+    teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str
+) -> tuple[ContactTable, tuple[str, ...]]:
+    """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
+    from ..tooth_contact.drawn import pair_of_teeth  # heavy, and needed by loaded contact alone
+    from ..tooth_contact.energy import Meshing, interference
+    from ..tooth_contact.pieces import check_pair
+    from ..tooth_contact.table import contact_table
+    from ..tooth_contact.tooth import ToothCompliance
+
+    pair = pair_of_teeth(teeth, internal=internal, base_helix=base_helix, lean=lean)
+    check_pair(pair, path=path, paths=teeth.paths)
+    table = contact_table(pair, force)
+    a, b = pair.tooth_a, pair.tooth_b
+    assert isinstance(a, ToothCompliance)
+    assert isinstance(b, ToothCompliance)
+    mesh = Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
+    return table, tuple(dict.fromkeys((*a.warnings, *b.warnings, *interference(mesh, path=path))))
+
+
+def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:
+    """What the flanks of tabulated meshes add to the gap of a linear model: a mean, and orders of the mesh frequency.
+
+    Without speeds the mean alone.
+    """
+    found = []
+    for mesh in meshes:
+        if mesh.table is None:
+            continue
+        series = series_in_time(mesh.table.missing[1:], lead=mesh.lead, sense=mesh.sense)
+        frequency = (kinematics.mesh_frequency or {}).get(mesh.stage)
+        error = MeshError(
+            path=f"{mesh.pair}.stiffness",
+            cause="contact",
+            mesh=mesh.name,
+            amplitude=complex(mesh.table.missing[0].real),
+            frequency=Fraction(0),
+        )
+        found.append(error)
+        if frequency:
+            orders = enumerate(series.tolist(), start=1)
+            found += [replace(error, amplitude=value, frequency=order * frequency) for order, value in orders]
+    return found

@@ -7,18 +7,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
 from ..gears.phasing import shift_term
+from ..gears.stiffness import over_face
 from ..model.schema import ModelFile
-from ..train.connections import Mesh
+from ..train.connections import Mesh, MeshSlice
 from ..train.kinematics import Kinematics
 from ..train.phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
 from .bodies import body_name, half_station, member_bodies
 from .centres import StageShape
 from .flanks import tooth_pair
-from .ledger import Ledger, Number, per_branch, turns_of
-from .mesh_laws import MeshLaw, mesh_law, overlap_of, said_by
-from .plan import Pair, Plan
-from .slices import require_width, slices_of
+from .inheritance import stated, stated_value
+from .mesh_laws import MeshLaw, mesh_law, overlap_of
+from .plan import GearPair, Plan, gear_below
+from .resolution_log import Number, ResolutionLog, per_branch, turns_of
 
 __all__ = ["meshes_of_stage"]
 
@@ -30,7 +35,7 @@ def meshes_of_stage(
     model: ModelFile,
     kinematics: Kinematics,
     tones: Mapping[str, str],
-    ledger: Ledger,
+    log: ResolutionLog,
 ) -> list[Mesh]:
     """All meshes of a stage.
 
@@ -45,31 +50,35 @@ def meshes_of_stage(
     sense = _sun_sense(plan, kinematics)
     gears, toothed = _toothed(plan, shape), _tooth_meshes(shape, flanks)
     phases = stage_leads(gears, toothed, sense=sense)
-    _check_assembly(plan, phases, ledger)
-    _check_shafts(plan, gears, toothed, ledger)
+    _check_assembly(plan, phases, log)
+    _check_shafts(plan, gears, toothed, log)
     for name, turns in phases.clocking.items():
         origin = "given" if isinstance(plan.gears[name].clocking, tuple) else "geometry"
         angles = [math.tau * float(turn) for turn in turns]
-        ledger.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
+        log.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
     found: list[Mesh] = []
     for p in plan.pairs:
         if p.keys.slices is not None:
-            ledger.note(f"{p.path}.slices", p.keys.slices)
+            log.note(f"{p.path}.slices", p.keys.slices)
         for side in shape.meshes[p.name].width:
-            teeth = tooth_pair(shape, p, side, model, ledger)
+            teeth = tooth_pair(shape, p, side, model, log)
             lean = flanks[p.name] * _hand(shape, p, side)
-            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, ledger, teeth=teeth, lean=lean)
-            leads = _leads(plan, p, side, phases, sense, ledger)
+            law = mesh_law(shape, p, side, model, kinematics.mesh_torque, log, teeth=teeth, lean=lean)
+            leads = _leads(plan, p, side, phases, sense, log)
             width, count = shape.meshes[p.name].width[side], p.keys.slices or 1
-            require_width(width, count, plan.path)
+            _require_width(width, count, plan.path)
             for branch in range(len(plan.angles)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
                 mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth, table=law.table)
-                found.append(replace(mesh, slices=slices_of(mesh, count, width, law.narrow)))
+                found.append(replace(mesh, slices=_slices_of(mesh, count, width, law.narrow)))
     return sorted(found, key=lambda mesh: ([p.path for p in plan.pairs].index(mesh.pair), mesh.branch or 0))
 
 
-def _mesh(shape: StageShape, p: Pair, side: str | None, branch: int, law: MeshLaw, signs: tuple[int, int]) -> Mesh:
+def _mesh(shape: StageShape, p: GearPair, side: str | None, branch: int, law: MeshLaw, signs: tuple[int, int]) -> Mesh:
+    """Mesh of one branch (0 ..) and side, without lead, slices and teeth.
+
+    signs : flank d and sense D (docs/conventions.md, rows and phases).
+    """
     plan, meshing = shape.plan, shape.meshes[p.name]
     a, b = shape.teeth[p.a], shape.teeth[p.b]
     number = branch + 1 if plan.branches and not (plan.central(p.a) and plan.central(p.b)) else None
@@ -105,13 +114,13 @@ def _mesh(shape: StageShape, p: Pair, side: str | None, branch: int, law: MeshLa
     )
 
 
-def _hand(shape: StageShape, p: Pair, side: str | None) -> int:
+def _hand(shape: StageShape, p: GearPair, side: str | None) -> int:
     """Hand of gear a on a side."""
     hand = shape.teeth[p.a].hand
     return -hand if side == "right" else hand
 
 
-def _shift(shape: StageShape, p: Pair) -> float:
+def _shift(shape: StageShape, p: GearPair) -> float:
     """c of gear a in this mesh [pitches], see `gears.phasing`."""
     return shift_term(
         teeth=shape.plan.gears[p.a].teeth or 0,
@@ -123,6 +132,7 @@ def _shift(shape: StageShape, p: Pair) -> float:
 
 
 def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
+    """Name of the body that carries a gear of one branch (1 ..) on one side."""
     own = member_bodies(plan, member, None if plan.central(member) else number)
     return own[side] if side in own else own[None]
 
@@ -131,6 +141,7 @@ def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
 
 
 def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
+    """The gears of a stage as the phasing of the train takes them."""
     found = []
     for name, member in plan.gears.items():
         fit = member.clocking is None or isinstance(member.clocking, str)
@@ -142,7 +153,7 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
                 internal=member.kind == "ring",
                 central=plan.central(name),
                 profile_shift=next(iter(shape.gears[name].values())).profile_shift,
-                on=None if member.on is None else member.on.split(".")[-1],
+                on=gear_below(member),
                 clocking=None if fit else tuple(turns_of(angle) for angle in angles),
             )
         )
@@ -150,6 +161,7 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
 
 
 def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMesh]:
+    """The pairs of a stage as the phasing of the train takes them."""
     return [
         ToothMesh(
             pair=p.name,
@@ -171,16 +183,14 @@ def _flanks(plan: Plan, kinematics: Kinematics) -> dict[str, int]:
     largest = max(abs(torque) for torque in torques.values())
     if largest == 0.0:
         gears = [
-            ToothedGear(name=n, teeth=m.teeth or 0, internal=m.kind == "ring", central=plan.central(n), on=_on(m.on))
+            ToothedGear(
+                name=n, teeth=m.teeth or 0, internal=m.kind == "ring", central=plan.central(n), on=gear_below(m)
+            )
             for n, m in plan.gears.items()
         ]
         signs = chain_flanks(gears, [(p.a, p.b) for p in plan.pairs], 1)
         return {p.name: sign for p, sign in zip(plan.pairs, signs, strict=True)}
     return {p.name: flank_of_torque(torques[p.name], internal=p.internal) for p in plan.pairs}
-
-
-def _on(reference: str | None) -> str | None:
-    return None if reference is None else reference.split(".")[-1]
 
 
 def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
@@ -198,43 +208,45 @@ def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
 
 
 def _leads(
-    plan: Plan, p: Pair, side: str | None, phases: StagePhases, sense: int, ledger: Ledger
+    plan: Plan, p: GearPair, side: str | None, phases: StagePhases, sense: int, log: ResolutionLog
 ) -> tuple[Number, ...]:
     """Lead of every branch: given as `phase`, else from teeth and angles, staggered on the right."""
-    table = said_by(p, side, "phase")
+    found = stated(p.levels(side), "phase")
     path = f"{p.path}.{side}.phase" if side else f"{p.path}.phase"
-    if table is not None:
-        values = per_branch(table.phase, len(plan.angles), path)
+    if found is not None:
+        values = per_branch(found.value, len(plan.angles), path)
         leads = tuple(_fraction(value) % 1 for value in values)
-        ledger.note(f"{p.path}.phase" if table is p.keys else path, [float(lead) for lead in leads], "cycles")
-        if table is p.keys:
+        log.note(found.path, [float(lead) for lead in leads], "cycles")
+        if found.level == "mesh":
             return leads
     else:
         leads = phases.lead[p.name]
-        stagger = plan.gears[p.a].stagger if plan.gears[p.a].stagger is not None else plan.stage.stagger
+        stagger = stated_value(plan.levels(p.a), "stagger", 0.0)
         if side == "right" and stagger:
             leads = tuple(staggered(lead, _fraction(stagger), sense) for lead in leads)
-        ledger.note(path, [float(lead) for lead in leads], "cycles", "geometry")
+        log.note(path, [float(lead) for lead in leads], "cycles", "geometry")
     return leads
 
 
 def _fraction(value: float) -> Number:
+    """Phase [cycles] as an exact fraction where it is one of small numbers."""
     exact = Fraction(value).limit_denominator(SHORT)
     return exact if abs(float(exact) - value) < 1e-12 else value
 
 
-def _check_assembly(plan: Plan, phases: StagePhases, ledger: Ledger) -> None:
+def _check_assembly(plan: Plan, phases: StagePhases, log: ResolutionLog) -> None:
+    """Warn of planet angles at which the teeth do not meet, with the nearest angles at which they do."""
     if phases.assembles:
         return
     given, nearest = (
         ", ".join(f"{float(turn) * 360:.6g}" for turn in turns) for turns in (plan.angles, phases.nearest_angles)
     )
-    ledger.warn(
+    log.warn(
         f"{plan.path}: planets at {given} deg cannot be assembled, the teeth do not meet; nearest angles {nearest} deg"
     )
 
 
-def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], ledger: Ledger) -> None:
+def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], log: ResolutionLog) -> None:
     """Warn where stepped shafts clocked as their places demand cannot all be alike."""
     stepped = [gear.name for gear in gears if gear.on is not None and not gear.central and gear.clocking is None]
     if not stepped:
@@ -242,7 +254,42 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
     alike = (Fraction(0),) * len(plan.angles)
     clocked = [replace(gear, clocking=alike) if gear.name in stepped else gear for gear in gears]
     if not stage_leads(clocked, meshes, sense=1).assembles:
-        ledger.warn(
+        log.warn(
             f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
             "each is clocked as its place demands"
         )
+
+
+# slices ---------------------------------------------------------------------------------------------------------------
+
+
+def _require_width(width: float, count: int, path: str) -> None:
+    """Raise ModelError where a mesh is to be cut whose face width [m] is not known; path of the stage."""
+    if count > 1 and math.isnan(width):
+        raise ModelError(
+            "is missing: slices of a mesh need it", path=f"{path}.face_width", given=f"slices = {count}", allowed="m"
+        )
+
+
+def _slices_of(mesh: Mesh, count: int, width: float, narrow: NDArray[np.complex128] | None) -> tuple[MeshSlice, ...]:
+    """The slices of a mesh, left to right; none for a count of 1.
+
+    The helix brings a slice at zeta from mid-face into contact at sigma + d h zeta/p_x, and zeta/p_x is zeta times the
+    overlap ratio per face width.  A series computed from the teeth adds up to the whole exactly, because
+    sinc(l eps/n) times the sum of their phases is n sinc(l eps).  A series that the file gives is that of the whole
+    mesh: every slice follows it in step, since shifted it would no longer add up to what is given.
+
+    width : of the helix [m].  narrow : the series of a slice without width, as computed; None: a given one.
+    """
+    if count == 1:
+        return ()
+    place = (np.arange(count) + 0.5) / count - 0.5
+    shift = np.zeros(count)
+    variation: NDArray[np.complex128] = mesh.variation
+    if narrow is not None and mesh.hand:
+        shift = mesh.sense * mesh.flank * mesh.hand * mesh.overlap_ratio * place
+        variation = over_face(narrow, mesh.overlap_ratio / count)
+    return tuple(
+        MeshSlice(station=mesh.station + width * z, lead=mesh.lead + turn if turn else mesh.lead, variation=variation)
+        for z, turn in zip(place.tolist(), shift.tolist(), strict=True)
+    )

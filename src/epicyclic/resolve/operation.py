@@ -12,8 +12,8 @@ from ..train.bodies import Body
 from ..train.kinematics import Gearing, Kinematics, Tie, solve
 from ..train.train import Load
 from .bodies import member_centre
-from .ledger import Ledger
-from .plan import Plan
+from .plan import Plan, gear_below
+from .resolution_log import ResolutionLog
 
 __all__ = ["body_torques", "external_loads", "gearings_of", "gravity_of", "kinematics_of", "member_of", "ties_of"]
 
@@ -41,7 +41,7 @@ def gearings_of(plans: Sequence[Plan]) -> tuple[Gearing, ...]:
     )
 
 
-def kinematics_of(model: ModelFile, plans: Sequence[Plan], ledger: Ledger) -> Kinematics:
+def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -> Kinematics:
     """Solve speeds and torques.
 
     Raises
@@ -55,7 +55,7 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], ledger: Ledger) -> Ki
     balance: list[str] = []
     for name, value in operation.torque.items():
         member = member_of(name, model)
-        ledger.note(f"operation.torque.{name}", value, "N m")
+        log.note(f"operation.torque.{name}", value, "N m")
         if isinstance(value, str):
             balance.append(member)
         else:
@@ -63,9 +63,9 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], ledger: Ledger) -> Ki
     powers: dict[str, float] = {}
     for name, power in operation.power.items():
         powers[member_of(name, model)] = powers.get(member_of(name, model), 0.0) + power
-        ledger.note(f"operation.power.{name}", power, "W")
+        log.note(f"operation.power.{name}", power, "W")
     for name, speed in operation.speed.items():
-        ledger.note(f"operation.speed.{name}", speed, "rad/s")
+        log.note(f"operation.speed.{name}", speed, "rad/s")
     return solve(
         members=members,
         gearings=gearings_of(plans),
@@ -81,6 +81,7 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], ledger: Ledger) -> Ki
 
 
 def _carrier(plan: Plan) -> str | None:
+    """Full path of the carrier of a stage, None where the axes stand in the housing."""
     return None if plan.carrier is None else f"{plan.name}.{plan.carrier}"
 
 
@@ -92,10 +93,10 @@ def _rpm(speed: float) -> Fraction:
 def ties_of(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
     """Every coupling and shaft that makes two members turn together, for the kinematics."""
     shafts = [
-        Tie(name=f"{plan.name}.{name}", a=f"{plan.name}.{member.on.split('.')[-1]}", b=f"{plan.name}.{name}")
+        Tie(name=f"{plan.name}.{name}", a=f"{plan.name}.{below}", b=f"{plan.name}.{name}")
         for plan in plans
         for name, member in plan.gears.items()
-        if member.on is not None
+        if (below := gear_below(member)) is not None
     ]
     joined = [
         Tie(name=name, a=member_of(table.between[0], model), b=member_of(table.between[1], model))
@@ -129,7 +130,7 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
 
 
 def _sided_torques(member: str, model: ModelFile, torque: float) -> dict[str | None, float]:
-    """Torque of each half [N m] where the file names sides: what one says, the rest at the balancing one or halved."""
+    """Torque of each half [N m] where the file names sides: as stated, the rest at the balancing half or halved."""
     operation = model.operation
     sided = {s: operation.torque.get(f"{member}.{s}", operation.power.get(f"{member}.{s}")) for s in ("left", "right")}
     if all(value is None for value in sided.values()):
@@ -166,10 +167,10 @@ def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
     return found
 
 
-def gravity_of(model: ModelFile, ledger: Ledger) -> tuple[float, float, float]:
+def gravity_of(model: ModelFile, log: ResolutionLog) -> tuple[float, float, float]:
     """Acceleration of gravity in housing axes [m/s^2]."""
     if model.operation.gravity is None:
         return 0.0, 0.0, 0.0
-    ledger.note("operation.gravity", list(model.operation.gravity), "m/s^2")
+    log.note("operation.gravity", list(model.operation.gravity), "m/s^2")
     x, y, z = model.operation.gravity
     return x, y, z

@@ -8,17 +8,18 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from ..errors import ModelError
-from ..model.schema import Member, MeshKeys, ModelFile, Stage
-from .ledger import Ledger, Number, turns_of
+from ..model.names import SIDES
+from ..model.schema import MemberTable, MeshTable, ModelFile, StageTable
+from .inheritance import Level, Levels, stated_value
+from .resolution_log import Number, ResolutionLog, turns_of
 
-__all__ = ["Pair", "Plan", "plan_stages", "sides_of"]
+__all__ = ["GearPair", "Plan", "gear_below", "plan_stages", "sides_of"]
 
-SIDES = ("left", "right")
 FAR = 10**6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pair:
+class GearPair:
     """Two gears of a stage that mesh: `a` nearer the sun along the power path, in a ring mesh the planet gear."""
 
     name: str
@@ -26,12 +27,17 @@ class Pair:
     a: str
     b: str
     internal: bool
-    keys: MeshKeys
+    keys: MeshTable
 
     @property
     def path(self) -> str:
         """Its table in the file."""
         return f"stages.{self.stage}.meshes.{self.name}"
+
+    def levels(self, side: str | None) -> Levels:
+        """The tables that may state a key of one side of the mesh, nearest first."""
+        own = (Level("side", f"{self.path}.{side}", getattr(self.keys, side)),) if side else ()
+        return (*own, Level("mesh", self.path, self.keys))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,10 +51,10 @@ class Plan:
     """
 
     name: str
-    stage: Stage
-    gears: Mapping[str, Member]
+    stage: StageTable
+    gears: Mapping[str, MemberTable]
     carrier: str | None
-    pairs: tuple[Pair, ...]
+    pairs: tuple[GearPair, ...]
     chains: Mapping[str, int]
     axis: Mapping[str, str]
     branches: int
@@ -63,6 +69,16 @@ class Plan:
         """A member's table in the file."""
         return f"stages.{self.name}.{member}"
 
+    def member_levels(self, member: str, side: str | None = None) -> Levels:
+        """The tables of a side and of its member, nearest first."""
+        table, path = self.stage.members[member], self.member_path(member)
+        own = (Level("side", f"{path}.{side}", getattr(table, side, None)),) if side else ()
+        return (*own, Level("member", path, table))
+
+    def levels(self, member: str, side: str | None = None) -> Levels:
+        """The tables that may state a key of a member, or of a side of it, nearest first."""
+        return (*self.member_levels(member, side), Level("stage", self.path, self.stage))
+
     def central(self, member: str) -> bool:
         """Whether there is one of it for all branches."""
         return self.stage.members[member].kind != "planet"
@@ -73,15 +89,13 @@ class Plan:
 
     def split(self, member: str) -> bool:
         """Whether its halves are bodies of their own."""
-        own = self.stage.members[member]
-        if own.neck is not None:
+        if self.stage.members[member].neck is not None:
             return True
-        return bool(own.split if own.split is not None else self.stage.split)
+        return bool(stated_value(self.levels(member), "split", False))
 
     def herringbone(self, member: str) -> bool:
         """Whether it carries two helices."""
-        own = self.stage.members[member].herringbone
-        return bool(own if own is not None else self.stage.herringbone)
+        return bool(stated_value(self.levels(member), "herringbone", False))
 
     def chain(self, gear: str) -> tuple[str, ...]:
         """The gears that share module, pressure angle and helix with this one, itself included, in file order."""
@@ -93,19 +107,23 @@ def sides_of(plan: Plan, member: str) -> tuple[str | None, ...]:
     return SIDES if plan.split(member) else (None,)
 
 
-def plan_stages(model: ModelFile, ledger: Ledger) -> tuple[Plan, ...]:
+def gear_below(member: MemberTable) -> str | None:
+    """Gear on whose shaft a gear sits, by its name in the stage; None for a gear on its own axis."""
+    return None if member.on is None else member.on.split(".")[-1]
+
+
+def plan_stages(model: ModelFile, log: ResolutionLog) -> tuple[Plan, ...]:
     """Plan every stage.
 
     Raises
     ------
-    ModelError : no stage, two carriers, missing teeth or planets, meshes to be named, a gear that meshes with nothing.
+    ModelError : two carriers, shafts in a circle, meshes to be named, a gear that meshes with nothing.
     """
-    if not model.stages:
-        raise ModelError("a train needs a stage", path="stages", given={}, allowed="[stages.NAME] with gears that mesh")
-    return tuple(_plan(name, stage, ledger) for name, stage in model.stages.items())
+    return tuple(_plan(name, stage, log) for name, stage in model.stages.items())
 
 
-def _plan(name: str, stage: Stage, ledger: Ledger) -> Plan:
+def _plan(name: str, stage: StageTable, log: ResolutionLog) -> Plan:
+    """Plan of one stage. Raises ModelError for what `plan_stages` names."""
     path = f"stages.{name}"
     carriers = [m for m, member in stage.members.items() if member.kind == "carrier"]
     gears = {m: member for m, member in stage.members.items() if member.kind != "carrier"}
@@ -113,18 +131,12 @@ def _plan(name: str, stage: Stage, ledger: Ledger) -> Plan:
         raise ModelError(
             "a stage has one carrier", path=path, given=carriers, allowed="one; split = true for its halves"
         )
-    if not gears:
-        raise ModelError(
-            "no gear in this stage", path=path, given=list(stage.members), allowed="sun, planet, ring, ..."
-        )
     for m, member in gears.items():
-        if member.teeth is None:
-            raise ModelError("is missing", path=f"{path}.{m}.teeth", allowed="number of teeth, 3 or more")
         _check_shaft(f"{path}.{m}", m, gears)
-        ledger.note(f"{path}.{m}.teeth", member.teeth)
+        log.note(f"{path}.{m}.teeth", member.teeth)
     axis = {m: _shaft_root(m, gears) for m in gears}
     pairs = _pairs(name, stage, gears)
-    branches, angles = _branches(path, stage, gears, ledger)
+    branches, angles = _branches(path, stage, gears, log)
     return Plan(
         name=name,
         stage=stage,
@@ -138,50 +150,48 @@ def _plan(name: str, stage: Stage, ledger: Ledger) -> Plan:
     )
 
 
-def _check_shaft(path: str, name: str, gears: Mapping[str, Member]) -> None:
-    on = gears[name].on
-    if on is None:
-        return
-    target = on.split(".")[-1]
-    if target not in gears or target == name:
-        raise ModelError("no other gear of this stage", path=f"{path}.on", given=on, allowed=", ".join(gears))
-    if (gears[target].kind == "planet") != (gears[name].kind == "planet"):
-        raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.on", given=on)
+def _check_shaft(path: str, name: str, gears: Mapping[str, MemberTable]) -> None:
+    """Raise ModelError where a planet gear and a central gear sit on one shaft."""
+    target = gear_below(gears[name])
+    if target is not None and (gears[target].kind == "planet") != (gears[name].kind == "planet"):
+        raise ModelError("a planet gear and a central gear on one shaft", path=f"{path}.on", given=gears[name].on)
 
 
-def _shaft_root(name: str, gears: Mapping[str, Member]) -> str:
+def _shaft_root(name: str, gears: Mapping[str, MemberTable]) -> str:
+    """Gear at the root of the shaft a gear sits on. Raises ModelError for shafts in a circle."""
     seen = [name]
-    while (on := gears[seen[-1]].on) is not None:
-        seen.append(on.split(".")[-1])
+    while (below := gear_below(gears[seen[-1]])) is not None:
+        seen.append(below)
         if len(seen) > len(gears):
             raise ModelError("shafts in a circle", path="on", given=seen)
     return seen[-1]
 
 
-def _branches(path: str, stage: Stage, gears: Mapping[str, Member], ledger: Ledger) -> tuple[int, tuple[Number, ...]]:
+def _branches(
+    path: str, stage: StageTable, gears: Mapping[str, MemberTable], log: ResolutionLog
+) -> tuple[int, tuple[Number, ...]]:
+    """Number of branches, 0 without planets, and their polar angles [turns]. Raises ModelError."""
     if all(member.kind != "planet" for member in gears.values()):
         return 0, (Fraction(0),)
-    if not stage.branches:
-        raise ModelError("is missing", path=f"{path}.planets", allowed="number of planets, or planet_angles")
     if stage.planet_angles is None:
         count = stage.branches
-        ledger.note(f"{path}.planets", count)
-        ledger.note(f"{path}.planet_angles", [math.tau * i / count for i in range(count)], "rad", "equal spacing")
+        log.note(f"{path}.planets", count)
+        log.note(f"{path}.planet_angles", [math.tau * i / count for i in range(count)], "rad", "equal spacing")
         return count, tuple(Fraction(i, count) for i in range(count))
-    ledger.note(f"{path}.planet_angles", list(stage.planet_angles), "rad")
+    log.note(f"{path}.planet_angles", list(stage.planet_angles), "rad")
     angles = tuple(turns_of(angle) for angle in stage.planet_angles)
     if len({round(float(angle) % 1, 9) for angle in angles}) < len(angles):
         raise ModelError("two planets at one place", path=f"{path}.planet_angles", given=list(stage.planet_angles))
     return len(angles), angles
 
 
-def _pairs(stage_name: str, stage: Stage, gears: Mapping[str, Member]) -> list[Pair]:
+def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable]) -> list[GearPair]:
     """The pairs that mesh: named ones, and those that a single planet gear or two fixed gears leave no doubt about."""
     implied = _implied(gears)
     named = {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
     found = []
     for a, b in implied:
-        key, keys = named.pop(frozenset((a, b)), (f"{a}-{b}", MeshKeys()))
+        key, keys = named.pop(frozenset((a, b)), (f"{a}-{b}", MeshTable()))
         found.append(_pair(stage_name, key, keys, gears))
     found += [_pair(stage_name, key, keys, gears) for key, keys in named.values()]
     if not found:
@@ -194,7 +204,8 @@ def _pairs(stage_name: str, stage: Stage, gears: Mapping[str, Member]) -> list[P
     return found
 
 
-def _implied(gears: Mapping[str, Member]) -> list[tuple[str, str]]:
+def _implied(gears: Mapping[str, MemberTable]) -> list[tuple[str, str]]:
+    """Pairs that need no naming: the meshes of a single planet gear, and of two gears on fixed axes."""
     by_kind: dict[str, list[str]] = {}
     for name, member in gears.items():
         by_kind.setdefault(member.kind, []).append(name)
@@ -208,7 +219,8 @@ def _implied(gears: Mapping[str, Member]) -> list[tuple[str, str]]:
     return []
 
 
-def _pair(stage: str, key: str, keys: MeshKeys, gears: Mapping[str, Member]) -> Pair:
+def _pair(stage: str, key: str, keys: MeshTable, gears: Mapping[str, MemberTable]) -> GearPair:
+    """Pair of a key `A-B`, in a ring mesh the planet gear first. Raises ModelError."""
     path = f"stages.{stage}.meshes.{key}"
     names = key.split("-")
     if len(names) != 2 or any(name not in gears for name in names):
@@ -216,10 +228,12 @@ def _pair(stage: str, key: str, keys: MeshKeys, gears: Mapping[str, Member]) -> 
     a, b = sorted(names, key=lambda name: gears[name].kind == "ring")
     if gears[a].kind == "ring":
         raise ModelError("two rings do not mesh", path=path, given=key)
-    return Pair(name=key, stage=stage, a=a, b=b, internal=gears[b].kind == "ring", keys=keys)
+    return GearPair(name=key, stage=stage, a=a, b=b, internal=gears[b].kind == "ring", keys=keys)
 
 
-def _ordered(pairs: Sequence[Pair], gears: Mapping[str, Member], axis: Mapping[str, str]) -> tuple[Pair, ...]:
+def _ordered(
+    pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], axis: Mapping[str, str]
+) -> tuple[GearPair, ...]:
     """Turn every pair so that `a` is nearer the sun, and sort them along the power path."""
     joints = [(p.a, p.b) for p in pairs] + [(g, axis[g]) for g in gears if axis[g] != g]
     suns = [g for g, m in gears.items() if m.kind == "sun"] or [g for g, m in gears.items() if m.kind == "gear"][:1]
@@ -231,11 +245,12 @@ def _ordered(pairs: Sequence[Pair], gears: Mapping[str, Member], axis: Mapping[s
     for p in pairs:
         swap = not p.internal and far.get(p.b, FAR) < far.get(p.a, FAR)
         a, b = (p.b, p.a) if swap else (p.a, p.b)
-        turned.append(Pair(name=p.name, stage=p.stage, a=a, b=b, internal=p.internal, keys=p.keys))
+        turned.append(GearPair(name=p.name, stage=p.stage, a=a, b=b, internal=p.internal, keys=p.keys))
     return tuple(sorted(turned, key=lambda p: (far.get(p.a, FAR), p.internal)))
 
 
 def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[str, int]:
+    """Number of joints from the nearest root, by gear."""
     far = dict.fromkeys(roots, 0)
     both = [*joints, *((b, a) for a, b in joints)]
     while new := [(b, far[a] + 1) for a, b in both if a in far and b not in far]:
@@ -243,7 +258,8 @@ def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[
     return far
 
 
-def _chains(pairs: Sequence[Pair], gears: Mapping[str, Member], path: str) -> dict[str, int]:
+def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: str) -> dict[str, int]:
+    """Number of the chain of meshing gears, by gear. Raises ModelError for a gear that meshes with nothing."""
     chain = {name: i for i, name in enumerate(gears)}
     for p in pairs:
         low, high = sorted((chain[p.a], chain[p.b]))

@@ -1,27 +1,43 @@
-"""The validated document -> the frozen Train: everything that follows from what the file says."""
+"""From a model file to the resolved Train: reading, and everything that follows from the document."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from ..model.document import Document, Source, read
 from ..model.schema import ModelFile
-from ..model.toml import Document
 from ..train.bodies import Body
 from ..train.connections import Link
 from ..train.kinematics import tones
 from ..train.power import power_flow
 from ..train.train import Damping, Train
-from .bodies import bodies_of_stage, frames_of, free_bodies
+from .bodies import bodies_of_stage, coaxial, frames_of, free_bodies
 from .centres import StageShape, shape_stage
-from .contact_law import contact_errors
 from .deviations import deviations_of
-from .fits import check_stage
-from .ledger import Ledger
 from .links import couplings, links_of_bodies, links_of_stage
+from .mesh_laws import contact_errors
 from .meshes import meshes_of_stage
 from .operation import body_torques, external_loads, gearings_of, gravity_of, kinematics_of, ties_of
-from .places import coaxial
 from .plan import plan_stages
+from .resolution_log import ResolutionLog
+from .stage_checks import check_stage
 
-__all__ = ["resolve"]
+__all__ = ["load", "resolve"]
+
+
+def load(source: Source, overrides: Mapping[str, object] | None = None) -> Train:
+    """Read and resolve a train.
+
+    Parameters
+    ----------
+    source : path of a model file, name of a ready drive, or the same as nested tables.
+    overrides : values by path, ``{"stages.main.sun.mass": "750 kg"}``; None removes the key.
+
+    Raises
+    ------
+    ModelError : whatever is wrong, with its path, what was given and what is allowed.
+    """
+    return resolve(read(source, overrides))
 
 
 def resolve(document: Document) -> Train:
@@ -33,19 +49,19 @@ def resolve(document: Document) -> Train:
     """
     model = document.model
     overridden = frozenset(path for path, origin in document.origin.items() if origin == "set")
-    ledger = Ledger(assumed=model.assumed, overridden=overridden)
-    plans = plan_stages(model, ledger)
-    shapes = tuple(shape_stage(plan, ledger) for plan in plans)
+    log = ResolutionLog(assumed=model.assumed, overridden=overridden)
+    plans = plan_stages(model, log)
+    shapes = tuple(shape_stage(plan, log) for plan in plans)
     for shape in shapes:
-        check_stage(shape, ledger)
-    bodies = _bodies(shapes, model, ledger)
-    links = _links(shapes, model, bodies, ledger)
-    kinematics = kinematics_of(model, plans, ledger)
+        check_stage(shape, log)
+    bodies = _bodies(shapes, model, log)
+    links = _links(shapes, model, bodies, log)
+    kinematics = kinematics_of(model, plans, log)
     named = tones(gearings_of(plans), kinematics.ratio)
-    meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, ledger)]
+    meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, log)]
     planets = {plan.name: len(plan.angles) for plan in plans}  # one branch on fixed axes
     deviated = deviations_of(
-        model, bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, ledger=ledger
+        model, bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, log=log
     )
     return Train(
         title=model.title,
@@ -60,10 +76,10 @@ def resolve(document: Document) -> Train:
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*external_loads(model, bodies), *deviated.loads),
-        gravity=gravity_of(model, ledger),
-        damping=_damping(model, ledger),
-        warnings=tuple(ledger.warnings),
-        values=tuple(ledger.values.values()),
+        gravity=gravity_of(model, log),
+        damping=_damping(model, log),
+        warnings=tuple(log.warnings),
+        values=tuple(log.values.values()),
         assumed=dict(model.assumed),
         document=document.data,
         doi=model.doi,
@@ -71,21 +87,24 @@ def resolve(document: Document) -> Train:
     )
 
 
-def _bodies(shapes: tuple[StageShape, ...], model: ModelFile, ledger: Ledger) -> list[Body]:
-    bodies = [body for shape in shapes for body in bodies_of_stage(shape, model, ledger)]
-    return coaxial([*bodies, *free_bodies(model, ledger)], model)
+def _bodies(shapes: tuple[StageShape, ...], model: ModelFile, log: ResolutionLog) -> list[Body]:
+    """Bodies of the stages and of the file, coupled ones on one axis."""
+    bodies = [body for shape in shapes for body in bodies_of_stage(shape, model, log)]
+    return coaxial([*bodies, *free_bodies(model, log)], model)
 
 
-def _links(shapes: tuple[StageShape, ...], model: ModelFile, bodies: list[Body], ledger: Ledger) -> list[Link]:
+def _links(shapes: tuple[StageShape, ...], model: ModelFile, bodies: list[Body], log: ResolutionLog) -> list[Link]:
+    """Links of stages, bodies and couplings."""
     by_name = {body.name: body for body in bodies}
-    links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, ledger)]
-    return [*links, *links_of_bodies(model, by_name, ledger), *couplings(model, by_name, ledger)]
+    links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
+    return [*links, *links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
 
 
-def _damping(model: ModelFile, ledger: Ledger) -> Damping:
-    said = model.damping
+def _damping(model: ModelFile, log: ResolutionLog) -> Damping:
+    """Damping stated of the whole train."""
+    stated = model.damping
     for key, unit in (("modal", ""), ("mass", "1/s"), ("stiffness", "s"), ("mesh", "")):
-        value = getattr(said, key)
+        value = getattr(stated, key)
         if value is not None:
-            ledger.note(f"damping.{key}", value, unit)
-    return Damping(modal=said.modal, mass=said.mass, stiffness=said.stiffness, mesh=said.mesh)
+            log.note(f"damping.{key}", value, unit)
+    return Damping(modal=stated.modal, mass=stated.mass, stiffness=stated.stiffness, mesh=stated.mesh)

@@ -21,9 +21,9 @@ _BODY = ("mass", "inertia", "tilt_inertia", "station")
 
 
 def resolved_document(train: Train) -> dict[str, Any]:
-    """The file with every resolved value in it, as nested tables of plain values in SI.
+    """Model file with every resolved value in it, as nested tables of plain values in SI.
 
-    Resolving it again gives the same train; `files.dump.to_toml` writes it as text.
+    Resolving it again gives the same train; `model.toml_writer.to_toml` writes it as text.
     """
     data: dict[str, Any] = copy.deepcopy(dict(train.document))
     for value in train.values:
@@ -34,7 +34,7 @@ def resolved_document(train: Train) -> dict[str, Any]:
 
 
 def _is_key(value: Derived, train: Train, data: Mapping[str, Any]) -> bool:
-    """Whether a value is one that a file may say, beside what the file says already."""
+    """Whether a value may stand in a file, beside what the file states already."""
     parts = value.path.split(".")
     if isinstance(value.value, float) and math.isnan(value.value):
         return False
@@ -59,6 +59,7 @@ def _free_distance(parts: list[str], train: Train) -> bool:
 
 
 def _put(data: dict[str, Any], path: list[str], value: object) -> None:
+    """Set the value at a path of nested tables, which are made where they are missing."""
     here = data
     for name in path[:-1]:
         here = here.setdefault(name, {})
@@ -66,7 +67,7 @@ def _put(data: dict[str, Any], path: list[str], value: object) -> None:
 
 
 def _plain(value: object) -> object:
-    """A value as the file says it: infinity as a word, a list of one as its entry."""
+    """A value as a file states it: infinity as a word, a list of one as its entry."""
     if isinstance(value, (list, tuple)):
         entries = [_plain(entry) for entry in value]
         return entries[0] if len(entries) == 1 else entries

@@ -1,4 +1,4 @@
-"""Teeth of a mesh as the model file says them, the load they bear in operation, and their stiffness by energy."""
+"""Tooth forms of a mesh, the nominal load in operation, and mesh stiffness by strain energy."""
 
 from __future__ import annotations
 
@@ -7,35 +7,25 @@ from collections.abc import Mapping
 
 from ..gears.outline import GearForm
 from ..gears.series import ComplexArray
-from ..gears.stiffness import STEEL_MODULUS
-from ..model.schema import Material, ModelFile
-from ..tooth_contact.energy import Meshing, energy_series, interference
-from ..tooth_contact.tooth import tooth_compliance
+from ..model.schema import ModelFile
 from .centres import StageShape
-from .ledger import Ledger
-from .plan import Pair, Plan
+from .inheritance import stated_value
+from .materials import elastic_constants, member_material
+from .plan import GearPair
+from .resolution_log import ResolutionLog
 
-__all__ = ["elastic", "energy_law", "nominal_load", "tooth_form"]
+__all__ = ["energy_law", "nominal_load", "tooth_form"]
 
-STEEL_POISSON = 0.3
-# Where the file does not say how thick the body is: a hub of half the root diameter; a rim of 3.5 modules, which the
+# Where the file states no thickness of the body: a hub of half the root diameter; a rim of 3.5 modules, which the
 # standard holds for as good as solid.
 _HUB, _RIM = 0.5, 3.5
 _LOAD = 100e3  # per length of contact line where nothing is loaded [N/m]: the least for which ISO 6336-1 holds
 
 
-def elastic(plan: Plan, gear: str, model: ModelFile) -> tuple[float, float]:
-    """Young's modulus [Pa] and Poisson's ratio of a gear: of its own material, the stage's, the file's, else steel."""
-    tables: tuple[Material | None, ...] = (plan.gears[gear].material, plan.stage.material, model.material)
-    moduli = (t.youngs_modulus for t in tables if t is not None and t.youngs_modulus is not None)
-    ratios = (t.poisson_ratio for t in tables if t is not None and t.poisson_ratio is not None)
-    return next(moduli, STEEL_MODULUS), next(ratios, STEEL_POISSON)
-
-
-def tooth_form(shape: StageShape, gear: str, model: ModelFile, ledger: Ledger) -> GearForm:
-    """The teeth of a gear and the body that holds them; where the body is not said, what stands for it is noted."""
+def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLog) -> GearForm:
+    """Form of the teeth of a gear and of its body [m, Pa]; a default body is noted in the log."""
     data = next(iter(shape.gears[gear].values()))
-    E, nu = elastic(shape.plan, gear, model)
+    E, nu = elastic_constants(member_material(shape.plan, gear, model))
     # a given root diameter is a dedendum
     depth = data.root_radius - data.reference_radius if data.internal else data.reference_radius - data.root_radius
     return GearForm(
@@ -46,38 +36,32 @@ def tooth_form(shape: StageShape, gear: str, model: ModelFile, ledger: Ledger) -
         profile_shift=data.profile_shift,
         addendum=data.addendum,
         dedendum=depth / data.module + data.profile_shift,
-        tip_rounding=_nearest(shape.plan, gear),
+        tip_rounding=stated_value(shape.plan.levels(gear), "tip_rounding", None),
         tip_radius=data.tip_radius,
         internal=data.internal,
-        bore=_held(shape, gear, ledger),
+        bore=_held(shape, gear, log),
         youngs_modulus=E,
         poisson=nu,
     )
 
 
-def _nearest(plan: Plan, gear: str) -> float | None:
-    """Rounding of the tool's tip per module: of the gear, the stage, or that of the standard rack."""
-    own = plan.gears[gear].tip_rounding
-    return own if own is not None else plan.stage.tip_rounding
-
-
-def _held(shape: StageShape, gear: str, ledger: Ledger) -> float:
-    """Radius at which the body is held [m]."""
+def _held(shape: StageShape, gear: str, log: ResolutionLog) -> float:
+    """Radius at which the body of the gear is held [m]."""
     member, data = shape.plan.gears[gear], next(iter(shape.gears[gear].values()))
     path = shape.plan.member_path(gear)
     if data.internal:
         if member.outer_diameter is not None:
             return member.outer_diameter / 2
         if member.rim is None:
-            ledger.note(f"{path}.rim", _RIM * data.module, "m", "default")
+            log.note(f"{path}.rim", _RIM * data.module, "m", "default")
         return data.root_radius + (_RIM * data.module if member.rim is None else member.rim)
     if not member.bore:
-        ledger.note(f"{path}.bore", 2 * _HUB * data.root_radius, "m", "for the stiffness of the teeth")
+        log.note(f"{path}.bore", 2 * _HUB * data.root_radius, "m", "for the stiffness of the teeth")
         return _HUB * data.root_radius
     return member.bore / 2
 
 
-def nominal_load(shape: StageShape, p: Pair, torque: Mapping[str, float] | None, width: float) -> float:
+def nominal_load(shape: StageShape, p: GearPair, torque: Mapping[str, float] | None, width: float) -> float:
     """Load per length of contact line at the operation, evenly over branches and sides [N/m].
 
     torque : of each pair, as `Kinematics.mesh_torque`.  width : face width of one helix [m].
@@ -91,7 +75,12 @@ def nominal_load(shape: StageShape, p: Pair, torque: Mapping[str, float] | None,
 
 
 def energy_law(
-    shape: StageShape, p: Pair, side: str | None, model: ModelFile, torque: Mapping[str, float] | None, ledger: Ledger
+    shape: StageShape,
+    p: GearPair,
+    side: str | None,
+    model: ModelFile,
+    torque: Mapping[str, float] | None,
+    log: ResolutionLog,
 ) -> tuple[float, ComplexArray]:
     """Mean stiffness of one helix along the tooth normal [N/m], and the relative series of a narrow slice of it.
 
@@ -101,16 +90,18 @@ def energy_law(
     ------
     ModelError : teeth that cannot be, that interfere, that part between pairs.
     """
+    from ..tooth_contact.energy import Meshing, energy_series, interference  # heavy, and needed by energy alone
+    from ..tooth_contact.tooth import tooth_compliance
+
     meshing = shape.meshes[p.name]
     width = meshing.width[side]
     a, b = (
-        tooth_compliance(tooth_form(shape, name, model, ledger), path=shape.plan.member_path(name))
-        for name in (p.a, p.b)
+        tooth_compliance(tooth_form(shape, name, model, log), path=shape.plan.member_path(name)) for name in (p.a, p.b)
     )
     mesh = Meshing(a=a, b=b, working_angle=meshing.tooth_angle, limits=meshing.limits)
     load = nominal_load(shape, p, torque, width)
-    ledger.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
+    log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
     mean, series = energy_series(mesh, load, path=p.path)
     for text in (*a.warnings, *b.warnings, *interference(mesh, path=p.path)):
-        ledger.warn(f"{p.path}: {text}")
+        log.warn(f"{p.path}: {text}")
     return mean * width / math.cos(mesh.base_helix), series

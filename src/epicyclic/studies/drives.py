@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from importlib import resources
 
-from ..model.toml import ready_drives
+from ..model.document import ready_drives
 
 __all__ = ["drive_titles"]
 

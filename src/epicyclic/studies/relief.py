@@ -149,7 +149,7 @@ def relief(
 
 def relief_model(result: xr.Dataset) -> str:
     """The model file of a result of `relief`: that of the source, with the flanks of the answer."""
-    from ..model.dump import to_toml
+    from ..model.toml_writer import to_toml
 
     return to_toml(json.loads(str(result.attrs["relieved_model"])))
 

@@ -103,7 +103,7 @@ def test_a_list_is_taken_apart(run: Auditor) -> None:
 
 
 def test_a_model_file_of_ones_own(tmp_path: Path) -> None:
-    from epicyclic.model.dump import to_toml
+    from epicyclic.model.toml_writer import to_toml
     from epicyclic.resolve.resolved_document import resolved_document
 
     (tmp_path / "mine.toml").write_text(to_toml(resolved_document(epicyclic.load("lin1999-n3"))), encoding="utf-8")

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from epicyclic.errors import ModelError
+from epicyclic.model.document import read
 from epicyclic.model.overrides import parse_setting
-from epicyclic.model.toml import read
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.model.alternatives import check_alternatives, replace_alternatives
 from epicyclic.model.names import collect
+from epicyclic.model.overrides import check_alternatives, replace_alternatives
 from epicyclic.model.shorthand import expand
 from epicyclic.model.tables import REMOVE
 

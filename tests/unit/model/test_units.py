@@ -166,5 +166,5 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 
 def test_common_units_need_no_pint() -> None:
-    code = "import sys; from epicyclic.model.toml import read; read('ren2021'); assert 'pint' not in sys.modules"
+    code = "import sys; from epicyclic.model.document import read; read('ren2021'); assert 'pint' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

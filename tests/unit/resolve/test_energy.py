@@ -13,7 +13,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.gears.geometry import contact_limits
 from epicyclic.gears.outline import GearForm
-from epicyclic.model.dump import to_toml
+from epicyclic.model.toml_writer import to_toml
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.tooth_contact.energy import Meshing, section_stiffness
 from epicyclic.tooth_contact.tooth import tooth_compliance

@@ -11,7 +11,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.gears.flank import PLAIN, Flank, Relief, Wave
 from epicyclic.gears.tooth_pair import ToothPair
-from epicyclic.model.dump import to_toml
+from epicyclic.model.toml_writer import to_toml
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from epicyclic.resolve import load
-from epicyclic.resolve.shafts import shaft_stiffness
+from epicyclic.resolve.shaft_stiffness import shaft_stiffness
 from epicyclic.train.connections import Link
 from epicyclic.train.train import Train
 

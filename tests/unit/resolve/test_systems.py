@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epicyclic.model.dump import to_toml
+from epicyclic.model.toml_writer import to_toml
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.train.bodies import Body, GearData

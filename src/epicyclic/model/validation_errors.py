@@ -8,8 +8,8 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
 from .names import nearest
-from .schema import KIND_BY_NAME, ModelFile, Stage
-from .schema_links import Link, LinkDamping
+from .schema import KIND_BY_NAME, ModelFile, StageTable
+from .schema_links import LinkDampingTable, LinkTable
 
 __all__ = ["as_model_error", "path_of"]
 
@@ -25,7 +25,7 @@ _WORDS = {
     "tuple_type": "a list",
     "list_type": "a list",
 }
-_ORDER = ("extra_forbidden",)  # said first: a misspelt key is also a missing one
+_ORDER = ("extra_forbidden",)  # reported first: a misspelt key is also a missing one
 _HIDDEN = {"members", "bearings", "form"}
 Loc = tuple[int | str, ...]
 
@@ -35,7 +35,7 @@ def as_model_error(error: ValidationError) -> ModelError:
     details = sorted(error.errors(include_url=False), key=lambda e: e["type"] not in _ORDER)
     first = details[0]
     loc = first["loc"]
-    problem, allowed = _say(first, loc)
+    problem, allowed = _describe(first, loc)
     others = [path_of(d["loc"]) for d in details[1:] if d["loc"] != loc]
     if others:
         problem += f" (and {len(others)} more, at {', '.join(others[:3])}{', ...' if len(others) > 3 else ''})"
@@ -57,7 +57,7 @@ def path_of(loc: Loc) -> str:
     return ".".join(str(part).strip() for i, part in enumerate(loc) if not only_schema(i, part))
 
 
-def _say(detail: Any, loc: Loc) -> tuple[str, str]:
+def _describe(detail: Any, loc: Loc) -> tuple[str, str]:
     """Return what is wrong and what is allowed."""
     kind, context = detail["type"], detail.get("ctx", {})
     if isinstance(context.get("error"), ModelError):
@@ -93,9 +93,9 @@ def _keys(loc: Loc) -> tuple[str, ...]:
     if table is None:
         return ()
     names = [field.alias or name for name, field in table.model_fields.items() if name not in _HIDDEN]
-    if issubclass(table, Stage):
+    if issubclass(table, StageTable):
         names += KIND_BY_NAME
-    if issubclass(table, Link | LinkDamping):
+    if issubclass(table, LinkTable | LinkDampingTable):
         names += ["radial", "tilt"]
     return tuple(names)
 

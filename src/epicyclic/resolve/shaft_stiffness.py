@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..model.schema_links import Solid
+from ..model.schema_links import SolidTable
 
 __all__ = ["shaft_stiffness", "solid_stiffness"]
 
@@ -37,8 +37,8 @@ def shaft_stiffness(
     }
 
 
-def solid_stiffness(table: Solid, length: float, material: tuple[float, float]) -> dict[str, float]:
-    """What the shape of a neck, shaft or coupling says: all directions from a diameter, rz from a torsional rigidity.
+def solid_stiffness(table: SolidTable, length: float, material: tuple[float, float]) -> dict[str, float]:
+    """Stiffness of a neck, shaft or coupling by its shape, x y z [N/m], rx ry rz [N m/rad]; rz alone from G J_p.
 
     length [m]; material : Young's modulus [Pa], Poisson's ratio.
     """

@@ -8,7 +8,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from epicyclic.model.dump import to_toml
+from epicyclic.model.toml_writer import to_toml
 
 SCALARS = st.one_of(
     st.booleans(),

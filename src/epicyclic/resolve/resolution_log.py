@@ -1,4 +1,4 @@
-"""What a resolution collects on its way: every value with its origin, every warning."""
+"""Log of a resolution: every resolved value with its origin, every warning; and comparison of numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from fractions import Fraction
 from ..errors import ModelError
 from ..train.train import Derived
 
-__all__ = ["NAN", "Ledger", "Number", "per_branch", "same", "turns_of"]
+__all__ = ["NAN", "Number", "ResolutionLog", "per_branch", "same", "turns_of"]
 
 Number = Fraction | float
 NAN = float("nan")
@@ -18,7 +18,7 @@ EXACT_ANGLE = 1e-12  # [turns] an angle this near to a fraction of few digits is
 
 
 @dataclass(slots=True, kw_only=True)
-class Ledger:
+class ResolutionLog:
     """Collects resolved values, in order, and warnings.
 
     assumed : path -> reason, of the file.  overridden : full paths that overrides set.
@@ -30,7 +30,7 @@ class Ledger:
     warnings: list[str] = field(default_factory=list)
 
     def note(self, path: str, value: object, unit: str = "", origin: str = "given") -> None:
-        """Record one value; `given` becomes `set` or `assumed` where an override or the file says so."""
+        """Record one value; `given` becomes `set` by an override of the path, `assumed` by the file's `assumed`."""
         self.values[path] = Derived(path=path, value=value, unit=unit, origin=self.origin(path, origin))
 
     def origin(self, path: str, origin: str = "given") -> str:
@@ -65,7 +65,7 @@ def per_branch(value: float | Sequence[float] | None, count: int, path: str) -> 
 
 
 def same(a: float, b: float, tolerance: float = 1e-9) -> bool:
-    """Whether two values are one value computed twice."""
+    """Whether two values are equal to a relative tolerance [1]: one value computed twice."""
     return math.isclose(a, b, rel_tol=tolerance, abs_tol=1e-15)
 
 

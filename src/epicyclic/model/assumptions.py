@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterable
 from ..errors import ModelError
 from .names import Names, nearest
 from .shorthand import expand
-from .tables import Table, leaves, merge, nested
+from .tables import PlainTable, leaves, merge, nested
 
 __all__ = ["check_assumed", "check_tolerance", "still_assumed"]
 
 _DISTRIBUTION = re.compile(r"\s*(normal|uniform)\([^(),]{1,40},[^(),]{1,40}\)\s*")
 
 
-def check_assumed(layer: Table, data: Table) -> None:
+def check_assumed(layer: PlainTable, data: PlainTable) -> None:
     """Raise ModelError for an assumed path that is not in `data`, with the nearest one that is."""
     for path, reason in _entries(layer, "assumed"):
         if _find(data, path) is None:
@@ -24,7 +24,7 @@ def check_assumed(layer: Table, data: Table) -> None:
             raise ModelError(f"no such path{near}", path=f"assumed.{path}", given=reason, allowed=allowed)
 
 
-def still_assumed(data: Table, overridden: Iterable[str]) -> Table:
+def still_assumed(data: PlainTable, overridden: Iterable[str]) -> PlainTable:
     """Return the document without assumptions about values that an override has set or removed."""
     gone = frozenset(overridden)
 
@@ -38,7 +38,7 @@ def still_assumed(data: Table, overridden: Iterable[str]) -> Table:
     return data | {"assumed": {path: reason for path, reason in data["assumed"].items() if stands(path)}}
 
 
-def check_tolerance(data: Table, names: Names, validate: Callable[[Table], object]) -> None:
+def check_tolerance(data: PlainTable, names: Names, validate: Callable[[PlainTable], object]) -> None:
     """Raise ModelError for a tolerance that is no distribution, or whose path is neither given nor could be.
 
     validate : raises ModelError for a document with a key it does not know.
@@ -56,13 +56,13 @@ def check_tolerance(data: Table, names: Names, validate: Callable[[Table], objec
                 raise ModelError(f"no such path ({error.problem})", path=where, given=text, allowed=allowed) from None
 
 
-def _entries(data: Table, name: str) -> list[tuple[str, object]]:
+def _entries(data: PlainTable, name: str) -> list[tuple[str, object]]:
     """Return path and text of one of the two tables."""
     table = data.get(name)
     return list(table.items()) if isinstance(table, dict) else []
 
 
-def _find(data: Table, path: str) -> object | None:
+def _find(data: PlainTable, path: str) -> object | None:
     """Return what stands at a path, None where nothing does."""
     here: object = data
     for part in path.split("."):

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.model.dump import to_toml
-from epicyclic.model.toml import read, ready_drives
+from epicyclic.model.document import read, ready_drives
+from epicyclic.model.toml_writer import to_toml
 from epicyclic.model.units import Quantity
 
 GOOD = Path(__file__).parents[2] / "files" / "good"

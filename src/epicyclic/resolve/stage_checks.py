@@ -10,8 +10,8 @@ from ..errors import ModelError
 from ..gears import geometry
 from ..train.phasing import disc_gaps
 from .centres import StageShape
-from .ledger import Ledger
-from .plan import Pair
+from .plan import GearPair
+from .resolution_log import ResolutionLog
 
 __all__ = ["check_stage"]
 
@@ -22,7 +22,7 @@ THIN_RIM = 1.2
 ONE_DISTANCE = 1e-6  # relative; distances computed twice agree to rounding, printed radii do not
 
 
-def check_stage(shape: StageShape, ledger: Ledger) -> None:
+def check_stage(shape: StageShape, log: ResolutionLog) -> None:
     """Check one stage: neighbouring planets, rings, and whether the distances of all meshes agree.
 
     Raises
@@ -33,20 +33,22 @@ def check_stage(shape: StageShape, ledger: Ledger) -> None:
     given = any(m.base_radius is not None or m.pin_radius is not None for m in plan.stage.members.values())
     for p in plan.pairs:
         if p.internal:
-            _check_ring(shape, p, given, ledger)
-    _check_rims(shape, ledger)
-    _check_neighbours(shape, given, ledger)
-    _check_distances(shape, ledger)
+            _check_ring(shape, p, given, log)
+    _check_rims(shape, log)
+    _check_neighbours(shape, given, log)
+    _check_distances(shape, log)
 
 
-def _complain(problem: str, path: str, given: bool, ledger: Ledger, *, value: str, allowed: str) -> None:
+def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, value: str, allowed: str) -> None:
+    """Raise ModelError, or warn where stated radii allow what teeth and module do not."""
     if given:
-        ledger.warn(f"{path}: {problem} ({value})")
+        log.warn(f"{path}: {problem} ({value})")
     else:
         raise ModelError(problem, path=path, given=value, allowed=allowed)
 
 
-def _check_ring(shape: StageShape, p: Pair, given: bool, ledger: Ledger) -> None:
+def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog) -> None:
+    """Check that a planet has room in its ring: roots clear of tips."""
     planet, ring = (next(iter(shape.gears[name].values())) for name in (p.a, p.b))
     room = geometry.radial_clearance(_axes(shape, p), planet.tip_radius, ring.root_radius, internal=True)
     if room < -planet.module:
@@ -54,16 +56,16 @@ def _check_ring(shape: StageShape, p: Pair, given: bool, ledger: Ledger) -> None
             f"the ring is smaller than {p.a}, which turns in it",
             f"{shape.plan.member_path(p.b)}.teeth",
             given,
-            ledger,
+            log,
             value=str(ring.teeth),
             allowed=f"a root radius above {(ring.root_radius - room) * 1e3:.4g} mm; "
             f"it is {ring.root_radius * 1e3:.4g} mm",
         )
     elif room < 0:
-        ledger.warn(f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
+        log.warn(f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
 
 
-def _check_rims(shape: StageShape, ledger: Ledger) -> None:
+def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
     """Warn of a ring that is too thin to keep its shape."""
     for name, member in shape.plan.gears.items():
         gear = next(iter(shape.gears[name].values()))
@@ -71,18 +73,18 @@ def _check_rims(shape: StageShape, ledger: Ledger) -> None:
         rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
         if rim is not None and rim < THIN_RIM * height:
             key = "rim" if member.outer_diameter is None else "outer_diameter"
-            ledger.warn(
+            log.warn(
                 f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights thick, "
                 f"below {THIN_RIM:g} it bends between the planets; it is computed as rigid"
             )
 
 
-def _axes(shape: StageShape, p: Pair) -> float:
+def _axes(shape: StageShape, p: GearPair) -> float:
     """Distance between the axes of a pair [m]."""
     return math.dist(shape.place(p.a, 0), shape.place(p.b, 0))
 
 
-def _check_neighbours(shape: StageShape, given: bool, ledger: Ledger) -> None:
+def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> None:
     """Tip circles of planet gears that lie beside each other must not overlap; stepped gears lie in other planes."""
     plan = shape.plan
     groups: dict[str, list[str]] = {}
@@ -103,7 +105,7 @@ def _check_neighbours(shape: StageShape, given: bool, ledger: Ledger) -> None:
                     "planets collide",
                     f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles",
                     given,
-                    ledger,
+                    log,
                     value=f"{plan.branches}; {a} {branch_a + 1} and {b} {branch_b + 1} "
                     f"overlap by {-gaps[i, j] * 1e3:.4g} mm",
                     allowed="fewer planets, or smaller ones",
@@ -111,7 +113,7 @@ def _check_neighbours(shape: StageShape, given: bool, ledger: Ledger) -> None:
                 return
 
 
-def _check_distances(shape: StageShape, ledger: Ledger) -> None:
+def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
     """Warn where the radii and working angles of the meshes fit no single place of the axes."""
     plan, differs, texts = shape.plan, False, []
     for p in plan.pairs:
@@ -121,7 +123,7 @@ def _check_distances(shape: StageShape, ledger: Ledger) -> None:
         differs |= abs(own - between) > ONE_DISTANCE * between
         texts.append(f"{p.name} {own * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
     if differs:
-        ledger.warn(
+        log.warn(
             f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
             f"{', '.join(texts)}; turning as a whole then stresses the teeth"
         )

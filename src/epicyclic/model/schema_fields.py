@@ -1,17 +1,20 @@
-"""How a number with a unit stands in a pydantic model: read into SI at validation, described in the JSON Schema."""
+"""Building blocks of the schema: tables, keys, and numbers with units, read into SI and described for JSON Schema."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, get_args
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from ..errors import ModelError
 from .units import KINDS, Bounds, read_quantity
 
-__all__ = ["Unit"]
+__all__ = ["Length", "PerPlanet", "Place", "SchemaTable", "Unit", "key", "metadata_of"]
+
+PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,3 +62,28 @@ class Unit:
         if self.many or self.lists:
             forms.append({"type": "array", "items": {"type": ["number", "string"]}, "minItems": 1})
         return {"anyOf": forms, "x-quantity": self.describe(), **({"x-words": list(self.words)} if self.words else {})}
+
+
+Length = Annotated[float, Unit("length", low=0, above=True)]  # [m], above 0
+Place = Annotated[float, Unit("length")]  # [m], of any sign
+
+
+def key(default: Any, text: str, **more: Any) -> Any:
+    """Return a field with a default and a description for the schema."""
+    return Field(default, description=text, **more)
+
+
+class SchemaTable(BaseModel):
+    """A table of the file: frozen, unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
+
+
+def metadata_of(field: FieldInfo) -> tuple[Any, ...]:
+    """Annotations of a field, those of the members of a union among them."""
+    return (*field.metadata, *_nested_metadata(field.annotation))
+
+
+def _nested_metadata(annotation: Any) -> tuple[Any, ...]:
+    own = getattr(annotation, "__metadata__", ())
+    return (*own, *(entry for part in get_args(annotation) for entry in _nested_metadata(part)))

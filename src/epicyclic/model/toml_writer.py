@@ -1,4 +1,8 @@
-"""Nested tables -> TOML text."""
+"""Nested tables to TOML text.
+
+Own writer, because a model file is read by people: small tables stand in braces and lists on one line, where `tomli_w`
+gives every table a heading and every entry of a list a line.
+"""
 
 from __future__ import annotations
 
@@ -44,6 +48,8 @@ def _key(name: str) -> str:
 
 def _value(value: object) -> str:
     """Return one value in TOML."""
+    if hasattr(value, "tolist"):  # a number or array of numpy
+        value = value.tolist()
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):

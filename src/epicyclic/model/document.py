@@ -13,16 +13,15 @@ from typing import Literal
 from pydantic import ValidationError
 
 from ..errors import ModelError
-from .alternatives import check_alternatives, replace_alternatives
-from .arrange import arrange
+from .assumptions import check_assumed, check_tolerance, still_assumed
 from .checks import check
 from .names import Names, check_names, collect, nearest
-from .overrides import layer_of, stepwise
-from .paths import check_assumed, check_tolerance, still_assumed
-from .problems import as_model_error
+from .normalise import normalise
+from .overrides import check_alternatives, layer_of, replace_alternatives, stepwise
 from .schema import ModelFile
 from .shorthand import expand
-from .tables import Table, clean, leaves, merge
+from .tables import PlainTable, clean, leaves, merge
+from .validation_errors import as_model_error
 
 __all__ = ["Document", "Source", "read", "ready_drives"]
 
@@ -43,7 +42,7 @@ class Document:
     """
 
     model: ModelFile
-    data: Table
+    data: PlainTable
     origin: Mapping[str, Origin]
     source: str
 
@@ -83,10 +82,10 @@ def ready_drives() -> tuple[str, ...]:
     return tuple(sorted(stem for stem in stems if "." not in stem))  # NAME.audit.toml lies beside NAME.toml
 
 
-def _validate(data: Table, names: Names, folder: Path | None) -> ModelFile:
+def _validate(data: PlainTable, names: Names, folder: Path | None) -> ModelFile:
     """Return the validated model. Raises one ModelError."""
     try:
-        model = ModelFile.model_validate(arrange(data, names, folder))
+        model = ModelFile.model_validate(normalise(data, names, folder))
     except ValidationError as error:
         raise as_model_error(error) from None
     try:
@@ -96,7 +95,7 @@ def _validate(data: Table, names: Names, folder: Path | None) -> ModelFile:
     return model
 
 
-def _as_written(error: ModelError, data: Table) -> ModelError:
+def _as_written(error: ModelError, data: PlainTable) -> ModelError:
     """Return an error about a value in SI with the value as it stands in the document."""
     here: object = data
     for part in error.path.split("."):
@@ -106,8 +105,8 @@ def _as_written(error: ModelError, data: Table) -> ModelError:
     return ModelError(error.problem, path=error.path, given=here, allowed=error.allowed)
 
 
-def _check_format(base: Table) -> None:
-    """Refuse a file of no or of a newer version before anything else is said about it."""
+def _check_format(base: PlainTable) -> None:
+    """Raise ModelError for a file without version or of a newer one, ahead of any other error."""
     version = base.get("format")
     if version is None:
         raise ModelError("missing", path="format", allowed=f"format = {FORMAT}, the version of the file format")
@@ -118,7 +117,7 @@ def _check_format(base: Table) -> None:
         raise ModelError(problem, path="format", given=version, allowed=f"format = {FORMAT}, or a newer epicyclic")
 
 
-def _open(source: object) -> tuple[Table, str, Path | None]:
+def _open(source: object) -> tuple[PlainTable, str, Path | None]:
     """Return the raw tables, the name of the source, and the folder it is in."""
     if isinstance(source, Mapping):
         return clean(source), "dict", None
@@ -167,7 +166,7 @@ def _decoded(raw: bytes, name: str) -> str:
         raise ModelError(f"not UTF-8 (line {line})", path=name, allowed=allowed) from None
 
 
-def _parse(text: str, name: str) -> Table:
+def _parse(text: str, name: str) -> PlainTable:
     """Return the tables of a TOML text. Raises ModelError with the line."""
     try:
         table = tomllib.loads(text, parse_float=_float)
@@ -175,7 +174,7 @@ def _parse(text: str, name: str) -> Table:
         raise ModelError("nested too deeply", path=name, allowed="tables and lists a few levels deep") from None
     except ValueError as error:  # TOML errors, and integers of thousands of digits
         raise ModelError(f"not TOML: {error}", path=name, allowed="a TOML file") from None
-    cleaned: Table = clean(table)
+    cleaned: PlainTable = clean(table)
     return cleaned
 
 

@@ -8,52 +8,53 @@ from collections.abc import Mapping
 from ..errors import ModelError
 from ..gears import geometry
 from .gears import Teeth
-from .ledger import Ledger, same
-from .plan import Pair, Plan
+from .plan import GearPair, Plan
+from .resolution_log import ResolutionLog, same
 
 __all__ = ["distance_from_shifts", "given_distances", "given_radius", "profile_shifts"]
 
 LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 
 
-def given_distances(plan: Plan, ledger: Ledger) -> dict[str, float]:
+def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, float]:
     """Given centre distance of every pair that has one [m]; two that differ are a warning, the nearest one counts."""
-    radii = {axis: given_radius(plan, axis, ledger) for axis in set(plan.axis.values())}
+    radii = {axis: given_radius(plan, axis, log) for axis in set(plan.axis.values())}
     found: dict[str, float] = {}
     for p in plan.pairs:
-        said = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
+        stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
         planets = [name for name in (p.a, p.b) if not plan.central(name)]
         if len(planets) == 1:
-            said.append(("the pin radius", radii[plan.axis[planets[0]]]))
+            stated.append(("the pin radius", radii[plan.axis[planets[0]]]))
         elif not planets:
-            said.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
-        value = _first(said, ledger)
+            stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
+        value = _first(stated, log)
         if value is not None:
             found[p.name] = value
     return found
 
 
-def given_radius(plan: Plan, axis: str, ledger: Ledger) -> float | None:
+def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> float | None:
     """Given radius of one planet axis [m]."""
     if plan.central(axis):
         return None
     on_axis = [name for name in plan.gears if plan.axis[name] == axis]
-    said = [(f"{plan.member_path(name)}.pin_radius", plan.gears[name].pin_radius) for name in on_axis]
+    stated = [(f"{plan.member_path(name)}.pin_radius", plan.gears[name].pin_radius) for name in on_axis]
     axes = list(dict.fromkeys(plan.axis[name] for name in plan.gears if not plan.central(name)))
     if plan.carrier is not None and axis == axes[0]:
         member = plan.stage.members[plan.carrier]
-        said.append((f"{plan.member_path(plan.carrier)}.pin_radius", member.pin_radius))
+        stated.append((f"{plan.member_path(plan.carrier)}.pin_radius", member.pin_radius))
     meets = {q for p in plan.pairs for q in (p.a, p.b) if plan.central(p.a) or plan.central(p.b)}
     if any(name in meets for name in on_axis):
-        said.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
-    return _first(said, ledger)
+        stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
+    return _first(stated, log)
 
 
-def _first(said: list[tuple[str, float | None]], ledger: Ledger) -> float | None:
-    given = [(path, value) for path, value in said if value is not None]
+def _first(stated: list[tuple[str, float | None]], log: ResolutionLog) -> float | None:
+    """First stated centre distance [m], with a warning for each one that differs."""
+    given = [(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
         if not same(value, given[0][1], 1e-6):
-            ledger.warn(
+            log.warn(
                 f"centre distances differ: {given[0][0]} {given[0][1] * 1e3:.6g} mm, {path} {value * 1e3:.6g} mm; "
                 "the first one counts"
             )
@@ -94,7 +95,7 @@ def profile_shifts(plan: Plan, teeth: Mapping[str, Teeth], given: dict[str, floa
 def _distances_from_shifts(
     plan: Plan, teeth: Mapping[str, Teeth], known: Mapping[str, tuple[float, str]], given: Mapping[str, float]
 ) -> dict[str, float]:
-    """Distances of pairs on an axis that one of its central meshes with two given shifts fixes."""
+    """Centre distance [m] of pairs on an axis that has a central mesh with two stated shifts."""
     found: dict[str, float] = {}
     for p in plan.pairs:
         planet = next((n for n in (p.a, p.b) if not plan.central(n)), None)
@@ -107,7 +108,7 @@ def _distances_from_shifts(
     return found
 
 
-def _shift_sum(p: Pair, teeth: Mapping[str, Teeth], distance: float) -> float | None:
+def _shift_sum(p: GearPair, teeth: Mapping[str, Teeth], distance: float) -> float | None:
     """Sum of shifts with which a pair works at a distance; None where its base circles do not allow it."""
     a, b = teeth[p.a], teeth[p.b]
     if not (same(a.base_radius, a.nominal_base) and same(b.base_radius, b.nominal_base)):
@@ -121,7 +122,9 @@ def _shift_sum(p: Pair, teeth: Mapping[str, Teeth], distance: float) -> float | 
     return 0.0 if abs(total) < 1e-9 else total
 
 
-def distance_from_shifts(p: Pair, teeth: Mapping[str, Teeth], shift_a: float, shift_b: float) -> tuple[float, float]:
+def distance_from_shifts(
+    p: GearPair, teeth: Mapping[str, Teeth], shift_a: float, shift_b: float
+) -> tuple[float, float]:
     """Working angle [rad] and centre distance [m] of a pair by its teeth and shifts."""
     a, b = teeth[p.a], teeth[p.b]
     angle = geometry.working_pressure_angle(

@@ -1,0 +1,229 @@
+"""Deviations from nominal: the tables of the file, one field a kind.
+
+A kind of deviation is a field of `MemberDeviationsTable` (`deviations.MEMBER.KIND`) or of `MeshDeviationsTable`
+(`deviations.meshes.A-B.KIND`). The type of the field gives its form, units and shorthand, the description is its
+row in docs/model-file.md, and `DeviationKind` in the annotation holds the rest. Shorthand, normalisation, checks, error
+messages, JSON Schema and the page read these fields. The effect of a kind on the train stands in
+`resolve/deviations.py`, under the same key.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+
+from pydantic import Field, WithJsonSchema, model_validator
+
+from ..errors import ModelError
+from .schema_fields import PerPlanet, SchemaTable, Unit, key
+from .units import factor
+
+__all__ = [
+    "DeviationKind",
+    "DeviationsTable",
+    "DisplacementTable",
+    "MemberDeviationsTable",
+    "MeshDeviationsTable",
+    "ProfileErrorTable",
+    "TiltTable",
+    "UnbalanceTable",
+    "bare_keys",
+    "kind_of",
+]
+
+Error = Annotated[PerPlanet, Unit("length", many=True)]
+Angle = Annotated[PerPlanet, Unit("angle", many=True)]
+PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or one for all, one entry for each tooth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeviationKind:
+    """Properties of a kind of deviation beyond its type.
+
+    read : (value in the file, path of the member, folder of the file) -> value of the schema; raises ModelError.
+    check : (path, value, teeth of the member or None, number of planets); raises ModelError. It stands in place of the
+        check that lists have one entry per planet.
+    """
+
+    read: Callable[[Any, str, Path | None], Any] | None = None
+    check: Callable[[str, Any, int | None, int], None] | None = None
+
+
+# displaced features --------------------------------------------------------------------------------------------------
+
+
+def _require_vector(table: DisplacementTable | TiltTable) -> None:
+    """Raise ModelError for a vector without any component, or a phase without amplitude."""
+    if table.phase is not None and table.amplitude is None:
+        raise ModelError("phase without amplitude", allowed="{amplitude, phase, from} or {x, y, z}")
+    if all(v is None for v in (table.amplitude, table.x, table.y, table.z)):
+        raise ModelError("says nothing", allowed="{amplitude, phase, from} or {x, y, z}")
+
+
+class DisplacementTable(SchemaTable):
+    """A displaced feature: amplitude and phase, or x and y; z beside either."""
+
+    bare: ClassVar[str] = "amplitude"
+    amplitude: Error | None = key(None, "amplitude")
+    phase: Angle | None = key(None, "from the x axis of `from`; default 0")
+    from_: Literal["own", "stage"] = key("own", "the body's own x axis, or the stage's", alias="from")
+    x: Error | None = key(None, "along x (radial)")
+    y: Error | None = key(None, "along y (tangential)")
+    z: Error | None = key(None, "along z")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse half a vector."""
+        _require_vector(self)
+        return self
+
+
+class TiltTable(SchemaTable):
+    """A tilt of a body's seat: amplitude and phase of the axis it tilts about, or x and y."""
+
+    bare: ClassVar[str] = "amplitude"
+    amplitude: Angle | None = key(None, "amplitude")
+    phase: Angle | None = key(None, "from the x axis of `from`; default 0")
+    from_: Literal["own", "stage"] = key("own", "the body's own x axis, or the stage's", alias="from")
+    x: Angle | None = key(None, "about x (radial)")
+    y: Angle | None = key(None, "about y (tangential)")
+    z: Angle | None = key(None, "about z")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse half a vector."""
+        _require_vector(self)
+        return self
+
+
+class UnbalanceTable(SchemaTable):
+    """Mass times eccentricity."""
+
+    bare: ClassVar[str] = "amount"
+    amount: Annotated[PerPlanet, Unit("unbalance", many=True)] = Field(description="mass times eccentricity")
+    phase: Angle | None = key(None, "from the body's own x axis; default 0")
+
+
+# pitch deviations ----------------------------------------------------------------------------------------------------
+
+
+def _read_pitch(value: Any, member: str, folder: Path | None) -> PitchLists:
+    """Cumulative pitch deviations [m], one tuple for each planet or one for all.
+
+    value : list [m], name of a CSV file in `folder`, or a list of either.  Raises ModelError.
+    """
+    path = f"deviations.{member}.pitch"
+    allowed = "a list [m], a CSV file, or a list of either, one per planet"
+    several = isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value)
+    return tuple(_read_pitch_list(v, path, allowed, folder) for v in (value if several else [value]))
+
+
+def _read_pitch_list(value: Any, path: str, allowed: str, folder: Path | None) -> tuple[float, ...]:
+    """Cumulative pitch deviations [m] of one gear, from a list or a CSV file. Raises ModelError."""
+    if isinstance(value, str):
+        return _read_csv(value, path, folder)
+    if not isinstance(value, list) or not value:
+        raise ModelError("not a list of pitch deviations", path=path, given=value, allowed=allowed)
+    if not all(isinstance(v, (int, float)) and not isinstance(v, bool) and abs(v) < 1 for v in value):
+        raise ModelError("not lengths in m", path=path, given=value, allowed="numbers in m, below 1 m")
+    return tuple(float(v) for v in value)
+
+
+def _read_csv(name: str, path: str, folder: Path | None) -> tuple[float, ...]:
+    """Last column of a CSV file [m]; a heading like `pitch [um]` names its unit. Raises ModelError."""
+    allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
+    try:
+        lines = ((folder or Path()) / name).read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):
+        raise ModelError("cannot be read", path=path, given=name, allowed=allowed) from None
+    cells = [line.split(",")[-1].strip() for line in lines if line.strip() and not line.startswith("#")]
+    scale: float | None = 1.0
+    if cells and cells[0].endswith("]") and "[" in cells[0]:
+        scale = factor(cells[0].rpartition("[")[2][:-1].strip(), "m")
+        cells = cells[1:]
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        raise ModelError("not a table of numbers", path=path, given=name, allowed=allowed) from None
+    if scale is None or not numbers or not all(abs(v * scale) < 1 for v in numbers):
+        raise ModelError("not lengths", path=path, given=name, allowed=allowed)
+    return tuple(v * scale for v in numbers)
+
+
+def _check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:
+    """Raise ModelError unless there is one deviation for each tooth, in one list or one for each planet."""
+    if teeth is None:
+        raise ModelError("has no teeth", path=path, allowed="a gear")
+    if len(pitch) not in (1, max(planets, 1)):
+        raise ModelError(f"{len(pitch)} lists", path=path, allowed=f"one list, or one for each of {planets} planets")
+    for entries in pitch:
+        if len(entries) != teeth:
+            raise ModelError(f"{len(entries)} values", path=path, allowed=f"one for each of {teeth} teeth")
+
+
+# the kinds -----------------------------------------------------------------------------------------------------------
+
+
+class MemberDeviationsTable(SchemaTable):
+    """Deviations of one member, one side of it, or one body."""
+
+    run_out: DisplacementTable | None = key(None, "run-out; turns with the member")
+    bearing_run_out: DisplacementTable | None = key(None, "run-out of its bearing seat; turns with the member")
+    position: DisplacementTable | None = key(None, "pin position error; stands still in what carries the member")
+    tilt: TiltTable | None = key(None, "misalignment; stands still in what carries the member")
+    pitch: Annotated[
+        PitchLists | None,
+        DeviationKind(read=_read_pitch, check=_check_pitch),
+        WithJsonSchema({"type": ["array", "string"]}),
+    ] = key(
+        None,
+        "measured cumulative pitch deviations [m], one per tooth, positive = material missing; one list, or one per "
+        "planet; or the name of a CSV file",
+    )
+    unbalance: UnbalanceTable | None = key(None, "unbalance; turns with the member")
+
+
+class ProfileErrorTable(SchemaTable):
+    """Profile error, a cosine of the mesh phase."""
+
+    bare: ClassVar[str] = "amplitude"
+    amplitude: Error = Field(description="amplitude, along the tooth normal")
+    order: Annotated[int, Field(ge=1, le=1000)] = key(1, "order of the mesh frequency")
+    phase: Annotated[PerPlanet | str, Unit("angle", many=True, words=("identical", "random"))] = key(
+        "identical", "identical teeth, random, or given angles"
+    )
+    seed: Annotated[int, Field(ge=0)] | None = key(None, "seed of random phases")
+
+
+class MeshDeviationsTable(SchemaTable):
+    """Deviations of one mesh or one side of it."""
+
+    profile: ProfileErrorTable | None = key(None, "profile error, a harmonic of the mesh frequency")
+    gap: Error | None = key(None, "error of the tooth thickness, positive opens the gap")
+
+
+class DeviationsTable(SchemaTable):
+    """Deviations by full path: members `main.sun`, `main.sun.right`, `g1`; meshes `main.meshes.sun-planet[.left]`."""
+
+    members: dict[str, MemberDeviationsTable] = Field(default_factory=dict, description="by member path")
+    meshes: dict[str, MeshDeviationsTable] = Field(default_factory=dict, description="by mesh path")
+
+
+Deviations = type[MemberDeviationsTable] | type[MeshDeviationsTable]
+
+
+def kind_of(table: Deviations, name: str) -> DeviationKind:
+    """Properties of one kind beyond its type."""
+    found = (m for m in table.model_fields[name].metadata if isinstance(m, DeviationKind))
+    return next(found, DeviationKind())
+
+
+def bare_keys(table: Deviations) -> dict[str, str]:
+    """Key that a bare number or text stands for, by kind: ``run_out = "20 um"`` is ``run_out.amplitude``."""
+    forms = {
+        name: next((form for form in get_args(field.annotation) if hasattr(form, "bare")), None)
+        for name, field in table.model_fields.items()
+    }
+    return {name: form.bare for name, form in forms.items() if form is not None}
