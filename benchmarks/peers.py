@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
-from epicyclic.analyses.transient.numeric import drive, row_force
+from epicyclic.analyses.transient.right_hand_side import drive, row_force
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.rk4 import compiled_available, integrate
+from epicyclic.analyses.transient.integrators import compiled_available, integrate
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.system import System
 

@@ -20,7 +20,7 @@ import numpy as np
 import table
 
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.face_contact import Problem, Touching, touching
+from epicyclic.analyses.static.contact_equilibrium import Problem, Touching, touching
 from epicyclic.analyses.static.record import excitation
 from epicyclic.assemble import assemble
 from epicyclic.assemble.faces import contacts_of, three_rows

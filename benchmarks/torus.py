@@ -112,7 +112,7 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
     from epicyclic.analyses.transient.motion import motion
     from epicyclic.analyses.transient.outputs import mesh_force
     from epicyclic.analyses.transient.program import constant
-    from epicyclic.analyses.transient.rk4 import integrate
+    from epicyclic.analyses.transient.integrators import integrate
 
     y, speed = point.state.y, point.state.speed
     w, tone = speed * point.problem.omega, float(given.ready.lines.tone) * speed

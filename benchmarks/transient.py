@@ -25,7 +25,7 @@ from known import bench56
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.rk4 import compiled_available, integrate, steps_for
+from epicyclic.analyses.transient.integrators import compiled_available, integrate, steps_for
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.system import System
 from peers import loosest, problem, rk4_rms

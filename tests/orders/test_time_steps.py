@@ -12,11 +12,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.analyses.transient.adaptive import scale_of, stride
+from epicyclic.analyses.transient.integrators import integrate, scale_of, stride
 from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
-from epicyclic.analyses.transient.numeric import acceleration, drive
 from epicyclic.analyses.transient.program import program
-from epicyclic.analyses.transient.rk4 import integrate
+from epicyclic.analyses.transient.right_hand_side import acceleration, drive
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]

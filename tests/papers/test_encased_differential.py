@@ -22,8 +22,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.basis import mean_modes
-from epicyclic.analyses.sharing.parts import Method
 from epicyclic.analyses.sharing.sharing import sharing
+from epicyclic.analyses.sharing.tone_forces import Method
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.assemble import assemble

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.program import phase_at, program
-from epicyclic.analyses.transient.rk4 import integrate
 from epicyclic.analyses.transient.scenario import Scenario, moving_of
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.inertia import centrifugal_stiffness, euler_matrix, gyroscopic_matrix, mass_diagonal, spin_up_load

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.analyses.steady.periodic import Periodic, periodic
-from epicyclic.analyses.transient.adaptive import scale_of, stride
+from epicyclic.analyses.transient.integrators import scale_of, stride
 from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
 from epicyclic.analyses.transient.outputs import link_force, mesh_force
 from epicyclic.analyses.transient.program import constant

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.analyses.static.contact_equilibrium import Problem, Touching, touching
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.face_contact import Problem, Touching, touching
 from epicyclic.analyses.static.record import excitation
 from epicyclic.assemble.faces import contacts_of, three_rows
 from epicyclic.assemble.tooth_pairs import pair_of

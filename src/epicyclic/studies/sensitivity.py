@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analyses.modes.classification import classify_modes, repeated_roots
 from ..analyses.modes.eigen import eigen, whirl
-from ..analyses.modes.kinds import clusters, sort_modes
 from ..analyses.sensitivity.forces import force_derivatives
 from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
 from ..analyses.sensitivity.numbers import Numbers, moves
@@ -149,11 +149,11 @@ def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: flo
     modes = eigen(system)
     if relative_speed == 0:
         squared: NDArray[np.inexact] = modes.omega_squared
-        kinds, hertz = sort_modes(system, squared, modes.vectors), modes.omega / (2 * np.pi)
+        kinds, hertz = classify_modes(system, squared, modes.vectors), modes.omega / (2 * np.pi)
         derivative = frequency_derivatives(system, modes, changes)
     else:
         turning = whirl(system, relative_speed=relative_speed, modes=modes)
-        kinds, hertz = sort_modes(system, turning.mu, turning.vectors), turning.mu.imag / (2 * np.pi)
+        kinds, hertz = classify_modes(system, turning.mu, turning.vectors), turning.mu.imag / (2 * np.pi)
         squared = turning.mu
         derivative = whirl_derivatives(system, turning, changes, relative_speed=relative_speed)
     elastic = np.flatnonzero(hertz > 0)
@@ -163,7 +163,7 @@ def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: flo
         raise ModelError("no mode is elastic: nothing to differentiate", path="stages")
     first = int(elastic[0]) if mode is None else mode - 1
     target = np.zeros(hertz.size, bool)
-    target[next(group for group in clusters(squared) if group.start <= first < group.stop)] = True
+    target[next(group for group in repeated_roots(squared) if group.start <= first < group.stop)] = True
     return _Answer(
         dim="mode",
         unit="Hz",

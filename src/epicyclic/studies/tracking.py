@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analyses.modes.classification import classify_modes
 from ..analyses.modes.eigen import eigen
-from ..analyses.modes.follow import Event, State, events, follow, groups_of
-from ..analyses.modes.kinds import sort_modes
+from ..analyses.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..analyses.static.tangent import linearised
 from ..assemble import assemble
 from ..errors import ModelError
@@ -76,12 +76,12 @@ def track(
             progress(min(0.95, count[0] / (4 * points)))
         return _system(train, parameter, value)
 
-    def at(value: float) -> State:
+    def at(value: float) -> ModeSet:
         here = system(value)
         if here.dofs.names != first.dofs.names:
             raise ModelError("another number of motions at this value", path=over, given=value)
         found = eigen(here)
-        return State(value=value, squared=found.omega_squared, vectors=found.vectors, M=here.M)
+        return ModeSet(value=value, omega_squared=found.omega_squared, vectors=found.vectors, M=here.M)
 
     def slope(value: float) -> tuple[Array, Array]:
         step = 1e-4 * (high - low)
@@ -89,10 +89,10 @@ def track(
         both = above.mean_stiffness - below.mean_stiffness, above.M - below.M
         return both[0] / (2 * step), both[1] / (2 * step)
 
-    path = follow(at, _values(low, high, points))
-    met = events(path, slope)
+    path = track_modes(at, _values(low, high, points))
+    met = locus_events(path, slope)
     start_modes = at(low)
-    kinds = sort_modes(first, start_modes.squared, start_modes.vectors).kind
+    kinds = classify_modes(first, start_modes.omega_squared, start_modes.vectors).kind
     return _labelled(train, parameter, path, met, kinds, modes or len(kinds))
 
 
@@ -138,12 +138,12 @@ def _number(text: str) -> object:
 
 
 def _labelled(
-    train: Train, parameter: Parameter, path: list[State], met: list[Event], kinds: tuple[str, ...], modes: int
+    train: Train, parameter: Parameter, path: list[ModeSet], met: list[LocusEvent], kinds: tuple[str, ...], modes: int
 ) -> xr.Dataset:
-    hertz = np.sqrt(np.array([state.squared for state in path])).T / (2 * np.pi)
+    hertz = np.sqrt(np.array([state.omega_squared for state in path])).T / (2 * np.pi)
     values = np.array([state.value for state in path])
     met = [event for event in met if min(event.first) < modes and min(event.second) < modes]
-    middle = np.array([np.sqrt(event.squared) / (2 * np.pi) for event in met])
+    middle = np.array([np.sqrt(event.omega_squared) / (2 * np.pi) for event in met])
     columns: dict[str, tuple[str, Any]] = {
         "event_kind": ("event", np.array([event.kind for event in met], object)),
         "event_value": ("event", np.array([event.value for event in met])),
@@ -154,11 +154,11 @@ def _labelled(
             "event",
             np.array([event.gap for event in met]) / (8 * np.pi**2 * np.where(middle > 0, middle, 1)),
         ),
-        "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.squared) for e in met])),
+        "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in met])),
         "veering_index": ("event", np.array([event.index for event in met])),
     }
-    squared = np.array([state.squared for state in path])
-    multiplicity = {i: len(group) for group in groups_of(squared) for i in group}
+    squared = np.array([state.omega_squared for state in path])
+    multiplicity = {i: len(group) for group in repeated_loci(squared) for i in group}
     result = dataset(
         {
             "frequency": (("mode", "parameter"), hertz[:modes]),

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..analyses.static.contact_equilibrium import Problem, Touching, touching
 from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium, require_balance
-from ..analyses.static.face_contact import Problem, Touching, touching
 from ..analyses.static.record import Excitation, Record, excitation, positive, record_of, turns
 from ..analyses.static.static import free_position_warnings, law_attributes
 from ..assemble import assemble

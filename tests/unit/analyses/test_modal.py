@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.campbell import campbell
-from epicyclic.analyses.modes.eigen import damping_ratios, eigen, neutral_first, whirl
-from epicyclic.analyses.modes.kinds import clusters, sort_modes
+from epicyclic.analyses.modes.classification import classify_modes, repeated_roots
+from epicyclic.analyses.modes.eigen import damping_ratios, eigen, neutral_basis, whirl
 from epicyclic.analyses.modes.modal import modal
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
@@ -109,11 +109,11 @@ def test_basis_does_not_depend_on_the_solver(build: Any) -> None:
     modes = eigen(system)
     turned = modes.vectors.copy()
     rng = np.random.default_rng(1)
-    for run in clusters(modes.omega_squared):
+    for run in repeated_roots(modes.omega_squared):
         size = run.stop - run.start
         turned[:, run] = turned[:, run] @ np.linalg.qr(rng.normal(size=(size, size)))[0]
-    first = sort_modes(system, modes.omega_squared, modes.vectors).vectors
-    second = sort_modes(system, modes.omega_squared, turned).vectors
+    first = classify_modes(system, modes.omega_squared, modes.vectors).vectors
+    second = classify_modes(system, modes.omega_squared, turned).vectors
     sign = np.sign(np.sum(first * (system.M @ second), axis=0))
     # roots that differ by 5e-4 mix at 1e-12: far below
     np.testing.assert_allclose(first, second * sign, atol=1e-8 * np.abs(first).max())
@@ -276,7 +276,7 @@ def test_neutral_motions_leave_the_state(build: Any) -> None:
         system = _turning(still, 3, planar.mass, planar.radius[2], Omega=900.0)
         modes = eigen(system)
         K = np.diag(modes.omega_squared) + modes.vectors.T @ system.Kg @ modes.vectors
-        Q, count = neutral_first(K, np.flatnonzero(modes.omega_squared == 0))
+        Q, count = neutral_basis(K, np.flatnonzero(modes.omega_squared == 0))
         assert count == expected
         assert np.abs(K @ Q[:, :count]).max() < 1e-9 * 900.0**2  # rounding of the centrifugal terms
         np.testing.assert_allclose(Q.T @ Q, np.eye(len(K)), atol=1e-14)

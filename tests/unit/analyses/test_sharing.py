@@ -14,10 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, groups, merge, tally
-from epicyclic.analyses.sharing.parts import Method
 from epicyclic.analyses.sharing.sharing import sharing
+from epicyclic.analyses.sharing.tone_forces import Method
 from epicyclic.analyses.sharing.waves import forces, line_phases, periodic_waves
-from epicyclic.analyses.sharing.worst import blocks, worst_case
+from epicyclic.analyses.sharing.worst_case import blocks, worst_case
 from epicyclic.analyses.static.equilibrium import compliance, equilibrium
 from epicyclic.analyses.static.record import excitation
 from epicyclic.analyses.static.static import static

@@ -17,10 +17,10 @@ from epicyclic.analyses.sharing.definitions import groups as share_groups
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.static_record import cycle_starts, record_tally, recorded, total
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
+from epicyclic.analyses.static.quasi_static import trace
 from epicyclic.analyses.static.record import Record, excitation, record_of
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.static.tangent import linearised
-from epicyclic.analyses.static.trace import trace
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.laws import groups as law

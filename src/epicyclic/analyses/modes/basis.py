@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, System
 
-__all__ = ["Modal", "mean_modes", "modal_form"]
+__all__ = ["Modal", "mean_modes", "modal_form", "modal_weights"]
 
 # A rigid mode's eigenvalue is rounding, about n eps max(omega^2); an elastic one of a gear train stays far above
 # (20 Hz beside 20 kHz is 1e-6).
@@ -47,6 +47,7 @@ def mean_modes(system: System) -> tuple[Array, Array]:
 
 
 def _massless(system: System) -> str:
+    """Names the coordinates without mass or inertia, for the error message; "" where every one has some."""
     names = [name for name, mass in zip(system.dofs.names, np.diag(system.M), strict=True) if not mass > 0]
     return f": no mass or inertia on {', '.join(names)}" if names else ""
 
@@ -73,12 +74,33 @@ class Modal:
     coupling: dict[str, Array]
 
 
+def modal_weights(squared: Array, rigid: NDArray[np.bool_]) -> Array:
+    """Scale y / x of each modal coordinate: its natural frequency, of a rigid mode the lowest elastic one.
+
+    Parameters
+    ----------
+    squared : (n,) omega^2 [rad^2/s^2].  rigid : (n,) which modes are rigid.
+
+    Returns
+    -------
+    (n,) [rad/s]; 1 where every mode is rigid.
+    """
+    omega = np.sqrt(squared)
+    lowest = np.min(omega[~rigid], initial=1.0 if rigid.all() else np.inf)
+    return np.where(rigid, lowest, omega)
+
+
 def modal_form(system: System) -> Modal:
-    """Bring a System to energy-weighted modal coordinates."""
+    """A System in energy-weighted modal coordinates, see `Modal`; derived here.
+
+    Raises
+    ------
+    ModelError : as of `mean_modes`.
+    """
     squared, modes = mean_modes(system)
     rigid = squared == 0
     omega = np.sqrt(squared)
-    weight = np.where(rigid, np.min(omega[~rigid], initial=1.0 if rigid.all() else np.inf), omega)
+    weight = modal_weights(squared, rigid)
     shapes, forces = modes / weight, weight[:, None] * modes.T
     B = system.meshes.B
     gaps, pulls = B.T @ shapes, (forces @ B).T

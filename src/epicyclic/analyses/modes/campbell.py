@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from ...errors import ModelError
 from ...system.system import System
 from ..static.tangent import linearised
+from .classification import classify_modes
 from .eigen import Whirl, eigen, whirl
-from .kinds import sort_modes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,12 +28,17 @@ def campbell(
     damped: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Natural frequencies at each speed, each mode followed from one speed to the next by the likeness of its shapes.
+    """Whirl frequencies at each speed, modes tracked over speed by modal correlation [allemang1982].
 
     Parameters
     ----------
-    relative_speeds : (s,) speeds per operating speed [1], in the order to follow.
+    relative_speeds : (s,) speeds per operating speed [1], in the order of tracking.
     damped : with damping.  progress : called with the share done, 0..1.
+
+    Returns
+    -------
+    Dataset with ``whirl_frequency`` (relative_speed, mode) [Hz], ``mode_kind`` (mode) at the last speed and
+    ``mesh_frequency`` (stage, relative_speed) [Hz].
 
     Raises
     ------
@@ -44,34 +49,35 @@ def campbell(
         raise ModelError("speeds must be finite numbers", given=relative_speeds, path="relative_speeds")
     system = linearised(system)
     modes = eigen(system)
-    followed: list[Whirl] = []
+    tracked: list[Whirl] = []
     for i, speed in enumerate(speeds):
         here = whirl(system, relative_speed=float(speed), damped=damped, modes=modes)
-        followed.append(_follow(followed[-1], here, system) if followed else here)
+        tracked.append(_tracked(tracked[-1], here, system) if tracked else here)
         if progress is not None:
             progress((i + 1) / speeds.size)
-    return _dataset(system, speeds, followed, damped)
+    return _dataset(system, speeds, tracked, damped)
 
 
-def _follow(before: Whirl, here: Whirl, system: System) -> Whirl:
-    """The modes of `here` in the order of those of `before` they are most alike (M-weighted correlation)."""
-    likeness = np.abs(before.vectors.conj().T @ system.M @ here.vectors) ** 2
-    _, order = scipy.optimize.linear_sum_assignment(likeness, maximize=True)
+def _tracked(before: Whirl, here: Whirl, system: System) -> Whirl:
+    """Modes of `here` in the order of `before`: the assignment of largest M-weighted modal correlation, (n, n) [1]."""
+    correlation = np.abs(before.vectors.conj().T @ system.M @ here.vectors) ** 2
+    _, order = scipy.optimize.linear_sum_assignment(correlation, maximize=True)
     return Whirl(mu=here.mu[order], vectors=here.vectors[:, order])
 
 
-def _dataset(system: System, speeds: np.ndarray, followed: list[Whirl], damped: bool) -> xr.Dataset:
+def _dataset(system: System, speeds: np.ndarray, tracked: list[Whirl], damped: bool) -> xr.Dataset:
+    """The labelled result; mode kinds are those of the last speed.  speeds : (s,) per operating speed [1]."""
     from ...results.dataset import dataset
 
-    last = followed[-1]
+    last = tracked[-1]
     rank = np.lexsort((np.abs(last.mu.real), last.mu.imag))
     kinds = np.empty(len(rank), dtype=object)
-    kinds[rank] = sort_modes(system, last.mu[rank], last.vectors[:, rank]).kind
+    kinds[rank] = classify_modes(system, last.mu[rank], last.vectors[:, rank]).kind
     stages = {stage: tone for stage, tone in zip(system.meshes.stage, system.meshes.tone, strict=True)}
     tones = np.array([float(system.tones[tone]) if system.tones else np.nan for tone in stages.values()])
     return dataset(
         {
-            "whirl_frequency": (("relative_speed", "mode"), np.array([w.mu.imag for w in followed]) / (2 * np.pi)),
+            "whirl_frequency": (("relative_speed", "mode"), np.array([w.mu.imag for w in tracked]) / (2 * np.pi)),
             "mode_kind": ("mode", kinds),
             "mesh_frequency": (("stage", "relative_speed"), np.outer(tones, np.abs(speeds))),
         },

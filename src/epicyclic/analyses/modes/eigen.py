@@ -1,6 +1,7 @@
-"""Natural frequencies and shapes: symmetric at standstill, quadratic with gyroscopic terms and damping.
+"""Natural frequencies and shapes: symmetric eigenproblem at standstill, quadratic with gyroscopic terms and damping.
 
-Conventions: M q'' + (C + s G) q' + (K + s^2 Kg + s Cskew) q = 0 with mean meshes in C and K, q ~ exp(mu t).
+The quadratic problem is (mu^2 M + mu (C + s G) + K + s^2 Kg + s Cskew) phi = 0 with mean meshes in C and K and
+q ~ phi exp(mu t).  It is solved by linearisation to a state matrix [tisseur2001].
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from ...system.system import Array, ComplexArray, System
 from ..static.tangent import linearised
 from .basis import mean_modes
 
-__all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "neutral_first", "whirl"]
+__all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "neutral_basis", "whirl"]
 
 # An eigenvalue of the state matrix is rounding below this part of the largest; 20 Hz beside 20 kHz is 1e-3.
 _ZERO = 1e-9
@@ -53,6 +54,10 @@ class Whirl:
 def eigen(system: System) -> Modes:
     """All modes of the undamped mean system at standstill, repeated roots included.
 
+    Returns
+    -------
+    Modes with omega^2 (n,) [rad^2/s^2] and shapes (n, n); links with laws enter by their tangents.
+
     Raises
     ------
     ModelError : a mass or inertia is missing, or the mean system is statically unstable.
@@ -63,7 +68,9 @@ def eigen(system: System) -> Modes:
 
 
 def damping_ratios(system: System, modes: Modes) -> Array:
-    """Damping ratio of each undamped mode: the modal ratio plus the projection of C and of the mesh dampers.
+    """Damping ratio of each undamped mode: the modal ratio plus phi^T C phi / (2 omega), mesh dampers in C.
+
+    Off-diagonal terms of the modal damping matrix are left out; `whirl` has them.
 
     Returns
     -------
@@ -80,10 +87,10 @@ def damping_ratios(system: System, modes: Modes) -> Array:
 
 
 def whirl(system: System, *, relative_speed: float, damped: bool = False, modes: Modes | None = None) -> Whirl:
-    """Eigenvalues and complex shapes at a speed, from the state matrix in modal coordinates.
+    """Eigenvalues [1/s] and complex shapes (n, n) at a speed, from the state matrix in modal coordinates.
 
-    The positions of neutral motions (rigid rotation) enter nowhere; they are left out of the state, which turns their
-    double zero, a defective eigenvalue that rounding would scatter to 1e-8 of the largest, into a simple one.
+    Positions of neutral motions (rigid rotation) enter no force.  They are left out of the state: their double zero is
+    a defective eigenvalue that rounding would scatter to 1e-8 of the largest, and becomes a simple one.
 
     Parameters
     ----------
@@ -92,14 +99,14 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
 
     Raises
     ------
-    ModelError : damping is asked for and none is given.
+    ModelError : damping is asked for and none is given, or what `eigen` raises.
     """
     if damped and not system.damped:
         raise ModelError("damped modes need damping, and none is given", path="damping", allowed="modal, mesh, ...")
     system = linearised(system)
     modes = eigen(system) if modes is None else modes
     C, K = _modal_matrices(system, modes, relative_speed, damped)
-    Q, neutral = neutral_first(K, np.flatnonzero(modes.omega_squared == 0))
+    Q, neutral = neutral_basis(K, np.flatnonzero(modes.omega_squared == 0))
     scale = float(np.max(modes.omega, initial=0.0)) or 1.0
     mu, p = _state_modes(Q.T @ C @ Q / scale, Q.T @ K @ Q / scale**2, neutral)
     vectors = modes.vectors @ (Q @ p)
@@ -109,7 +116,10 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
 
 
 def _modal_matrices(system: System, modes: Modes, s: float, damped: bool) -> tuple[Array, Array]:
-    """Velocity and displacement matrices in the modal coordinates of `modes`, (n, n) each."""
+    """Rate matrix [1/s] and position matrix [1/s^2] at relative speed s in the modal coordinates of `modes`, (n.
+
+    n) each.
+    """
     Phi = modes.vectors
     C = s * (Phi.T @ system.G @ Phi)
     K = np.diag(modes.omega_squared) + s**2 * (Phi.T @ system.Kg @ Phi)
@@ -121,8 +131,17 @@ def _modal_matrices(system: System, modes: Modes, s: float, damped: bool) -> tup
     return C, K
 
 
-def neutral_first(K: Array, rigid: np.ndarray) -> tuple[Array, int]:
-    """Orthogonal coordinates whose first `count` directions meet no stiffness at all: K Q[:, :count] = 0."""
+def neutral_basis(K: Array, rigid: np.ndarray) -> tuple[Array, int]:
+    """Orthogonal coordinates Q (n, n) whose first `count` directions meet no stiffness: K Q[:, :count] = 0.
+
+    Parameters
+    ----------
+    K : (n, n) position matrix in modal coordinates [1/s^2].  rigid : indices (r,) of the rigid modes.
+
+    Returns
+    -------
+    (Q, count); count is less than r where centrifugal or skew terms hold a rigid motion.
+    """
     n = len(K)
     if not rigid.size:
         return np.eye(n), 0
@@ -139,7 +158,13 @@ def neutral_first(K: Array, rigid: np.ndarray) -> tuple[Array, int]:
 
 
 def _state_modes(C: Array, K: Array, r: int) -> tuple[ComplexArray, ComplexArray]:
-    """One eigenpair per mode of p'' + C p' + K p = 0, first r coordinates neutral, time scaled so that |mu| <~ 1."""
+    """One eigenpair (n,), (n, n) per mode of p'' + C p' + K p = 0 [tisseur2001].
+
+    Parameters
+    ----------
+    C, K : (n, n), time scaled so that |mu| is about 1 at most.  r : leading coordinates that are neutral, left out of
+        the positions of the state.
+    """
     n = len(C)
     k = n - r
     A = np.zeros((2 * k + r, 2 * k + r))
@@ -159,9 +184,13 @@ def _state_modes(C: Array, K: Array, r: int) -> tuple[ComplexArray, ComplexArray
 
 
 def _one_of_each_pair(mu: ComplexArray, r: int) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of one eigenvalue per mode, and among them the r that stand for the neutral motions.
+    """Indices (n,) of one eigenvalue per mode, and among them the r that stand for the neutral motions.
 
-    Each neutral motion has a zero left out of the state; the r slowest real eigenvalues are its partners.
+    Each neutral motion has one zero left out of the state; the r slowest real eigenvalues are the partners of these.
+
+    Parameters
+    ----------
+    mu : (2n - r,) eigenvalues of the state matrix.
     """
     oscillating = np.flatnonzero(mu.imag > 0)
     real = np.flatnonzero(mu.imag == 0)

@@ -1,4 +1,4 @@
-"""Natural frequencies, kinds, shapes and energy shares of a train, as a labelled Dataset."""
+"""Natural frequencies, kinds, shapes and shares of strain and kinetic energy of a train, as a labelled Dataset."""
 
 from __future__ import annotations
 
@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system.faces import faces
 from ...system.system import Array, System
 from ..static.tangent import linearised
+from .classification import ClassifiedModes, classify_modes, normalisation
 from .eigen import damping_ratios, eigen, whirl
-from .energy import connections, kinetic_energy_share, strain_energy_share
-from .kinds import Sorted, normalised, sort_modes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "modal",
-]
+__all__ = ["modal"]
 
 _DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -29,12 +27,12 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
 
     At standstill and undamped the shapes are real; otherwise they are complex: the motion of a coordinate is
     Re(shape exp(2 pi i frequency t)), decaying with the damping ratio.  Shapes have their largest component at 1
-    (torsion as u = R rz); modes of one frequency have a fixed basis, see `kinds.canonical`.  A rigid mode has
-    frequency exactly 0 and no strain energy (share nan).
+    (torsion as u = R rz).  Modes of one frequency have a fixed basis, see `classification.canonical_basis`.  A rigid
+    mode has frequency exactly 0 and no strain energy (share nan).
 
     Parameters
     ----------
-    system : where links have laws, their tangents at the mean load stand for them (`linear.linearised`).
+    system : where links have laws, their tangents at the mean load stand for them (`static.tangent.linearised`).
     relative_speed : speed per operating speed [1]; other than 0 brings in the gyroscopic and centripetal terms.
     damped : solve the damped problem.  Undamped, damping ratios are the modal projection at standstill (nan without
         damping) and nan at speed.
@@ -55,18 +53,21 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
         values, vectors, angular, growth = result.mu, result.vectors, result.mu.imag, result.mu.real
         ratios = _ratios(result.mu) if damped else np.full(len(angular), np.nan)
     options = {"relative_speed": float(relative_speed), "damped": bool(damped)}
-    kinds = sort_modes(system, values, vectors)
+    kinds = classify_modes(system, values, vectors)
     return _dataset(system, angular, ratios, kinds, np.abs(values) == 0, options, _growing(growth, angular))
 
 
 def _ratios(mu: NDArray[np.complex128]) -> Array:
-    """Damping ratio of complex eigenvalues, nan for rigid modes."""
+    """Damping ratio -Re mu / |mu| of complex eigenvalues (n,) [1], nan for rigid modes."""
     size = np.abs(mu)
     return np.where(size > 0, -mu.real / np.where(size > 0, size, 1.0), np.nan)
 
 
 def _growing(growth: Array, angular: Array) -> tuple[str, ...]:
-    """A warning where a mode grows; 1e-6 of the largest frequency is rounding of a defective root."""
+    """A warning where a growth rate (n,) [1/s] is positive.
+
+    1e-6 of the largest frequency is rounding of a defective root.
+    """
     worst = float(np.max(growth, initial=0.0))
     if worst <= 1e-6 * float(np.max(angular, initial=0.0)):
         return ()
@@ -77,15 +78,19 @@ def _dataset(
     system: System,
     angular: Array,
     ratios: Array,
-    kinds: Sorted,
+    kinds: ClassifiedModes,
     rigid: NDArray[np.bool_],
     options: dict[str, float | bool],
     warnings: Sequence[str],
 ) -> xr.Dataset:
+    """The labelled result; angular (n,) [rad/s], ratios (n,) [1], rigid (n,).
+
+    Shapes scaled to a largest component of 1.
+    """
     from ...results.dataset import dataset
 
     dofs = system.dofs
-    vectors = kinds.vectors * normalised(kinds.vectors, dofs.radius)
+    vectors = kinds.vectors * normalisation(kinds.vectors, dofs.radius)
     radius = _body_radius(system)
     full = (dofs.expand @ vectors).reshape(len(dofs.bodies), 6, -1)
     full[:, 5] *= radius[:, None]
@@ -97,8 +102,8 @@ def _dataset(
             "multiplicity": ("mode", kinds.multiplicity),
             "shape": (("dof", "mode"), vectors * dofs.radius[:, None]),
             "full_shape": (("body", "direction", "mode"), full),
-            "strain_energy_share": (("connection", "mode"), strain_energy_share(system, vectors, rigid)),
-            "kinetic_energy_share": (("body", "mode"), kinetic_energy_share(system, vectors)),
+            "strain_energy_share": (("connection", "mode"), _strain_energy_share(system, vectors, rigid)),
+            "kinetic_energy_share": (("body", "mode"), _kinetic_energy_share(system, vectors)),
             "damping_ratio": ("mode", ratios),
         },
         {
@@ -106,7 +111,7 @@ def _dataset(
             "dof": np.array(dofs.names, dtype=object),
             "body": np.array(dofs.bodies, dtype=object),
             "direction": np.array(_DIRECTIONS, dtype=object),
-            "connection": np.array(connections(system), dtype=object),
+            "connection": np.array(_connection_names(system), dtype=object),
             "reference_radius": ("body", radius),
         },
         verb="modes",
@@ -120,7 +125,53 @@ def _dataset(
 
 
 def _body_radius(system: System) -> Array:
-    """R of each body's u = R rz, (nb,) [m]; 1 where rz is not a coordinate of its own."""
+    """R of each body's u = R rz, (bodies,) [m]; 1 where rz is not a coordinate of its own."""
     dofs = system.dofs
     own = {b: R for b, d, R in zip(dofs.body, dofs.direction, dofs.radius, strict=True) if d == "rz"}
     return np.array([own.get(body, 1.0) for body in dofs.bodies])
+
+
+def _connection_names(system: System) -> tuple[str, ...]:
+    """Names of the meshes (slices together), then of the links, in order."""
+    return (*faces(system.meshes).name, *dict.fromkeys(system.links.link))
+
+
+def _strain_energy_share(system: System, vectors: NDArray[np.inexact], rigid: NDArray[np.bool_]) -> Array:
+    """Share of the strain energy in each mesh and link; of a complex mode the mean over its cycle.
+
+    Parameters
+    ----------
+    vectors : (n, modes).  rigid : (modes,) modes without strain energy, where the share is nan.
+
+    Returns
+    -------
+    (connections, modes) [1], each elastic column with sum 1.
+    """
+    meshes, links = system.meshes, system.links
+    mesh = meshes.stiffness[:, None] * np.abs(meshes.B.T @ vectors) ** 2
+    stiffness = np.where(np.isfinite(links.stiffness), links.stiffness, 0.0)
+    rows = stiffness[:, None] * np.abs(links.B.T @ vectors) ** 2
+    names = {name: i for i, name in enumerate(dict.fromkeys(links.link))}
+    link = np.zeros((len(names), vectors.shape[1]))
+    np.add.at(link, [names[name] for name in links.link], rows)
+    return _normalised_energy(np.vstack([faces(meshes).total(mesh), link]), rigid)
+
+
+def _kinetic_energy_share(system: System, vectors: NDArray[np.inexact]) -> Array:
+    """Share of the kinetic energy in each body, slaved directions included, (bodies, modes) [1]; sum 1.
+
+    nan where `System.body_mass` is not given.
+    """
+    nb = len(system.dofs.bodies)
+    if system.body_mass.shape != (nb, 6):
+        return np.full((nb, vectors.shape[1]), np.nan)
+    full = np.abs(system.dofs.expand @ vectors).reshape(nb, 6, -1)
+    energy = np.einsum("bd,bdm->bm", system.body_mass, full**2)
+    return _normalised_energy(energy, np.zeros(vectors.shape[1], dtype=bool))
+
+
+def _normalised_energy(energy: Array, empty: NDArray[np.bool_]) -> Array:
+    """Energies (parts, modes) per column sum [1]; nan in `empty` columns (modes,) and in those that sum to zero."""
+    total = energy.sum(axis=0)
+    empty = empty | ~(total > 0)
+    return np.where(empty, np.nan, energy / np.where(empty, 1.0, total))

@@ -13,8 +13,8 @@ import numpy as np
 import scipy.linalg
 
 from ...system.system import Array, ComplexArray, System
+from ..modes.classification import repeated_roots
 from ..modes.eigen import Modes, Whirl
-from ..modes.kinds import clusters
 from .numbers import Numbers, mean_stiffness_change
 
 __all__ = ["frequency_derivatives", "whirl_derivatives"]
@@ -44,7 +44,7 @@ def frequency_derivatives(system: System, modes: Modes, changes: Sequence[Number
 def _one(modes: Modes, dK: Array, dM: Array) -> Array:
     result = np.zeros(len(modes.omega_squared))
     stiffness, mass = (modes.vectors.T @ change @ modes.vectors for change in (dK, dM))
-    for group in clusters(modes.omega_squared):
+    for group in repeated_roots(modes.omega_squared):
         squared = float(modes.omega_squared[group].mean())
         form = stiffness[group, group] - squared * mass[group, group]
         split = np.linalg.eigvalsh((form + form.T) / 2)
@@ -73,7 +73,7 @@ def whirl_derivatives(system: System, modes: Whirl, changes: Sequence[Numbers], 
     result = np.full((len(changes), len(modes.mu)), np.nan)
     for row, change in zip(result, changes, strict=True):
         dK = mean_stiffness_change(system, change) + relative_speed**2 * change.Kg
-        for group in clusters(modes.mu):
+        for group in repeated_roots(modes.mu):
             mu, V = complex(modes.mu[group].mean()), modes.vectors[:, group]
             if mu.imag > 0 and abs(mu.real) <= 1e-6 * mu.imag:
                 row[group] = _split(system, change, dK, relative_speed, (1j * mu.imag, V))

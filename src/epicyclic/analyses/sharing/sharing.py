@@ -18,9 +18,9 @@ from ..static.record import positive, record_of
 from ..static.static import OPEN
 from ..static.tangent import linearised
 from .definitions import DEFINITIONS, Tally, coefficients, groups, merge, simultaneous, tally
-from .parts import Method, Part, parts
 from .static_record import carries_load, recorded, require_speed, share_notes, total
-from .worst import worst_case
+from .tone_forces import Method, Part, parts
+from .worst_case import worst_case
 
 if TYPE_CHECKING:
     import xarray as xr

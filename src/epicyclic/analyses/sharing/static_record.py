@@ -14,9 +14,9 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..static.equilibrium import compliance_of
+from ..static.quasi_static import Piece, trace
 from ..static.record import Record, positive
 from ..static.static import OPEN, free_position_warnings, group_columns, law_attributes, whole_contact
-from ..static.trace import Piece, trace
 from .definitions import DEFINITIONS, Group, Tally, coefficients, cycle_ratio, groups, simultaneous
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...system.system import Array
 from ..modes.basis import Modal
-from ..modes.eigen import neutral_first
+from ..modes.eigen import neutral_basis
 
 __all__ = ["State", "state", "weights"]
 
@@ -64,7 +64,7 @@ def state(modal: Modal, *, frame: float, stiffness: Array, damping: Array, gaps:
     turn, neutral, conserved = np.eye(len(weight)), 0, 0
     rigid = np.flatnonzero(modal.rigid)
     if rigid.size:
-        turn, neutral = neutral_first(K, rigid)
+        turn, neutral = neutral_basis(K, rigid)
         C, K, rows, weight = turn.T @ C @ turn, turn.T @ K @ turn, rows @ turn, (turn**2).T @ weight
         conserved = _conserved(K, C, rigid.size, neutral)
     n, k = len(weight), len(weight) - neutral

@@ -14,8 +14,8 @@ from ...system.faces import Faces, faces
 from ...system.laws import groups as law
 from ...system.system import Array, System
 from .equilibrium import compliance_of
+from .quasi_static import Piece, history_note, trace
 from .record import Record, positive, record_of
-from .trace import Piece, history_note, trace
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from ...system.system import Array
 from .motion import Motion, Numbers
-from .numeric import acceleration, drive
+from .right_hand_side import acceleration, drive
 
 __all__ = ["TOLERANCE", "Adaptive", "scale_of", "stride"]
 

@@ -10,10 +10,9 @@ from typing import Literal
 import numpy as np
 
 from ...system.system import Array
-from .adaptive import scale_of, stride
+from .integrators import march, scale_of, stride
 from .motion import Motion, to_modal
-from .rk4 import march
-from .store import Store, fingerprint, open_store
+from .run import Store, fingerprint, open_store
 
 __all__ = ["METHODS", "Method", "Plan", "run"]
 

@@ -8,7 +8,7 @@ from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
 from ..static.equilibrium import compliance_of, equilibrium
 from .motion import Motion, from_modal, to_modal
-from .numeric import Drive, acceleration, drive
+from .right_hand_side import Drive, acceleration, drive
 
 __all__ = ["at_equilibrium", "at_rest"]
 

@@ -13,10 +13,10 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..static.record import positive, reference_tone
+from .integrators import steps_for
 from .motion import Contact, Motion, from_modal
 from .outputs import flank_force, group_force, link_force, mesh_force
 from .program import phase_at, speed_at
-from .rk4 import steps_for
 from .run import METHODS, Method, Plan, run
 from .scenario import History, Scenario, moving_of
 from .start import at_equilibrium, at_rest

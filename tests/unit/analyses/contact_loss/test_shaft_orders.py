@@ -17,10 +17,10 @@ from epicyclic.analyses.contact_loss.steady import contact_steady
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.torus import Torus, TorusPoint, respond_torus
 from epicyclic.analyses.steady.response import response
+from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.rk4 import integrate
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
 

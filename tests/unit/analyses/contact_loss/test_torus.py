@@ -17,10 +17,10 @@ from epicyclic.analyses.contact_loss.shaft_orders import superposed_lines, super
 from epicyclic.analyses.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.steady.gmres import gmres
 from epicyclic.analyses.steady.response import response
+from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.rk4 import integrate
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]

@@ -10,12 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.analyses.transient import rk4
-from epicyclic.analyses.transient.adaptive import scale_of, stride
+from epicyclic.analyses.transient.integrators import integrate, scale_of, stride
 from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
-from epicyclic.analyses.transient.numeric import acceleration, drive, row_force
 from epicyclic.analyses.transient.outputs import flank_force, mesh_force
 from epicyclic.analyses.transient.program import constant, phase_at, program, speed_at
-from epicyclic.analyses.transient.rk4 import integrate
+from epicyclic.analyses.transient.right_hand_side import acceleration, drive, row_force
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System

@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.system import Array
 from .motion import Motion, Numbers, from_modal, highest_rate, to_modal
-from .numeric import acceleration, drive
+from .right_hand_side import acceleration, drive
 
 __all__ = ["compiled_available", "integrate", "march", "steps_for"]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.analyses.modes.classification import classify_modes
 from epicyclic.analyses.modes.eigen import eigen
-from epicyclic.analyses.modes.follow import Event, State, events, follow, groups_of, matched
-from epicyclic.analyses.modes.kinds import sort_modes
+from epicyclic.analyses.modes.tracking import LocusEvent, ModeSet, locus_events, match_modes, repeated_loci, track_modes
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -24,15 +24,15 @@ def two(value: float, coupling: float) -> tuple[Array, Array]:
     return K, M
 
 
-def state(K: Array, M: Array, value: float) -> State:
+def state(K: Array, M: Array, value: float) -> ModeSet:
     root = np.sqrt(np.diag(M))
     squared, shapes = np.linalg.eigh(K / np.outer(root, root))
-    return State(value=value, squared=squared, vectors=shapes / root[:, None], M=M)
+    return ModeSet(value=value, omega_squared=squared, vectors=shapes / root[:, None], M=M)
 
 
-def tuned(coupling: float, points: int = 11) -> tuple[list[State], list[Event]]:
-    path = follow(lambda value: state(*two(value, coupling), value), np.linspace(-6, 12, points).tolist())
-    return path, events(path, lambda _: (np.diag([7.0, 0.0]), np.zeros((2, 2))))
+def tuned(coupling: float, points: int = 11) -> tuple[list[ModeSet], list[LocusEvent]]:
+    path = track_modes(lambda value: state(*two(value, coupling), value), np.linspace(-6, 12, points).tolist())
+    return path, locus_events(path, lambda _: (np.diag([7.0, 0.0]), np.zeros((2, 2))))
 
 
 @pytest.mark.parametrize("coupling", [3.0, 0.3, 1e-3])
@@ -44,7 +44,7 @@ def test_two_coupled_oscillators_veer_in_closed_form(coupling: float) -> None:
     assert event.gap == pytest.approx(np.sqrt(2) * coupling, rel=1e-5)  # flat at the least: the square of that
     assert event.coupling == pytest.approx(7 / 2, rel=1e-5)  # phi_1' K' phi_2 with equal halves
     assert event.index == pytest.approx(1.0, abs=1e-5)
-    squared = np.array([one.squared for one in path])
+    squared = np.array([one.omega_squared for one in path])
     assert (squared[:, 0] < squared[:, 1]).all()  # the loci never meet
     start, end = path[0].vectors[:, 0], path[-1].vectors[:, 0]
     assert abs(start[0]) > abs(start[1])
@@ -57,23 +57,25 @@ def test_without_coupling_they_cross() -> None:
     assert event.value == pytest.approx(20 / 7, rel=1e-8)  # linear: one chord
     assert event.coupling == pytest.approx(0.0, abs=1e-12)
     assert event.index == pytest.approx(0.0, abs=1e-12)
-    assert path[-1].squared[0] > path[-1].squared[1]
+    assert path[-1].omega_squared[0] > path[-1].omega_squared[1]
 
 
 def test_a_double_root_is_turned_to_what_went_before() -> None:
     draw = np.random.default_rng(0)
     turn, _ = np.linalg.qr(draw.normal(size=(2, 2)))
     M = np.eye(3)
-    before = State(value=0.0, squared=np.array([1.0, 1.0, 4.0]), vectors=np.eye(3), M=M)
+    before = ModeSet(value=0.0, omega_squared=np.array([1.0, 1.0, 4.0]), vectors=np.eye(3), M=M)
     vectors = np.eye(3)
     vectors[:2, :2] = turn
-    here, likeness = matched(before, State(value=1.0, squared=np.array([2.0, 2.0, 4.0]), vectors=vectors, M=M))
+    here, found = match_modes(
+        before, ModeSet(value=1.0, omega_squared=np.array([2.0, 2.0, 4.0]), vectors=vectors, M=M)
+    )
     assert here.vectors == pytest.approx(np.eye(3), abs=1e-12)
-    assert likeness == pytest.approx(1.0)
-    assert groups_of(np.array([before.squared, here.squared])) == [(0, 1), (2,)]
+    assert correlation == pytest.approx(1.0)
+    assert repeated_loci(np.array([before.omega_squared, here.omega_squared])) == [(0, 1), (2,)]
 
 
-def over_pins(build: Any, mistuned: Array) -> tuple[list[State], list[Event], tuple[str, ...]]:
+def over_pins(build: Any, mistuned: Array) -> tuple[list[ModeSet], list[LocusEvent], tuple[str, ...]]:
     """Four planets, over the pin stiffness; two meshes stiffer by the parts `mistuned`."""
 
     def system(value: float) -> System:
@@ -82,17 +84,17 @@ def over_pins(build: Any, mistuned: Array) -> tuple[list[State], list[Event], tu
         stiffness[1:3] *= 1 + mistuned
         return replace(made, meshes=replace(made.meshes, stiffness=stiffness))
 
-    def at(value: float) -> State:
+    def at(value: float) -> ModeSet:
         modes = eigen(system(value))
-        return State(value=value, squared=modes.omega_squared, vectors=modes.vectors, M=system(value).M)
+        return ModeSet(value=value, omega_squared=modes.omega_squared, vectors=modes.vectors, M=system(value).M)
 
     def slope(value: float) -> tuple[Array, Array]:
         high, low = system(1.001 * value), system(0.999 * value)
         return (high.K - low.K) / (0.002 * value), np.zeros_like(high.K)
 
-    path = follow(at, np.geomspace(3e7, 1e9, 21).tolist())
+    path = track_modes(at, np.geomspace(3e7, 1e9, 21).tolist())
     first = system(3e7)
-    return path, events(path, slope), sort_modes(first, path[0].squared, path[0].vectors).kind
+    return path, locus_events(path, slope), classify_modes(first, path[0].omega_squared, path[0].vectors).kind
 
 
 def test_modes_of_different_kinds_cross_and_of_one_kind_veer(build: Any) -> None:
@@ -109,7 +111,7 @@ def test_modes_of_different_kinds_cross_and_of_one_kind_veer(build: Any) -> None
     for event in veering:
         assert len(set(kind_of[event])) == 1
         assert event.index > 0.5
-    assert {len(group) for group in groups_of(np.array([one.squared for one in path]))} == {1, 2}
+    assert {len(group) for group in repeated_loci(np.array([one.omega_squared for one in path]))} == {1, 2}
 
 
 def test_mistuned_planets_turn_crossings_into_veerings(build: Any) -> None:

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, Symmetry, System
 
-__all__ = ["Sorted", "canonical", "clusters", "normalised", "sort_modes"]
+__all__ = ["ClassifiedModes", "canonical_basis", "classify_modes", "normalisation", "repeated_roots"]
+
+Shapes = NDArray[np.inexact]  # real or complex
 
 # Roots that symmetry makes equal are split by rounding (1e-12 of the largest omega^2) and by the asymmetry that still
 # counts as symmetry (1e-9 of an entry); designs that merely come close differ by 1e-5 and more.
@@ -27,7 +29,7 @@ _KINDS = ("rotational", "translational", "planet")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sorted:
+class ClassifiedModes:
     """Modes with their kinds.
 
     vectors : (n, modes) real or complex, M-orthonormal within each repeated root, canonical basis.
@@ -35,44 +37,49 @@ class Sorted:
     multiplicity : (modes,) modes of this kind at this frequency.
     """
 
-    vectors: NDArray[np.inexact]
+    vectors: Shapes
     kind: tuple[str, ...]
     multiplicity: NDArray[np.int64]
 
 
-def sort_modes(system: System, values: NDArray[np.inexact], vectors: NDArray[np.inexact]) -> Sorted:
-    """Classify modes and fix the basis in repeated eigenspaces.
+def classify_modes(system: System, values: Shapes, vectors: Shapes) -> ClassifiedModes:
+    """Classify modes by the cyclic symmetries that hold, and fix the basis in repeated eigenspaces [lin1999].
 
     Parameters
     ----------
-    values : (modes,) omega^2 or complex eigenvalues, in order.  vectors : (n, modes), unit in M.
+    values : (modes,) omega^2 [rad^2/s^2] or complex eigenvalues [1/s], in order.  vectors : (n, modes), unit in M.
     """
     stages = set(system.meshes.stage)
     holding = [symmetry for symmetry in system.symmetries if symmetry.holds and symmetry.branches > 1]
     whole = bool(stages) and stages <= {symmetry.stage for symmetry in holding}
-    projectors = _projectors(holding, len(system.M)) if holding else []
+    projectors = _kind_projectors(holding, len(system.M)) if holding else []
     result = np.array(vectors)
     kinds: list[str] = []
     counts: list[int] = []
-    for cluster in _regular(system.M, clusters(values), result):
-        parts = _split(system.M, projectors, result[:, cluster])
-        result[:, cluster] = np.hstack([canonical(part, system.M) for _, part in parts])
+    for cluster in _without_defective(system.M, repeated_roots(values), result):
+        parts = _split_by_kind(system.M, projectors, result[:, cluster])
+        result[:, cluster] = np.hstack([canonical_basis(part, system.M) for _, part in parts])
         for kind, part in parts:
-            kinds += [_name(kind, whole)] * part.shape[1]
+            kinds += [_kind_name(kind, whole)] * part.shape[1]
             counts += [part.shape[1]] * part.shape[1]
-    return Sorted(vectors=result, kind=tuple(kinds), multiplicity=np.array(counts, dtype=np.int64))
+    return ClassifiedModes(vectors=result, kind=tuple(kinds), multiplicity=np.array(counts, dtype=np.int64))
 
 
-def clusters(values: NDArray[np.inexact]) -> list[slice]:
-    """Runs of neighbouring values that are equal within rounding, as slices; values (modes,) in order."""
+def repeated_roots(values: Shapes) -> list[slice]:
+    """Runs of neighbouring values (modes,) that are equal within rounding, as slices that cover all.
+
+    Values in order.
+    """
     size = np.abs(values)
     limit = _SAME * size[1:] + _ROUNDING * float(np.max(size, initial=0.0))
     ends = [0, *(np.flatnonzero(np.abs(np.diff(values)) > limit) + 1).tolist(), len(values)]
     return [slice(a, b) for a, b in pairwise(ends) if b > a]
 
 
-def canonical(vectors: NDArray[np.inexact], M: Array) -> NDArray[np.inexact]:
-    """An orthonormal basis that depends on the space alone: pivoted Cholesky of its projector.
+def canonical_basis(vectors: Shapes, M: Array) -> Shapes:
+    """An orthonormal basis (n, k) that depends on the space alone: pivoted Cholesky factor of its projector.
+
+    Derived here.
 
     Each vector is the space's image of one coordinate, the one with most kinetic energy in what is left of the space
     (ties: the first), so rounding in the eigensolver cannot turn the basis.
@@ -91,40 +98,44 @@ def canonical(vectors: NDArray[np.inexact], M: Array) -> NDArray[np.inexact]:
         direction = left[pivot].conj() / np.linalg.norm(left[pivot])
         directions.append(direction)
         left = left - np.outer(left @ direction, direction.conj())
-    basis: NDArray[np.inexact] = vectors @ np.array(directions).T
+    basis: Shapes = vectors @ np.array(directions).T
     return basis
 
 
-def normalised(vectors: NDArray[np.inexact], radius: Array) -> NDArray[np.inexact]:
-    """The factor (modes,) that makes the largest component of each shape 1, torsion as u = R rz; radius (n,) [m].
+def normalisation(vectors: Shapes, radius: Array) -> Shapes:
+    """Factor (modes,) that makes the largest component of each shape 1, torsion as u = R rz.
 
     Of components within 1e-6 of the largest the first counts, so that the sign does not hang on rounding.
+
+    Parameters
+    ----------
+    vectors : (n, modes).  radius : (n,) R of rz coordinates, else 1 [m].
     """
     shapes = vectors * radius[:, None]
     size = np.abs(shapes)
     first = np.argmax(size >= (1 - _TIE) * size.max(axis=0), axis=0)
-    factor: NDArray[np.inexact] = 1.0 / shapes[first, np.arange(shapes.shape[1])]
+    factor: Shapes = 1.0 / shapes[first, np.arange(shapes.shape[1])]
     return factor
 
 
-def _name(kind: int, whole: bool) -> str:
-    """A mode that all holding operators leave alone is rotational only where every stage has such an operator."""
+def _kind_name(kind: int, whole: bool) -> str:
+    """Name of a kind by its number; invariance under all symmetries is rotational only where every stage has one."""
     if kind < 0 or (kind == 0 and not whole):
         return "mixed"
     return _KINDS[kind]
 
 
-def _projectors(symmetries: Sequence[Symmetry], n: int) -> list[Array]:
+def _kind_projectors(symmetries: Sequence[Symmetry], n: int) -> list[Array]:
     """Projectors (n, n) on rotational (1 for all stages), translational (for some stage) and planet modes."""
     rotational, rest = np.eye(n), np.eye(n)
     for symmetry in symmetries:
-        rotational = rotational @ _average(symmetry, 0)
-        rest = rest @ (np.eye(n) - _average(symmetry, 1))
+        rotational = rotational @ _rotation_projector(symmetry, 0)
+        rest = rest @ (np.eye(n) - _rotation_projector(symmetry, 1))
     return [rotational, np.eye(n) - rest, rest - rotational]
 
 
-def _average(symmetry: Symmetry, k: int) -> Array:
-    """Projector on the eigenvalues exp(+-2 pi i k/N) of the operator: a mean over the N turns."""
+def _rotation_projector(symmetry: Symmetry, k: int) -> Array:
+    """Projector (n, n) on the eigenvalues exp(+-2 pi i k/N) of the operator: a mean over its N powers."""
     N = symmetry.branches
     fold = 1 if 2 * k % N == 0 else 2
     total, power = np.zeros_like(symmetry.operator), np.eye(len(symmetry.operator))
@@ -134,8 +145,13 @@ def _average(symmetry: Symmetry, k: int) -> Array:
     return total
 
 
-def _regular(M: Array, runs: list[slice], vectors: NDArray[np.inexact]) -> list[slice]:
-    """Clusters with as many independent vectors as roots; a defective one (free body in turning axes) in singles."""
+def _without_defective(M: Array, runs: list[slice], vectors: Shapes) -> list[slice]:
+    """Clusters with as many independent vectors as roots; a defective one (free body in turning axes) in singles.
+
+    Parameters
+    ----------
+    M : (n, n).  runs : slices of the columns of `vectors` (n, modes).
+    """
     result: list[slice] = []
     for run in runs:
         V = vectors[:, run]
@@ -146,10 +162,10 @@ def _regular(M: Array, runs: list[slice], vectors: NDArray[np.inexact]) -> list[
     return result
 
 
-def _split(M: Array, projectors: list[Array], vectors: NDArray[np.inexact]) -> list[tuple[int, NDArray[np.inexact]]]:
-    """An eigenspace as (kind, M-orthonormal basis) parts; kind -1 without symmetry.
+def _split_by_kind(M: Array, projectors: list[Array], vectors: Shapes) -> list[tuple[int, Shapes]]:
+    """An eigenspace (n, k) as parts (kind, M-orthonormal basis (n, j)); kind -1 without symmetry.
 
-    Roots of different kinds that meet by accident are parted here.
+    Roots of different kinds that coincide by accident are separated here.
     """
     if vectors.shape[1] > 1 and np.iscomplexobj(vectors):  # real ones are M-orthonormal as they come
         L = np.linalg.cholesky(vectors.conj().T @ M @ vectors)
@@ -159,16 +175,19 @@ def _split(M: Array, projectors: list[Array], vectors: NDArray[np.inexact]) -> l
     weights = [vectors.conj().T @ M @ (P @ vectors) for P in projectors]
     if vectors.shape[1] == 1:
         return [(int(np.argmax([w[0, 0].real for w in weights])), vectors)]
-    return _parts(vectors, weights)
+    return _split_by_projectors(vectors, weights)
 
 
-def _parts(vectors: NDArray[np.inexact], weights: list[NDArray[np.inexact]]) -> list[tuple[int, NDArray[np.inexact]]]:
-    """Split by the eigenvectors of the projectors restricted to the space, kinds in fixed order."""
+def _split_by_projectors(vectors: Shapes, weights: list[Shapes]) -> list[tuple[int, Shapes]]:
+    """Split (n, k) by eigenvectors of the projectors restricted to the space, `weights` (k, k) each.
+
+    Kinds in fixed order.
+    """
     k = vectors.shape[1]
     counts = [round(float(np.trace(w).real)) for w in weights]
     if k in counts:
         return [(counts.index(k), vectors)]
-    parts: list[tuple[int, NDArray[np.inexact]]] = []
+    parts: list[tuple[int, Shapes]] = []
     done = np.zeros((k, 0))
     for kind, weight in enumerate(weights):
         count = min(counts[kind], k - done.shape[1]) if kind < 2 else k - done.shape[1]
