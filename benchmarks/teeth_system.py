@@ -20,7 +20,7 @@ import numpy as np
 import table
 
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.contact_equilibrium import Problem, Touching, touching
+from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.analyses.static.record import excitation
 from epicyclic.assemble import assemble
 from epicyclic.assemble.faces import contacts_of, three_rows
@@ -47,11 +47,11 @@ def _train(name: str, repeats: int) -> list[table.Row]:
     clock = time.process_time()
     ready = [(one.at(cycles[:, list(one.meshes)]), np.array(one.meshes)) for one in models]
     built = time.process_time() - clock
-    given = Problem(system=system, flexible=flexible, contacts=ready, gap=acting.gap, force=acting.force)
+    given = ContactProblem(system=system, flexible=flexible, contacts=ready, gap=acting.gap, force=acting.force)
 
-    def once() -> Touching:
+    def once() -> ContactEquilibrium:
         springs = equilibrium(flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force)
-        return touching(given, springs.displacement)
+        return contact_equilibrium(given, springs.displacement)
 
     each = 1e3 * _median(once, repeats) / _INSTANTS
     found = once()
@@ -61,9 +61,9 @@ def _train(name: str, repeats: int) -> list[table.Row]:
         (f"{what}: an instant", f"{each:.1f} ms, pieces {1e3 * built / _INSTANTS:.1f} ms", "", ""),
         (
             f"{what}: residuals, force",
-            f"contact {found.contact.max():.0e}, balance {found.balance.max():.0e}, {force.mean() / 1e3:.2f} kN a mesh",
+            f"contact {found.contact_residual.max():.0e}, balance {found.force_residual.max():.0e}, {force.mean() / 1e3:.2f} kN a mesh",
             "<= 1e-11",
-            "met" if max(found.contact.max(), found.balance.max()) <= 1e-11 else "MISSED",
+            "met" if max(found.contact_residual.max(), found.force_residual.max()) <= 1e-11 else "MISSED",
         ),
     ]
 

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.contact_equilibrium import Problem, Touching, touching
+from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.record import excitation
 from epicyclic.assemble.faces import contacts_of, three_rows
@@ -100,7 +100,7 @@ class Springs:
         )
 
 
-def solved(train: Train, contacts: Any = None, samples: int = 8) -> tuple[System, Touching, Any]:
+def solved(train: Train, contacts: Any = None, samples: int = 8) -> tuple[System, ContactEquilibrium, Any]:
     """The train with three rows a mesh, its equilibrium over one mesh cycle, and the contacts."""
     system = epicyclic.assemble(three_rows(train))
     index = np.arange(samples)
@@ -110,11 +110,11 @@ def solved(train: Train, contacts: Any = None, samples: int = 8) -> tuple[System
     ready = [(one.at(cycles[:, list(one.meshes)]), np.array(one.meshes)) for one in models]
     flexible = compliance_of(system)
     springs = equilibrium(flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force, laws=system.laws)
-    given = Problem(system=system, flexible=flexible, contacts=ready, gap=acting.gap, force=acting.force)
-    return system, touching(given, springs.displacement), ready
+    given = ContactProblem(system=system, flexible=flexible, contacts=ready, gap=acting.gap, force=acting.force)
+    return system, contact_equilibrium(given, springs.displacement), ready
 
 
-def mesh_forces(state: Touching) -> Array:
+def mesh_forces(state: ContactEquilibrium) -> Array:
     force: Array = state.row_force.reshape(len(state.row_force), -1, 3).sum(axis=2)
     return force
 
@@ -159,8 +159,8 @@ def test_forces_balance_the_torque_and_contact_conditions_hold() -> None:
     # the sun turns freely: whatever its branches share adds up to its torque at every instant
     np.testing.assert_allclose(force[:, :3].sum(axis=1) * lever, 1000.0, rtol=1e-9)
     assert np.ptp(force[:, 0]) > 1.0
-    assert state.balance.max() <= 1e-12
-    assert state.contact.max() < 1e-11  # of the Newton steps, relative
+    assert state.force_residual.max() <= 1e-12
+    assert state.contact_residual.max() < 1e-11  # of the Newton steps, relative
 
 
 @pytest.mark.parametrize("helix", [0.0, math.radians(15)])

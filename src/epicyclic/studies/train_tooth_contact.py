@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..analyses.static.contact_equilibrium import Problem, Touching, touching
+from ..analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium, require_balance
-from ..analyses.static.record import Excitation, Record, excitation, positive, record_of, turns
+from ..analyses.static.record import Excitation, Record, excitation, positive_count, record_of, turn_fraction
 from ..analyses.static.static import free_position_warnings, law_attributes
 from ..assemble import assemble
 from ..assemble.faces import FaceLoad, MeshContacts, contacts_of, three_rows
@@ -65,10 +65,10 @@ def train_contact(
     ConvergenceError : no equilibrium.
     """
     levels = _levels(train, factors)
-    case = _case(train, record=(None if turns or of else cycles, turns, of, positive("samples", samples, 32)))
+    case = _case(train, record=(None if turns or of else cycles, turns, of, positive_count("samples", samples, 32)))
     contacts = contacts_of(train, slices=slices, linear_at=linear_at, corner=corner)
     ready = _ready(case, contacts)
-    states: list[Touching] = []
+    states: list[ContactEquilibrium] = []
     for i, level in enumerate(levels):
         states.append(_loaded(case, ready, float(level)))
         if progress is not None:
@@ -82,8 +82,8 @@ def train_contact(
             **_forces(case.system, case.record, force),
             **_over_faces(case, contacts, loads, now),
             **_motion(case, states[now]),
-            "contact_residual": ("torque_factor", np.array([state.contact.max() for state in states])),
-            "balance_residual": ("torque_factor", np.array([state.balance.max() for state in states])),
+            "contact_residual": ("torque_factor", np.array([state.contact_residual.max() for state in states])),
+            "balance_residual": ("torque_factor", np.array([state.force_residual.max() for state in states])),
         },
         coords={
             "torque_factor": levels,
@@ -134,7 +134,7 @@ def _case(train: Train, *, record: tuple[int | None, int | None, str | None, int
     over = record_of(system, cycles=cycles, turns=turned, of=of, samples=samples, most=64 * samples)
     index = np.arange(over.instants, dtype=np.int64)
     tones = system.tones or (over.unit,)
-    phases = np.array([turns(tone / over.unit / over.samples, index) for tone in tones])
+    phases = np.array([turn_fraction(tone / over.unit / over.samples, index) for tone in tones])
     first = faces(system.meshes).first
     flexible = compliance_of(system)
     acting = excitation(system, over.unit, index, over.samples)
@@ -152,23 +152,25 @@ def _ready(case: _Case, contacts: Sequence[MeshContacts]) -> _Ready:
     return [(one.at(case.cycles[:, list(one.meshes)]), np.array(one.meshes, np.int64)) for one in contacts]
 
 
-def _loaded(case: _Case, ready: _Ready, factor: float) -> Touching:
+def _loaded(case: _Case, ready: _Ready, factor: float) -> ContactEquilibrium:
     """Equilibrium at a multiple of the torques, from that of the train with springs for meshes."""
     acting = replace(case.acting, force=case.acting.force + (factor - 1.0) * case.system.force)
     springs = equilibrium(
         case.flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force, laws=case.system.laws
     )
-    problem = Problem(system=case.system, flexible=case.flexible, contacts=ready, gap=acting.gap, force=acting.force)
-    return touching(problem, springs.displacement)
+    problem = ContactProblem(
+        system=case.system, flexible=case.flexible, contacts=ready, gap=acting.gap, force=acting.force
+    )
+    return contact_equilibrium(problem, springs.displacement)
 
 
-def _mesh_force(state: Touching) -> Array:
+def _mesh_force(state: ContactEquilibrium) -> Array:
     """Forces (w, T)."""
     total: Array = state.row_force.reshape(len(state.row_force), -1, 3).sum(axis=2).T
     return total
 
 
-def _faces(case: _Case, contacts: Sequence[MeshContacts], ready: _Ready, state: Touching) -> list[FaceLoad]:
+def _faces(case: _Case, contacts: Sequence[MeshContacts], ready: _Ready, state: ContactEquilibrium) -> list[FaceLoad]:
     rows = state.approach.reshape(len(state.approach), -1, 3)
     return [
         at.face(rows[:, list(one.meshes)], start)
@@ -247,7 +249,7 @@ def _on_flank(load: FaceLoad) -> Array:
     return flank
 
 
-def _motion(case: _Case, state: Touching) -> dict[str, Any]:
+def _motion(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     links = case.system.links
     deflection = state.displacement @ links.B - case.acting.link_gap
     return {
@@ -270,5 +272,5 @@ def _warnings(case: _Case, contacts: Sequence[MeshContacts], force: Array) -> li
         *system.warnings,
         *dict.fromkeys(said),
         *free_position_warnings(system, case.flexible.free),
-        *case.record.notes,
+        *case.record.warnings,
     ]

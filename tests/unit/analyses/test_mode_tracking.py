@@ -67,7 +67,7 @@ def test_a_double_root_is_turned_to_what_went_before() -> None:
     before = ModeSet(value=0.0, omega_squared=np.array([1.0, 1.0, 4.0]), vectors=np.eye(3), M=M)
     vectors = np.eye(3)
     vectors[:2, :2] = turn
-    here, found = match_modes(
+    here, correlation = match_modes(
         before, ModeSet(value=1.0, omega_squared=np.array([2.0, 2.0, 4.0]), vectors=vectors, M=M)
     )
     assert here.vectors == pytest.approx(np.eye(3), abs=1e-12)

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.sharing.definitions import DEFINITIONS, groups, merge, tally
+from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method
-from epicyclic.analyses.sharing.waves import forces, line_phases, periodic_waves
-from epicyclic.analyses.sharing.worst_case import blocks, worst_case
+from epicyclic.analyses.sharing.waves import cycle_forces, line_phases, periodic_waves
+from epicyclic.analyses.sharing.worst_case import independent_blocks, worst_case
 from epicyclic.analyses.static.equilibrium import compliance, equilibrium
-from epicyclic.analyses.static.record import excitation
+from epicyclic.analyses.static.record import excitation, parallel_meshes
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady import periodic as periodic_module
 from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
@@ -114,12 +114,12 @@ def test_definitions_in_plain_words(build: Any, respond: Any) -> None:
 
 def test_pieces_of_a_record_make_the_whole(build: Any) -> None:
     solution = made_up(6, (Fraction(1, 5), Fraction(2, 7)))
-    waves, members = periodic_waves(solution), groups(build.planar(N=3).system().meshes)
-    force = forces(waves, line_phases(waves.ratios, np.arange(35)))
-    whole = tally(force, members)
+    waves, members = periodic_waves(solution), parallel_meshes(build.planar(N=3).system().meshes)
+    force = cycle_forces(waves, line_phases(waves.ratios, np.arange(35)))
+    whole = extremes(force, members)
     for cut in (1, 12, 30):
         for pieces in ((force[:cut], force[cut:]), (force[cut:], force[:cut])):
-            joined = merge(*(tally(piece, members) for piece in pieces))
+            joined = merge_extremes(*(extremes(piece, members) for piece in pieces))
             for name in ("ratio_high", "ratio_low", "simultaneous", "peak", "least"):
                 np.testing.assert_array_equal(getattr(joined, name), getattr(whole, name))
 
@@ -142,8 +142,8 @@ def test_underload_counts_in_cycle_peak_only(build: Any, respond: Any) -> None:
 def test_groups_are_pairs_and_sides(build: Any) -> None:
     meshes = build.planar(N=2).system().meshes
     sided = replace(meshes, side=("left", "right", "left", "right"))
-    assert [group.tolist() for group in groups(meshes)] == [[0, 1], [2, 3]]
-    assert [group.tolist() for group in groups(sided)] == [[0], [1], [2], [3]]
+    assert [group.tolist() for group in parallel_meshes(meshes)] == [[0, 1], [2, 3]]
+    assert [group.tolist() for group in parallel_meshes(sided)] == [[0], [1], [2], [3]]
 
 
 def test_record_and_history(build: Any, respond: Any) -> None:
@@ -188,10 +188,10 @@ def test_tension_is_called_invalid(build: Any, respond: Any) -> None:
 def test_worst_case_by_grid_equals_exhaustion(build: Any) -> None:
     ratios = (Fraction(1, 23), Fraction(2, 23), Fraction(1, 17), Fraction(1, 57))
     waves = periodic_waves(made_up(6, ratios, samples=8))
-    members = groups(build.planar(N=3).system().meshes)
-    all_values, every = worst_case(lambda p: forces(waves, p), ratios, members, meshes=6, points=22287)
+    members = parallel_meshes(build.planar(N=3).system().meshes)
+    all_values, every = worst_case(lambda p: cycle_forces(waves, p), ratios, members, meshes=6, points=22287)
     assert every
-    found, every = worst_case(lambda p: forces(waves, p), ratios, members, meshes=6, points=1500)
+    found, every = worst_case(lambda p: cycle_forces(waves, p), ratios, members, meshes=6, points=1500)
     assert not every
     assert np.all(found <= all_values * (1 + 1e-12))  # visits only phases that occur
     # a pattern search on a smooth function of three phases from the best of 1500 points: at most a step short
@@ -202,10 +202,10 @@ def test_worst_case_with_huge_periods(build: Any) -> None:
     """Two speeds without a common measure worth naming: the grid still answers, below the two-line bound."""
     ratios = (Fraction(10**12 + 39, 10**13 + 37), Fraction(1, 17))
     waves = periodic_waves(made_up(6, ratios, samples=8))
-    members = groups(build.planar(N=3).system().meshes)
-    found, every = worst_case(lambda p: forces(waves, p), ratios, members, meshes=6, points=400)
+    members = parallel_meshes(build.planar(N=3).system().meshes)
+    found, every = worst_case(lambda p: cycle_forces(waves, p), ratios, members, meshes=6, points=400)
     random = np.random.default_rng(0).random((4000, 2))
-    peaks = forces(waves, random).max(axis=2)
+    peaks = cycle_forces(waves, random).max(axis=2)
     b = 3 * peaks[:, :3] / peaks[:, :3].sum(axis=1, keepdims=True)
     assert not every
     # random phases come close to the largest value and the search must not be behind them by more than a little
@@ -214,7 +214,7 @@ def test_worst_case_with_huge_periods(build: Any) -> None:
 
 def test_blocks_follow_common_factors() -> None:
     ratios = [Fraction(1, 21), Fraction(1, 33), Fraction(1, 23), Fraction(2, 7), Fraction(5)]
-    assert sorted(sorted(part) for part in blocks(ratios)) == [[0, 1, 3], [2]]
+    assert sorted(sorted(part) for part in independent_blocks(ratios)) == [[0, 1, 3], [2]]
 
 
 def loaded(build: Any, *, zeta: float | None = None, seed: int = 0, torque: float = 300.0, N: int = 3) -> System:
@@ -370,7 +370,7 @@ def test_each_mesh_counts_in_cycles_of_its_own_frequency(build: Any, method: Met
 
     force = steady_force if method == "steady" else static_force
     for tone, group, cycles in ((TONE, slice(0, 4), 14), (TONE * 3 / 7, slice(4, 8), 6)):
-        expected = tally(in_cycles(force, tone, cycles, 64)[:, group], [np.arange(4)])
+        expected = extremes(in_cycles(force, tone, cycles, 64)[:, group], [np.arange(4)])
         values = result.load_sharing.values[:, group]
         # both solutions drop 1e-6 of the dynamic part at most
         np.testing.assert_allclose(values[1], expected.simultaneous, rtol=1e-6)

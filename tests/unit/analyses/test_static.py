@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from epicyclic.analyses.static.equilibrium import compliance, equilibrium
-from epicyclic.analyses.static.record import hunting_cycles, turns
+from epicyclic.analyses.static.record import hunting_cycles, turn_fraction
 from epicyclic.analyses.static.static import static
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.system.system import Line, System
@@ -248,7 +248,7 @@ def test_progress_and_chunks(build: Any) -> None:
 def test_turns_are_exact(p: int, q: int, index: int) -> None:
     ratio = Fraction(p, q)
     exact = float(ratio * index % 1)
-    found = float(turns(ratio, np.array([index]))[0])
+    found = float(turn_fraction(ratio, np.array([index]))[0])
     # float64 fallback for huge denominators: index times eps
     distance = abs(found - exact)
     assert min(distance, 1 - distance) <= (1e-15 if ratio.denominator < 2**31 else 1e-9)

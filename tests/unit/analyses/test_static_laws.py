@@ -13,12 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.sharing.definitions import groups as share_groups
+from epicyclic.analyses.sharing.outputs import train_coefficient
 from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.sharing.static_record import cycle_starts, record_tally, recorded, total
+from epicyclic.analyses.sharing.static_record import cycle_starts, record_extremes, sharing_of_record
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
-from epicyclic.analyses.static.quasi_static import trace
-from epicyclic.analyses.static.record import Record, excitation, record_of
+from epicyclic.analyses.static.quasi_static import quasi_static
+from epicyclic.analyses.static.record import Record, excitation, parallel_meshes, record_of
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.static.tangent import linearised
 from epicyclic.errors import ModelError
@@ -279,7 +279,7 @@ def test_history_in_parts_is_that_of_one_long_walk(build: Any) -> None:
         slider = law.slide(many, state.group_stretch, slider[None])[0]
         expected.append(state.mesh_force[0])
     assert states == {1, 2, 3}  # stick, slip and stop all occur
-    found = np.concatenate([piece.state.mesh_force for piece in trace(system, flexible, record)])
+    found = np.concatenate([piece.state.mesh_force for piece in quasi_static(system, flexible, record)])
     # sliders of adjoining parts agree to 1e-8 of the friction force
     np.testing.assert_allclose(found, expected[record.instants :], atol=1e-6)
     assert "warm-up over 10 turns of main.sun" in static(system, turns=10, of="main.sun", samples=20).attrs["history"]
@@ -293,7 +293,7 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
         5,
         5,
     )  # lines of 4 and 5 Hz in turns of 5 Hz: a second
-    assert record_of(system, cycles=None, turns=2, of="main/sun", samples=8, most=10).notes == [
+    assert record_of(system, cycles=None, turns=2, of="main/sun", samples=8, most=10).warnings == [
         "record of 2 turns of main/sun is shorter than the common period of 5"
     ]
     slow = record_of(system, cycles=None, turns=None, of=None, samples=8, most=10**6, slow=True)
@@ -330,12 +330,12 @@ def test_two_ways_to_the_same_sharing(build: Any) -> None:
     system = replace(system, meshes=replace(system.meshes, variation=variation))
     known = sharing(system, method="static", cycles=60, samples=16)
     record = record_of(system, cycles=60, turns=None, of=None, samples=16, most=1)
-    found = recorded(system, record=record, relative_speed=1.0, stored=None)
+    found = sharing_of_record(system, record=record, relative_speed=1.0, stored=None)
     for name in ("load_sharing", "system_load_sharing", "load_sharing_history", "mesh_force"):
         # equilibria stop at 1e-10 of the forces
         np.testing.assert_allclose(found[name], known[name], rtol=1e-7)
     assert found.contact_lost.values.tolist() == known.contact_lost.values.tolist()
-    window = recorded(system, record=replace(record, count=10), relative_speed=1.0, stored=3)
+    window = sharing_of_record(system, record=replace(record, count=10), relative_speed=1.0, stored=3)
     assert np.isnan(window.load_sharing.sel(definition="worst-case")).all()
     assert np.isnan(window.system_load_sharing.sel(definition="worst-case"))
     assert window.sizes["time"] == 48
@@ -379,13 +379,13 @@ def test_cycles_of_a_record_are_counted_exactly(build: Any) -> None:
     by_hand = [int(Fraction(i, 5) / 7 * 60) for i in range(15)]
     assert starts.tolist() == [0] + [i for i in range(1, 15) if by_hand[i] != by_hand[i - 1]]
     force = np.abs(np.random.default_rng(0).normal(size=(15, 6))) + 1
-    tally = record_tally(force, share_groups(system.meshes), [starts, starts])
-    for group in share_groups(system.meshes):
+    tally = record_extremes(force, parallel_meshes(system.meshes), [starts, starts])
+    for group in parallel_meshes(system.meshes):
         peaks = np.array([force[np.array(by_hand) == c][:, group].max(axis=0) for c in dict.fromkeys(by_hand)])
         b = 3 * peaks / peaks.sum(axis=1, keepdims=True)
         np.testing.assert_allclose(tally.ratio_high[group], b.max(axis=0), rtol=1e-15)
         np.testing.assert_allclose(tally.ratio_low[group], b.min(axis=0), rtol=1e-15)
-    assert np.isnan(total(np.array([[np.nan, np.nan], [1.0, np.nan]]))).tolist() == [True, False]
+    assert np.isnan(train_coefficient(np.array([[np.nan, np.nan], [1.0, np.nan]]))).tolist() == [True, False]
 
 
 def test_states_are_saved_and_read(build: Any, tmp_path: Path) -> None:

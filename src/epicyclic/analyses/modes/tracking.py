@@ -111,10 +111,7 @@ def match_modes(before: ModeSet, here: ModeSet) -> tuple[ModeSet, float]:
 
 
 def _refined(at: Callable[[float], ModeSet], path: list[ModeSet]) -> list[ModeSet]:
-    """The path with more values where loci cross or come closest.
-
-    Until crossings and closest approaches are located.
-    """
+    """The path with more values, until crossings and closest approaches are located."""
     for _ in range(_REFINEMENTS):
         wanted = _refinement_values(path)
         if not wanted:

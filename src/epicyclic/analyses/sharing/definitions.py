@@ -14,34 +14,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import lcm
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...system.faces import faces
-from ...system.system import Array, MeshRows
+from ...system.system import Array
+from ..static.record import MeshGroup
 
 __all__ = [
     "DEFINITIONS",
-    "Group",
-    "Tally",
+    "Extremes",
     "coefficients",
-    "cycle_ratio",
-    "groups",
-    "merge",
-    "samples_per_cycle",
-    "simultaneous",
-    "tally",
+    "cycle_peak_ratio",
+    "extremes",
+    "instant_ratio",
+    "merge_extremes",
 ]
 
 DEFINITIONS = ("cycle-peak", "simultaneous", "record-peak", "signed-overload", "worst-case")
 
-Group = NDArray[np.int64]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Tally:
+class Extremes:
     """Extremes over a piece of record, (m,) each.
 
     ratio_high, ratio_low : largest and smallest cycle-peak ratio b.  simultaneous : largest ratio at one instant.
@@ -54,31 +47,20 @@ class Tally:
     peak: Array
     least: Array
 
-
-def groups(meshes: MeshRows) -> list[Group]:
-    """Indices of the meshes (slices of one counted once) of each pair and side, in order of first appearance."""
-    keys = [(meshes.pair[i], meshes.side[i]) for i in faces(meshes).first.tolist()]
-    return [np.array([i for i, other in enumerate(keys) if other == key]) for key in dict.fromkeys(keys)]
-
-
-def samples_per_cycle(meshes: MeshRows, chosen: Group, least: int) -> int:
-    """Samples of a mesh cycle that equal branches whose meshes are equally out of phase are seen alike with.
-
-    The smallest number, `least` or above, that the branches of every group of the meshes `chosen` divide.
-    """
-    wanted = set(chosen.tolist())
-    unit = lcm(*(len(group) for group in groups(meshes) if int(group[0]) in wanted))
-    return -(-least // unit) * unit
+    @property
+    def cycle_peak(self) -> Array:
+        """Coefficient 1 + max |b - 1| over the cycles, (m,) [1] [ren2021, eq. 21-24]."""
+        return np.asarray(1.0 + np.maximum(self.ratio_high - 1.0, 1.0 - self.ratio_low))
 
 
-def tally(force: Array, members: Sequence[Group]) -> Tally:
+def extremes(force: Array, members: Sequence[MeshGroup]) -> Extremes:
     """Extremes of a piece of record; force (cycles, m, samples) [N]."""
     peaks = force.max(axis=2)
-    ratio = cycle_ratio(peaks, members)
+    ratio = cycle_peak_ratio(peaks, members)
     together = np.empty(force.shape[1])
     for group in members:
-        together[group] = simultaneous(force[:, group]).max(axis=(0, 2))
-    return Tally(
+        together[group] = instant_ratio(force[:, group]).max(axis=(0, 2))
+    return Extremes(
         ratio_high=ratio.max(axis=0),
         ratio_low=ratio.min(axis=0),
         simultaneous=np.where(np.isnan(together), np.inf, together),
@@ -87,9 +69,9 @@ def tally(force: Array, members: Sequence[Group]) -> Tally:
     )
 
 
-def merge(a: Tally, b: Tally) -> Tally:
+def merge_extremes(a: Extremes, b: Extremes) -> Extremes:
     """Extremes of two pieces together."""
-    return Tally(
+    return Extremes(
         ratio_high=np.maximum(a.ratio_high, b.ratio_high),
         ratio_low=np.minimum(a.ratio_low, b.ratio_low),
         simultaneous=np.maximum(a.simultaneous, b.simultaneous),
@@ -98,7 +80,7 @@ def merge(a: Tally, b: Tally) -> Tally:
     )
 
 
-def cycle_ratio(peaks: Array, members: Sequence[Group]) -> Array:
+def cycle_peak_ratio(peaks: Array, members: Sequence[MeshGroup]) -> Array:
     """b = N P_i / sum P of each cycle, (cycles, m); peaks (cycles, m) [N].
 
     Peaks that sum to nothing or less (a linear model pulled open) have no ratio: inf.
@@ -111,7 +93,7 @@ def cycle_ratio(peaks: Array, members: Sequence[Group]) -> Array:
     return ratio
 
 
-def simultaneous(force: Array) -> Array:
+def instant_ratio(force: Array) -> Array:
     """N F_i / sum_j F_j at every instant of one group, (..., N, samples); nan where the sum is not positive."""
     total = force.sum(axis=-2, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -119,8 +101,7 @@ def simultaneous(force: Array) -> Array:
     return shares
 
 
-def coefficients(record: Tally, worst: Array, members: Sequence[Group]) -> Array:
+def coefficients(record: Extremes, worst: Array, members: Sequence[MeshGroup]) -> Array:
     """Load-sharing coefficients, (definition, m) in the order of `DEFINITIONS`; worst (m,) of the worst case."""
-    cycle_peak = 1.0 + np.maximum(record.ratio_high - 1.0, 1.0 - record.ratio_low)
-    record_peak = cycle_ratio(record.peak[None], members)[0]
-    return np.array([cycle_peak, record.simultaneous, record_peak, record.ratio_high, worst])
+    record_peak = cycle_peak_ratio(record.peak[None], members)[0]
+    return np.array([record.cycle_peak, record.simultaneous, record_peak, record.ratio_high, worst])

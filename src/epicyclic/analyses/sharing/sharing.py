@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,12 +13,13 @@ import numpy as np
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..static.record import positive, record_of
-from ..static.static import OPEN
+from ..static.record import parallel_meshes, positive_count, record_of
+from ..static.static import OPEN_RATIO
 from ..static.tangent import linearised
-from .definitions import DEFINITIONS, Tally, coefficients, groups, merge, simultaneous, tally
-from .static_record import carries_load, recorded, require_speed, share_notes, total
-from .tone_forces import Method, Part, parts
+from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
+from .outputs import labelled, loaded_meshes, require_speed, sharing_warnings
+from .static_record import sharing_of_record
+from .tone_forces import Method, ToneForces, tone_forces
 from .worst_case import worst_case
 
 if TYPE_CHECKING:
@@ -71,29 +71,31 @@ def sharing(
     """
     if method == "static" and (turns is not None or of is not None or system.groups):
         require_speed(relative_speed)
-        count = positive("samples", samples, 32)
+        count = positive_count("samples", samples, 32)
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
-        return recorded(system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress)
+        return sharing_of_record(
+            system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress
+        )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
     system = linearised(system)
-    told, notes = parts(system, method, samples=samples, relative_speed=relative_speed)
-    reference, names = told[0], faces(system.meshes).name
+    by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
+    reference, names = by_tone[0], faces(system.meshes).name
     mean = np.empty(len(names))
-    for part in told:
+    for part in by_tone:
         mean[part.meshes] = part.mean
-    loaded = carries_load(mean, groups(system.meshes))
-    given = None if cycles is None else positive("cycles", cycles, 1)
-    share = max(1, reference.affordable // len(told)) if len(told) > 1 else reference.affordable
+    loaded = loaded_meshes(mean, parallel_meshes(system.meshes))
+    given = None if cycles is None else positive_count("cycles", cycles, 1)
+    share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
     cycles = min(reference.period, share) if given is None else given
-    stored = min(positive("stored_cycles", stored_cycles, _STORED), cycles)
+    stored = min(positive_count("stored_cycles", stored_cycles, _STORED), cycles)
     values = np.full((len(DEFINITIONS), len(names)), np.nan)
     least, top, largest = (np.full(len(names), np.nan) for _ in range(3))
     how = ""
-    for done, part in enumerate(told):
-        own = _part_cycles(part, reference, cycles)
-        record = _walk(part, own, _shared(progress, done, len(told)))
-        worst, how = _worst(part, record, own)
+    for done, part in enumerate(by_tone):
+        own = _tone_cycles(part, reference, cycles)
+        record = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
+        worst, how = _worst_case(part, record, own)
         values[:, part.meshes] = coefficients(record, worst, part.members)
         least[part.meshes], top[part.meshes], largest[part.meshes] = record.least, record.peak, part.bound
     values[:, ~loaded] = np.nan
@@ -105,40 +107,52 @@ def sharing(
         "hunting_period": reference.period,
         "worst_case": how,
     }
-    lost = least <= (OPEN * float(top.max()) if method == "static" else 0.0)
-    notes += _notes(names, method, lost, loaded, cycles, reference.period)
+    lost = least <= (OPEN_RATIO * float(top.max()) if method == "static" else 0.0)
+    notes += _validity_warnings(names, method, lost, loaded, cycles, reference.period)
     largest = np.where(lost & (method == "static"), np.nan, largest)
     history = reference.force(np.arange(stored))
-    return _dataset(
-        system, names, values, history, lost, largest, float(reference.tone) * relative_speed, options, notes
+    ratio = np.empty_like(history)
+    for group in parallel_meshes(system.meshes):
+        ratio[:, group] = instant_ratio(history[:, group])
+    return labelled(
+        system,
+        coefficients=values,
+        ratio=ratio.transpose(1, 0, 2).reshape(len(names), -1),
+        force=history.transpose(1, 0, 2).reshape(len(names), -1),
+        bound=largest,
+        columns={"contact_lost": ("mesh", lost)},
+        time=np.arange(stored * history.shape[2]) / history.shape[2] / (float(reference.tone) * relative_speed),
+        options=options,
+        provenance=system.provenance,
+        warnings=notes,
     )
 
 
-def _part_cycles(part: Part, reference: Part, cycles: int) -> int:
+def _tone_cycles(part: ToneForces, reference: ToneForces, cycles: int) -> int:
     """Cycles of a part's mesh frequency that take at least as long as so many of the reference."""
     return cycles if part is reference else math.ceil(cycles * part.tone / reference.tone)
 
 
-def _shared(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
+def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _walk(part: Part, cycles: int, progress: Callable[[float], None] | None) -> Tally:
+def _record_extremes(part: ToneForces, cycles: int, progress: Callable[[float], None] | None) -> Extremes:
     """Extremes over the record."""
     piece = max(1, _PIECE // (len(part.meshes) * part.samples))
     pieces = []
     for first in range(0, cycles, piece):
         index = np.arange(first, min(first + piece, cycles), dtype=np.int64)
-        here = tally(part.own(index), part.members)
+        here = extremes(part.own(index), part.members)
         pieces.append(here if part.least_slice is None else replace(here, least=part.least_slice(index)))
         if progress is not None:
             progress((index[-1] + 1) / cycles)
-    return reduce(merge, pieces)
+    return reduce(merge_extremes, pieces)
 
 
-def _worst(part: Part, record: Tally, cycles: int) -> tuple[Array, str]:
+def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array, str]:
     """Worst cycle-peak coefficients (m_j,) over the hunting period, and how they were found."""
-    seen = 1.0 + np.maximum(record.ratio_high - 1.0, 1.0 - record.ratio_low)
+    seen = record.cycle_peak
     if cycles >= part.period:
         return seen, "every cycle of the hunting period"
     points = min(65_536, max(64, part.affordable // 8))
@@ -147,7 +161,7 @@ def _worst(part: Part, record: Tally, cycles: int) -> tuple[Array, str]:
     return np.maximum(worst, seen), how
 
 
-def _notes(
+def _validity_warnings(
     meshes: tuple[str, ...], method: str, open_: np.ndarray, loaded: np.ndarray, cycles: int, period: int
 ) -> list[str]:
     notes = []
@@ -157,51 +171,8 @@ def _notes(
     if lost and method != "static":
         notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
         open_ = np.zeros_like(open_)
-    return notes + share_notes(meshes, open_, loaded)
+    return notes + sharing_warnings(meshes, open_, loaded)
 
 
 def _names(meshes: tuple[str, ...], chosen: np.ndarray) -> str:
     return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
-
-
-def _dataset(
-    system: System,
-    meshes: tuple[str, ...],
-    values: Array,
-    history: Array,
-    lost: np.ndarray,
-    largest: Array,
-    frequency: float,
-    options: dict[str, object],
-    notes: list[str],
-) -> xr.Dataset:
-    from ...results.dataset import dataset
-
-    stored, m, samples = history.shape
-    ratio, members = np.empty_like(history), groups(system.meshes)
-    for group in members:
-        ratio[:, group] = simultaneous(history[:, group])
-    result = dataset(
-        {
-            "load_sharing": (("definition", "mesh"), values),
-            "system_load_sharing": ("definition", total(values)),
-            "load_sharing_history": (("mesh", "time"), ratio.transpose(1, 0, 2).reshape(m, -1)),
-            "mesh_force": (("mesh", "time"), history.transpose(1, 0, 2).reshape(m, -1)),
-            "mesh_force_bound": ("mesh", largest),
-            "contact_lost": ("mesh", lost),
-        },
-        {
-            "definition": np.array(DEFINITIONS, dtype=object),
-            "mesh": np.array(meshes, dtype=object),
-            "time": np.arange(stored * samples) / samples / frequency,
-        },
-        verb="sharing",
-        options=options,
-        provenance=system.provenance,
-        warnings=[*system.warnings, *notes],
-    )
-    result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
-    # a netCDF attribute holds 64 bits
-    result.attrs.update({name: str(v) if isinstance(v, int) and v >= 2**63 else v for name, v in options.items()})
-    result.attrs["groups"] = json.dumps([[meshes[i] for i in group] for group in members])
-    return result

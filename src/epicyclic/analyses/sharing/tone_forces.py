@@ -14,14 +14,22 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..static.equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
-from ..static.record import hunting_cycles, mesh_stiffness, positive, reference_tone, stiffness_at
+from ..static.record import (
+    MeshGroup,
+    hunting_cycles,
+    mesh_stiffness,
+    parallel_meshes,
+    positive_count,
+    reference_tone,
+    samples_per_cycle,
+    stiffness_at,
+)
 from ..static.static import free_position_warnings
 from ..steady.superposition import superposed
-from .definitions import Group, groups, samples_per_cycle
-from .static_record import require_speed
-from .waves import Waves, bound, forces, line_phases, periodic_waves, static_waves
+from .outputs import require_speed
+from .waves import Waves, cycle_forces, force_bound, line_phases, periodic_waves, static_waves
 
-__all__ = ["Method", "Part", "parts"]
+__all__ = ["Method", "ToneForces", "tone_forces"]
 
 Method = Literal["steady", "superposition", "static"]
 Index = NDArray[np.int64]
@@ -37,7 +45,7 @@ _FIRST = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class ToneForces:
     """Whole meshes of one mesh frequency; slices are summed.
 
     tone : that frequency [Hz at the operating speed].  meshes : (m_j,) which they are.
@@ -52,7 +60,7 @@ class Part:
 
     tone: Fraction
     meshes: Index
-    members: list[Group]
+    members: list[MeshGroup]
     force: Callable[[Index], Array]
     own: Callable[[Index], Array]
     by_phase: Callable[[Array], Array]
@@ -65,9 +73,9 @@ class Part:
     least_slice: Callable[[Index], Array] | None = None
 
 
-def parts(
+def tone_forces(
     system: System, method: str, *, samples: int | None, relative_speed: float
-) -> tuple[tuple[Part, ...], list[str]]:
+) -> tuple[tuple[ToneForces, ...], list[str]]:
     """The parts of a train, that of the first mesh first, and warnings of the method.
 
     Raises
@@ -75,61 +83,63 @@ def parts(
     ModelError, ConvergenceError : no such method, or what the method raises.
     """
     if method in ("steady", "superposition"):
-        return _steady(system, method, samples, relative_speed), []
+        return _steady_by_tone(system, method, samples, relative_speed), []
     if method != "static":
         raise ModelError("no such method", path="method", given=method, allowed="steady, superposition, static")
     require_speed(relative_speed)
     flexible = compliance_of(system)
     tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
     varying = {system.tones[i] for i, v in zip(system.meshes.tone, system.meshes.variation, strict=True) if v.any()}
-    told = []
+    found = []
     for tone in tones or (reference_tone(system),):
-        build = _static if len(tones) < 2 or varying <= {tone} else _instants
+        build = _static_by_lines if len(tones) < 2 or varying <= {tone} else _static_by_instants
         fitting = samples_per_cycle(system.meshes, _members(system, tone)[0], 64)
-        told.append(build(system, flexible, tone, positive("samples", samples, fitting)))
-    return tuple(told), free_position_warnings(system, flexible.free)
+        found.append(build(system, flexible, tone, positive_count("samples", samples, fitting)))
+    return tuple(found), free_position_warnings(system, flexible.free)
 
 
-def _steady(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[Part, ...]:
+def _steady_by_tone(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[ToneForces, ...]:
     from ..steady.periodic import periodic_by_tone
 
     solvable = system if method == "steady" else superposed(system, relative_speed)
     solutions = periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)
-    return tuple(_told(system, solution.tone, periodic_waves(solution)) for solution in solutions)
+    return tuple(_forces_from_waves(system, solution.tone, periodic_waves(solution)) for solution in solutions)
 
 
-def _members(system: System, tone: Fraction) -> tuple[Index, list[Group]]:
+def _members(system: System, tone: Fraction) -> tuple[Index, list[MeshGroup]]:
     """Whole meshes of one tone and their groups among themselves; all of them where there are no tones."""
     own = [not system.tones or system.tones[i] == tone for i in system.meshes.tone[faces(system.meshes).first]]
     meshes = np.flatnonzero(own)
     place = {int(mesh): i for i, mesh in enumerate(meshes)}
-    found = [group for group in groups(system.meshes) if int(group[0]) in place]
+    found = [group for group in parallel_meshes(system.meshes) if int(group[0]) in place]
     return meshes, [np.array([place[int(i)] for i in group]) for group in found]
 
 
-def _told(system: System, tone: Fraction, waves: Waves, source: Callable[[Array], Array] | None = None) -> Part:
+def _forces_from_waves(
+    system: System, tone: Fraction, waves: Waves, source: Callable[[Array], Array] | None = None
+) -> ToneForces:
     """A part whose record is a sum of lines; `source` where instants with open meshes are solved anew."""
     (meshes, members), face = _members(system, tone), faces(system.meshes)
     summed = replace(waves, mean=face.total(waves.mean), amplitude=face.total(waves.amplitude, axis=1))
-    mine = summed if len(meshes) == len(summed.mean) else summed.of(meshes)
+    mine = summed if len(meshes) == len(summed.mean) else summed.subset(meshes)
     affordable = _RECORD // mine.mean.size // max(1, len(waves.ratios) // _LINES)
     if source is not None:
-        first = forces(waves, line_phases(waves.ratios, np.arange(_FIRST)))
+        first = cycle_forces(waves, line_phases(waves.ratios, np.arange(_FIRST)))
         affordable = min(affordable, _SOLVED * _FIRST // max(1, int(np.sum(np.any(first < 0, axis=1)))))
 
     def rows(phases: Array) -> Array:
-        return forces(waves, phases) if source is None else source(phases)
+        return cycle_forces(waves, phases) if source is None else source(phases)
 
     def least_slice(cycles: Index) -> Array:
         return face.least(rows(line_phases(waves.ratios, cycles)).min(axis=(0, 2)))[meshes]
 
     def whole(phases: Array) -> Array:
-        return forces(summed, phases) if source is None else face.total(source(phases), axis=1)
+        return cycle_forces(summed, phases) if source is None else face.total(source(phases), axis=1)
 
     def mine_at(phases: Array) -> Array:
-        return forces(mine, phases) if source is None else whole(phases)[:, meshes]
+        return cycle_forces(mine, phases) if source is None else whole(phases)[:, meshes]
 
-    return Part(
+    return ToneForces(
         tone=tone,
         meshes=meshes,
         members=members,
@@ -139,17 +149,17 @@ def _told(system: System, tone: Fraction, waves: Waves, source: Callable[[Array]
         ratios=waves.ratios,
         period=hunting_cycles(waves.ratios),
         mean=mine.mean.mean(axis=1),
-        bound=bound(mine),
+        bound=force_bound(mine),
         samples=waves.samples,
         affordable=max(1, affordable),
         least_slice=least_slice if face.cut.any() else None,
     )
 
 
-def _static(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Part:
+def _static_by_lines(system: System, flexible: Compliance, tone: Fraction, samples: int) -> ToneForces:
     """Static mesh forces where stiffness follows one tone at most: linear in the lines while all meshes press."""
     waves = static_waves(system, flexible, tone, samples)
-    return _told(system, tone, waves, _unilateral(system, flexible, tone, waves))
+    return _forces_from_waves(system, tone, waves, _unilateral(system, flexible, tone, waves))
 
 
 def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Waves) -> Callable[[Array], Array]:
@@ -163,7 +173,7 @@ def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Wav
     loads = np.array([line.force[0] for line in system.lines]).reshape(len(ratios), len(system.force))
 
     def source(phases: Array) -> Array:
-        result = forces(waves, phases)
+        result = cycle_forces(waves, phases)
         cycle, instant = np.nonzero(np.any(result < 0, axis=1))
         for first in range(0, len(cycle), 2048):
             c, j = cycle[first : first + 2048], instant[first : first + 2048]
@@ -177,7 +187,7 @@ def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Wav
     return source
 
 
-def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Part:
+def _static_by_instants(system: System, flexible: Compliance, tone: Fraction, samples: int) -> ToneForces:
     """Static mesh forces where the stiffness follows several tones: every instant solved by itself."""
     (meshes, members), face = _members(system, tone), faces(system.meshes)
     still = [line for line in system.lines if line.frequency == 0]
@@ -211,7 +221,7 @@ def _instants(system: System, flexible: Compliance, tone: Fraction, samples: int
     def force(cycles: Index) -> Array:
         return by_phase(line_phases(ratios, cycles))
 
-    return Part(
+    return ToneForces(
         tone=tone,
         meshes=meshes,
         members=members,

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
 from ..static.equilibrium import Compliance, closed_force, require_balance
-from ..static.record import mesh_stiffness, turns
+from ..static.record import mesh_stiffness, turn_fraction
 
 if TYPE_CHECKING:
     from ..steady.periodic import Periodic
 
-__all__ = ["Waves", "bound", "forces", "line_phases", "periodic_waves", "static_waves"]
+__all__ = ["Waves", "cycle_forces", "force_bound", "line_phases", "periodic_waves", "static_waves"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,7 +42,7 @@ class Waves:
         """Instants per mesh cycle."""
         return int(self.mean.shape[1])
 
-    def of(self, meshes: NDArray[np.int64]) -> Waves:
+    def subset(self, meshes: NDArray[np.int64]) -> Waves:
         """The same of some of the meshes."""
         return replace(self, mean=self.mean[meshes], amplitude=self.amplitude[:, meshes])
 
@@ -84,7 +84,7 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     return Waves(mean=mean.T, ratios=tuple(ratios), amplitude=np.array(amplitude, dtype=complex).reshape(shape))
 
 
-def forces(waves: Waves, phases: Array) -> Array:
+def cycle_forces(waves: Waves, phases: Array) -> Array:
     """Mesh forces (cycles, m, Nt) [N] in cycles that start with given line phases (cycles, L) [turns]."""
     m, Nt = waves.mean.shape
     flat = waves.amplitude.reshape(len(waves.ratios), m * Nt)
@@ -95,10 +95,10 @@ def forces(waves: Waves, phases: Array) -> Array:
 
 def line_phases(ratios: Sequence[Fraction], cycles: NDArray[np.int64]) -> Array:
     """Phase of each line at the start of each cycle, (cycles, L) [turns], exact."""
-    return np.array([turns(ratio, cycles) for ratio in ratios]).reshape(len(ratios), len(cycles)).T
+    return np.array([turn_fraction(ratio, cycles) for ratio in ratios]).reshape(len(ratios), len(cycles)).T
 
 
-def bound(waves: Waves) -> Array:
+def force_bound(waves: Waves) -> Array:
     """No shaft phases give a larger force than max over the cycle of mean + sum |A|, (m,) [N].
 
     Phases are discrete and may be tied by common factors of tooth numbers, so it need not be reached.

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from ..static.record import turns
-from .definitions import Group, cycle_ratio
+from ..static.record import MeshGroup, turn_fraction
+from .definitions import cycle_peak_ratio
 
-__all__ = ["Source", "blocks", "worst_case"]
+__all__ = ["Source", "independent_blocks", "worst_case"]
 
 Source = Callable[[Array], Array]
 """Line phases (cycles, L) [turns] -> mesh forces (cycles, m, samples) [N]."""
@@ -27,7 +27,7 @@ _CHUNK = 256
 
 
 def worst_case(
-    source: Source, ratios: Sequence[Fraction], members: Sequence[Group], *, meshes: int, points: int = 4096
+    source: Source, ratios: Sequence[Fraction], members: Sequence[MeshGroup], *, meshes: int, points: int = 4096
 ) -> tuple[Array, bool]:
     """Largest 1 + |b - 1| of each mesh over the hunting period.
 
@@ -40,9 +40,9 @@ def worst_case(
     -------
     ((m,) coefficients, whether every cycle of the period was visited).
     """
-    parts = blocks(ratios)
+    parts = independent_blocks(ratios)
     sizes = [lcm(*(ratios[i].denominator for i in part)) for part in parts]
-    counts = _counts(sizes, points)
+    counts = _grid_counts(sizes, points)
     axes = [
         np.array([i * size // count for i in range(count)], dtype=object)
         for size, count in zip(sizes, counts, strict=True)
@@ -50,18 +50,18 @@ def worst_case(
     grid = np.array(np.meshgrid(*axes, indexing="ij"), dtype=object).reshape(len(sizes), -1).T
 
     def score(places: NDArray[np.object_]) -> Array:
-        return _score(source, _phases(ratios, parts, sizes, places), members)
+        return _coefficient_of(source, _phases_at(ratios, parts, sizes, places), members)
 
-    values = score(grid) if len(sizes) else _score(source, np.zeros((1, len(ratios))), members)
+    values = score(grid) if len(sizes) else _coefficient_of(source, np.zeros((1, len(ratios))), members)
     best = values.max(axis=0)
     if counts == sizes:
         return best, True
     here = grid[values.argmax(axis=0)]
     steps = [max(1, size // count // 2) for size, count in zip(sizes, counts, strict=True)]
-    return _refined(score, here, best, steps, meshes), False
+    return _pattern_search(score, here, best, steps, meshes), False
 
 
-def blocks(ratios: Sequence[Fraction]) -> list[list[int]]:
+def independent_blocks(ratios: Sequence[Fraction]) -> list[list[int]]:
     """Indices of lines tied by common factors of their denominators; blocks are independent of each other."""
     result: list[tuple[int, list[int]]] = []
     for i, ratio in enumerate(ratios):
@@ -78,7 +78,7 @@ def blocks(ratios: Sequence[Fraction]) -> list[list[int]]:
     return [members for _, members in result]
 
 
-def _counts(sizes: Sequence[int], points: int) -> list[int]:
+def _grid_counts(sizes: Sequence[int], points: int) -> list[int]:
     """Grid points of each block: all of it where the product stays within `points`, the large ones thinned first."""
     counts = list(sizes)
     room = points
@@ -90,7 +90,7 @@ def _counts(sizes: Sequence[int], points: int) -> list[int]:
     return counts
 
 
-def _phases(
+def _phases_at(
     ratios: Sequence[Fraction], parts: Sequence[Sequence[int]], sizes: Sequence[int], places: NDArray[np.object_]
 ) -> Array:
     """Line phases (points, L) at places along each block, which follow the phase of its finest line."""
@@ -101,23 +101,27 @@ def _phases(
         cycles = (places[:, column] * stride) % size
         for i in part:
             q = ratios[i].denominator
-            result[:, i] = turns(ratios[i], (cycles % q).astype(np.int64)) if q < 2**31 else _large(ratios[i], cycles)
+            result[:, i] = (
+                turn_fraction(ratios[i], (cycles % q).astype(np.int64))
+                if q < 2**31
+                else _large_turn_fraction(ratios[i], cycles)
+            )
     return result
 
 
-def _large(ratio: Fraction, cycles: NDArray[np.object_]) -> Array:
+def _large_turn_fraction(ratio: Fraction, cycles: NDArray[np.object_]) -> Array:
     """`turns` for denominators beyond int64, in Python integers."""
     return np.array([int(c) * ratio.numerator % ratio.denominator / ratio.denominator for c in cycles])
 
 
-def _score(source: Source, phases: Array, members: Sequence[Group]) -> Array:
+def _coefficient_of(source: Source, phases: Array, members: Sequence[MeshGroup]) -> Array:
     """Coefficients 1 + |b - 1| of cycles with given phases, (points, m)."""
     pieces = [source(phases[i : i + _CHUNK]).max(axis=2) for i in range(0, len(phases), _CHUNK)]
-    coefficient: Array = 1.0 + np.abs(cycle_ratio(np.concatenate(pieces), members) - 1.0)
+    coefficient: Array = 1.0 + np.abs(cycle_peak_ratio(np.concatenate(pieces), members) - 1.0)
     return coefficient
 
 
-def _refined(
+def _pattern_search(
     score: Callable[[NDArray[np.object_]], Array],
     here: NDArray[np.object_],
     best: Array,

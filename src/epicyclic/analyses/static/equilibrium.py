@@ -2,9 +2,9 @@
 
     E(q) = q'Kq/2 - F'q + sum_m k_m <B'q - e>_m^2 / 2 + sum_g phi_g(B'q - e)
 
-with phi_g the potential of a bearing with play or a spline (`system.laws`).  Everything is condensed to the rows B of
-meshes and groups.  With H = K + B diag(k0) B' (all meshes closed, all groups at their nominal stiffness), A = H^+ B,
-S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p, w = B'q, and the residual in row forces is
+with phi_g the potential of a bearing with play or a spline (`system.laws`).  The problem is condensed to the rows B of
+meshes and groups; derived here.  With H = K + B diag(k0) B' (all meshes closed, all groups at their nominal stiffness),
+A = H^+ B, S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p, w = B'q, and the residual in row forces is
 r = p - k0 w + f(w - e).  Motions that strain no link and close no row (rigid rotation, an unsupported float) drop out
 with the pseudo-inverse.
 """
@@ -23,7 +23,7 @@ from ...system.laws import groups as law
 from ...system.laws.groups import Laws
 from ...system.laws.tabulated import Curves
 from ...system.system import Array, System
-from .line_search import least
+from .line_search import line_minimum
 
 Values = NDArray[Any]  # real or complex
 
@@ -37,10 +37,10 @@ __all__ = [
     "require_balance",
 ]
 
-# Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support met is 1e-7 of a mesh.
-_FREE = 1e-12
+# Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support is 1e-7 of a mesh.
+_RIGID = 1e-12
 # Part of a unit motion that is rounding of the null space; 1e-14 is seen.
-_STILL = 1e-10
+_NULL_ROUNDING = 1e-10
 # Load along a free motion, per the sum of the sizes of its terms; torques that balance do so to rounding.
 _BALANCE = 1e-9
 # Rounding of a free motion, per the largest load.
@@ -63,8 +63,8 @@ _FLAT = 1e-12
 class Compliance:
     """The train seen from its rows: m meshes, then the R rows of groups (M = m + R together).
 
-    stiffness : (M,) k0 [N/m].  inverse : (n, n) H^+.  to_body : (n, M) A.  to_mesh : (M, M) S [m/N].
-    gap_of_force : (M, n) B'H^+.  free : (n, r) unit motions without any stiffness.
+    stiffness : (M,) k0 [N/m].  inverse : (n, n) H^+ [m/N].  to_body : (n, M) A [m/N].  to_mesh : (M, M) S [m/N].
+    gap_of_force : (M, n) B'H^+ [m/N].  free : (n, r) unit motions without any stiffness.
     """
 
     stiffness: Array
@@ -79,8 +79,8 @@ class Compliance:
 class Equilibrium:
     """Static state at T instants.
 
-    displacement : (T, n), without any part along free motions.  mesh_force : (T, m) [N], >= 0.
-    iterations : (T,) Newton steps taken.
+    displacement : (T, n) [m, rad], without any part along free motions.  mesh_force : (T, m) [N], >= 0.
+    iterations : (T,) Newton steps.
     group_stretch, group_force : (T, R) of the rows of groups [m], [N].  approach : (T, M) B'q of all rows [m].
     """
 
@@ -94,7 +94,7 @@ class Equilibrium:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Rows:
-    """What the rows do at T instants: mesh stiffness k (T, m), errors (T, M), laws and their sliders (T, R).
+    """Laws of the rows at T instants: mesh stiffness k (T, m) [N/m], errors (T, M) [m], laws and sliders (T, R) [m].
 
     curves : of the meshes that are tabulated, in place of their k.
     """
@@ -106,13 +106,13 @@ class _Rows:
     curves: Curves | None = None
 
     def at(self, chosen: np.ndarray) -> _Rows:
-        """The same at some of the instants."""
+        """The same at the instants `chosen` (t,)."""
         anchor = None if self.anchor is None else self.anchor[chosen]
         curves = None if self.curves is None else self.curves.at(chosen)
         return _Rows(k=self.k[chosen], gap=self.gap[chosen], laws=self.laws, anchor=anchor, curves=curves)
 
     def contact(self, opening: Array) -> tuple[Array, Array]:
-        """Force and tangent of the meshes at gaps (T, m)."""
+        """Force [N] and tangent [N/m] of the meshes at gaps (T, m) [m]."""
         force, tangent = self.k * np.maximum(opening, 0.0), np.where(opening > 0, self.k, 0.0)
         if self.curves is not None:
             mine = self.curves.rows
@@ -148,7 +148,10 @@ class _Rows:
         return matrix
 
     def kinks(self, opening: Array, closing: Array) -> Array:
-        """Lengths (T, J) along `closing` at which a row's law changes."""
+        """Step lengths (T, J) [1] at which the force of a row has a kink, from gaps `opening` along `closing` (T.
+
+        M) [m].
+        """
         m = self.k.shape[1]
         touch = np.zeros_like(self.k)
         if self.curves is not None:
@@ -159,12 +162,15 @@ class _Rows:
 
 
 def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
-    """Compliance of the train with all meshes closed; K (n, n), B (n, m), stiffness (m,) mean [N/m]."""
+    """Compliance of the train with all meshes closed; K (n, n), B (n, m), stiffness (m,) mean [N/m].
+
+    Eigenvalues of the matrix scaled to a unit diagonal below `_RIGID` of the largest belong to free motions.
+    """
     H = K + (B * stiffness) @ B.T
     diagonal = np.diag(H)
     scale: Array = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(scale[:, None] * ((H + H.T) / 2) * scale)
-    stiff = values > _FREE * max(float(np.max(values, initial=0.0)), 1.0)
+    stiff = values > _RIGID * max(float(np.max(values, initial=0.0)), 1.0)
     held = scale[:, None] * vectors[:, stiff]
     inverse = (held / values[stiff]) @ held.T
     free = scale[:, None] * vectors[:, ~stiff]
@@ -176,7 +182,7 @@ def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
         to_mesh=B.T @ inverse @ B,
         gap_of_force=B.T @ inverse,
         # a line may load nothing but what does not move here: against rounding it would not balance
-        free=np.where(np.abs(free) > _STILL, free, 0.0),
+        free=np.where(np.abs(free) > _NULL_ROUNDING, free, 0.0),
     )
 
 
@@ -187,7 +193,7 @@ def compliance_of(system: System) -> Compliance:
 
 
 def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
-    """Check that no load (T, n) works on a free motion (n, r).
+    """Check that no load (T, n) [N, N m] works on a free motion (n, r).
 
     Raises
     ------
@@ -210,7 +216,7 @@ def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
 
 
 def closed_force(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
-    """Mesh forces with all meshes closed, tension allowed.
+    """Mesh forces (..., T, m) [N] with all meshes closed, tension allowed.
 
     Parameters
     ----------
@@ -222,7 +228,7 @@ def closed_force(flexible: Compliance, stiffness: Array, gap: Values, free_gap: 
 
 
 def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
-    """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m)."""
+    """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m) [N]."""
     soft = flexible.stiffness - stiffness
     matrix = np.eye(len(flexible.stiffness)) - soft[:, :, None] * flexible.to_mesh
     right = soft * free_gap + stiffness * gap
@@ -247,12 +253,12 @@ def equilibrium(
 
     Parameters
     ----------
-    stiffness : (T, m) k of the meshes [N/m].  gap : (T, M) e of meshes and rows of groups [m].  force : (T, n) load.
-    curves : of the tabulated meshes, in place of their stiffness.
+    stiffness : (T, m) k of the meshes [N/m].  gap : (T, M) e of meshes and rows of groups [m].
+    force : (T, n) load [N, N m].  curves : of the tabulated meshes, in place of their stiffness.
     laws : of the groups, where there are any.  anchor : (T, R) sliders before this step, for laws with a memory [m];
         without it they follow the radial law.
     start : (T, M) approach B'q to start from [m]; all rows closed where None.
-    tolerance : of the residual of row forces, relative to the largest.
+    tolerance : of the residual of row forces, relative to the largest [1].
 
     Raises
     ------
@@ -277,10 +283,10 @@ def equilibrium(
         unfinished = np.max(np.abs(residual), axis=1, initial=0.0) > limit
         todo = todo[unfinished]
         if not todo.size:
-            return _finished(flexible, pull, free_gap, rows, force, iterations)
+            return _result(flexible, pull, free_gap, rows, force, iterations)
         if iterations[todo[0]] >= max_iterations:
             break
-        pull[todo] += _step(S, k0, residual[unfinished], pull[todo], free_gap[todo], here.at(unfinished))
+        pull[todo] += _newton_step(S, k0, residual[unfinished], pull[todo], free_gap[todo], here.at(unfinished))
         iterations[todo] += 1
     raise ConvergenceError(
         f"no static equilibrium after {max_iterations} steps at {todo.size} of {len(gap)} instants; "
@@ -291,7 +297,10 @@ def equilibrium(
 def _residual(
     S: Array, k0: Array, pull: Array, free_gap: Array, rows: _Rows, tolerance: float = 0.0
 ) -> tuple[Array, Array]:
-    """r = p - k0 w + f(w - e) (T, M) and what of it may stay (T,) [N]: a part of the largest force, and rounding."""
+    """r = p - k0 w + f(w - e) (T, M) [N] and its convergence limit (T,) [N].
+
+    a part of the largest force, and rounding.
+    """
     w = free_gap + pull @ S
     contact = rows.force(w)
     terms = np.max(np.maximum(np.abs(pull), k0 * (np.abs(w) + np.abs(rows.gap))), axis=1, initial=np.finfo(float).tiny)
@@ -299,27 +308,30 @@ def _residual(
     return pull - k0 * w + contact, limit
 
 
-def _step(S: Array, k0: Array, residual: Array, pull: Array, free_gap: Array, rows: _Rows) -> Array:
-    """Newton step of the pull times its length, (T, M): one where that solves most, else where the energy is least."""
+def _newton_step(S: Array, k0: Array, residual: Array, pull: Array, free_gap: Array, rows: _Rows) -> Array:
+    """Newton step of the pull times its length, (T, M) [N].
+
+    Full where it reduces the residual, else of least energy.
+    """
     approach = free_gap + pull @ S
     direction = -np.linalg.solve(rows.newton(approach, k0, S), residual[:, :, None])[:, :, 0]
     after, _ = _residual(S, k0, pull + direction, free_gap, rows)
     far = np.max(np.abs(after), axis=1) > _DROP * np.max(np.abs(residual), axis=1)
     length = np.ones(len(pull))
     if far.any():
-        length[far] = _best_length(S, k0, residual[far], direction[far], approach[far], rows.at(far))
+        length[far] = _step_length(S, k0, residual[far], direction[far], approach[far], rows.at(far))
     return length[:, None] * direction
 
 
-def _best_length(S: Array, k0: Array, residual: Array, direction: Array, approach: Array, rows: _Rows) -> Array:
-    """Length (T,) of least energy along a direction of the pull.
+def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approach: Array, rows: _Rows) -> Array:
+    """Length (T,) [1] of least energy along a direction (T, M) of the pull [N].
 
     The energy is convex along it with slope(a) = rest + curvature a + d . f(w + a d), d = S direction, so that the
     best length is safe in flat directions, where a full step would be far too long.
 
     Raises
     ------
-    ModelError : the energy falls for ever.
+    ModelError : the energy falls without end.
     """
     closing = direction @ S
     rest = np.sum(closing * (residual - rows.force(approach)), axis=1)
@@ -347,21 +359,22 @@ def _best_length(S: Array, k0: Array, residual: Array, direction: Array, approac
             return value
 
         kinks = here.kinks(approach[falling] - here.gap, d)
-        length[falling] = least(slope, kinks, start[falling])
+        length[falling] = line_minimum(slope, kinks, start[falling])
     return length
 
 
 def _far_slope(rest: Array, closing: Array, approach: Array, rows: _Rows) -> Array:
-    """Slope (T,) behind the last kink of the meshes, in a direction of no final stiffness."""
+    """Slope (T,) [N m] of the energy behind the last kink of the meshes, in a direction of no final stiffness."""
     kinks = rows.kinks(approach - rows.gap, closing)[:, : rows.k.shape[1]]
     last = np.max(np.where(np.isfinite(kinks), kinks, 0.0), axis=1, initial=0.0)
     slope: Array = rest + np.sum(closing * rows.force(approach + last[:, None] * closing), axis=1)
     return slope
 
 
-def _finished(
+def _result(
     flexible: Compliance, pull: Array, free_gap: Array, rows: _Rows, force: Array, iterations: np.ndarray
 ) -> Equilibrium:
+    """The state at pulls (T, M) [N] that solve the condensed problem, expanded to all coordinates."""
     approach, m = free_gap + pull @ flexible.to_mesh, rows.k.shape[1]
     contact = rows.force(approach)
     return Equilibrium(

@@ -1,4 +1,9 @@
-"""Least of a convex function along a line, in batches: its slope rises, with kinks at known places."""
+"""Minimum of a convex function along lines, in batches: its slope rises, with kinks at known places.
+
+The root of the slope is bracketed between kinks by bisection over their order, then found by regula falsi with the
+Illinois modification [dowell1971].  SciPy's root finders of the oldest supported version take one function at a time;
+a batch asks the laws of thousands of instants at once.
+"""
 
 from __future__ import annotations
 
@@ -10,21 +15,21 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError
 from ...system.system import Array
 
-__all__ = ["Slope", "least"]
+__all__ = ["Slope", "line_minimum"]
 
 Slope = Callable[[Array, NDArray[np.int64]], Array]
 """(lengths (t,), instants (t,) of the batch) -> slope at those lengths."""
 
 # Slope at the place found, per slope at the start: a longer search changes the next Newton step by less than that.
-_LEVEL = 1e-3
+_SLOPE_TOLERANCE = 1e-3
 # Doublings of an interval without upper end; halvings of one that secants do not close.
 _DOUBLINGS, _HALVINGS = 200, 100
 
 
-def least(slope: Slope, kinks: Array, start: Array) -> Array:
-    """Length of least value along each line of a batch.
+def line_minimum(slope: Slope, kinks: Array, start: Array) -> Array:
+    """Length (T,) of least value along each line of a batch.
 
-    Between kinks the slope is near linear, so that the secant through two of them is exact for a piecewise quadratic.
+    Between kinks the slope is near linear, so that the secant through two points is exact for a piecewise quadratic.
 
     Parameters
     ----------
@@ -53,12 +58,12 @@ def least(slope: Slope, kinks: Array, start: Array) -> Array:
         before, after = np.where(falling, middle, before), np.where(rising, middle, after)
         low, slope_low = np.where(falling, place, low), np.where(falling, value, slope_low)
         high, slope_high = np.where(rising, place, high), np.where(rising, value, slope_high)
-    high, slope_high = _upper_end(slope, low, high, slope_high)
-    return _between(slope, (low, slope_low), (high, slope_high), -_LEVEL * start)
+    high, slope_high = _bracketed(slope, low, high, slope_high)
+    return _regula_falsi(slope, (low, slope_low), (high, slope_high), -_SLOPE_TOLERANCE * start)
 
 
-def _upper_end(slope: Slope, low: Array, high: Array, slope_high: Array) -> tuple[Array, Array]:
-    """Give every interval an upper end, where the slope is not negative."""
+def _bracketed(slope: Slope, low: Array, high: Array, slope_high: Array) -> tuple[Array, Array]:
+    """Upper ends (T,) of all intervals and the slopes there, which are positive; open intervals are doubled."""
     high, slope_high = high.copy(), slope_high.copy()
     length = np.maximum(low, 1.0)
     for _ in range(_DOUBLINGS):
@@ -73,8 +78,11 @@ def _upper_end(slope: Slope, low: Array, high: Array, slope_high: Array) -> tupl
     raise ConvergenceError("the energy falls without end along a motion; something holds too weakly or not at all")
 
 
-def _between(slope: Slope, lower: tuple[Array, Array], upper: tuple[Array, Array], level: Array) -> Array:
-    """A place inside each interval where the slope is within `level` of zero: secants, halved where they stall."""
+def _regula_falsi(slope: Slope, lower: tuple[Array, Array], upper: tuple[Array, Array], level: Array) -> Array:
+    """A place (T,) inside each interval where the slope is within `level` (T,) of zero.
+
+    Illinois method [dowell1971].
+    """
     (low, slope_low), (high, slope_high) = lower, upper
     place = low.copy()
     todo = np.flatnonzero(-slope_low > level).astype(np.int64)

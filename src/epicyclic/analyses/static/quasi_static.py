@@ -1,4 +1,4 @@
-"""The static state over a record, piece by piece; where a law has a memory, with its history."""
+"""Quasi-static states over a record, in consecutive pieces; laws with a memory follow their history."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from ...system.system import Array, System
 from .equilibrium import Compliance, Equilibrium, equilibrium, require_balance
 from .record import Excitation, Record, excitation
 
-__all__ = ["Piece", "history_note", "trace"]
+__all__ = ["RecordPiece", "history_note", "quasi_static"]
 
 _CHUNK = 2048
 # Parts of the history that are stepped through side by side.
 _PARTS = 128
 # Sliders that meet to this part of the slip start meet: the force then holds to the same part of the friction force.
-_MET = 1e-8
+_SLIDER_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Piece:
+class RecordPiece:
     """Consecutive instants of a record.
 
-    state : equilibrium.  link_deflection : (t, p) of the linear links [m, rad].
-    anchor : (t, R) sliders before each step.
+    state : equilibrium at t instants.  link_deflection : (t, p) of the linear links [m, rad].
+    anchor : (t, R) sliders before each step [m].
     """
 
     state: Equilibrium
@@ -37,9 +37,9 @@ class Piece:
     anchor: Array | None
 
 
-def trace(
+def quasi_static(
     system: System, flexible: Compliance, record: Record, progress: Callable[[float], None] | None = None
-) -> Iterator[Piece]:
+) -> Iterator[RecordPiece]:
     """Equilibrium at every instant of the record, in order.
 
     Sliders of laws with a memory start in the middle, one record before the first instant.
@@ -49,15 +49,15 @@ def trace(
     ModelError : a load that nothing balances or holds.  ConvergenceError : no equilibrium was found.
     """
     laws, links, total = system.laws, system.links, record.instants
-    anchors, approach = _history(system, flexible, record) if laws.memory.any() else (None, None)
+    anchors, approach = _slider_history(system, flexible, record) if laws.memory.any() else (None, None)
     for first in range(0, total, _CHUNK):
         index = np.arange(first, min(first + _CHUNK, total), dtype=np.int64)
-        here = _excited(system, flexible, record, index)
+        here = _balanced_excitation(system, flexible, record, index)
         anchor = None if anchors is None else anchors[index]
         start = None if approach is None else approach[index]
-        state = _solved(flexible, here, laws, anchor=anchor, start=start)
+        state = _equilibrium(flexible, here, laws, anchor=anchor, start=start)
         deflection = state.displacement @ links.B - here.link_gap
-        yield Piece(state=state, link_deflection=deflection, anchor=anchor)
+        yield RecordPiece(state=state, link_deflection=deflection, anchor=anchor)
         if progress is not None:
             progress((index[-1] + 1) / total)
 
@@ -69,15 +69,17 @@ def history_note(system: System, record: Record) -> str:
     return f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
 
 
-def _excited(system: System, flexible: Compliance, record: Record, index: NDArray[np.int64]) -> Excitation:
+def _balanced_excitation(system: System, flexible: Compliance, record: Record, index: NDArray[np.int64]) -> Excitation:
+    """Excitation at the instants `index` (t,), whose loads are checked to balance on free motions."""
     here = excitation(system, record.unit, index, record.samples)
     require_balance(flexible.free, here.force, system.dofs.names)
     return here
 
 
-def _solved(
+def _equilibrium(
     flexible: Compliance, here: Excitation, laws: Laws, *, anchor: Array | None, start: Array | None
 ) -> Equilibrium:
+    """`equilibrium` under an excitation; anchor (t, R) sliders [m], start (t, M) approach [m]."""
     return equilibrium(
         flexible,
         stiffness=here.stiffness,
@@ -90,42 +92,51 @@ def _solved(
     )
 
 
-def _history(system: System, flexible: Compliance, record: Record) -> tuple[Array, Array]:
-    """Sliders before every step (T, R) and approach (T, M) at every instant of the record, after one record of warm-up.
+def _slider_history(system: System, flexible: Compliance, record: Record) -> tuple[Array, Array]:
+    """Sliders before every step (T, R) and approach (T, M) at every instant of the record [m].
+
+    After a record of warm-up.
 
     Warm-up and record are cut into parts that are stepped through side by side, each from a guess of its first slider.
-    The end of a part is the start of the next; parts whose start that changes are stepped through again.  When none
-    changes the whole is what one long walk gives; a part forgets its start as soon as it slides, so few rounds do.
+    The end of a part is the start of the next; parts whose start changes are stepped through again.  When none changes,
+    the whole equals sequential stepping.  A part forgets its start as soon as it slides, so few rounds suffice.
+
+    Raises
+    ------
+    ConvergenceError : starts still change after as many rounds as there are parts.
     """
     total, laws = record.instants, system.laws
-    here = _excited(system, flexible, record, np.arange(-total, total, dtype=np.int64))
+    here = _balanced_excitation(system, flexible, record, np.arange(-total, total, dtype=np.int64))
     parts = min(_PARTS, 2 * total)
     length = -(-2 * total // parts)
     anchors = np.zeros((2 * total, laws.owner.size))
     approach = np.zeros((2 * total, len(flexible.stiffness)))
     begin = np.zeros((parts, laws.owner.size))
     todo = np.arange(parts)
-    tolerance = _MET * float(np.min(laws.slip_start[laws.memory]))
+    tolerance = _SLIDER_TOLERANCE * float(np.min(laws.slip_start[laws.memory]))
     for _ in range(parts + 1):
-        ends = _walk(flexible, here, laws, (begin, todo, length), (anchors, approach))
+        ends = _step_parts(flexible, here, laws, (begin, todo, length), (anchors, approach))
         following = todo + 1 < parts
-        nexts = todo[following] + 1
-        moved = np.max(np.abs(ends[following] - begin[nexts]), axis=1, initial=0.0) > tolerance
-        begin[nexts] = ends[following]
-        todo = nexts[moved]
+        following_parts = todo[following] + 1
+        moved = np.max(np.abs(ends[following] - begin[following_parts]), axis=1, initial=0.0) > tolerance
+        begin[following_parts] = ends[following]
+        todo = following_parts[moved]
         if not todo.size:
             return anchors[total:], approach[total:]
     raise ConvergenceError("the history of a sliding spline was not found")
 
 
-def _walk(
+def _step_parts(
     flexible: Compliance,
     here: Excitation,
     laws: Laws,
     parts: tuple[Array, NDArray[np.int64], int],
     found: tuple[Array, Array],
 ) -> Array:
-    """Step through some parts, filling in sliders and approach; their last sliders, (parts, R)."""
+    """Step through some parts in place, filling in sliders and approach (2 T, ..) [m].
+
+    Their last sliders (parts, R) [m].
+    """
     begin, todo, length = parts
     anchors, approach = found
     slider, place = begin[todo].copy(), todo * length
@@ -137,7 +148,7 @@ def _walk(
             break
         now = here.at(index)
         before = slider[inside]
-        state = _solved(flexible, now, laws, anchor=before, start=None if start is None else start[: index.size])
+        state = _equilibrium(flexible, now, laws, anchor=before, start=None if start is None else start[: index.size])
         anchors[index], approach[index] = before, state.approach
         slider[inside] = law.slide(laws, state.group_stretch, before)
         start = state.approach

@@ -1,4 +1,4 @@
-"""The record: instants counted in exact fractions of a mesh cycle, and what the excitation lines are at them."""
+"""The record: instants counted in exact fractions of a mesh cycle, and the excitation lines evaluated at them."""
 
 from __future__ import annotations
 
@@ -11,35 +11,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.faces import faces
 from ...system.laws.tabulated import Curves, curves_at
-from ...system.system import Array, ComplexArray, Line, System
+from ...system.system import Array, ComplexArray, Line, MeshRows, System
 
 __all__ = [
     "Excitation",
+    "MeshGroup",
     "Record",
     "excitation",
+    "group_gap",
     "hunting_cycles",
-    "mesh_cycles",
+    "mesh_phases",
     "mesh_stiffness",
-    "positive",
+    "parallel_meshes",
+    "positive_count",
     "record_of",
     "reference_tone",
+    "samples_per_cycle",
     "stiffness_at",
-    "turns",
+    "turn_fraction",
 ]
 
-# product of two numbers below this stays exact in int64
-_EXACT = 2**31
-# least stiffness of a closed mesh per its mean
-_LEAST = 1e-6
+MeshGroup = NDArray[np.int64]
+"""Indices of meshes that share a load, one per branch; slices of a mesh count once."""
+
+# The product of two numbers below this stays exact in int64.
+_EXACT_PRODUCT = 2**31
+# Least stiffness of a closed mesh per its mean: a truncated series may dip below zero where the true one is small.
+_LEAST_STIFFNESS = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Excitation:
     """Stiffness, errors and load at T instants.
 
-    stiffness : (T, m) of the meshes [N/m].  gap : (T, m + R) of the meshes and the rows of groups [m].
-    link_gap : (T, p).  force : (T, n) generalised force at rest.  curves : laws of the tabulated meshes.
+    stiffness : (T, m) of the meshes [N/m].  gap : (T, m + R) errors of the meshes and the rows of groups [m].
+    link_gap : (T, p) of the linear links [m, rad].  force : (T, n) generalised force at rest [N, N m].
+    curves : laws of the tabulated meshes.
     """
 
     stiffness: Array
@@ -49,7 +58,7 @@ class Excitation:
     curves: Curves | None = None
 
     def at(self, chosen: NDArray[np.int64]) -> Excitation:
-        """The same at some of the instants."""
+        """The same at the instants `chosen` (t,)."""
         return Excitation(
             stiffness=self.stiffness[chosen],
             gap=self.gap[chosen],
@@ -80,7 +89,7 @@ class Record:
         return self.count * self.samples
 
     @property
-    def notes(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """A warning where the record is shorter than the period."""
         if self.count >= self.period:
             return []
@@ -88,7 +97,7 @@ class Record:
         return [f"record of {self.count} {self.name} is shorter than the {what} of {self.period}"]
 
 
-def positive(name: str, value: int | None, default: int) -> int:
+def positive_count(name: str, value: int | None, default: int) -> int:
     """A count of at least one, or the default where it is None.
 
     Raises
@@ -129,25 +138,30 @@ def record_of(
 
     Raises
     ------
-    ModelError : a number that is none, both lengths, a body that does not turn.
+    ModelError : a length that is no positive whole number, both lengths, a body that does not turn.
     """
     if cycles is not None and (turns is not None or of is not None):
         raise ModelError("a record has one length", path="cycles, turns", allowed="cycles, or turns of a body")
     unit, name = reference_tone(system), "mesh cycles"
     if turns is not None or of is not None:
-        unit, name = _turning(system, of), f"turns of {of}"
-    elif slow and cycles is None and (fastest := _slow_line(system)):
+        unit, name = _turn_rate(system, of), f"turns of {of}"
+    elif slow and cycles is None and (fastest := _fastest_slow_line(system)):
         unit, name = fastest, "cycles of the fastest error"
     varying = np.any(system.meshes.variation != 0, axis=1)
     tones = [system.tones[i] for i in np.unique(system.meshes.tone[varying])] if system.tones else []
     period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
     length = cycles if turns is None else turns
-    count = positive("cycles" if turns is None else "turns", length, min(period, max(1, most // samples)))
+    count = positive_count("cycles" if turns is None else "turns", length, min(period, max(1, most // samples)))
     return Record(unit=unit, name=name, count=count, samples=samples, period=period)
 
 
-def _turning(system: System, body: str | None) -> Fraction:
-    """Turns per second of a body, exact."""
+def _turn_rate(system: System, body: str | None) -> Fraction:
+    """Turns per second of a body, exact [Hz].
+
+    Raises
+    ------
+    ModelError : no such body, or it does not turn.
+    """
     known = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=False) if turn}
     body = None if body is None else body.replace(".", "/")
     if body is None or body not in known:
@@ -160,39 +174,63 @@ def _turning(system: System, body: str | None) -> Fraction:
     return known[body]
 
 
-def _slow_line(system: System) -> Fraction | None:
-    """Frequency of the fastest line, where mesh stiffnesses are constant and no line reaches a mesh frequency."""
+def _fastest_slow_line(system: System) -> Fraction | None:
+    """Frequency of the fastest line [Hz], where mesh stiffnesses are constant and no line reaches a mesh frequency."""
     fastest = max((line.frequency for line in system.lines), default=Fraction(0))
     constant = not np.any(system.meshes.variation)
     return fastest if constant and system.tones and 0 < fastest < min(system.tones) else None
 
 
-def turns(ratio: Fraction, index: NDArray[np.int64]) -> Array:
-    """Fractional part of ratio * index, in [0, 1), exact before the last division where int64 allows it."""
+def turn_fraction(ratio: Fraction, index: NDArray[np.int64]) -> Array:
+    """Fractional part of ratio * index (T,) in [0, 1) [turns], exact before the last division where int64 allows it."""
     q = ratio.denominator
     p = ratio.numerator % q
-    if q < _EXACT and int(np.max(np.abs(index), initial=0)) < _EXACT:
+    if q < _EXACT_PRODUCT and int(np.max(np.abs(index), initial=0)) < _EXACT_PRODUCT:
         exact: Array = (index * p % q) / q
         return exact
     rounded: Array = np.mod(float(Fraction(p, q)) * index, 1.0)
     return rounded
 
 
+def parallel_meshes(meshes: MeshRows) -> list[MeshGroup]:
+    """Meshes that share one load.
+
+    Indices of the whole meshes of each pair and side, (branches,) each, in order of first.
+    appearance; slices of a mesh count once.
+    """
+    keys = [(meshes.pair[i], meshes.side[i]) for i in faces(meshes).first.tolist()]
+    return [np.array([i for i, other in enumerate(keys) if other == key]) for key in dict.fromkeys(keys)]
+
+
+def samples_per_cycle(meshes: MeshRows, chosen: MeshGroup, least: int) -> int:
+    """Samples of a mesh cycle for which equal branches whose meshes are equally out of phase have equal peaks.
+
+    The smallest number, `least` or above, that is a multiple of the branches of every group of the meshes `chosen`
+    (c,).
+    """
+    wanted = set(chosen.tolist())
+    unit = lcm(*(len(group) for group in parallel_meshes(meshes) if int(group[0]) in wanted))
+    return -(-least // unit) * unit
+
+
 def hunting_cycles(ratios: Iterable[Fraction]) -> int:
-    """Mesh cycles after which every line returns to its phase; ratios : line frequency per mesh frequency, exact."""
+    """Mesh cycles after which every line returns to its phase; ratios .
+
+    Line frequency per mesh frequency, exact [1].
+    """
     return lcm(*(ratio.denominator for ratio in ratios))
 
 
 def mesh_stiffness(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
     """k_m at instants index / (samples tone), (T, m) [N/m], positive."""
     ratios = [other / tone for other in system.tones] or [Fraction(1)]
-    return stiffness_at(system, np.array([turns(ratio / samples, index) for ratio in ratios]).T)
+    return stiffness_at(system, np.array([turn_fraction(ratio / samples, index) for ratio in ratios]).T)
 
 
-def mesh_cycles(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
-    """Time at instants index / (samples tone), in cycles of each mesh row, whole ones taken off, (T, m)."""
+def mesh_phases(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
+    """Phase of each mesh row at instants index (T,) / (samples tone), whole cycles taken off, (T, m) [turns]."""
     ratios = [other / tone for other in system.tones] or [Fraction(1)]
-    phases = np.array([turns(ratio / samples, index) for ratio in ratios])
+    phases = np.array([turn_fraction(ratio / samples, index) for ratio in ratios])
     return np.asarray(phases[system.meshes.tone].T)
 
 
@@ -205,36 +243,36 @@ def stiffness_at(system: System, phases: Array) -> Array:
         waves = np.exp(2j * np.pi * np.outer(phases[:, number], harmonics))
         columns = meshes.tone == number
         relative = 1.0 + (waves @ meshes.variation[columns].T).real
-        # a truncated series may dip below zero where the true stiffness is near zero
-        result[:, columns] = meshes.stiffness[columns] * np.maximum(relative, _LEAST)
+        result[:, columns] = meshes.stiffness[columns] * np.maximum(relative, _LEAST_STIFFNESS)
     return result
 
 
 def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Excitation:
-    """What acts on the train at rest at instants index / (samples tone) of the operating speed.
+    """Excitation of the train at rest at instants index (T,) / (samples tone) of the operating speed.
 
-    Of a line's force the part at rest counts (``force[0]``); what grows with speed is inertia.
+    The part at rest of a line's force counts (``force[0]``).  What grows with speed is inertia and is left out.
     """
     T, m, p = len(index), len(system.meshes.name), len(system.links.name)
     R = sum(len(group.rows) for group in system.groups)
     lines = system.lines
     waves = np.empty((T, len(lines)), dtype=complex)
     for column, line in enumerate(lines):
-        waves[:, column] = np.exp(2j * np.pi * turns(line.frequency / tone / samples, index))
+        waves[:, column] = np.exp(2j * np.pi * turn_fraction(line.frequency / tone / samples, index))
 
-    def total(parts: list[NDArray[np.complex128]], width: int) -> Array:
+    def summed(parts: list[NDArray[np.complex128]], width: int) -> Array:
+        """Real part of the sum over lines (T, width) of their amplitudes."""
         values: Array = (waves @ np.array(parts).reshape(len(lines), width)).real
         return values
 
     return Excitation(
         stiffness=mesh_stiffness(system, tone, index, samples),
-        gap=np.hstack([total([line.gap for line in lines], m), total([_group_gap(line, R) for line in lines], R)]),
-        link_gap=total([line.link_gap for line in lines], p),
-        force=system.force + total([line.force[0] for line in lines], len(system.force)),
-        curves=curves_at(system.meshes.tables, mesh_cycles(system, tone, index, samples)),
+        gap=np.hstack([summed([line.gap for line in lines], m), summed([group_gap(line, R) for line in lines], R)]),
+        link_gap=summed([line.link_gap for line in lines], p),
+        force=system.force + summed([line.force[0] for line in lines], len(system.force)),
+        curves=curves_at(system.meshes.tables, mesh_phases(system, tone, index, samples)),
     )
 
 
-def _group_gap(line: Line, rows: int) -> ComplexArray:
-    """Errors of the rows of groups; a line that says none has none."""
+def group_gap(line: Line, rows: int) -> ComplexArray:
+    """Amplitudes of a line's errors in the rows of groups, (R,) [m]; zeros where the line holds none."""
     return line.group_gap if line.group_gap.size else np.zeros(rows, dtype=complex)

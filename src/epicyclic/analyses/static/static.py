@@ -14,19 +14,19 @@ from ...system.faces import Faces, faces
 from ...system.laws import groups as law
 from ...system.system import Array, System
 from .equilibrium import compliance_of
-from .quasi_static import Piece, history_note, trace
-from .record import Record, positive, record_of
+from .quasi_static import RecordPiece, history_note, quasi_static
+from .record import Record, positive_count, record_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Columns = dict[str, tuple[Sequence[str] | str, Any]]
 
-__all__ = ["OPEN", "free_position_warnings", "group_columns", "law_attributes", "static", "whole_contact"]
+__all__ = ["OPEN_RATIO", "free_position_warnings", "group_columns", "law_attributes", "mesh_contact", "static"]
 
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
-OPEN = 1e-7
+OPEN_RATIO = 1e-7
 # A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles` or `turns`.
 _CYCLES = 64
 
@@ -60,15 +60,15 @@ def static(
     ModelError : an option out of range, or a load that nothing balances or holds.
     ConvergenceError : the equilibrium was not found.
     """
-    samples = positive("samples", samples, 32)
+    samples = positive_count("samples", samples, 32)
     record = record_of(
         system, cycles=cycles, turns=turns, of=of, samples=samples, most=_CYCLES * (samples if of is None else 32)
     )
     flexible = compliance_of(system)
-    pieces = list(trace(system, flexible, record, progress))
-    warnings = [*system.warnings, *free_position_warnings(system, flexible.free), *record.notes]
+    pieces = list(quasi_static(system, flexible, record, progress))
+    warnings = [*system.warnings, *free_position_warnings(system, flexible.free), *record.warnings]
     force = np.concatenate([piece.state.mesh_force for piece in pieces])
-    touching = force > OPEN * np.max(force, initial=0.0)
+    touching = force > OPEN_RATIO * np.max(force, initial=0.0)
     lost = ~np.all(touching, axis=0)
     if np.any(lost):
         names = [name for name, open_ in zip(system.meshes.name, lost, strict=True) if open_]
@@ -77,14 +77,17 @@ def static(
 
 
 def law_attributes(system: System, record: Record) -> dict[str, str]:
-    """What a result says about its laws: kind and numbers of each, the derived slip start, and how a history begins."""
+    """Attributes of a result about its laws.
+
+    Kind and numbers of each, the derived slip start, and how the history begins.
+    """
     if not system.groups:
         return {}
-    said = {
+    laws = {
         group.name: {"kind": group.law.kind, **asdict(group.law), "slip_start": group.law.slip_start}
         for group in system.groups
     }
-    return {"laws": json.dumps(said), "history": history_note(system, record)}
+    return {"laws": json.dumps(laws), "history": history_note(system, record)}
 
 
 def free_position_warnings(system: System, free: Array) -> list[str]:
@@ -108,8 +111,9 @@ def free_position_warnings(system: System, free: Array) -> list[str]:
 
 
 def _dataset(
-    system: System, record: Record, pieces: list[Piece], touching: np.ndarray, warnings: list[str]
+    system: System, record: Record, pieces: list[RecordPiece], touching: np.ndarray, warnings: list[str]
 ) -> xr.Dataset:
+    """The labelled result; touching : (T, m) whether each mesh row carries force."""
     from ...results.dataset import dataset
 
     displacement = np.concatenate([piece.state.displacement for piece in pieces])
@@ -131,9 +135,9 @@ def _dataset(
             "displacement": (("dof", "time"), (displacement * system.dofs.radius).T),
             "link_force": (("link_row", "time"), (system.links.stiffness * deflection).T),
             "link_deflection": (("link_row", "time"), deflection.T),
-            "mesh_contact": (("mesh", "time"), whole_contact(face, touching).T),
+            "mesh_contact": (("mesh", "time"), mesh_contact(face, touching).T),
             "contact_lost": ("mesh", face.any(lost)),
-            **_along_the_face(face, force, lost),
+            **_slice_columns(face, force, lost),
             **group_columns(system, pieces),
         },
         coords,
@@ -146,13 +150,13 @@ def _dataset(
     return result
 
 
-def whole_contact(face: Faces, touching: np.ndarray) -> np.ndarray:
-    """Whether all slices of each mesh touch (T, w), from the rows (T, m)."""
+def mesh_contact(face: Faces, touching: np.ndarray) -> np.ndarray:
+    """Whether all slices of each mesh touch, (T, w), from the rows (T, m)."""
     return np.asarray(np.logical_and.reduceat(touching, face.first, axis=1))
 
 
-def _along_the_face(face: Faces, force: Array, lost: np.ndarray) -> Columns:
-    """What the slices of meshes carry; nothing where no mesh is cut.
+def _slice_columns(face: Faces, force: Array, lost: np.ndarray) -> Columns:
+    """Forces of the slices of meshes, from the rows' (T, m) [N]; nothing where no mesh is cut.
 
     The face-load factor is n times the largest mean force of a slice per sum of all n: largest over mean load per
     width, as K_H beta of gear standards, with each slice's load taken as even; nan of a mesh in one piece.
@@ -171,8 +175,8 @@ def _along_the_face(face: Faces, force: Array, lost: np.ndarray) -> Columns:
     }
 
 
-def group_columns(system: System, pieces: list[Piece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:
-    """Force, stretch and state of every group over time; nothing without groups."""
+def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:
+    """Force [N], stretch [m] and state of every group over time, (group, time); nothing without groups."""
     if not system.groups:
         return {}
     laws = system.laws

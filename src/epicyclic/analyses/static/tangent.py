@@ -1,4 +1,7 @@
-"""A System without laws: every bearing and spline by its tangent at the mean load, for modes and linear response."""
+"""Linearisation of the laws of links: every bearing and spline by its tangent at the mean load.
+
+Modes and linear response stand on the linearised System; derived here from the laws of `system.laws`.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from ...system.laws import groups as law
-from ...system.laws.groups import STATES, LawGroup
+from ...system.laws.groups import STATES, LawGroup, Laws
 from ...system.symmetry import commutes
 from ...system.system import Array, Line, LinkRows, System
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
+from .record import group_gap
 
-__all__ = ["linearised", "mean_stretch"]
+__all__ = ["linearised", "mean_stretch", "small_motion_tangent"]
 
 
 def linearised(system: System) -> System:
@@ -21,8 +25,8 @@ def linearised(system: System) -> System:
 
     The mean load is what stands still in the stage's frame, with mean mesh stiffness.  A spline with Coulomb friction
     sticks in small vibration and keeps its elastic stiffness.  Each law becomes two links, along its load and across
-    it (``/radial``, ``/tangential``), or the one row it has; the warnings say which stiffness was taken.  Forces of the
-    laws at the mean state stay, so that the mean of the linear system is that of the lawful one.
+    it (``/radial``, ``/tangential``), or the one row it has; the warnings name the stiffness taken.  Forces of the
+    laws at the mean state stay, so that the mean of the linear system is that of the system with laws.
 
     Raises
     ------
@@ -32,57 +36,62 @@ def linearised(system: System) -> System:
         return system
     mean = _mean_state(system)
     rows, stretch = system.group_rows, mean.group_stretch[0]
-    tangent = law.tangent(system.laws, stretch)
-    stuck = law.row_owner(system.laws, system.laws.memory)
-    tangent = np.where(stuck[:, None], np.diag(system.laws.row_stiffness), tangent)
+    tangent = small_motion_tangent(system.laws, stretch)
     lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
     K, C = rows @ tangent @ rows.T, rows @ (lag[:, None] * tangent) @ rows.T
-    turns = [_axes(group, part) for group, part in zip(system.groups, _parts(system, stretch), strict=True)]
+    axes_of_groups = [_axes(group, part) for group, part in zip(system.groups, _by_group(system, stretch), strict=True)]
     result = replace(
         system,
         K=system.K + K,
         C=system.C + C,
-        links=_links(system, tangent, turns, mean.group_force[0] - tangent @ stretch),
+        links=_linearised_links(system, tangent, axes_of_groups, mean.group_force[0] - tangent @ stretch),
         force=system.force + rows @ (tangent @ stretch - mean.group_force[0]),
-        lines=tuple(_line(line, rows, tangent, lag, turns, system) for line in system.lines),
-        warnings=(*system.warnings, *_notes(system, stretch, tangent, turns)),
+        lines=tuple(_linearised_line(line, rows, tangent, lag, axes_of_groups, system) for line in system.lines),
+        warnings=(*system.warnings, *_law_warnings(system, stretch, tangent, axes_of_groups)),
         groups=(),
     )
     held = tuple(replace(s, holds=s.holds and commutes(s.operator, result.mean_stiffness)) for s in system.symmetries)
     return replace(result, symmetries=held)
 
 
+def small_motion_tangent(laws: Laws, stretch: Array) -> Array:
+    """Tangent (R, R) [N/m] of the laws for small vibration about a stretch (R,) [m]; laws with a memory stick."""
+    sticking = law.row_owner(laws, laws.memory)
+    return np.where(sticking[:, None], np.diag(laws.row_stiffness), law.tangent(laws, stretch))
+
+
 def mean_stretch(system: System) -> Array:
-    """Stretch of every row of the groups under what stands still, (R,) [m]; errors as of `linearised`."""
+    """Stretch of every row of the groups under what stands still, (R,) [m].
+
+    Raises
+    ------
+    ModelError, ConvergenceError : as of `linearised`.
+    """
     stretch: Array = _mean_state(system).group_stretch[0]
     return stretch
 
 
 def _mean_state(system: System) -> Equilibrium:
-    """Equilibrium under what stands still, mean meshes."""
+    """Equilibrium under the mean load and errors, with mean mesh stiffness."""
     flexible = compliance_of(system)
     still = [line for line in system.lines if line.frequency == 0]
     force = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
     gap = np.zeros(len(flexible.stiffness))
     for line in still:
-        gap += np.concatenate([line.gap, _gap(line, system)]).real
+        gap += np.concatenate([line.gap, group_gap(line, system.group_rows.shape[1])]).real
     require_balance(flexible.free, force[None], system.dofs.names)
     return equilibrium(
         flexible, stiffness=system.meshes.stiffness[None], gap=gap[None], force=force[None], laws=system.laws
     )
 
 
-def _gap(line: Line, system: System) -> np.ndarray:
-    return line.group_gap if line.group_gap.size else np.zeros(system.group_rows.shape[1], dtype=complex)
-
-
-def _parts(system: System, rows: Array) -> list[Array]:
-    """Values of all rows (R,), group by group."""
+def _by_group(system: System, rows: Array) -> list[Array]:
+    """Values (R,) of all rows, split by group."""
     return np.split(rows, system.laws.first[1:])
 
 
 def _axes(group: LawGroup, stretch: Array) -> Array:
-    """Unit vectors along the stretch and across it as columns, (r, r); x and y where there is none."""
+    """Unit vectors along the stretch (r,) [m] and across it as columns, (r, r); x and y where there is none."""
     length = float(np.linalg.norm(stretch))
     if len(group.rows) == 1 or length == 0:
         return np.eye(len(group.rows))
@@ -90,19 +99,19 @@ def _axes(group: LawGroup, stretch: Array) -> Array:
     return np.array([[x, -y], [y, x]])
 
 
-def _links(system: System, tangent: Array, turns: list[Array], beside: Array) -> LinkRows:
-    """The links of the system and two for every group, whose force is the tangent's and what is `beside` (R,) [N]."""
+def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array], offset: Array) -> LinkRows:
+    """The links of the system and two for every group, with the group's tangent and the preload `offset` (R,) [N]."""
     links, laws = system.links, system.laws
     names: list[str] = []
     columns, stiffness, damping = [links.B], [links.stiffness], [links.damping]
     preload = [links.preload if links.preload.size else np.zeros(len(links.name))]
-    for group, axes, first in zip(system.groups, turns, laws.first, strict=True):
+    for group, axes, first in zip(system.groups, axes_of_groups, laws.first, strict=True):
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
         names += [f"{group.name}/radial", f"{group.name}/tangential"] if len(axes) == 2 else group.rows
         columns.append(group.B @ axes)
         stiffness.append(values)
-        preload.append(axes.T @ beside[first : first + len(axes)])
+        preload.append(axes.T @ offset[first : first + len(axes)])
         damping.append(np.diag(axes.T @ np.diag(group.damping) @ axes) + group.lag * values)
     return LinkRows(
         name=(*links.name, *names),
@@ -110,34 +119,36 @@ def _links(system: System, tangent: Array, turns: list[Array], beside: Array) ->
         B=np.concatenate(columns, axis=1),
         stiffness=np.concatenate(stiffness),
         damping=np.concatenate(damping),
-        skew=_padded(links.skew, sum(map(len, stiffness))),
+        skew=_padded_skew(links.skew, sum(map(len, stiffness))),
         preload=np.concatenate(preload),
     )
 
 
-def _padded(skew: Array, size: int) -> Array:
-    """A matrix between rows with zeros for rows that are added behind; empty where it is."""
+def _padded_skew(skew: Array, size: int) -> Array:
+    """A skew matrix (p, p) [N/m] with zeros for rows added behind, (size, size); empty where it is."""
     return np.pad(skew, (0, size - len(skew))) if skew.size else skew
 
 
-def _line(line: Line, rows: Array, tangent: Array, lag: Array, turns: list[Array], system: System) -> Line:
-    """A line whose errors in laws push through the tangents."""
-    gap = _gap(line, system)
+def _linearised_line(
+    line: Line, rows: Array, tangent: Array, lag: Array, axes_of_groups: list[Array], system: System
+) -> Line:
+    """A line whose errors in laws act as forces through the tangents (R, R) [N/m] and their dampers."""
+    gap = group_gap(line, system.group_rows.shape[1])
     push = rows @ (tangent @ gap)
     force = line.force.copy()
     force[0] += push
     force[1] += 2j * math.pi * float(line.frequency) * (rows @ (lag * (tangent @ gap)))
-    parts = [axes.T @ part for axes, part in zip(turns, np.split(gap, system.laws.first[1:]), strict=True)]
+    parts = [axes.T @ part for axes, part in zip(axes_of_groups, np.split(gap, system.laws.first[1:]), strict=True)]
     return replace(
         line, force=force, link_gap=np.concatenate([line.link_gap, *parts]), group_gap=np.zeros(0, dtype=complex)
     )
 
 
-def _notes(system: System, stretch: Array, tangent: Array, turns: list[Array]) -> list[str]:
-    """Which stiffness stands for which law, links that say the same together."""
+def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array]) -> list[str]:
+    """Warnings that name the stiffness in place of each law, groups with the same text together."""
     state = law.state(system.laws, stretch)
-    said: dict[str, list[str]] = {}
-    for group, axes, first, doing in zip(system.groups, turns, system.laws.first, state, strict=True):
+    groups_by_text: dict[str, list[str]] = {}
+    for group, axes, first, doing in zip(system.groups, axes_of_groups, system.laws.first, state, strict=True):
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
         if STATES[doing] == "play":
@@ -147,5 +158,5 @@ def _notes(system: System, stretch: Array, tangent: Array, turns: list[Array]) -
         else:
             across = f", across {values[1]:.4g} N/m" if len(values) == 2 else ""
             text = f"at the mean load in {STATES[doing]}, stiffness along it {values[0]:.4g} N/m{across}"
-        said.setdefault(f"{group.law.kind} {text}", []).append(group.name)
-    return [f"linearised: {', '.join(names)}: {text}" for text, names in said.items()]
+        groups_by_text.setdefault(f"{group.law.kind} {text}", []).append(group.name)
+    return [f"linearised: {', '.join(names)}: {text}" for text, names in groups_by_text.items()]

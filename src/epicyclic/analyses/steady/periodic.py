@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array, ComplexArray, System
-from ..sharing.definitions import samples_per_cycle
+from ..static.record import samples_per_cycle
 from .response import Block, Response, respond, response
 from .waveform import Spectrum, envelopes, force_spectrum, mesh_axis, motion_spectrum, own_waves, samples_needed
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..static.record import positive, reference_tone
+from ..static.record import positive_count, reference_tone
 from .integrators import steps_for
 from .motion import Contact, Motion, from_modal
 from .outputs import flank_force, group_force, link_force, mesh_force
@@ -91,8 +91,8 @@ def transient(
     )
     if sum(given is not None for given in (torque_ramp, torque_step, history)) > 1:
         raise ModelError("give one of torque_ramp, torque_step and history", path="torque")
-    fine = 1.0 / (positive("samples", samples, 32) * tone * max(speed))
-    moving, plan = _planned(system, scenario, contact, method, fine, positive("decimate", decimate, 1))
+    fine = 1.0 / (positive_count("samples", samples, 32) * tone * max(speed))
+    moving, plan = _planned(system, scenario, contact, method, fine, positive_count("decimate", decimate, 1))
     state = _state(moving, start)
     found = run(moving, plan, state, folder=None if folder is None else Path(folder), resume=resume, progress=progress)
     options: dict[str, Any] = {

@@ -1,0 +1,118 @@
+"""The labelled result of load sharing, and the checks and warnings that both kinds of record have."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import Array, System
+from ..static.record import MeshGroup, parallel_meshes
+from .definitions import DEFINITIONS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["labelled", "loaded_meshes", "require_speed", "sharing_warnings", "train_coefficient"]
+
+
+def require_speed(relative_speed: float) -> None:
+    """Raise ModelError where the speed per operating speed [1] is not above zero."""
+    if not relative_speed > 0:
+        raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
+
+
+def loaded_meshes(mean: Array, members: Sequence[MeshGroup]) -> NDArray[np.bool_]:
+    """Meshes of groups that carry load in the mean, (m,), from mean forces (m,) [N].
+
+    Raises
+    ------
+    ModelError : none does.
+    """
+    # an idle group beside loaded ones carries rounding
+    least = 1e-9 * float(np.max(np.abs(mean), initial=0.0))
+    loaded = np.zeros(len(mean), dtype=bool)
+    for group in members:
+        loaded[group] = mean[group].sum() > least
+    if not loaded.any():
+        raise ModelError(
+            "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque"
+        )
+    return loaded
+
+
+def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: NDArray[np.bool_]) -> list[str]:
+    """Warnings of meshes that open, (m,), and of those without load, (m,)."""
+
+    def names(chosen: NDArray[np.bool_]) -> str:
+        """Names of the chosen meshes (m,)."""
+        return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
+
+    notes = [f"meshes open: {names(open_)}"] if open_.any() else []
+    if not loaded.all():
+        notes.append(f"no load, hence no load sharing, in {names(~loaded)}")
+    return notes
+
+
+def train_coefficient(values: Array) -> Array:
+    """Coefficient of the train, the largest of its meshes: (definition, m) -> (definition,) [1]; nan where unknown."""
+    known = np.isfinite(values).any(axis=1) | np.isinf(values).any(axis=1)
+    return np.where(known, np.max(np.where(np.isnan(values), -np.inf, values), axis=1), np.nan)
+
+
+def labelled(
+    system: System,
+    *,
+    coefficients: Array,
+    ratio: Array,
+    force: Array,
+    bound: Array,
+    columns: Mapping[str, Any],
+    time: Array,
+    options: Mapping[str, object],
+    provenance: Mapping[str, str],
+    warnings: Sequence[str],
+) -> xr.Dataset:
+    """The result of `sharing`.
+
+    Parameters
+    ----------
+    coefficients : (definition, m) [1].  ratio : (m, T) simultaneous ratio [1].  force : (m, T) [N].  bound : (m,) [N].
+    columns : further variables.  time : (T,) [s], or mesh cycles where the train has no speed.
+    options : attributes of the result as well.
+    """
+    from ...results.dataset import dataset
+
+    names = faces(system.meshes).name
+    coords: dict[str, Any] = {
+        "definition": np.array(DEFINITIONS, dtype=object),
+        "mesh": np.array(names, dtype=object),
+        "time": time,
+    }
+    if "group_force" in columns:
+        coords["group"] = np.array([group.name for group in system.groups], dtype=object)
+    result = dataset(
+        {
+            "load_sharing": (("definition", "mesh"), coefficients),
+            "system_load_sharing": ("definition", train_coefficient(coefficients)),
+            "load_sharing_history": (("mesh", "time"), ratio),
+            "mesh_force": (("mesh", "time"), force),
+            "mesh_force_bound": ("mesh", bound),
+            **columns,
+        },
+        coords,
+        verb="sharing",
+        options=options,
+        provenance=provenance,
+        warnings=[*system.warnings, *warnings],
+    )
+    result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
+    # a netCDF attribute holds 64 bits
+    result.attrs.update({name: str(v) if isinstance(v, int) and v >= 2**63 else v for name, v in options.items()})
+    result.attrs["groups"] = json.dumps([[names[i] for i in group] for group in parallel_meshes(system.meshes)])
+    return result
