@@ -25,12 +25,13 @@ import numpy as np
 import table
 from numpy.typing import NDArray
 
+from epicyclic.analyses.fast import numba_is_there
 from epicyclic.analyses.steady.periodic import periodic
+from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
-from epicyclic.analyses.transient.right_hand_side import drive, row_force
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.integrators import compiled_available, integrate
+from epicyclic.analyses.transient.right_hand_side import instant_terms, row_force
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.system import System
 
@@ -73,7 +74,7 @@ def exudyn_rms(
     begin = mean_start(moving) if start is None else to_modal(moving, start)
 
     def push(_mbs: Any, t: float, _number: int, q: Any, v: Any) -> Array:
-        at, y = drive(N, t, t), np.asarray(q)
+        at, y = instant_terms(N, t, t), np.asarray(q)
         stretch = y @ N.gaps
         forces = N.linear * stretch - row_force(N, at, stretch, np.asarray(v) @ N.gaps)
         return np.asarray(at.push + forces @ N.pulls)
@@ -159,7 +160,7 @@ def rows(quick: bool) -> list[table.Row]:
     ]
     took, rms = _median(lambda: periodic(system, relative_speed=speed, samples=SAMPLES).force.std(axis=1))
     found.append(("  harmonic balance, one speed", f"{1e3 * took:.1f} ms", "", _said("default", rms, reference)))
-    if compiled_available():
+    if numba_is_there():
         rk4_rms(moving, 32, 2, FREQUENCY)
         best = loosest(
             lambda n: rk4_rms(moving, n, cycles, FREQUENCY), reference, LIMIT, [48, 64, 96, 128, 192, 256, 512]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import linear_sum_assignment
 
-from epicyclic.analyses.stability.scan import predicted, prepared, scan
+from epicyclic.analyses.stability.scan import floquet_scan, parametric_system, predicted_combinations
 from epicyclic.system.system import System
 
 _LIMIT, _SPEEDS = 30.0, (600.0, 1646.0, 3500.0)
@@ -36,11 +36,11 @@ def rows(quick: bool) -> list[table.Row]:
     except FileNotFoundError as error:
         return [("stability, 56 DOF, 200 speeds", "skipped", "", f"{error}")]
     frequencies = np.linspace(300, 5000, 200)
-    ready = prepared(system)
-    each = [1e3 * _spent(lambda: scan(ready, frequencies)) / frequencies.size for _ in range(1 if quick else 3)]
-    light = prepared(system, damping=0.3)
-    ahead = _spent(lambda: predicted(light, frequencies))
-    found = scan(ready, np.array(_SPEEDS))
+    ready = parametric_system(system)
+    each = [1e3 * _spent(lambda: floquet_scan(ready, frequencies)) / frequencies.size for _ in range(1 if quick else 3)]
+    light = parametric_system(system, damping=0.3)
+    ahead = _spent(lambda: predicted_combinations(light, frequencies))
+    found = floquet_scan(ready, np.array(_SPEEDS))
     largest, whole, spent = [], [], []
     for frequency, mu in zip(_SPEEDS, found.multipliers, strict=True):
         clock = time.process_time()

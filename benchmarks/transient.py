@@ -22,10 +22,11 @@ import numpy as np
 import table
 from known import bench56
 
+from epicyclic.analyses.fast import numba_is_there
 from epicyclic.analyses.steady.periodic import periodic
+from epicyclic.analyses.transient.integrators import integrate, steps_for
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.program import constant
-from epicyclic.analyses.transient.integrators import compiled_available, integrate, steps_for
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.system import System
 from peers import loosest, problem, rk4_rms
@@ -46,7 +47,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 def rows(quick: bool) -> list[table.Row]:
     """The table."""
-    if not compiled_available():
+    if not numba_is_there():
         return [("time per simulated mesh cycle", "skipped", "", "numba is not installed")]
     found = _cycles("ren2021", problem(), [160.0] if quick else [30.0, 160.0])
     try:

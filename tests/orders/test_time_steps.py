@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from epicyclic.analyses.transient.integrators import integrate, scale_of, stride
+from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale
 from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
 from epicyclic.analyses.transient.program import program
-from epicyclic.analyses.transient.right_hand_side import acceleration, drive
+from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms
 from epicyclic.system.system import Dofs, Line, LinkRows, MeshRows, System
 
 Array = NDArray[np.float64]
@@ -65,12 +65,12 @@ def exact(moving: Motion) -> Array:
 
 def adaptive(moving: Motion, method: Any, tolerance: float) -> Array:
     begin, times = to_modal(moving, START), np.array([0.0, STOP / 2, STOP])
-    found = stride(
+    found = adaptive_states(
         moving.numbers,
         begin,
         times,
         method=method,
-        scale=scale_of(moving),
+        scale=modal_scale(moving),
         tolerance=tolerance,
     )
     return from_modal(moving, found[-1])
@@ -110,7 +110,8 @@ def test_adaptive_methods_have_their_order_on_this_equation(
 
     def run(count: int, name: str, **options: float) -> Array:
         def equation(t: float, flat: Array) -> Array:
-            return np.concatenate([flat[n:], acceleration(N, drive(N, t, min(t, 0.999 * stop)), flat[:n], flat[n:])])
+            at = instant_terms(N, t, min(t, 0.999 * stop))
+            return np.concatenate([flat[n:], acceleration(N, at, flat[:n], flat[n:])])
 
         step = stop / count
         limits = {"max_step": step, "first_step": step, "rtol": 1e3, "atol": 1e3} | options

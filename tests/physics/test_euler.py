@@ -12,7 +12,7 @@ import epicyclic
 from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.program import phase_at, program
-from epicyclic.analyses.transient.scenario import Scenario, moving_of
+from epicyclic.analyses.transient.scenario import Scenario, scenario_motion
 from epicyclic.analyses.transient.start import at_equilibrium
 from epicyclic.system.inertia import centrifugal_stiffness, euler_matrix, gyroscopic_matrix, mass_diagonal, spin_up_load
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
@@ -173,7 +173,7 @@ def test_a_displaced_rigid_seat_is_the_limit_of_a_stiff_one() -> None:
         system = planar_with_bearing(radial)
         tone = float(system.tones[0])
         scenario = Scenario(duration=0.06, speed=(0.5, 1.0))
-        start = at_equilibrium(moving_of(system, scenario, contact="linear", step=1e-5))
+        start = at_equilibrium(scenario_motion(system, scenario, contact="linear", step=1e-5))
         for line in system.lines:  # planets on stiff bearings begin as they go on, with the rate of the run-out
             rate = -(2j * np.pi * float(line.frequency) * 0.5 * line.link_gap).real
             for name, value in zip(system.links.name, rate, strict=True):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.analyses.steady.periodic import Periodic, periodic
-from epicyclic.analyses.transient.integrators import scale_of, stride
+from epicyclic.analyses.transient.integrators import adaptive_states, modal_scale
 from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
 from epicyclic.analyses.transient.outputs import link_force, mesh_force
 from epicyclic.analyses.transient.program import constant
@@ -137,7 +137,7 @@ def test_three_routes_meet(name: str) -> None:
         shooting[:, i] = k * (gaps[:, 0] - e) + system.meshes.damping * (gaps[:, 1] - rate)
     moving = motion(system, program=constant(speed), contact="linear")
     start = to_modal(moving, np.stack([states[0][:n], states[0][n:] * linear.unit]))
-    found = stride(moving.numbers, start, times[::16], method="dop853", scale=scale_of(moving))
+    found = adaptive_states(moving.numbers, start, times[::16], method="dop853", scale=modal_scale(moving))
     integrated = mesh_force(moving, times[::16], from_modal(moving, np.concatenate([start[None], found])))
     size = shooting.std(axis=1).max()
     assert size > 0.01 * shooting.mean()  # it vibrates

@@ -12,8 +12,14 @@ import numpy as np
 import xarray as xr
 
 from ..analyses.stability.combinations import Combination
-from ..analyses.stability.scan import Speeds, Stability, predicted, prepared, scan
-from ..analyses.stability.stability import growing, named, told, warned
+from ..analyses.stability.scan import (
+    FloquetScan,
+    ParametricSystem,
+    floquet_scan,
+    parametric_system,
+    predicted_combinations,
+)
+from ..analyses.stability.stability import combination_name, combination_names, resonance_columns, scan_warnings
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 
@@ -40,8 +46,8 @@ class _Row:
     """One value of the parameter; nothing found where it failed."""
 
     status: str
-    ready: Stability | None = None
-    found: Speeds | None = None
+    ready: ParametricSystem | None = None
+    found: FloquetScan | None = None
     ranges: tuple[Combination, ...] = ()
 
 
@@ -101,13 +107,13 @@ def _row(
     try:
         ((path, value),) = here.items()
         if path in FACTORS:
-            ready = prepared(system_of(source), frame_speed=frame_speed, **{path: _factor(path, value)})
+            ready = parametric_system(system_of(source), frame_speed=frame_speed, **{path: _factor(path, value)})
         else:
-            ready = prepared(system_of(source, overrides={**overrides, **here}), frame_speed=frame_speed)
+            ready = parametric_system(system_of(source, overrides={**overrides, **here}), frame_speed=frame_speed)
     except (ModelError, ConvergenceError) as error:
         return _Row(status=str(error))
-    found = scan(ready, frequency, progress=progress)
-    return _Row(status="ok", ready=ready, found=found, ranges=tuple(predicted(ready, frequency)))
+    found = floquet_scan(ready, frequency, progress=progress)
+    return _Row(status="ok", ready=ready, found=found, ranges=tuple(predicted_combinations(ready, frequency)))
 
 
 def _factor(path: str, value: Any) -> float:
@@ -150,7 +156,7 @@ def _labelled(
     ]
     kinds = _stacked([None if one is None else one.kind for one in found], np.full(frequency.size, "", dtype=object))
     taking = [
-        [""] * frequency.size if row.found is None else growing(row.found, row.ranges, frequency, several)
+        [""] * frequency.size if row.found is None else combination_names(row.found, row.ranges, frequency, several)
         for row in rows
     ]
     cells, blank = ("value", "speed"), np.full(frequency.size, np.nan)
@@ -168,7 +174,7 @@ def _labelled(
             "value": numbers,
             "speed": frequency / float(ready.tones[0]),
             "mesh_frequency": ("speed", frequency),
-            "resonance": [named(one, several) for one in _keys(rows)],
+            "resonance": [combination_name(one, several) for one in _keys(rows)],
         },
         verb="stability",
         options={"over": path, "values": list(values), "frame_speed": frame_speed},
@@ -217,7 +223,8 @@ def _ranges(rows: Sequence[_Row], several: bool) -> dict[str, tuple[Sequence[str
             low[i, j], high[i, j] = np.fmin(low[i, j], one.low), np.fmax(high[i, j], one.high)
             rate[i, j] = np.fmax(rate[i, j], one.growth)
     dims = ("value", "resonance")
-    fixed = {name: values for name, values in told(keys).items() if name.removeprefix("resonance_") in _FIXED}
+    columns = resonance_columns(keys)
+    fixed = {name: values for name, values in columns.items() if name.removeprefix("resonance_") in _FIXED}
     return {"resonance_low": (dims, low), "resonance_high": (dims, high), "resonance_growth": (dims, rate), **fixed}
 
 
@@ -228,7 +235,7 @@ def _notes(rows: Sequence[_Row]) -> list[str]:
     failed = [row.status for row in rows if row.found is None]
     notes = [f"{len(failed)} of {len(rows)} values failed: {failed[0]}"] if failed else []
     cells = [row.found for row in rows if row.found is not None]
-    whole = Speeds(
+    whole = FloquetScan(
         multipliers=np.zeros((0, 0), complex),
         largest=np.concatenate([one.largest for one in cells]),
         growth=np.concatenate([one.growth for one in cells]),
@@ -236,4 +243,4 @@ def _notes(rows: Sequence[_Row]) -> list[str]:
         steps=np.concatenate([one.steps for one in cells]),
         status=np.concatenate([one.status for one in cells]),
     )
-    return notes + warned(whole)
+    return notes + scan_warnings(whole)

@@ -12,8 +12,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...system.system import Array
-from ..stability.floquet import Floquet, floquet, steps_needed
-from ..stability.kinds import BREAKING, DIVERGENCE, FOLD, STABLE, outside
+from ..stability.floquet import (
+    BREAKING,
+    DIVERGENCE,
+    FOLD,
+    STABLE,
+    Floquet,
+    floquet,
+    multiplier_kind,
+    steps_needed,
+)
 from .problem import Problem, State, evaluate, prolonged
 
 if TYPE_CHECKING:
@@ -38,7 +46,8 @@ class Stability:
     """How a small disturbance of a motion goes on.
 
     multiplier : the largest of the period, free motions apart.  steps : of a period.
-    kind : empty where stable, or how the motion is left, as of `stability.kinds`, a divergence as one of its two forms.
+    kind : empty where stable, or how the motion is left, as of `stability.floquet`, a divergence as one of its two
+        forms.
     """
 
     multiplier: complex
@@ -171,7 +180,7 @@ def _largest(found: Floquet) -> complex:
 
 def _kind(largest: complex, backward: bool) -> str:
     """How a motion with this largest multiplier is left, empty where it is stable."""
-    kind = outside(largest, circle=_GROWTH, real=_REAL)
+    kind = multiplier_kind(largest, circle=_GROWTH, real=_REAL)
     if kind == DIVERGENCE:
         return FOLD if backward else BREAKING
     return "" if kind == STABLE else kind

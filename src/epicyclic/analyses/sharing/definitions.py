@@ -37,7 +37,8 @@ DEFINITIONS = ("cycle-peak", "simultaneous", "record-peak", "signed-overload", "
 class Extremes:
     """Extremes over a piece of record, (m,) each.
 
-    ratio_high, ratio_low : largest and smallest cycle-peak ratio b.  simultaneous : largest ratio at one instant.
+    ratio_high, ratio_low : largest and smallest cycle-peak ratio b [1].  simultaneous : largest ratio at one instant
+        [1].
     peak, least : largest and smallest force [N].  A ratio to forces that sum to nothing or less is inf.
     """
 
@@ -54,7 +55,7 @@ class Extremes:
 
 
 def extremes(force: Array, members: Sequence[MeshGroup]) -> Extremes:
-    """Extremes of a piece of record; force (cycles, m, samples) [N]."""
+    """Extremes of a piece of record; force (cycles, m, samples) [N], members : groups of the m meshes."""
     peaks = force.max(axis=2)
     ratio = cycle_peak_ratio(peaks, members)
     together = np.empty(force.shape[1])
@@ -70,7 +71,7 @@ def extremes(force: Array, members: Sequence[MeshGroup]) -> Extremes:
 
 
 def merge_extremes(a: Extremes, b: Extremes) -> Extremes:
-    """Extremes of two pieces together."""
+    """Extremes of two pieces together, (m,) each."""
     return Extremes(
         ratio_high=np.maximum(a.ratio_high, b.ratio_high),
         ratio_low=np.minimum(a.ratio_low, b.ratio_low),
@@ -81,7 +82,7 @@ def merge_extremes(a: Extremes, b: Extremes) -> Extremes:
 
 
 def cycle_peak_ratio(peaks: Array, members: Sequence[MeshGroup]) -> Array:
-    """b = N P_i / sum P of each cycle, (cycles, m); peaks (cycles, m) [N].
+    """b = N P_i / sum P of each cycle, (cycles, m) [1]; peaks (cycles, m) [N] [ren2021, eq. 21-24].
 
     Peaks that sum to nothing or less (a linear model pulled open) have no ratio: inf.
     """
@@ -94,7 +95,7 @@ def cycle_peak_ratio(peaks: Array, members: Sequence[MeshGroup]) -> Array:
 
 
 def instant_ratio(force: Array) -> Array:
-    """N F_i / sum_j F_j at every instant of one group, (..., N, samples); nan where the sum is not positive."""
+    """N F_i / sum_j F_j at every instant of one group, (..., N, samples) [1]; nan where the sum is not positive."""
     total = force.sum(axis=-2, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         shares: Array = np.where(total > 0, force.shape[-2] * force / total, np.nan)
@@ -102,6 +103,6 @@ def instant_ratio(force: Array) -> Array:
 
 
 def coefficients(record: Extremes, worst: Array, members: Sequence[MeshGroup]) -> Array:
-    """Load-sharing coefficients, (definition, m) in the order of `DEFINITIONS`; worst (m,) of the worst case."""
+    """Load-sharing coefficients, (definition, m) [1] in the order of `DEFINITIONS`; worst (m,) of the worst case."""
     record_peak = cycle_peak_ratio(record.peak[None], members)[0]
     return np.array([record.cycle_peak, record.simultaneous, record_peak, record.ratio_high, worst])

@@ -129,16 +129,17 @@ def sharing(
 
 
 def _tone_cycles(part: ToneForces, reference: ToneForces, cycles: int) -> int:
-    """Cycles of a part's mesh frequency that take at least as long as so many of the reference."""
+    """Cycles of a mesh frequency that take at least as long as so many of the reference."""
     return cycles if part is reference else math.ceil(cycles * part.tone / reference.tone)
 
 
 def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
+    """Progress of one mesh frequency of several, as a share of the whole."""
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
 def _record_extremes(part: ToneForces, cycles: int, progress: Callable[[float], None] | None) -> Extremes:
-    """Extremes over the record."""
+    """Extremes (m_j,) over the record, a few MB of forces at a time."""
     piece = max(1, _PIECE // (len(part.meshes) * part.samples))
     pieces = []
     for first in range(0, cycles, piece):
@@ -151,7 +152,7 @@ def _record_extremes(part: ToneForces, cycles: int, progress: Callable[[float], 
 
 
 def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array, str]:
-    """Worst cycle-peak coefficients (m_j,) over the hunting period, and how they were found."""
+    """Worst cycle-peak coefficients (m_j,) [1] over the hunting period, and the kind of search that found them."""
     seen = record.cycle_peak
     if cycles >= part.period:
         return seen, "every cycle of the hunting period"
@@ -164,6 +165,10 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
 def _validity_warnings(
     meshes: tuple[str, ...], method: str, open_: np.ndarray, loaded: np.ndarray, cycles: int, period: int
 ) -> list[str]:
+    """Warnings of a short record, of a linear model pulled open, of meshes that open and of those without load.
+
+    (m,).
+    """
     notes = []
     if cycles < period:
         notes.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
@@ -175,4 +180,5 @@ def _validity_warnings(
 
 
 def _names(meshes: tuple[str, ...], chosen: np.ndarray) -> str:
+    """Names of the chosen meshes (m,)."""
     return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)

@@ -1,4 +1,4 @@
-"""Load sharing from a record of equilibria, one after the other: with laws, several mesh frequencies, or a window."""
+"""Load sharing from a record of static equilibria: with laws, several mesh frequencies, or a record in turns."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _options(record: Record, relative_speed: float) -> dict[str, object]:
 
 
 def record_extremes(force: Array, members: Sequence[MeshGroup], starts: Sequence[NDArray[np.int64]]) -> Extremes:
-    """Extremes over a record (T, m) whose mesh cycles start at given instants, for each group its own."""
+    """Extremes over a record (T, m) [N] whose mesh cycles start at given instants (cycles,), for each group its own."""
     high, low, together = (np.full(force.shape[1], fill) for fill in (-np.inf, np.inf, -np.inf))
     for group, start in zip(members, starts, strict=True):
         mine = force[:, group]
@@ -117,7 +117,7 @@ def record_extremes(force: Array, members: Sequence[MeshGroup], starts: Sequence
 
 
 def cycle_starts(system: System, group: MeshGroup, record: Record) -> NDArray[np.int64]:
-    """First instant of every mesh cycle of a group that holds any, exact."""
+    """First instant of every mesh cycle of a group that holds any, (cycles,), exact."""
     tone = system.tones[int(system.meshes.tone[faces(system.meshes).first[group[0]]])] if system.tones else Fraction(1)
     ratio = tone / record.unit / record.samples
     cycle = np.arange(record.instants, dtype=object) * ratio.numerator // ratio.denominator

@@ -1,4 +1,4 @@
-"""The mesh forces of a record, one part for each mesh frequency: the meshes that share it, in their own mesh cycles."""
+"""The mesh forces of a record by mesh frequency: meshes that share one, in their own mesh cycles."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ _FIRST = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ToneForces:
-    """Whole meshes of one mesh frequency; slices are summed.
+    """Forces of the whole meshes of one mesh frequency; slices are summed.
 
-    tone : that frequency [Hz at the operating speed].  meshes : (m_j,) which they are.
+    tone : that frequency [Hz at the operating speed].  meshes : (m_j,) their indices.
     members : their groups, as places in `meshes`.
     force, own : cycles of the tone (c,) -> forces (c, m or m_j, samples) [N] of all meshes of the train, or of these.
-    by_phase : phases (c, L) at the start of cycles -> forces (c, m_j, samples).
+    by_phase : phases (c, L) [turns] at the start of cycles -> forces (c, m_j, samples) [N].
     ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
     mean, bound : (m_j,) [N], the bound nan where not known.  samples : of a cycle.
     affordable : cycles a record may have by default.
@@ -76,7 +76,7 @@ class ToneForces:
 def tone_forces(
     system: System, method: str, *, samples: int | None, relative_speed: float
 ) -> tuple[tuple[ToneForces, ...], list[str]]:
-    """The parts of a train, that of the first mesh first, and warnings of the method.
+    """Forces by mesh frequency, that of the first mesh first, and warnings of the method.
 
     Raises
     ------
@@ -99,6 +99,7 @@ def tone_forces(
 
 
 def _steady_by_tone(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[ToneForces, ...]:
+    """Forces of the periodic response, with every frequency alone on the mean system for ``superposition``."""
     from ..steady.periodic import periodic_by_tone
 
     solvable = system if method == "steady" else superposed(system, relative_speed)
@@ -107,7 +108,7 @@ def _steady_by_tone(system: System, method: str, samples: int | None, relative_s
 
 
 def _members(system: System, tone: Fraction) -> tuple[Index, list[MeshGroup]]:
-    """Whole meshes of one tone and their groups among themselves; all of them where there are no tones."""
+    """Whole meshes (m_j,) of one tone and their groups among themselves; all of them where there are no tones."""
     own = [not system.tones or system.tones[i] == tone for i in system.meshes.tone[faces(system.meshes).first]]
     meshes = np.flatnonzero(own)
     place = {int(mesh): i for i, mesh in enumerate(meshes)}
@@ -118,7 +119,10 @@ def _members(system: System, tone: Fraction) -> tuple[Index, list[MeshGroup]]:
 def _forces_from_waves(
     system: System, tone: Fraction, waves: Waves, source: Callable[[Array], Array] | None = None
 ) -> ToneForces:
-    """A part whose record is a sum of lines; `source` where instants with open meshes are solved anew."""
+    """Forces of a record that is a sum of lines; `source` where instants with open meshes are solved anew.
+
+    source : phases (c, L) [turns] -> forces of all mesh rows (c, m, samples) [N].
+    """
     (meshes, members), face = _members(system, tone), faces(system.meshes)
     summed = replace(waves, mean=face.total(waves.mean), amplitude=face.total(waves.amplitude, axis=1))
     mine = summed if len(meshes) == len(summed.mean) else summed.subset(meshes)
@@ -163,7 +167,10 @@ def _static_by_lines(system: System, flexible: Compliance, tone: Fraction, sampl
 
 
 def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Waves) -> Callable[[Array], Array]:
-    """Static mesh forces: linear while all meshes press, solved anew at the instants where one would pull."""
+    """Static mesh forces, phases (c, L) [turns] -> (c, m, samples) [N]: linear while all meshes press.
+
+    Instants at which a mesh would pull are solved anew.
+    """
     k = mesh_stiffness(system, tone, np.arange(waves.samples), waves.samples)
     theta = np.arange(waves.samples) / waves.samples
     ratios = [line.frequency / tone for line in system.lines]

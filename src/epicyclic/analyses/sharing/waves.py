@@ -1,4 +1,4 @@
-"""Mesh forces over a record as a mesh-order part and a few slow shaft lines, exact at every instant.
+"""Mesh forces over a record as a mesh-order part and a few slow shaft lines, exact at every instant; derived here.
 
     F_m(c, theta) = mean_m(theta) + Re sum_s A_ms(theta) exp(2 pi i ratio_s c),    t = (c + theta) / f_mesh
 
@@ -43,12 +43,12 @@ class Waves:
         return int(self.mean.shape[1])
 
     def subset(self, meshes: NDArray[np.int64]) -> Waves:
-        """The same of some of the meshes."""
+        """The same of some of the meshes (m_j,)."""
         return replace(self, mean=self.mean[meshes], amplitude=self.amplitude[:, meshes])
 
 
 def periodic_waves(solution: Periodic) -> Waves:
-    """Waves of the periodic response; lines that do not fall on mesh orders keep their exact frequency."""
+    """Waves of the periodic response, forces (m, Nt) [N]; lines off the mesh orders keep their exact frequency."""
     ratios = tuple(line.frequency / solution.tone for line in solution.lines)
     m, Nt = solution.force.shape
     amplitude = np.zeros((len(ratios), m, Nt), dtype=complex)
@@ -58,7 +58,7 @@ def periodic_waves(solution: Periodic) -> Waves:
 
 
 def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Waves:
-    """Waves of the static solution with all meshes closed: at each phase it is linear in the lines.
+    """Waves (m, Nt) [N] of the static solution with all meshes closed: at each phase it is linear in the lines.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def line_phases(ratios: Sequence[Fraction], cycles: NDArray[np.int64]) -> Array:
 
 
 def force_bound(waves: Waves) -> Array:
-    """No shaft phases give a larger force than max over the cycle of mean + sum |A|, (m,) [N].
+    """Upper bound of the mesh forces over all shaft phases: max over the cycle of mean + sum |A|, (m,) [N].
 
     Phases are discrete and may be tied by common factors of tooth numbers, so it need not be reached.
     """

@@ -1,8 +1,8 @@
-"""The worst cycle-peak coefficient over the hunting period, without walking through all of it.
+"""The worst cycle-peak coefficient over the hunting period, without evaluating every cycle of it; derived here.
 
-Lines whose denominators (tooth numbers, mostly) share no factor go through all combinations of their phases, by the
+Lines whose denominators (tooth numbers, mostly) share no factor take all combinations of their phases, by the
 Chinese remainder theorem; the period is the product of such blocks.  A grid over the blocks, refined by a pattern
-search at each mesh's best point, visits phases that do occur and nothing else.
+search at each mesh's best point, evaluates phases that do occur and nothing else.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def worst_case(
 
     Parameters
     ----------
-    source : mesh forces of cycles with given line phases.  ratios : (L,) of the lines, exact.
-    meshes : m.  points : cycles the grid may have.
+    source : mesh forces (cycles, m, samples) [N] of cycles with given line phases (cycles, L) [turns].
+    ratios : (L,) of the lines, exact.  members : groups of the m meshes.  meshes : m.  points : size of the grid.
 
     Returns
     -------
-    ((m,) coefficients, whether every cycle of the period was visited).
+    ((m,) coefficients [1], whether every cycle of the period was evaluated).
     """
     parts = independent_blocks(ratios)
     sizes = [lcm(*(ratios[i].denominator for i in part)) for part in parts]
@@ -93,7 +93,10 @@ def _grid_counts(sizes: Sequence[int], points: int) -> list[int]:
 def _phases_at(
     ratios: Sequence[Fraction], parts: Sequence[Sequence[int]], sizes: Sequence[int], places: NDArray[np.object_]
 ) -> Array:
-    """Line phases (points, L) at places along each block, which follow the phase of its finest line."""
+    """Line phases (points, L) [turns] at places (points, blocks) along each block.
+
+    Counted in phases of its finest line.
+    """
     result = np.zeros((len(places), len(ratios)))
     for column, (part, size) in enumerate(zip(parts, sizes, strict=True)):
         finest = max((ratios[i] for i in part), key=lambda ratio: ratio.denominator)
@@ -110,12 +113,12 @@ def _phases_at(
 
 
 def _large_turn_fraction(ratio: Fraction, cycles: NDArray[np.object_]) -> Array:
-    """`turns` for denominators beyond int64, in Python integers."""
+    """`turn_fraction` of cycles (points,) [turns] for denominators beyond int64, in Python integers."""
     return np.array([int(c) * ratio.numerator % ratio.denominator / ratio.denominator for c in cycles])
 
 
 def _coefficient_of(source: Source, phases: Array, members: Sequence[MeshGroup]) -> Array:
-    """Coefficients 1 + |b - 1| of cycles with given phases, (points, m)."""
+    """Coefficients 1 + |b - 1| of cycles with given phases (points, L) [turns], (points, m) [1]."""
     pieces = [source(phases[i : i + _CHUNK]).max(axis=2) for i in range(0, len(phases), _CHUNK)]
     coefficient: Array = 1.0 + np.abs(cycle_peak_ratio(np.concatenate(pieces), members) - 1.0)
     return coefficient
@@ -128,7 +131,11 @@ def _pattern_search(
     steps: list[int],
     meshes: int,
 ) -> Array:
-    """Pattern search from each mesh's best grid point (m, blocks): the better neighbour, else half the step, to one."""
+    """Largest coefficients (m,) [1] by pattern search from each mesh's best grid point (m, blocks).
+
+    The better neighbour is taken, else the step is halved, down to one.  Places are integers: no continuous optimiser
+    applies.
+    """
     best, blocks_ = best.copy(), len(steps)
     every = np.arange(meshes)
     while True:

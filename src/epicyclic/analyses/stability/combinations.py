@@ -1,7 +1,7 @@
-"""Where a varying stiffness makes two modes feed each other: boundaries of instability by first-order averaging.
+"""Parametric combination resonances: boundaries of instability by first-order averaging.
 
 With x_p = c_p(t) exp(i w_p t) + its conjugate, stiffness B k_l B^T exp(i l w t) of order l and D = Phi^T B k_l B^T Phi,
-the part of the equation that does not turn is [hsu1963; lin2002a, lin2002b]
+the slowly varying part of the equation is [hsu1963; lin2002a, lin2002b]
 
     w_p + w_q near l w:   c_p' = -s_p c_p + i D_pq / (4 w_p) conj(c_q)          sum type
     w_p - w_q near l w:   c_p' = -s_p c_p + i D_pq / (4 w_p) c_q                difference type
@@ -22,14 +22,13 @@ import scipy.optimize
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
-from ..modes.basis import Modal
-from .state import weights
+from ..modes.basis import Modal, modal_weights
 
 __all__ = ["Combination", "Resonance", "combinations", "growth", "half_width", "resonances"]
 
 Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.
-_CLOSE = 0.01
+_CLOSE_FREQUENCY = 0.01
 # Combinations looked into, the fastest first.
 _MOST = 200
 _GRID = 61
@@ -69,19 +68,19 @@ class Resonance:
     """Two groups of close modes and one order of one mesh frequency that may couple them.
 
     first, second : indices of the modes, the same ones twice where a group meets itself.  order : l.
-    multiple : tone per tone of the first mesh.  stage : of the meshes that follow it.
+    tone_ratio : tone per tone of the first mesh.  stage : of the meshes that follow it.
     coupling : (p, q) complex D of the modes [1/s^2].  strength : its norm as b [1/s].
-    quiet : sqrt(s_p s_q) of the least damped, what b has to exceed [1/s].
+    damping_limit : sqrt(s_p s_q) of the least damped, what b has to exceed [1/s].
     """
 
     first: Index
     second: Index
     order: int
-    multiple: float
+    tone_ratio: float
     stage: str
     coupling: ComplexArray
     strength: float
-    quiet: float
+    damping_limit: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,18 +104,8 @@ class Combination:
     threshold: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Modes:
-    """Elastic modes: number, w (e,), s (e,), and G, C, Kg, Cskew among all of them in mass-normalised coordinates."""
-
-    number: Index
-    omega: Array
-    decay: Array
-    terms: dict[str, Array]
-
-
 def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[Resonance]:
-    """Every sum of two natural frequencies that some order of the stiffness couples, fastest first.
+    """Every sum of two natural frequencies that some order of the stiffness couples, fastest growing first [hsu1963].
 
     Parameters
     ----------
@@ -124,10 +113,10 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
     """
     omega = np.sqrt(modal.squared)
     elastic = np.flatnonzero(~modal.rigid)
-    groups = _close(omega, elastic)
+    groups = _close_groups(omega, elastic)
     if not groups:
         return []
-    rows = modal.gaps * weights(modal)
+    rows = modal.gaps * modal_weights(modal.squared, modal.rigid)
     found: list[Resonance] = []
     at = np.array([float(system.tones[i]) for i in system.meshes.tone])
     for tone in tones:
@@ -136,43 +125,46 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
         for order in np.flatnonzero(np.any(system.meshes.variation[mine] != 0, axis=0)) + 1:
             k = system.meshes.stiffness[mine] * system.meshes.variation[mine, order - 1]
             D = (rows[mine].T * k) @ rows[mine]
-            for first, second, strength, quiet in _coupled(D, groups, omega, modal.damping / 2):
+            for first, second, strength, limit in _coupled_groups(D, groups, omega, modal.damping / 2):
                 found.append(
                     Resonance(
                         first=first,
                         second=second,
                         order=int(order),
-                        multiple=tone / tones[0],
+                        tone_ratio=tone / tones[0],
                         stage=stage,
                         coupling=D[np.ix_(first, second)],
                         strength=strength,
-                        quiet=quiet,
+                        damping_limit=limit,
                     )
                 )
-    return sorted(found, key=lambda one: one.quiet - one.strength)
+    return sorted(found, key=lambda one: one.damping_limit - one.strength)
 
 
-def _close(omega: Array, elastic: Index) -> list[Index]:
-    """Elastic modes in groups of close ones."""
-    gaps = np.diff(omega[elastic]) > _CLOSE * omega[elastic][1:]
+def _close_groups(omega: Array, elastic: Index) -> list[Index]:
+    """Elastic modes in groups of close ones; omega (n,) [rad/s], elastic (e,) their indices."""
+    gaps = np.diff(omega[elastic]) > _CLOSE_FREQUENCY * omega[elastic][1:]
     return [group for group in np.split(elastic, np.flatnonzero(gaps) + 1) if group.size]
 
 
-def _coupled(
+def _coupled_groups(
     D: ComplexArray, groups: list[Index], omega: Array, decay: Array
 ) -> Iterator[tuple[Index, Index, float, float]]:
-    """Pairs of groups whose coupling exceeds their damping, with b and sqrt(s_p s_q) [1/s]."""
+    """Pairs of groups whose coupling exceeds their damping, with b and sqrt(s_p s_q) [1/s].
+
+    D : (n, n) coupling of all modes [1/s^2].  omega, decay : (n,) [rad/s], [1/s].
+    """
     modes, starts = np.concatenate(groups), np.cumsum([0, *(group.size for group in groups[:-1])])
     scaled = D[np.ix_(modes, modes)] / (4 * np.sqrt(np.outer(omega[modes], omega[modes])))
     squares = np.add.reduceat(np.add.reduceat(np.abs(scaled) ** 2, starts, axis=0), starts, axis=1)
     least = np.minimum.reduceat(decay[modes], starts)
     # 1e-12 of the frequency is rounding
-    quiet = np.maximum(np.sqrt(np.outer(least, least)), 1e-12 * omega[modes][starts])
-    for i, j in np.argwhere(np.triu(np.sqrt(squares) > quiet)):
+    limit = np.maximum(np.sqrt(np.outer(least, least)), 1e-12 * omega[modes][starts])
+    for i, j in np.argwhere(np.triu(np.sqrt(squares) > limit)):
         size = (groups[i].size, groups[j].size)
         block = scaled[starts[i] : starts[i] + size[0], starts[j] : starts[j] + size[1]]
         strength = float(np.linalg.norm(block, 2))
-        if strength > quiet[i, j]:
+        if strength > limit[i, j]:
             yield groups[i], groups[j], strength, float(np.sqrt(least[i] * least[j]))
 
 
@@ -186,17 +178,22 @@ def combinations(
     tones : as of `resonances`, at the operating speed.  turning : whether G, Kg, Cskew follow the speed.
     """
     omega = np.sqrt(modal.squared)
-    near = [one for one in resonances(system, modal, tones) if low / 2 <= _met(one, omega) <= 2 * high][:_MOST]
+    near = [one for one in resonances(system, modal, tones) if low / 2 <= _centre_frequency(one, omega) <= 2 * high][
+        :_MOST
+    ]
     found: list[Combination] = []
     for one in near:
-        found += _ranges(_averaged(modal, one, tones[0], turning))
+        found += _unstable_ranges(_averaged_equations(modal, one, tones[0], turning))
     return sorted((part for part in found if part.high >= low and part.low <= high), key=lambda part: part.centre)
 
 
-def _met(one: Resonance, omega: Array) -> float:
-    """Mesh frequency of the first mesh [Hz] at which the mean frequencies of the groups add up to the order."""
+def _centre_frequency(one: Resonance, omega: Array) -> float:
+    """Mesh frequency of the first mesh [Hz] at which the mean frequencies of the groups, of omega (n,).
+
+    Sum to the order.
+    """
     total = float(omega[one.first].mean() + omega[one.second].mean())
-    return total / (2 * np.pi * one.order * one.multiple)
+    return total / (2 * np.pi * one.order * one.tone_ratio)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -204,40 +201,42 @@ class _Averaged:
     """The averaged equations of one resonance; frequencies are those of the first mesh [rad/s].
 
     tone : at the operating speed [rad/s].  turning : whether G, Kg, Cskew follow the speed.
-    at : mean frequency of each group [rad/s].  still, once, twice : what turns slowly within each group, of no power of
-    the speed, of its first and second (p, p) [1/s].  push : (p, q) of each group on the other [1/s].
+    mean_omega : mean frequency of each group [rad/s].  constant, linear, quadratic : coefficients (p, p) within each
+        group by power of the speed [1/s].  coupling : (p, q) of each group on the other [1/s].
     """
 
-    one: Resonance
+    resonance: Resonance
     tone: float
     turning: bool
-    at: tuple[float, float]
-    still: tuple[ComplexArray, ComplexArray]
-    once: tuple[ComplexArray, ComplexArray]
-    twice: tuple[ComplexArray, ComplexArray]
-    push: tuple[ComplexArray, ComplexArray]
+    mean_omega: tuple[float, float]
+    constant: tuple[ComplexArray, ComplexArray]
+    linear: tuple[ComplexArray, ComplexArray]
+    quadratic: tuple[ComplexArray, ComplexArray]
+    coupling: tuple[ComplexArray, ComplexArray]
 
     @property
     def centre(self) -> float:
         """Where the mean frequencies of the groups add up to the order [rad/s]."""
-        return sum(self.at) / (self.one.order * self.one.multiple)
+        return sum(self.mean_omega) / (self.resonance.order * self.resonance.tone_ratio)
 
     @property
     def width(self) -> float:
         """Half-width if all modes of a group had the same frequency [rad/s]."""
-        first, second = (float(-still.diagonal().real.max()) for still in self.still)
-        wide = half_width(self.one.strength, first=first, second=second)
-        return (wide if np.isfinite(wide) else 20 * self.one.strength) / (self.one.order * self.one.multiple)
+        first, second = (float(-constant.diagonal().real.max()) for constant in self.constant)
+        wide = half_width(self.resonance.strength, first=first, second=second)
+        return (wide if np.isfinite(wide) else 20 * self.resonance.strength) / (
+            self.resonance.order * self.resonance.tone_ratio
+        )
 
     @property
     def reach(self) -> float:
         """How far from the centre anything can happen [rad/s]."""
         speed = self.speed(np.array([self.centre]))
         moved = 0.0
-        for still, once, twice in zip(self.still, self.once, self.twice, strict=True):
-            rest = still - np.diag(still.diagonal().real) + speed * once + speed**2 * twice
+        for constant, linear, quadratic in zip(self.constant, self.linear, self.quadratic, strict=True):
+            rest = constant - np.diag(constant.diagonal().real) + speed * linear + speed**2 * quadratic
             moved += float(np.abs(rest).sum(axis=1).max())
-        return 1.2 * self.width + 2 * moved / (self.one.order * self.one.multiple)
+        return 1.2 * self.width + 2 * moved / (self.resonance.order * self.resonance.tone_ratio)
 
     @property
     def points(self) -> int:
@@ -245,21 +244,21 @@ class _Averaged:
         return int(np.clip(16 * self.reach / self.width, _GRID, 10 * _GRID)) if self.width > 0 else _GRID
 
     def speed(self, mesh: Array) -> Array:
-        """Relative speed that the frame terms see."""
+        """Relative speed of the frame terms at mesh frequencies (F,) [rad/s], (F,) [1]."""
         return mesh / self.tone if self.turning else np.ones_like(mesh)
 
     def matrix(self, mesh: Array) -> ComplexArray:
         """Matrices of the averaged equations at mesh frequencies (F,) [rad/s], (F, p + q, p + q) [1/s]."""
-        half = (self.one.order * self.one.multiple * mesh - sum(self.at))[:, None, None] / 2
+        half = (self.resonance.order * self.resonance.tone_ratio * mesh - sum(self.mean_omega))[:, None, None] / 2
         speed = self.speed(mesh)[:, None, None]
         first, second = (
-            still + speed * once + speed**2 * twice - 1j * half * np.eye(len(still))
-            for still, once, twice in zip(self.still, self.once, self.twice, strict=True)
+            constant + speed * linear + speed**2 * quadratic - 1j * half * np.eye(len(constant))
+            for constant, linear, quadratic in zip(self.constant, self.linear, self.quadratic, strict=True)
         )
         p = first.shape[1]
         whole = np.empty((mesh.size, p + second.shape[1], p + second.shape[1]), complex)
         whole[:, :p, :p], whole[:, p:, p:] = first, second.conj()
-        whole[:, :p, p:], whole[:, p:, :p] = self.push[0], self.push[1].conj()
+        whole[:, :p, p:], whole[:, p:, :p] = self.coupling[0], self.coupling[1].conj()
         return whole
 
     def growth(self, mesh: Array) -> Array:
@@ -268,25 +267,31 @@ class _Averaged:
         return rates
 
 
-def _averaged(modal: Modal, one: Resonance, tone: float, turning: bool) -> _Averaged:
+def _averaged_equations(modal: Modal, one: Resonance, tone: float, turning: bool) -> _Averaged:
     """The averaged equations of a resonance; tone : of the first mesh at the operating speed [Hz]."""
     omega = np.sqrt(modal.squared)
-    first, second = _own(modal, one.first), _own(modal, one.second)
+    first, second = _group_terms(modal, one.first), _group_terms(modal, one.second)
     return _Averaged(
-        one=one,
+        resonance=one,
         tone=2 * np.pi * tone,
         turning=turning,
-        at=(float(omega[one.first].mean()), float(omega[one.second].mean())),
-        still=(first[0], second[0]),
-        once=(first[1], second[1]),
-        twice=(first[2], second[2]),
-        push=(1j * one.coupling / (4 * omega[one.first, None]), 1j * one.coupling.T / (4 * omega[one.second, None])),
+        mean_omega=(float(omega[one.first].mean()), float(omega[one.second].mean())),
+        constant=(first[0], second[0]),
+        linear=(first[1], second[1]),
+        quadratic=(first[2], second[2]),
+        coupling=(
+            1j * one.coupling / (4 * omega[one.first, None]),
+            1j * one.coupling.T / (4 * omega[one.second, None]),
+        ),
     )
 
 
-def _own(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """What turns slowly within a group: of no power of the speed, of its first and its second, (p, p) [1/s]."""
-    omega, weight = np.sqrt(modal.squared)[group], weights(modal)[group]
+def _group_terms(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Averaged coefficients within a group (p,) by power of the speed.
+
+    constant, linear, quadratic, (p, p) each [1/s].
+    """
+    omega, weight = np.sqrt(modal.squared)[group], modal_weights(modal.squared, modal.rigid)[group]
     rate, position = -omega / (2 * omega[:, None]), 1j / (2 * omega[:, None])
 
     def term(name: str) -> Array | float:
@@ -304,53 +309,59 @@ def _own(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray, Comple
     )
 
 
-def _ranges(averaged: _Averaged) -> list[Combination]:
-    """The ranges in which a resonance grows."""
+def _unstable_ranges(averaged: _Averaged) -> list[Combination]:
+    """The ranges of mesh frequency in which a resonance grows."""
     mesh = averaged.centre + averaged.reach * np.linspace(-1, 1, averaged.points)
     mesh = mesh[mesh > 0]
     rates = averaged.growth(mesh)
     # rounding of an eigenvalue: without damping everything is at 0
-    edge = 1e-9 * averaged.one.strength
+    edge = 1e-9 * averaged.resonance.strength
     grows = np.concatenate([[False], rates > edge, [False]])
     starts, ends = np.flatnonzero(~grows[:-1] & grows[1:]), np.flatnonzero(grows[:-1] & ~grows[1:]) - 1
-    first, second = _leading(averaged.one)
+    first, second = _strongest_pair(averaged.resonance)
     found = []
     for start, end in zip(starts, ends, strict=True):
-        low = mesh[start] if start == 0 else _crossing(averaged, mesh[start - 1], mesh[start], edge)
-        high = mesh[end] if end == mesh.size - 1 else _crossing(averaged, mesh[end], mesh[end + 1], edge)
+        low = mesh[start] if start == 0 else _boundary(averaged, mesh[start - 1], mesh[start], edge)
+        high = mesh[end] if end == mesh.size - 1 else _boundary(averaged, mesh[end], mesh[end + 1], edge)
         best = int(start) + int(np.argmax(rates[start : end + 1]))
-        fastest = _fastest(averaged, mesh[max(best - 1, 0)], mesh[min(best + 1, mesh.size - 1)])
+        fastest = _fastest_growth(averaged, mesh[max(best - 1, 0)], mesh[min(best + 1, mesh.size - 1)])
         hertz = 2 * np.pi
         found.append(
             Combination(
                 first=min(first, second) + 1,
                 second=max(first, second) + 1,
-                order=averaged.one.order,
-                stage=averaged.one.stage,
+                order=averaged.resonance.order,
+                stage=averaged.resonance.stage,
                 low=low / hertz,
                 centre=fastest / hertz,
                 high=high / hertz,
                 growth=float(averaged.growth(np.array([fastest]))[0]),
-                threshold=averaged.one.quiet / averaged.one.strength,
+                threshold=averaged.resonance.damping_limit / averaged.resonance.strength,
             )
         )
     return found
 
 
-def _leading(one: Resonance) -> tuple[int, int]:
+def _strongest_pair(one: Resonance) -> tuple[int, int]:
     """Indices of the modes that couple most, one of each group."""
     p, q = np.unravel_index(np.argmax(np.abs(one.coupling)), one.coupling.shape)
     return int(one.first[p]), int(one.second[q])
 
 
-def _crossing(averaged: _Averaged, one: float, other: float, edge: float) -> float:
+def _boundary(averaged: _Averaged, one: float, other: float, edge: float) -> float:
+    """Mesh frequency [rad/s] between two at which the growth rate is `edge` [1/s], to 1e-9 of it."""
+
     def above(mesh: float) -> float:
         return float(averaged.growth(np.array([mesh]))[0]) - edge
 
     return float(scipy.optimize.brentq(above, one, other, xtol=1e-9 * other))
 
 
-def _fastest(averaged: _Averaged, one: float, other: float) -> float:
+def _fastest_growth(averaged: _Averaged, one: float, other: float) -> float:
+    """Mesh frequency [rad/s] of the largest growth rate between two.
+
+    By bounded minimisation of SciPy's default tolerance.
+    """
     found = scipy.optimize.minimize_scalar(
         lambda mesh: -float(averaged.growth(np.array([mesh]))[0]), bounds=(one, other), method="bounded"
     )

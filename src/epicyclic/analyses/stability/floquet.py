@@ -1,11 +1,15 @@
 """Floquet multipliers of the linear system whose meshes change periodically in any way, over any period.
 
 A step is the exact flow of the mean system (gyroscopic, centripetal and off-diagonal damping terms included) and a
-kick of rank m by what the meshes differ from their mean over the period.  The kick carries the double commutator of
-the splitting: D - h^2/12 D S D in place of D, S = B^T M^-1 B [takahashi1984].  One step is then a processed method of
-fourth order: its error of second order is a change of coordinates, periodic like the meshes, which no multiplier
+kick of rank m by the deviation of the meshes from their mean over the period.  The kick carries the double commutator
+of the splitting: D - h^2/12 D S D in place of D, S = B^T M^-1 B [takahashi1984].  One step is then a processed method
+of fourth order: its error of second order is a change of coordinates, periodic like the meshes, which no multiplier
 feels [hairer2006, sec. V.3.3].  Without damping a step is symplectic: multipliers stay on the unit circle to rounding
 until they meet.
+
+The mean system is a state z = (y, u) in mass-normalised modal coordinates x (q = Phi x) with rates u = x' and
+y = weight x, whose square is twice the energy.  Positions of neutral motions (free rotation) enter no force and are
+left out: what is left has no defective double multiplier at 1 that rounding would scatter to 1e-8.
 """
 
 from __future__ import annotations
@@ -17,17 +21,40 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
-from ..modes.basis import Modal
-from .state import State, state
+from ..modes.basis import Modal, modal_weights
+from ..modes.eigen import neutral_basis
 
-__all__ = ["Floquet", "floquet", "multipliers", "steps_needed"]
+__all__ = [
+    "BREAKING",
+    "DIVERGENCE",
+    "DOUBLING",
+    "FOLD",
+    "KINDS",
+    "QUASI_PERIODIC",
+    "STABLE",
+    "Floquet",
+    "floquet",
+    "multiplier_kind",
+    "steps_needed",
+]
 
-_LEAST, _PER_CYCLE = 24.0, 4.0
+# Kinds of loss of stability, by where the largest multiplier leaves the unit circle; one vocabulary for all analyses.
+# At +1 a linear system has one word, divergence.  With teeth that part the branch of the motion tells two of its forms
+# apart: a fold, where it turns back, and symmetry breaking, where another one with less symmetry leaves it.
+STABLE = "stable"
+DIVERGENCE, DOUBLING, QUASI_PERIODIC = "divergence", "period doubling", "quasi-periodic"
+FOLD, BREAKING = "fold", "symmetry breaking"
+KINDS = (STABLE, DIVERGENCE, DOUBLING, QUASI_PERIODIC)
+
+# Least steps of a mesh cycle, and of a cycle of the highest mode.
+_STEPS_PER_CYCLE, _STEPS_PER_MODE_CYCLE = 24.0, 4.0
+# A constant of the motion is one if what would change it is rounding beside the matrices' own size.
+_CONSERVED = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Floquet:
-    """What becomes of a small disturbance in one period.
+    """Propagation of a small disturbance over one period.
 
     multipliers : (2n,) complex, largest magnitude first, then those of free motions.
     free : (2n,) whether it is that of a free motion: of its position (exactly 1) or its momentum (1 to rounding).
@@ -53,20 +80,7 @@ def steps_needed(modal: Modal, *, period: float, cycle: float, harmonics: int = 
     """
     highest = float(np.sqrt(modal.squared.max(initial=0.0))) / (2 * np.pi)
     clear = 2 * highest + (harmonics + 1) / cycle
-    return int(np.ceil(period * max(_LEAST / cycle, _PER_CYCLE * highest, clear) - 1e-9))
-
-
-def multipliers(
-    modal: Modal,
-    stiffness: Array,
-    *,
-    period: float,
-    frame: float = 1.0,
-    damping: Array | None = None,
-    gaps: Array | None = None,
-) -> ComplexArray:
-    """Floquet multipliers, (2n,) complex, largest magnitude first, those of free motions last; as `floquet`."""
-    return floquet(modal, stiffness, period=period, frame=frame, damping=damping, gaps=gaps).multipliers
+    return int(np.ceil(period * max(_STEPS_PER_CYCLE / cycle, _STEPS_PER_MODE_CYCLE * highest, clear) - 1e-9))
 
 
 def floquet(
@@ -95,7 +109,7 @@ def floquet(
     numpy.linalg.LinAlgError : a number that is not finite, or eigenvalues that did not converge.
     """
     mean_k, mean_c = stiffness.mean(axis=1), np.zeros(len(stiffness)) if damping is None else damping.mean(axis=1)
-    start = state(modal, frame=frame, stiffness=mean_k, damping=mean_c, gaps=gaps)
+    start = _mean_flow(modal, frame=frame, stiffness=mean_k, damping=mean_c, gaps=gaps)
     change_c = None if damping is None or not np.ptp(damping, axis=1).any() else damping - mean_c[:, None]
     kicks = _Kicks(start, stiffness - mean_k[:, None], change_c, period / stiffness.shape[1])
     whole = _product(start, kicks)
@@ -114,9 +128,12 @@ def floquet(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Kicks:
-    """Changes of the meshes at every step: stiffness and damping (m, N) less their means, and the step [s]."""
+    """Changes of the meshes at every step.
 
-    state: State
+    Stiffness and damping (m, N) less their means [N/m], [N s/m], and the step [s].
+    """
+
+    mean: _MeanFlow
     stiffness: Array
     damping: Array | None
     step: float
@@ -124,11 +141,11 @@ class _Kicks:
     @property
     def mass(self) -> Array:
         """S = B^T M^-1 B of the elastic modes, (m, m) [1/kg]."""
-        return self.state.rows @ self.state.rows.T
+        return self.mean.rows @ self.mean.rows.T
 
 
-def _product(start: State, kicks: _Kicks) -> Array:
-    """Flow after kick, over all steps, (k + n, k + n)."""
+def _product(start: _MeanFlow, kicks: _Kicks) -> Array:
+    """Monodromy matrix (k + n, k + n): flow after kick, over all steps."""
     k, N = start.gaps.shape[1], len(start.generator)
     flow = scipy.linalg.expm(start.generator * kicks.step)
     joined = np.hstack([flow, -flow[:, k:] @ start.rows.T])
@@ -142,29 +159,29 @@ def _product(start: State, kicks: _Kicks) -> Array:
 
 
 def _impulse(kicks: _Kicks, mass: Array, z: NDArray[np.inexact], j: int, h: float) -> NDArray[np.inexact]:
-    """Impulse of every mesh row for states z (k + n, columns), (m, columns) [N s]."""
-    k, D = kicks.state.gaps.shape[1], kicks.stiffness[:, j, None]
-    force = kicks.state.gaps @ z[:k]
+    """Impulse of every mesh row for states z (k + n, columns) in step j of length h [s], (m, columns) [N s]."""
+    k, D = kicks.mean.gaps.shape[1], kicks.stiffness[:, j, None]
+    force = kicks.mean.gaps @ z[:k]
     force *= D
     force -= (h * h / 12) * D * (mass @ force)
     if kicks.damping is not None:
         # the rate decays while it is kicked: the implicit midpoint of that
         drag = kicks.damping[:, j, None]
-        force += drag * (kicks.state.rows @ z[k:])
+        force += drag * (kicks.mean.rows @ z[k:])
         force = np.linalg.solve(np.eye(len(D)) + (h / 2) * drag * mass, force)
     force *= h
     return force
 
 
 def _half_kick(kicks: _Kicks, z: ComplexArray) -> ComplexArray:
-    """States in the middle of the first kick from those before it."""
-    k = kicks.state.gaps.shape[1]
+    """States (k + n, columns) in the middle of the first kick from those before it."""
+    k = kicks.mean.gaps.shape[1]
     after = z.copy()
-    after[k:] -= kicks.state.rows.T @ _impulse(kicks, kicks.mass, z, 0, kicks.step / 2)
+    after[k:] -= kicks.mean.rows.T @ _impulse(kicks, kicks.mass, z, 0, kicks.step / 2)
     return after
 
 
-def _motions(start: State, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+def _motions(start: _MeanFlow, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """(n, 2n) position y and rate y' in the order of the modes, the motions left out as the last columns."""
     k, n, r = start.gaps.shape[1], len(start.weight), start.neutral
     x, u = np.zeros((n, k + n + r), complex), np.zeros((n, k + n + r), complex)
@@ -176,8 +193,8 @@ def _motions(start: State, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]
     return weight[:, None] * x / size, weight[:, None] * u / size
 
 
-def _sorted(mu: ComplexArray, start: State) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Order of the multipliers with those left out behind them, and which are of free motions.
+def _sorted(mu: ComplexArray, start: _MeanFlow) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Order (2n,) of the multipliers with those left out behind them, and which are of free motions.
 
     As many as there are conserved momenta are exactly 1 but for rounding: the nearest ones.
     """
@@ -187,3 +204,97 @@ def _sorted(mu: ComplexArray, start: State) -> tuple[NDArray[np.int64], NDArray[
     free[momenta] = free[len(mu) :] = True
     order = np.lexsort((-size, free))
     return order, free[order]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _MeanFlow:
+    """The mean system as a linear flow: z' = generator z less the push of changed meshes.
+
+    generator : (k + n, k + n) of z = (y (k,), u (n,)) [1/s].
+    gaps : (m, k) gap of y [m].  rows : (m, n) B^T Phi: gap rate of u, and transposed the push of mesh forces on u.
+    turn : (n, n) orthogonal, x = turn (x_neutral, x_rest).  weight : (n,) in the order of the turned coordinates
+        [rad/s].
+    neutral : positions left out, n - k of them, each a multiplier 1.  conserved : multipliers 1 among the others.
+    """
+
+    generator: Array
+    gaps: Array
+    rows: Array
+    turn: Array
+    weight: Array
+    neutral: int
+    conserved: int
+
+
+def _mean_flow(modal: Modal, *, frame: float, stiffness: Array, damping: Array, gaps: Array | None = None) -> _MeanFlow:
+    """The mean system with other mean meshes.
+
+    Parameters
+    ----------
+    frame : factor of G and Cskew, squared of Kg.
+    stiffness, damping : (m,) mean of each mesh less what `modal` holds [N/m], [N s/m].
+    gaps : (m, n) gap of y of those rows; the meshes of `modal` where None.
+    """
+    weight = modal_weights(modal.squared, modal.rigid)
+    rows = (modal.gaps if gaps is None else gaps) * weight
+    C, K = _matrices(modal, frame, weight)
+    C += (rows.T * damping) @ rows
+    K += (rows.T * stiffness) @ rows
+    turn, neutral, conserved = np.eye(len(weight)), 0, 0
+    rigid = np.flatnonzero(modal.rigid)
+    if rigid.size:
+        turn, neutral = neutral_basis(K, rigid)
+        C, K, rows, weight = turn.T @ C @ turn, turn.T @ K @ turn, rows @ turn, (turn**2).T @ weight
+        conserved = _conserved(K, C, rigid.size, neutral)
+    n, k = len(weight), len(weight) - neutral
+    generator = np.zeros((k + n, k + n))
+    generator[:k, k + neutral :] = np.diag(weight[neutral:])
+    generator[k:, :k] = -K[:, neutral:] / weight[neutral:]
+    generator[k:, k:] = -C
+    return _MeanFlow(
+        generator=generator,
+        gaps=np.ascontiguousarray(rows[:, neutral:] / weight[neutral:]),
+        rows=rows,
+        turn=turn,
+        weight=weight,
+        neutral=neutral,
+        conserved=conserved,
+    )
+
+
+def _matrices(modal: Modal, frame: float, weight: Array) -> tuple[Array, Array]:
+    """Rate and position matrices of the mean system in mass-normalised modal coordinates, (n, n) each."""
+    C, K = np.diag(modal.damping), np.diag(modal.squared)
+    for name, factor, target in (("G", frame, C), ("C", 1.0, C), ("Kg", frame**2, K), ("Cskew", frame, K)):
+        if name in modal.coupling:
+            target += factor * modal.coupling[name].T * weight / weight[:, None]
+    return C, K
+
+
+def _conserved(K: Array, C: Array, rigid: int, neutral: int) -> int:
+    """Number of momenta of the `rigid` first coordinates that nothing changes.
+
+    No position, no rate of a neutral motion.
+
+    K [1/s^2] and C [1/s] are (n, n) with the neutral coordinates first.
+    """
+    tiny = np.finfo(float).tiny
+    held = K[:rigid] / max(float(np.abs(K - np.diag(np.diag(K))).max(initial=0.0)), tiny)
+    dragged = C[:rigid, :neutral] / max(float(np.abs(C).max(initial=0.0)), tiny)
+    changed = np.linalg.svd(np.concatenate([held, dragged], axis=1), compute_uv=False)
+    return rigid - int(np.sum(changed > _CONSERVED))
+
+
+def multiplier_kind(multiplier: complex, *, circle: float, real: float) -> str:
+    """Kind of loss of stability of the largest multiplier [1].
+
+    Stable within 1 + `circle`, real within `real` of its size.
+
+    Near +1 ``divergence``, growth at mesh orders; near -1 ``period doubling``, at half orders; else
+    ``quasi-periodic``, two modes together.
+    """
+    if abs(multiplier) <= 1 + circle:
+        return STABLE
+    if abs(multiplier.imag) > real * abs(multiplier):
+        return QUASI_PERIODIC
+    return DIVERGENCE if multiplier.real > 0 else DOUBLING

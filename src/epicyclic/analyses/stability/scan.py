@@ -17,10 +17,17 @@ from ..static.tangent import linearised
 from ..steady.excitation import mesh_tones
 from ..steady.response import FrameSpeed
 from .combinations import Combination, combinations
-from .floquet import Floquet, floquet, steps_needed
-from .kinds import STABLE, outside
+from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 
-__all__ = ["Progress", "Speeds", "Stability", "kind_of", "predicted", "prepared", "scan"]
+__all__ = [
+    "FloquetScan",
+    "ParametricSystem",
+    "Progress",
+    "floquet_scan",
+    "instability_kind",
+    "parametric_system",
+    "predicted_combinations",
+]
 
 Progress = Callable[[int, int], None] | None
 
@@ -35,12 +42,12 @@ _MOST_STEPS = 20_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Stability:
-    """A System ready to be asked at any speed.
+class ParametricSystem:
+    """A System prepared for Floquet analysis at any speed.
 
-    tones : (D,) mesh frequencies at the operating speed, that of the first mesh first.
+    tones : (D,) mesh frequencies at the operating speed [Hz], that of the first mesh first.
     cycles : cycles of the first mesh in the common period of all meshes that vary.
-    fastest : largest of the tones that vary per the first.  harmonics : of the stiffness.
+    fastest : largest of the tones that vary per the first [1].  harmonics : of the stiffness.
     """
 
     system: System
@@ -53,8 +60,11 @@ class Stability:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Speeds:
-    """What is found at P speeds: multipliers (P, 2n), largest |mu| and growth rate [1/s] (P,), kinds, steps, status."""
+class FloquetScan:
+    """Stability at P speeds.
+
+    Multipliers (P, 2n), largest |mu| [1] and growth rate [1/s] (P,), kinds, steps, status (P,).
+    """
 
     multipliers: ComplexArray
     largest: Array
@@ -64,10 +74,10 @@ class Speeds:
     status: NDArray[np.object_]
 
 
-def prepared(
+def parametric_system(
     system: System, *, frame_speed: FrameSpeed = "kinematic", variation: float = 1.0, damping: float = 1.0
-) -> Stability:
-    """Prepare a System; tangents at the mean load stand for the laws of links.
+) -> ParametricSystem:
+    """A System prepared for Floquet analysis; tangents at the mean load stand for the laws of links.
 
     Parameters
     ----------
@@ -90,7 +100,7 @@ def prepared(
     used = {system.tones[i] for i, varies in zip(meshes.tone, varying, strict=True) if varies} or {tones[0]}
     common = Fraction(gcd(*(t.numerator for t in used)), lcm(*(t.denominator for t in used)))
     orders = np.flatnonzero(np.any(meshes.variation != 0, axis=0))
-    return Stability(
+    return ParametricSystem(
         system=system,
         modal=modal_form(system),
         tones=tones,
@@ -102,6 +112,7 @@ def prepared(
 
 
 def _scaled(system: System, variation: float, damping: float) -> System:
+    """The System with the variation of its meshes and all its damping times a factor."""
     if variation == 1.0 and damping == 1.0:
         return system
     meshes = system.meshes
@@ -114,10 +125,13 @@ def _scaled(system: System, variation: float, damping: float) -> System:
     )
 
 
-def scan(ready: Stability, mesh_frequency: Array, *, progress: Progress = None) -> Speeds:
-    """Multipliers at mesh frequencies of the first mesh (P,) [Hz]; a point that fails holds nan and says why."""
+def floquet_scan(ready: ParametricSystem, mesh_frequency: Array, *, progress: Progress = None) -> FloquetScan:
+    """Multipliers at mesh frequencies of the first mesh (P,) [Hz].
+
+    a point that fails holds nan and states the reason.
+    """
     P, n = mesh_frequency.size, ready.modal.squared.size
-    found = Speeds(
+    found = FloquetScan(
         multipliers=np.full((P, 2 * n), np.nan, complex),
         largest=np.full(P, np.nan),
         growth=np.full(P, np.nan),
@@ -127,7 +141,7 @@ def scan(ready: Stability, mesh_frequency: Array, *, progress: Progress = None) 
     )
     for i, frequency in enumerate(mesh_frequency):
         try:
-            _fill(ready, float(frequency), i, found)
+            _scan_point(ready, float(frequency), i, found)
         except (ModelError, np.linalg.LinAlgError, FloatingPointError) as error:
             found.status[i] = str(error)
         if progress is not None:
@@ -135,24 +149,30 @@ def scan(ready: Stability, mesh_frequency: Array, *, progress: Progress = None) 
     return found
 
 
-def _fill(ready: Stability, frequency: float, i: int, found: Speeds) -> None:
-    """Write one speed."""
+def _scan_point(ready: ParametricSystem, frequency: float, i: int, found: FloquetScan) -> None:
+    """Fill in the mesh frequency [Hz] of place i.
+
+    Raises
+    ------
+    ModelError : a frequency that is not above zero, or a common period that is too long.
+    """
     if not (np.isfinite(frequency) and frequency > 0):
         raise ModelError("speed is not a number above zero")
     period = float(ready.cycles) / frequency
     steps = steps_needed(ready.modal, period=period, cycle=1 / (frequency * ready.fastest), harmonics=ready.harmonics)
     if steps > _MOST_STEPS:
         raise ModelError(f"the common period of all meshes, {float(ready.cycles):g} cycles, is too long")
-    one = _at(ready, frequency, steps)
+    one = _floquet_at(ready, frequency, steps)
     if abs(_largest(one) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
         steps *= 2
-        one = _at(ready, frequency, steps)
+        one = _floquet_at(ready, frequency, steps)
     found.multipliers[i], found.largest[i], found.steps[i] = one.multipliers, _largest(one), steps
     found.growth[i] = np.log(found.largest[i]) / period if found.largest[i] > 0 else np.nan
-    found.kind[i] = kind_of(one.multipliers[~one.free])
+    found.kind[i] = instability_kind(one.multipliers[~one.free])
 
 
-def _at(ready: Stability, frequency: float, steps: int) -> Floquet:
+def _floquet_at(ready: ParametricSystem, frequency: float, steps: int) -> Floquet:
+    """Multipliers at a mesh frequency [Hz] of the first mesh, the common period in so many steps."""
     meshes, (first, *_) = ready.system.meshes, ready.tones
     speed = frequency / float(first)
     # exact phases: whole turns of a tone over many cycles would lose digits
@@ -175,15 +195,15 @@ def _largest(one: Floquet) -> float:
     return float(np.abs(one.multipliers[~one.free]).max(initial=0.0))
 
 
-def kind_of(multipliers: ComplexArray) -> str:
-    """One of `kinds.KINDS`, of multipliers without those of free motions."""
+def instability_kind(multipliers: ComplexArray) -> str:
+    """One of `floquet.KINDS`, of multipliers (k,) without those of free motions."""
     if not multipliers.size:
         return STABLE
-    return outside(complex(multipliers[np.argmax(np.abs(multipliers))]), circle=_CIRCLE, real=_REAL)
+    return multiplier_kind(complex(multipliers[np.argmax(np.abs(multipliers))]), circle=_CIRCLE, real=_REAL)
 
 
-def predicted(ready: Stability, mesh_frequency: Array) -> list[Combination]:
-    """Ranges of instability by averaging within the range of some mesh frequencies [Hz]."""
+def predicted_combinations(ready: ParametricSystem, mesh_frequency: Array) -> list[Combination]:
+    """Ranges of instability by averaging within the range of some mesh frequencies (P,) [Hz]."""
     usable = mesh_frequency[np.isfinite(mesh_frequency) & (mesh_frequency > 0)]
     if not usable.size:
         return []

@@ -12,12 +12,12 @@ from ...errors import ModelError
 from ...system.system import Array, System
 from ..steady.response import FrameSpeed
 from .combinations import Combination
-from .scan import Progress, Speeds, Stability, predicted, prepared, scan
+from .scan import FloquetScan, ParametricSystem, Progress, floquet_scan, parametric_system, predicted_combinations
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["growing", "named", "stability", "told", "warned"]
+__all__ = ["combination_name", "combination_names", "resonance_columns", "scan_warnings", "stability"]
 
 _POINTS = 200
 
@@ -50,14 +50,20 @@ def stability(
     A single speed that fails holds nan, and ``status`` says why.  No damping at all is allowed: the train is then
     stable where nothing grows.
     """
-    ready = prepared(system, frame_speed=frame_speed, variation=variation, damping=damping)
+    ready = parametric_system(system, frame_speed=frame_speed, variation=variation, damping=damping)
     frequency = _frequencies(ready, mesh_frequency, relative_speed)
-    found = scan(ready, frequency, progress=progress)
+    found = floquet_scan(ready, frequency, progress=progress)
     options = {"frame_speed": frame_speed, "variation": variation, "damping": damping}
-    return _labelled(ready, frequency, found, predicted(ready, frequency), options)
+    return _labelled(ready, frequency, found, predicted_combinations(ready, frequency), options)
 
 
-def _frequencies(ready: Stability, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
+def _frequencies(ready: ParametricSystem, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
+    """Mesh frequencies of the first mesh (P,) [Hz]; 200 over the natural frequencies where no speeds are given.
+
+    Raises
+    ------
+    ModelError : both kinds of speed are given.
+    """
     if mesh_frequency is not None and relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     if relative_speed is not None:
@@ -70,36 +76,39 @@ def _frequencies(ready: Stability, mesh_frequency: ArrayLike | None, relative_sp
     return np.linspace(0.2 * natural[0], 1.2 * natural[-1], _POINTS)
 
 
-def growing(found: Speeds, ranges: Sequence[Combination], mesh_frequency: Array, several: bool) -> list[str]:
-    """At each unstable speed the combination whose predicted range holds it, the fastest of several; else "".
+def combination_names(
+    found: FloquetScan, ranges: Sequence[Combination], mesh_frequency: Array, several: bool
+) -> list[str]:
+    """At each unstable mesh frequency (P,) [Hz] the combination whose predicted range holds it, the fastest; else "".
 
     The ends of a range are known to first order: the next range counts up to half its width away.
     """
     return [
-        "" if kind in ("", "stable") else _belongs(ranges, float(frequency), several)
+        "" if kind in ("", "stable") else _combination_at(ranges, float(frequency), several)
         for frequency, kind in zip(mesh_frequency, found.kind, strict=True)
     ]
 
 
-def _belongs(ranges: Sequence[Combination], frequency: float, several: bool) -> str:
+def _combination_at(ranges: Sequence[Combination], frequency: float, several: bool) -> str:
+    """Name of the combination at an unstable mesh frequency [Hz]; ``beyond first order`` without one."""
     for margin in (0.0, 0.5):
         around = [
             one for one in ranges if abs(2 * frequency - one.low - one.high) <= (1 + 2 * margin) * (one.high - one.low)
         ]
         if around:
-            return named(max(around, key=lambda one: one.growth), several)
+            return combination_name(max(around, key=lambda one: one.growth), several)
     return "beyond first order"
 
 
-def named(one: Combination, several: bool) -> str:
+def combination_name(one: Combination, several: bool) -> str:
     """``f2 + f5 = 3 f``: natural frequencies, and the mesh frequency, of a stage where there are several."""
     modes = f"2 f{one.first}" if one.first == one.second else f"f{one.first} + f{one.second}"
     mesh = "f" if one.order == 1 else f"{one.order} f"
     return f"{modes} = {mesh}" + (f" of {one.stage}" if several else "")
 
 
-def told(ranges: Sequence[Combination]) -> dict[str, tuple[str, Any]]:
-    """The predicted ranges as variables along ``resonance``."""
+def resonance_columns(ranges: Sequence[Combination]) -> dict[str, tuple[str, Any]]:
+    """The predicted ranges as variables (resonance,)."""
     return {
         **{
             f"resonance_{name}": ("resonance", np.array([getattr(one, name) for one in ranges], dtype=float))
@@ -112,15 +121,16 @@ def told(ranges: Sequence[Combination]) -> dict[str, tuple[str, Any]]:
     }
 
 
-def _natural(ready: Stability) -> Array:
-    """Natural frequencies that the combinations count from 1 [Hz], (n,)."""
+def _natural(ready: ParametricSystem) -> Array:
+    """Natural frequencies that the combinations count from 1, (n,) [Hz]."""
     frequency: Array = np.sqrt(ready.modal.squared) / (2 * np.pi)
     return frequency
 
 
 def _labelled(
-    ready: Stability, frequency: Array, found: Speeds, ranges: list[Combination], options: dict[str, Any]
+    ready: ParametricSystem, frequency: Array, found: FloquetScan, ranges: list[Combination], options: dict[str, Any]
 ) -> xr.Dataset:
+    """The labelled result; frequency (P,) of the first mesh [Hz]."""
     from ...results.dataset import dataset
 
     several = len(ready.tones) > 1
@@ -131,29 +141,29 @@ def _labelled(
             "growth_rate": ("speed", found.growth),
             "stable": ("speed", found.kind == "stable"),
             "instability": ("speed", found.kind),
-            "taking_part": ("speed", np.array(growing(found, ranges, frequency, several), dtype=object)),
+            "taking_part": ("speed", np.array(combination_names(found, ranges, frequency, several), dtype=object)),
             "period_steps": ("speed", found.steps),
             "status": ("speed", found.status),
             "frequency": ("mode", _natural(ready)),
-            **told(ranges),
+            **resonance_columns(ranges),
         },
         {
             "speed": frequency / float(ready.tones[0]),
             "mesh_frequency": ("speed", frequency),
             "multiplier": np.arange(1, found.multipliers.shape[1] + 1),
             "mode": np.arange(1, ready.modal.squared.size + 1),
-            "resonance": [named(one, several) for one in ranges],
+            "resonance": [combination_name(one, several) for one in ranges],
         },
         verb="stability",
         options={**options, "period": f"{ready.cycles} cycles of the first mesh"},
         provenance=ready.system.provenance,
-        warnings=[*ready.system.warnings, *warned(found)],
+        warnings=[*ready.system.warnings, *scan_warnings(found)],
         units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )
 
 
-def warned(found: Speeds) -> list[str]:
-    """What a reader has to know before the numbers."""
+def scan_warnings(found: FloquetScan) -> list[str]:
+    """Warnings: speeds without multipliers, and unstable speeds."""
     failed = [str(status) for status in found.status if status != "ok"]
     unstable = int(np.sum([kind not in ("", "stable") for kind in found.kind]))
     notes = [f"{len(failed)} of {found.status.size} speeds have no multipliers: {failed[0]}"] if failed else []

@@ -1,6 +1,7 @@
-"""The same equation compiled with numba, and classical Runge-Kutta steps of fixed length over it.
+"""The equation of motion compiled with numba, and classical Runge-Kutta steps [hairer1993, sec. II.1] over it.
 
 Sums run in one order whatever the machine has, so that a run continued from its last state is the run, bit by bit.
+A compiled caller kept on disk does not notice a change in another file: all compiled functions stand here.
 """
 
 from __future__ import annotations
@@ -20,14 +21,11 @@ TURN = 2 * np.pi
 
 
 @_jit
-def _drive(N: Numbers, t: float, middle: float, k: Array, e: Array, de: Array, push: Array) -> tuple[float, float]:
-    low, high = 0, N.time.size - 2
-    while low < high:
-        half = (low + high + 1) // 2
-        if N.time[half] <= middle:
-            low = half
-        else:
-            high = half - 1
+def _instant_terms(
+    N: Numbers, t: float, middle: float, k: Array, e: Array, de: Array, push: Array
+) -> tuple[float, float]:
+    """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s and s'."""
+    low = min(max(np.searchsorted(N.time, middle, side="right") - 1, 0), N.time.size - 2)
     span, since = N.time[low + 1] - N.time[low], t - N.time[low]
     rise = (N.speed[low + 1] - N.speed[low]) / span
     s = N.speed[low] + rise * since
@@ -74,6 +72,7 @@ def _drive(N: Numbers, t: float, middle: float, k: Array, e: Array, de: Array, p
 
 @_jit
 def _operators(N: Numbers, s: float, rise: float, stiff: Array, damp: Array) -> None:
+    """Fill in the speed-dependent operators (n, n) of position and rate, transposed."""
     n = N.squared.size
     for i in range(n):
         for j in range(n):
@@ -83,6 +82,7 @@ def _operators(N: Numbers, s: float, rise: float, stiff: Array, damp: Array) -> 
 
 @_jit
 def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, r: Array) -> None:
+    """Add the forces of the law groups to the row residuals r (M,) [N]; stretch x [m] and rate u [m/s], (M,)."""
     F = N.mean.size
     for g in range(N.laws.shape[0]):
         first, count = F + int(N.laws[g, 0]), int(N.laws[g, 1])
@@ -116,6 +116,7 @@ def _slope(
     N: Numbers, k: Array, e: Array, de: Array, push: Array, stiff: Array, damp: Array,
     turning: bool, y: Array, v: Array, x: Array, u: Array, r: Array, a: Array,
 ) -> None:  # fmt: skip
+    """Fill in y'' a (n,) of the state y, v (n,); x, u, r (M,) are work space."""
     n, M, F = y.size, e.size, N.mean.size
     x[:] = 0.0
     u[:] = 0.0
@@ -147,6 +148,7 @@ def _slope(
 
 @_jit
 def _run(N: Numbers, y: Array, v: Array, first: int, begin: float, step: float, keep: int, out: Array) -> int:
+    """Step through all samples of out (samples, 2, n), changing y, v (n,) in place; the number of finite samples."""
     n, M, F = y.size, N.gaps.shape[1], N.mean.size
     k, e, de, push = np.empty(F), np.empty(M), np.empty(M), np.empty(n)
     x, u, r = np.empty(M), np.empty(M), np.empty(M)
@@ -166,7 +168,7 @@ def _run(N: Numbers, y: Array, v: Array, first: int, begin: float, step: float, 
             for stage in range(4):
                 if stage == 0 or stage == 1 or stage == 3:
                     at = t if stage == 0 else (middle if stage == 1 else end)
-                    s, rise = _drive(N, at, middle, k, e, de, push)
+                    s, rise = _instant_terms(N, at, middle, k, e, de, push)
                     if varying:
                         _operators(N, s, rise, stiff, damp)
                 if stage == 0:
@@ -200,7 +202,10 @@ def _run(N: Numbers, y: Array, v: Array, first: int, begin: float, step: float, 
 
 
 def advance(N: Numbers, state: Array, *, first: int, begin: float, step: float, keep: int, samples: int) -> Array:
-    """States after every `keep` steps (samples, 2, n) from the state (2, n) at step `first`; nan once not finite."""
+    """States (samples, 2, n) after every `keep` steps from the state (2, n) at step `first`; nan once not finite.
+
+    begin : time of step 0 [s].  step : [s].
+    """
     out = np.full((samples, 2, N.squared.size), np.nan)
     run: Any = _run
     done = run(N, state[0].copy(), state[1].copy(), first, begin, step, keep, out)

@@ -19,10 +19,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.laws import groups as law
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import mean_modes
-from ..static.tangent import linearised
-from .laws import Held, held_laws
+from ..static.record import group_gap
+from ..static.tangent import linearised, mean_stretch, small_motion_tangent
 from .program import Program, constant
 
 __all__ = ["Contact", "Motion", "Numbers", "from_modal", "highest_rate", "motion", "to_modal"]
@@ -32,7 +33,7 @@ Contact = Literal["unilateral", "linear"]
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9
 # An operator below this part of the largest eigenvalue is the rounding of its projection.
-_NOTHING = 1e-15
+_ROUNDING = 1e-15
 
 
 class Numbers(NamedTuple):
@@ -45,7 +46,7 @@ class Numbers(NamedTuple):
     pull : whether flanks pull too.  gap_at : (J,) [Hz] and gap : (2, J, M) errors.  rated : whether e' counts.
     force_at : (Jf,) [Hz] and force : (2, 4, Jf, n) for s^0, s, s^2, s'.
     steady : (n,).  load : (C, n).  spin : (n,) per s'.
-    laws : (G, 9), see `laws.Held`; anchor : (R,).
+    laws : (G, 9), see `LawNumbers`; anchor : (R,).
     time, speed, phase : (K,), level : (K, C) the program.
     """
 
@@ -81,12 +82,30 @@ class Numbers(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LawNumbers:
+    """Laws of G groups over R rows as the integrators take them: one row of numbers a group.
+
+    numbers : (G, 9) first row, rows, stiffness k, friction F_m, slip start S_1, end of the play S_2, coefficient and
+        exponent of what follows, lag; F_m < 0 says that the group is held to its slider by k.
+    anchor : (R,) that slider [m].  tangent : (R, R) as the mean system has it [N/m].
+    stiffest : (R,) how much stiffer a row may become [N/m].
+    warnings : what was simplified.
+    """
+
+    numbers: Array
+    anchor: Array
+    tangent: Array
+    stiffest: Array
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Motion:
     """A System ready to be integrated under a program.
 
     system : with laws, or linear.  shapes : (n, n) Phi.  forces : (n, n) Phi^T.  momenta : (n, n) Phi^T M.
-    rigid : (n,) which modes are rigid.  numbers : the equation.  program : what is prescribed.  held : laws of groups.
-    warnings : what was simplified.
+    rigid : (n,) which modes are rigid.  numbers : the equation.  program : what is prescribed.
+    law_numbers : of the groups.  warnings : what was simplified.
     """
 
     system: System
@@ -96,7 +115,7 @@ class Motion:
     rigid: NDArray[np.bool_]
     numbers: Numbers
     program: Program
-    held: Held
+    law_numbers: LawNumbers
     warnings: tuple[str, ...]
 
 
@@ -108,16 +127,16 @@ def motion(
     loads: Array | None = None,
     spin: Array | None = None,
 ) -> Motion:
-    """Write a System as an equation in time.
+    """The equation of motion of a System in time.
 
     Parameters
     ----------
     program : of speed and loads; the operating speed for ever where None (`program.constant` for another).
     contact : ``unilateral``: flanks only push, far flanks behind their backlash, links follow their laws; ``linear``:
         flanks pull as they push and laws are replaced by their tangents, as the steady response has it.
-    loads : (C, n) generalised forces that the levels of the program multiply [N]; they come on top of the torques of
-        the operating point.
-    spin : (n,) forces per s' that balance the inertia of the nominal motion at its ports [N s].
+    loads : (C, n) generalised forces that the levels of the program multiply [N, N m]; they come on top of the torques
+        of the operating point.
+    spin : (n,) forces per s' that balance the inertia of the nominal motion at its ports [N s, N m s].
 
     Raises
     ------
@@ -131,18 +150,18 @@ def motion(
     squared, shapes = mean_modes(mean)
     rigid = squared == 0
     lawful = system if contact == "unilateral" else mean
-    held = held_laws(lawful)
+    lawful_rows = law_numbers(lawful)
     loads = np.zeros((0, len(system.force))) if loads is None else np.asarray(loads, dtype=float)
     accelerating = system.spin_up if system.spin_up.size else np.zeros(len(system.force))
     if spin is not None:
         accelerating = accelerating + spin
-    numbers = _numbers(lawful, squared, shapes, held, given, contact == "linear")
+    numbers = _numbers(lawful, squared, shapes, lawful_rows, given, contact == "linear")
     still = sum((line.force[0].real for line in lawful.lines if line.frequency == 0), lawful.force.copy())
-    modal = [_balanced(part, shapes, rigid, system) for part in (still, *loads)]
+    modal = [_balanced_modal_force(part, shapes, rigid, system) for part in (still, *loads)]
     numbers = numbers._replace(
         steady=shapes.T @ lawful.force,
         load=np.array(modal[1:]).reshape(len(loads), squared.size),
-        spin=np.zeros_like(squared) if given.steady else _balanced(accelerating, shapes, rigid, system),
+        spin=np.zeros_like(squared) if given.steady else _balanced_modal_force(accelerating, shapes, rigid, system),
         rate=2 * (system.zeta or 0.0) * np.sqrt(squared),
     )
     # what the check has left on a rigid mode is rounding; left in, it would carry the train away
@@ -155,13 +174,52 @@ def motion(
         rigid=rigid,
         numbers=numbers,
         program=given,
-        held=held,
-        warnings=held.warnings if contact == "unilateral" else mean.warnings[len(system.warnings) :],
+        lawful_rows=lawful_rows,
+        warnings=lawful_rows.warnings if contact == "unilateral" else mean.warnings[len(system.warnings) :],
+    )
+
+
+def law_numbers(system: System) -> LawNumbers:
+    """The laws of a System as numbers.
+
+    Coulomb friction with a memory sticks where the mean load has left its slider.
+    """
+    laws = system.laws
+    if not system.groups:
+        none = np.zeros(0)
+        return LawNumbers(numbers=np.zeros((0, 9)), anchor=none, tangent=np.zeros((0, 0)), stiffest=none, warnings=())
+    stretch = mean_stretch(system)
+    tangent = small_motion_tangent(laws, stretch)
+    sticks = law.row_owner(laws, laws.memory)
+    anchor = np.where(sticks, stretch - law.force(laws, stretch) / laws.row_stiffness, 0.0)
+    rows = [len(group.rows) for group in system.groups]
+    numbers = np.stack(
+        [
+            laws.first.astype(float),
+            np.array(rows, dtype=float),
+            laws.stiffness,
+            np.where(laws.memory, -1.0, laws.friction),
+            laws.slip_start,
+            laws.slip_start + laws.clearance,
+            laws.coefficient,
+            laws.exponent,
+            np.array([group.lag for group in system.groups]),
+        ],
+        axis=1,
+    )
+    names = [group.name for group in system.groups if group.law.memory and group.law.friction]
+    note = f"{', '.join(names)}: Coulomb friction sticks: its slider stays where the mean load has put it"
+    return LawNumbers(
+        numbers=numbers,
+        anchor=anchor,
+        tangent=tangent,
+        stiffest=np.maximum(laws.row_stiffness - np.diag(tangent), 0.0),
+        warnings=(note,) if names else (),
     )
 
 
 def to_modal(moving: Motion, state: Array) -> Array:
-    """States (.., 2, n) q, q' to modal y, y'."""
+    """States (.., 2, n) q [m, rad], q' [m/s, rad/s] to modal y, y'."""
     return state @ moving.momenta.T
 
 
@@ -170,8 +228,13 @@ def from_modal(moving: Motion, state: Array) -> Array:
     return state @ moving.shapes.T
 
 
-def _balanced(force: Array, shapes: Array, rigid: NDArray[np.bool_], system: System) -> Array:
-    """Modal force without the rounding on rigid modes; refused where more than that is left over."""
+def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_], system: System) -> Array:
+    """Modal force (n,) of a load (n,) [N, N m] without the rounding on rigid modes.
+
+    Raises
+    ------
+    ModelError : more than rounding acts on a rigid mode.
+    """
     modal: Array = shapes.T @ force
     size = np.abs(shapes.T) @ np.abs(force)
     wrong = rigid & (np.abs(modal) > _BALANCE * size)
@@ -187,8 +250,10 @@ def _balanced(force: Array, shapes: Array, rigid: NDArray[np.bool_], system: Sys
     return np.where(rigid, 0.0, modal)
 
 
-def _numbers(system: System, squared: Array, shapes: Array, held: Held, given: Program, linear: bool) -> Numbers:
-    """The equation without loads."""
+def _numbers(
+    system: System, squared: Array, shapes: Array, lawful_rows: LawNumbers, given: Program, linear: bool
+) -> Numbers:
+    """The equation without loads, from modes (n,) [rad^2/s^2] and shapes (n, n) of the mean system."""
     meshes, far = system.meshes, system.far_flanks
     own = far.mesh if not linear else far.mesh[:0]
     m, top = len(meshes.name), float(squared.max(initial=0.0))
@@ -206,12 +271,14 @@ def _numbers(system: System, squared: Array, shapes: Array, held: Held, given: P
     return Numbers(
         squared=squared,
         rate=empty,
-        damp=_stack([system.C, system.G], shapes, np.sqrt(top)),
-        stiff=_prescribed(_stack([system.Kg, system.Cskew, system.euler], shapes, top), system, shapes, squared == 0),
+        damp=_modal_operators([system.C, system.G], shapes, np.sqrt(top)),
+        stiff=_without_nominal_motion(
+            _modal_operators([system.Kg, system.Cskew, system.euler], shapes, top), system, shapes, squared == 0
+        ),
         gaps=gaps,
         pulls=pulls,
         linear=np.concatenate([meshes.stiffness, np.zeros(own.size)]),
-        block=held.tangent,
+        block=lawful_rows.tangent,
         mean=np.concatenate([meshes.stiffness, meshes.stiffness[own]]),
         drag=drag,
         opening=np.concatenate([np.zeros(m), meshes.backlash[own]]),
@@ -221,14 +288,14 @@ def _numbers(system: System, squared: Array, shapes: Array, held: Held, given: P
         pull=linear,
         gap_at=gap_at,
         gap=np.stack([gap.real, gap.imag]),
-        rated=bool(drag.any() or held.numbers[:, 8].any()),
+        rated=bool(drag.any() or lawful_rows.numbers[:, 8].any()),
         force_at=force_at,
         force=np.stack([force.real, force.imag]),
         steady=empty,
         load=np.zeros((0, 0)),
         spin=empty,
-        laws=held.numbers,
-        anchor=held.anchor,
+        laws=lawful_rows.numbers,
+        anchor=lawful_rows.anchor,
         time=given.time,
         speed=given.speed,
         phase=given.phase,
@@ -236,21 +303,21 @@ def _numbers(system: System, squared: Array, shapes: Array, held: Held, given: P
     )
 
 
-def _stack(matrices: list[Array], shapes: Array, scale: float) -> Array:
-    """Modal operators, transposed, (P, n, n); zero where nothing but rounding is there."""
+def _modal_operators(matrices: list[Array], shapes: Array, scale: float) -> Array:
+    """Modal operators, transposed, (P, n, n); entries below rounding of `scale` are zero."""
     n = len(shapes)
     result = np.zeros((len(matrices), n, n))
     for target, matrix in zip(result, matrices, strict=True):
         if matrix.any():
             modal = shapes.T @ matrix @ shapes
-            target[:] = np.where(np.abs(modal) > _NOTHING * scale, modal, 0.0).T
+            target[:] = np.where(np.abs(modal) > _ROUNDING * scale, modal, 0.0).T
     return result
 
 
-def _prescribed(stiff: Array, system: System, shapes: Array, rigid: NDArray[np.bool_]) -> Array:
-    """Operators whose Euler terms leave the nominal motion alone: what drives the train follows its inertia.
+def _without_nominal_motion(stiff: Array, system: System, shapes: Array, rigid: NDArray[np.bool_]) -> Array:
+    """Operators (P, n, n) whose Euler terms leave the nominal motion alone: what drives the train follows its inertia.
 
-    Displaced bodies change the inertia of the whole by a part of 1e-5 or so; with a torque that is not told of it the
+    Displaced bodies change the inertia of the whole by a part of 1e-5 or so; with a torque that does not follow it the
     train would run away from its prescribed speed, slowly and for ever.
     """
     if not system.spin_up.size:
@@ -263,13 +330,13 @@ def _prescribed(stiff: Array, system: System, shapes: Array, rigid: NDArray[np.b
 
 
 def _gap_lines(system: System, m: int, far: int, linear: bool) -> tuple[Array, ComplexArray]:
-    """Frequencies (J,) and errors (J, M) of the lines that have any."""
+    """Frequencies (J,) [Hz] and errors (J, M) [m] of the lines that have any."""
     groups = system.group_rows.shape[1]
 
     def gaps(line: Line) -> ComplexArray:
+        """Errors of all rows (M,) [m]."""
         mine = line.gap if linear else system.flank_gaps(line)
-        own = line.group_gap if line.group_gap.size == groups else np.zeros(groups, complex)
-        return np.concatenate([mine[: m + far], own])
+        return np.concatenate([mine[: m + far], group_gap(line, groups)])
 
     found = [(float(line.frequency), gaps(line)) for line in system.lines]
     found = [(frequency, values) for frequency, values in found if values.any()]
@@ -279,7 +346,10 @@ def _gap_lines(system: System, m: int, far: int, linear: bool) -> tuple[Array, C
 
 
 def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
-    """Frequencies (J,) and modal forces (4, J, n) of the lines that have any; of frequency 0 too, for its s and s^2."""
+    """Frequencies (J,) [Hz] and modal forces (4, J, n) of the lines that have any.
+
+    Of frequency 0 too, for its s and s^2.
+    """
     found = []
     for line in system.lines:
         ramp = line.ramp_force if line.ramp_force.size else np.zeros(len(shapes), complex)
@@ -293,7 +363,7 @@ def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
 def highest_rate(moving: Motion) -> float:
     """Upper bound of what moves fastest, stiffest flanks and all dampers counted [rad/s]."""
     N = moving.numbers
-    extra = np.concatenate([N.mean * (1 + np.hypot(*N.wave).sum(axis=-1)) - N.linear, moving.held.stiffest])
+    extra = np.concatenate([N.mean * (1 + np.hypot(*N.wave).sum(axis=-1)) - N.linear, moving.law_numbers.stiffest])
     stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
     top = float(np.sqrt(np.max(scipy.linalg.eigvalsh((stiff + stiff.T) / 2), initial=0.0)))
     speed = float(N.speed.max())

@@ -1,4 +1,4 @@
-"""What follows from states: forces of flanks, meshes, links and groups at many instants at once."""
+"""Forces of flanks, meshes, links and groups at many instants at once, from states."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def mesh_force(moving: Motion, times: Array, states: Array) -> Array:
 
     Parameters
     ----------
-    times : (T,) [s].  states : (T, 2, n) q, q' as `integrate` returns them.
+    times : (T,) [s].  states : (T, 2, n) q [m, rad], q' [m/s, rad/s] as `integrate` returns them.
     """
     force = flank_force(moving, times, states)
     m = len(moving.system.meshes.name)
@@ -28,12 +28,12 @@ def mesh_force(moving: Motion, times: Array, states: Array) -> Array:
 
 
 def flank_force(moving: Motion, times: Array, states: Array) -> Array:
-    """Force of every flank, loaded ones first, (F, T) [N]."""
+    """Force of every flank, loaded ones first, (F, T) [N]; times (T,) [s], states (T, 2, n)."""
     N = moving.numbers
     F, speed, tau = N.mean.size, speed_at(moving.program, times), phase_at(moving.program, times)
     far = F - len(moving.system.meshes.name)
     B = np.concatenate([moving.system.meshes.B, moving.system.far_flanks.B[:, :far]], axis=1)
-    error, rate = _waves(N.gap_at, N.gap[0, :, :F] + 1j * N.gap[1, :, :F], speed, tau)
+    error, rate = _line_sum(N.gap_at, N.gap[0, :, :F] + 1j * N.gap[1, :, :F], speed, tau)
     gap = B.T @ states[:, 0].T - error - N.opening[:, None]
     force: Array = _stiffness(moving, tau) * gap
     if N.drag.any():
@@ -51,8 +51,8 @@ def _stiffness(moving: Motion, tau: Array) -> Array:
     return N.mean[:, None] * k
 
 
-def _waves(frequency: Array, amplitude: ComplexArray, speed: Array, tau: Array) -> tuple[Array, Array]:
-    """Re sum a exp(2 pi i f tau) and its rate, (rows, T), for a (J, rows)."""
+def _line_sum(frequency: Array, amplitude: ComplexArray, speed: Array, tau: Array) -> tuple[Array, Array]:
+    """Re sum a exp(2 pi i f tau) and its rate, (rows, T), for amplitudes a (J, rows) at frequencies (J,) [Hz]."""
     wave = np.exp(2j * np.pi * np.multiply.outer(frequency, tau))
     value = (amplitude.T @ wave).real
     rate = (amplitude.T @ (2j * np.pi * frequency[:, None] * speed * wave)).real
@@ -65,7 +65,7 @@ def link_force(moving: Motion, times: Array, states: Array) -> Array:
     frequency = np.array([float(line.frequency) for line in lines])
     error = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(links.name))
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
-    e, rate = _waves(frequency, error, speed, tau)
+    e, rate = _line_sum(frequency, error, speed, tau)
     stretch, moves = links.B.T @ states[:, 0].T, links.B.T @ states[:, 1].T - rate
     force: Array = links.stiffness[:, None] * (stretch - e) + links.damping[:, None] * moves
     if links.skew.size:
@@ -80,7 +80,7 @@ def group_force(moving: Motion, times: Array, states: Array) -> Array:
     N, system, laws = moving.numbers, moving.system, moving.system.laws
     F, R = N.mean.size, system.group_rows.shape[1]
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
-    error, _ = _waves(N.gap_at, N.gap[0, :, F : F + R] + 1j * N.gap[1, :, F : F + R], speed, tau)
+    error, _ = _line_sum(N.gap_at, N.gap[0, :, F : F + R] + 1j * N.gap[1, :, F : F + R], speed, tau)
     stretch = (system.group_rows.T @ states[:, 0].T - error).T
     sticks = law.row_owner(laws, laws.memory)
     held = laws.row_stiffness * (stretch - N.anchor)

@@ -1,7 +1,7 @@
-"""Where torque enters and leaves a train, and what balances a load there.
+"""Ports: coordinates at which torque enters and leaves a train, and torques that balance a load there.
 
-The nominal motion is prescribed: a load may only strain the train.  What it would do to a free (rigid) motion has to be
-given back at the ports, in the ratio of the kinematics: the sum of torque times nominal turn is zero.
+The nominal motion is prescribed: a load may only strain the train.  The work of a load on a free (rigid) motion has to
+be given back at the ports, in the ratio of the kinematics: the sum of torque times nominal turn is zero.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ...system.system import Array, System
 from ..modes.basis import mean_modes
 from ..static.tangent import linearised
 
-__all__ = ["Ports", "balancing", "driving", "member_coordinates", "ports_of", "unit_torque"]
+__all__ = ["Ports", "balancing_torque", "driving_ports", "member_coordinates", "ports_of", "unit_torque"]
 
 Index = NDArray[np.int64]
 
@@ -26,7 +26,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ports:
-    """Where torque acts, and what it must balance.
+    """Coordinates with torque, and the rigid motions a load must not work on.
 
     system.  places : coordinates rz with a torque at the operating point.  rigid : (n, r) motions that strain nothing.
     """
@@ -37,14 +37,14 @@ class Ports:
 
 
 def ports_of(system: System) -> Ports:
-    """The ports of a System: where the torques of the operating point act."""
+    """The ports of a System: where the torques of the operating point act, (p,)."""
     squared, shapes = mean_modes(linearised(system))
     turns = np.array([direction == "rz" for direction in system.dofs.direction])
     return Ports(system=system, places=np.flatnonzero(turns & (system.force != 0)), rigid=shapes[:, squared == 0])
 
 
-def driving(ports: Ports) -> Index:
-    """The ports through which power comes in at the operating point."""
+def driving_ports(ports: Ports) -> Index:
+    """The ports (p,) through which power comes in at the operating point; all where no speed is given."""
     system = ports.system
     if not system.body_turns:
         return ports.places
@@ -55,8 +55,11 @@ def driving(ports: Ports) -> Index:
     return places
 
 
-def balancing(ports: Ports, load: Array, places: Index) -> Array | None:
-    """Torques (n,) at some ports that take the work of a load (n,) off every rigid motion; None where they cannot."""
+def balancing_torque(ports: Ports, load: Array, places: Index) -> Array | None:
+    """Torques (n,) [N m] at some ports that take the work of a load (n,) off every rigid motion.
+
+    None where they cannot.
+    """
     rigid = ports.rigid
     result = np.zeros_like(load)
     if not rigid.shape[1]:
@@ -70,7 +73,7 @@ def balancing(ports: Ports, load: Array, places: Index) -> Array | None:
 
 
 def member_coordinates(system: System, name: str) -> Index:
-    """The rz coordinates of a member: ``sun``, ``main.sun``, ``main/sun``, or one half, ``main/sun/left``.
+    """The rz coordinates (c,) of a member: ``sun``, ``main.sun``, ``main/sun``, or one half, ``main/sun/left``.
 
     Raises
     ------
@@ -99,7 +102,10 @@ def member_coordinates(system: System, name: str) -> Index:
 
 
 def unit_torque(system: System, index: Index) -> Array:
-    """One newton metre on a member, (n,): on its halves as the operating torque is, evenly where there is none."""
+    """One newton metre on a member, (n,) [N m].
+
+    On its halves as the operating torque is, evenly where there is none.
+    """
     load = np.zeros(len(system.force))
     total = system.force[index].sum()
     load[index] = system.force[index] / total if total else 1.0 / index.size

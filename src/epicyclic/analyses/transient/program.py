@@ -1,4 +1,4 @@
-"""What is prescribed over time: the speed, the phase that follows from it, and levels of loads; piecewise linear."""
+"""Prescribed speed, the phase that follows from it, and levels of loads over time; piecewise linear."""
 
 from __future__ import annotations
 
@@ -65,11 +65,12 @@ def program(time: ArrayLike, speed: ArrayLike, level: ArrayLike | None = None, *
 
 
 def _few(values: Array) -> Sequence[float]:
+    """The first values, for error messages, (6,) at most."""
     return [float(value) for value in values[:6]]
 
 
-def _place(given: Program, time: Array) -> tuple[np.ndarray, Array, Array]:
-    """Knot before each time, time since, and the rise of the speed there."""
+def _segment(given: Program, time: Array) -> tuple[np.ndarray, Array, Array]:
+    """Knot before each time (T,) [s], time since [s], and the rate of the speed there [1/s]."""
     at = np.clip(np.searchsorted(given.time, time, side="right") - 1, 0, given.time.size - 2)
     span = given.time[at + 1] - given.time[at]
     rise = np.where(span > 0, (given.speed[at + 1] - given.speed[at]) / np.where(span > 0, span, 1.0), 0.0)
@@ -77,14 +78,14 @@ def _place(given: Program, time: Array) -> tuple[np.ndarray, Array, Array]:
 
 
 def speed_at(given: Program, time: Array) -> Array:
-    """Relative speed s at times (T,)."""
-    at, since, rise = _place(given, time)
+    """Relative speed s at times (T,) [s], (T,) [1]."""
+    at, since, rise = _segment(given, time)
     speed: Array = given.speed[at] + rise * since
     return speed
 
 
 def phase_at(given: Program, time: Array) -> Array:
-    """Integral of s dt at times (T,) [s]; exact."""
-    at, since, rise = _place(given, time)
+    """Integral of s dt at times (T,) [s], (T,) [s]; exact."""
+    at, since, rise = _segment(given, time)
     phase: Array = given.phase[at] + since * (given.speed[at] + rise * since / 2)
     return phase

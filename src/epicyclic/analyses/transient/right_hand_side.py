@@ -1,4 +1,4 @@
-"""The equation of motion in NumPy: right-hand side, row forces; slow, and what the compiled one is checked against."""
+"""The equation of motion in NumPy: right-hand side and row forces; slow, and the reference of the compiled one."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 from ...system.system import Array
 from .motion import Numbers
 
-__all__ = ["Drive", "acceleration", "drive", "row_force"]
+__all__ = ["InstantTerms", "acceleration", "instant_terms", "row_force"]
 
 
-class Drive(NamedTuple):
-    """What acts at one instant, whatever the motion.
+class InstantTerms(NamedTuple):
+    """Coefficients and loads of the equation at one instant, independent of the motion.
 
-    speed, rise : s, s'.  k : (F,) [N/m].  error, error_rate : (M,) [m], [m/s], the backlash in it.  push : (n,).
+    speed, rise : s [1], s' [1/s].  k : (F,) [N/m].  error, error_rate : (M,) [m], [m/s], the backlash in it.
+    push : (n,) modal force.
     """
 
     speed: float
@@ -26,8 +27,11 @@ class Drive(NamedTuple):
     push: Array
 
 
-def drive(N: Numbers, t: float, middle: float) -> Drive:
-    """What acts at time t, on the line of the program that holds at time `middle` (one side of a jump)."""
+def instant_terms(N: Numbers, t: float, middle: float) -> InstantTerms:
+    """Coefficients and loads at time t [s].
+
+    On the line of the program that holds at time `middle` (one side of a jump).
+    """
     at = int(np.clip(np.searchsorted(N.time, middle, side="right") - 1, 0, N.time.size - 2))
     span, since = N.time[at + 1] - N.time[at], t - N.time[at]
     rise = float((N.speed[at + 1] - N.speed[at]) / span)
@@ -46,11 +50,11 @@ def drive(N: Numbers, t: float, middle: float) -> Drive:
     powers = np.array([1.0, s, s * s, rise])
     push = N.steady + level @ N.load + rise * N.spin
     push = push + powers @ (c @ N.force[0] - w @ N.force[1])
-    return Drive(s, rise, k, error, rate, push)
+    return InstantTerms(s, rise, k, error, rate, push)
 
 
-def row_force(N: Numbers, at: Drive, stretch: Array, rate: Array) -> Array:
-    """Force of every row (M,) from B^T q and B^T q'."""
+def row_force(N: Numbers, at: InstantTerms, stretch: Array, rate: Array) -> Array:
+    """Force of every row (M,) [N] from stretch B^T q (M,) [m] and rate B^T q' (M,) [m/s]."""
     gap, speed = stretch - at.error, rate - at.error_rate
     F = N.mean.size
     force = np.zeros(gap.size)
@@ -65,7 +69,10 @@ def row_force(N: Numbers, at: Drive, stretch: Array, rate: Array) -> Array:
 
 
 def _law_force(law: Array, gap: Array, speed: Array, anchor: Array) -> Array:
-    """Force of one group: radial law, or the spring of a slider at rest; and its damping per tangent."""
+    """Force (r,) [N] of one group at gaps (r,) [m]: radial law, or the spring of a slider at rest.
+
+    Damping per tangent.
+    """
     _, _, k, friction, start, stop, coefficient, exponent, lag = law
     if friction < 0.0:
         held: Array = k * (gap - anchor) + lag * k * speed
@@ -84,8 +91,8 @@ def _law_force(law: Array, gap: Array, speed: Array, anchor: Array) -> Array:
     return force
 
 
-def acceleration(N: Numbers, at: Drive, y: Array, v: Array) -> Array:
-    """y'' of a modal state."""
+def acceleration(N: Numbers, at: InstantTerms, y: Array, v: Array) -> Array:
+    """y'' (n,) of a modal state y, v (n,)."""
     F = N.mean.size
     stretch = y @ N.gaps
     force = -row_force(N, at, stretch, v @ N.gaps)

@@ -10,10 +10,10 @@ import numpy as np
 from ...errors import ModelError
 from ...system.system import Array, System
 from .motion import Contact, Motion, motion
-from .ports import Ports, balancing, driving, member_coordinates, ports_of, unit_torque
+from .ports import Ports, balancing_torque, driving_ports, member_coordinates, ports_of, unit_torque
 from .program import program
 
-__all__ = ["History", "Scenario", "moving_of"]
+__all__ = ["History", "Scenario", "scenario_motion"]
 
 # Torques of a history that are all given must balance so far, as those of a model file.
 _BALANCE = 1e-6
@@ -51,7 +51,7 @@ class Scenario:
     notes: list[str] = field(default_factory=list)
 
 
-def moving_of(system: System, scenario: Scenario, *, contact: Contact, step: float) -> Motion:
+def scenario_motion(system: System, scenario: Scenario, *, contact: Contact, step: float) -> Motion:
     """The motion of a System under a scenario.
 
     Torque is balanced at the ports of the operating point: a history by the members it does not give, the inertia of
@@ -82,16 +82,21 @@ def moving_of(system: System, scenario: Scenario, *, contact: Contact, step: flo
 
 
 def _before(moments: Array, speed: Array) -> float:
-    """Integral of the speed from the first knot to time 0."""
+    """Integral of the speed (K,) [1] over the knots (K,) [s] up to time 0 [s]."""
     early = moments <= 0
     return float(np.trapezoid(speed[early], moments[early])) if early.sum() > 1 else 0.0
 
 
 def _spin(ports: Ports, system: System) -> Array:
-    """Torques at the ports that speed the train up by s' = 1/s."""
+    """Torques (n,) [N m s] at the ports that speed the train up by s' = 1/s.
+
+    Raises
+    ------
+    ModelError : no torque at the operating point names a member that drives.
+    """
     load = system.spin_up if system.spin_up.size else np.zeros(len(system.force))
-    for places in (driving(ports), ports.places):
-        found = balancing(ports, load, places)
+    for places in (driving_ports(ports), ports.places):
+        found = balancing_torque(ports, load, places)
         if found is not None:
             return found
     raise ModelError(
@@ -100,7 +105,12 @@ def _spin(ports: Ports, system: System) -> Array:
 
 
 def _loads(ports: Ports, scenario: Scenario, step: float) -> tuple[Array, Array, Array]:
-    """Loads (C, n) on top of the operating torques, times (K,), levels (K, C)."""
+    """Loads (C, n) [N m] on top of the operating torques, times (K,) [s], levels (K, C) [1].
+
+    Raises
+    ------
+    ModelError : a time or factor out of range, or what `_history` raises.
+    """
     if scenario.history is not None:
         return _history(ports, scenario.history)
     force = ports.system.force
@@ -125,6 +135,12 @@ def _loads(ports: Ports, scenario: Scenario, step: float) -> tuple[Array, Array,
 
 
 def _history(ports: Ports, history: History) -> tuple[Array, Array, Array]:
+    """Unit loads (C, n) [N m] with their reactions, times (K,) [s] and levels (K, C) [N m per N m] of a torque history.
+
+    Raises
+    ------
+    ModelError : a member in two columns, or torques that cannot balance.
+    """
     system = ports.system
     places = {name: member_coordinates(system, name) for name in history.torque}
     given = np.concatenate(list(places.values()))
@@ -134,11 +150,11 @@ def _history(ports: Ports, history: History) -> tuple[Array, Array, Array]:
     torque = np.stack([np.asarray(values, dtype=float) for values in history.torque.values()], axis=1)
     operating = np.array([system.force[index].sum() for index in places.values()])
     reaction = np.setdiff1d(ports.places, given)
-    taken = [balancing(ports, unit, reaction) for unit in units]
-    if any(part is None for part in taken):
+    reactions = [balancing_torque(ports, unit, reaction) for unit in units]
+    if any(part is None for part in reactions):
         _require_balance(ports, units, torque, history)
-        taken = [_least(ports, unit, given) for unit in units]
-    loads = units + np.array([part for part in taken if part is not None])
+        reactions = [_least_torques(ports, unit, given) for unit in units]
+    loads = units + np.array([part for part in reactions if part is not None])
     time, level = np.asarray(history.time, dtype=float), torque - operating
     # held outside, on one more line each
     time = np.concatenate([[min(time[0], 0.0) - 1.0], time, [time[-1] + max(1.0, time[-1])]])
@@ -146,7 +162,12 @@ def _history(ports: Ports, history: History) -> tuple[Array, Array, Array]:
 
 
 def _require_balance(ports: Ports, units: Array, torque: Array, history: History) -> None:
-    """Where no port is left over, the torques given must balance at every time."""
+    """Check that given torques (K, C) [N m] of unit loads (C, n) balance at every time, where no port is left over.
+
+    Raises
+    ------
+    ModelError : they do not; names the instant.
+    """
     work = torque @ (units @ ports.rigid)
     size = np.abs(torque) @ np.abs(units @ ports.rigid)
     wrong = np.flatnonzero((np.abs(work) > _BALANCE * size).any(axis=1))
@@ -160,9 +181,14 @@ def _require_balance(ports: Ports, units: Array, torque: Array, history: History
         )
 
 
-def _least(ports: Ports, unit: Array, given: np.ndarray) -> Array:
-    """The least torques on the members given that balance a column; they cancel in torques that balance."""
-    found = balancing(ports, unit, given)
+def _least_torques(ports: Ports, unit: Array, given: np.ndarray) -> Array:
+    """The least torques (n,) [N m] on the members given that balance a unit load; they cancel in torques that balance.
+
+    Raises
+    ------
+    ModelError : no torque at these members balances it.
+    """
+    found = balancing_torque(ports, unit, given)
     if found is None:
         raise ModelError("no torque at these members can hold the train", path="torque", allowed="members that drive")
     return found

@@ -1,4 +1,4 @@
-"""Where a run may begin: at rest where nothing accelerates, or given."""
+"""Initial states of a run: rest, or the equilibrium at one instant."""
 
 from __future__ import annotations
 
@@ -7,21 +7,22 @@ import numpy as np
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
 from ..static.equilibrium import compliance_of, equilibrium
+from ..static.tangent import small_motion_tangent
 from .motion import Motion, from_modal, to_modal
-from .right_hand_side import Drive, acceleration, drive
+from .right_hand_side import InstantTerms, acceleration, instant_terms
 
 __all__ = ["at_equilibrium", "at_rest"]
 
-# Newton steps; each either settles which flanks touch or is the last, and splines need a few more
+# Newton steps; each either changes the set of flanks in contact or is the last, and splines need a few more.
 _STEPS = 40
-# What a step may leave of the acceleration, per the largest term of it: rounding of sums over all modes is 1e-13.
-_SETTLED = 1e-11
+# Residual acceleration per the largest term of it: rounding of sums over all modes is 1e-13.
+_TOLERANCE = 1e-11
 # Singular values below this part of the largest belong to motions that nothing holds.
 _FREE = 1e-12
 
 
 def at_rest(moving: Motion) -> Array:
-    """Nothing displaced, nothing moving relative to the nominal motion, (2, n)."""
+    """Nothing displaced, nothing moving relative to the nominal motion, (2, n) [m, rad], [m/s, rad/s]."""
     return np.zeros((2, moving.numbers.squared.size))
 
 
@@ -35,7 +36,7 @@ def at_equilibrium(moving: Motion, *, start: float = 0.0) -> Array:
     ------
     ModelError, ConvergenceError : there is no such state, or it was not found.
     """
-    N, at = moving.numbers, drive(moving.numbers, start, start)
+    N, at = moving.numbers, instant_terms(moving.numbers, start, start)
     y = _first_guess(moving, at)
     still = np.zeros_like(y)
     for _ in range(_STEPS):
@@ -47,14 +48,14 @@ def at_equilibrium(moving: Motion, *, start: float = 0.0) -> Array:
             + (N.linear * stretch[: N.mean.size]) @ np.abs(N.pulls[: N.mean.size])
         )
         left[moving.rigid] = 0.0  # nothing holds these, and the loads balance on them
-        if np.all(np.abs(left) <= _SETTLED * (size + np.max(size, initial=0.0))):
+        if np.all(np.abs(left) <= _TOLERANCE * (size + np.max(size, initial=0.0))):
             return from_modal(moving, np.stack([y, still]))
-        y = y + _newton(moving, at, y, left)
+        y = y + _newton_step(moving, at, y, left)
     raise ConvergenceError("no equilibrium found to start from: start from rest, or from a state")
 
 
-def _first_guess(moving: Motion, at: Drive) -> Array:
-    """Modal coordinates of the static equilibrium under the load of an instant; those of closed meshes if none."""
+def _first_guess(moving: Motion, at: InstantTerms) -> Array:
+    """Modal coordinates (n,) of the static equilibrium under the load of an instant; those of closed meshes if none."""
     system, N = moving.system, moving.numbers
     m, F = len(system.meshes.name), N.mean.size
     if N.pull:
@@ -75,16 +76,19 @@ def _first_guess(moving: Motion, at: Drive) -> Array:
     return state
 
 
-def _newton(moving: Motion, at: Drive, y: Array, left: Array) -> Array:
-    """A Newton step with the tangents of the flanks that touch and of the laws."""
+def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array) -> Array:
+    """A Newton step (n,) with the tangents of the flanks in contact and of the laws.
+
+    From the acceleration `left` (n,).
+    """
     N = moving.numbers
     F, s = N.mean.size, at.speed
     stretch = y @ N.gaps
-    touching = N.pull | (stretch[:F] > at.error[:F])
+    in_contact = N.pull | (stretch[:F] > at.error[:F])
     tangent = np.zeros((stretch.size, stretch.size))
-    tangent[:F, :F] = np.diag(np.where(touching, at.k, 0.0))
+    tangent[:F, :F] = np.diag(np.where(in_contact, at.k, 0.0))
     if stretch.size > F:
-        tangent[F:, F:] = _law_tangent(moving, stretch[F:] - at.error[F:])
+        tangent[F:, F:] = small_motion_tangent(moving.system.laws, stretch[F:] - at.error[F:])
     mean = np.zeros_like(tangent)
     mean[:F, :F] = np.diag(N.linear)
     mean[F:, F:] = N.block
@@ -93,12 +97,3 @@ def _newton(moving: Motion, at: Drive, y: Array, left: Array) -> Array:
     scale = 1.0 / np.sqrt(np.where(N.squared > 0, N.squared, max(float(N.squared.max(initial=0.0)), 1.0)))
     step: Array = scale * np.linalg.lstsq(scale[:, None] * stiff * scale, scale * left, rcond=_FREE)[0]
     return step
-
-
-def _law_tangent(moving: Motion, delta: Array) -> Array:
-    from ...system.laws import groups as law
-
-    laws = moving.system.laws
-    tangent = law.tangent(laws, delta)
-    sticks = law.row_owner(laws, laws.memory)
-    return np.where(sticks[:, None], np.diag(laws.row_stiffness), tangent)

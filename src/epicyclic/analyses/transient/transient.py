@@ -18,7 +18,7 @@ from .motion import Contact, Motion, from_modal
 from .outputs import flank_force, group_force, link_force, mesh_force
 from .program import phase_at, speed_at
 from .run import METHODS, Method, Plan, run
-from .scenario import History, Scenario, moving_of
+from .scenario import History, Scenario, scenario_motion
 from .start import at_equilibrium, at_rest
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def transient(
 
     The speed is prescribed, and the coordinates are small motions about it.  All phases are counted in the angle
     turned, so that meshes and shafts stay in step while the speed changes; inertia of the nominal motion, Euler and
-    Coriolis terms included.  Torques stay in balance: see `scenario.moving_of`.
+    Coriolis terms included.  Torques stay in balance: see `scenario.scenario_motion`.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def transient(
     ModelError : an option out of range, no mesh frequency, torques out of balance, a result too large.
     ConvergenceError : no equilibrium to start from.
     """
-    tone = _tone(system)
+    tone = _reference_frequency(system)
     speed = _speeds(mesh_frequency, tone)
     scenario = Scenario(
         duration=_duration(duration, cycles, history, speed, tone),
@@ -112,7 +112,7 @@ def _phase_of(start: object) -> float:
     return float(end["end_phase"]) if hasattr(start, "attrs") and "end_phase" in end else 0.0
 
 
-def _tone(system: System) -> float:
+def _reference_frequency(system: System) -> float:
     tone = float(reference_tone(system)) if system.tones and len(system.meshes.tone) else 0.0
     if tone <= 0:
         raise ModelError(
@@ -124,6 +124,12 @@ def _tone(system: System) -> float:
 
 
 def _speeds(mesh_frequency: float | tuple[float, float] | None, tone: float) -> tuple[float, float]:
+    """Relative speeds [1] at the beginning and at the end.
+
+    Raises
+    ------
+    ModelError : not one or two frequencies from 0 Hz.
+    """
     ends = np.atleast_1d(np.asarray(tone if mesh_frequency is None else mesh_frequency, dtype=float))
     if ends.size not in (1, 2) or not (np.all(np.isfinite(ends)) and np.all(ends >= 0) and np.any(ends > 0)):
         raise ModelError(
@@ -163,14 +169,19 @@ def _planned(
             given=decimate,
             allowed=f"{math.ceil(decimate * (count + 1) * width / _MOST)} or more, or a shorter run",
         )
-    trial = moving_of(system, scenario, contact=contact, step=fine)
+    trial = scenario_motion(system, scenario, contact=contact, step=fine)
     steps = steps_for(trial, fine)
-    moving = trial if scenario.step is None else moving_of(system, scenario, contact=contact, step=fine / steps)
+    moving = trial if scenario.step is None else scenario_motion(system, scenario, contact=contact, step=fine / steps)
     return moving, Plan(method=method, step=fine / steps, keep=steps * decimate, count=count)
 
 
 def _state(moving: Motion, start: object) -> Array:
-    """The state (2, n) to begin with."""
+    """The state (2, n) q [m, rad], q' [m/s, rad/s] to begin with.
+
+    Raises
+    ------
+    ModelError : no such start, a result of another train, or an array that is no state.
+    """
     if isinstance(start, str):
         if start not in ("equilibrium", "rest"):
             raise ModelError("no such start", path="start", given=start, allowed="equilibrium, rest, a state, a result")
@@ -191,6 +202,7 @@ def _state(moving: Motion, start: object) -> Array:
 
 
 def _labelled(moving: Motion, plan: Plan, found: Array, tone: float, options: dict[str, Any]) -> xr.Dataset:
+    """The labelled result of modal states (count + 1, 2, n); tone : of the first mesh at the operating speed [Hz]."""
     from ...results.dataset import dataset
 
     system, face, times = moving.system, faces(moving.system.meshes), plan.times(0, plan.count)
@@ -242,7 +254,7 @@ def _labelled(moving: Motion, plan: Plan, found: Array, tone: float, options: di
 
 
 def _notes(system: System, names: tuple[str, ...], lost: np.ndarray, options: dict[str, Any], status: str) -> list[str]:
-    """Physical warnings of a run."""
+    """Warnings of a run; lost : (w,) meshes that opened or, in the linear model, pulled."""
     notes = [] if system.damped else ["nothing is damped: what a start or a step sets moving never dies away"]
     if lost.any():
         which = ", ".join(name for name, open_ in zip(names, lost, strict=True) if open_)

@@ -12,7 +12,7 @@ import scipy.optimize
 
 from epicyclic.analyses.modes.basis import modal_form
 from epicyclic.analyses.stability.combinations import Combination, combinations, growth, half_width, resonances
-from epicyclic.analyses.stability.scan import prepared, scan
+from epicyclic.analyses.stability.scan import floquet_scan, parametric_system
 from epicyclic.analyses.steady.excitation import mesh_tones
 from epicyclic.system.system import System
 
@@ -26,7 +26,7 @@ def predicted(system: System, low: float, high: float, **options: Any) -> list[C
 
 
 def rate(system: System, frequency: float) -> float:
-    return float(scan(prepared(system), np.array([frequency])).growth[0])
+    return float(floquet_scan(parametric_system(system), np.array([frequency])).growth[0])
 
 
 def at_sum(system: System) -> Combination:
@@ -63,7 +63,7 @@ def test_the_ranges_are_those_of_the_closed_form(case: Any) -> None:
     assert found.threshold == pytest.approx(np.sqrt(first * second) / strength, rel=1e-9)
     # it closes where it says it opens
     for factor, count in ((0.98, 0), (1.02, 1)):
-        scaled = prepared(system, variation=factor * found.threshold).system
+        scaled = parametric_system(system, variation=factor * found.threshold).system
         assert sum((one.first, one.second) == (1, 2) for one in predicted(scaled, 0.5, 6.0)) == count
 
 
@@ -104,9 +104,9 @@ def test_sum_grows_and_difference_does_not(case: Any) -> None:
     system = case.two(0.4)
     omega = np.sqrt(modal_form(system).squared) / (2 * np.pi)
     around = np.linspace(-0.05, 0.05, 41)
-    assert np.nanmax(scan(prepared(system), omega.sum() * (1 + around)).growth) > 0.05
+    assert np.nanmax(floquet_scan(parametric_system(system), omega.sum() * (1 + around)).growth) > 0.05
     # a symmetric stiffness, however it swings: difference type closed, undamped multipliers stay on the circle
-    difference = scan(prepared(system), np.diff(omega)[0] * (1 + around))
+    difference = floquet_scan(parametric_system(system), np.diff(omega)[0] * (1 + around))
     assert np.abs(difference.largest - 1).max() < 1e-7
     assert all(kind == "stable" for kind in difference.kind)
     assert not any(abs(one.centre - np.diff(omega)[0]) < 0.05 for one in predicted(system, 0.5, 6.0))
@@ -119,8 +119,8 @@ def test_a_motion_of_negative_energy_opens_the_difference_type(case: Any) -> Non
     k = 0.1 * omega**2
     G, Kg = 2 * turn * np.array([[0.0, -1.0], [1.0, 0.0]]), -(turn**2) * np.eye(2)
     system = case.system(np.eye(2), K - k * row @ row.T, row, [k], [[0.5]], G=G, Kg=Kg)
-    ready = prepared(system, frame_speed="operating")
-    at = scan(ready, np.linspace(1.9, 2.1, 41))  # (w0 + s) - (s - w0) = 2 w0
+    ready = parametric_system(system, frame_speed="operating")
+    at = floquet_scan(ready, np.linspace(1.9, 2.1, 41))  # (w0 + s) - (s - w0) = 2 w0
     best = int(np.argmax(at.growth))
     # each of the two has half of the swing along x: D / 2 in the rate D / (4 w0) of a principal resonance
     assert at.growth[best] == pytest.approx(0.5 * k / (8 * omega), rel=1e-3)
@@ -147,7 +147,7 @@ def test_equal_frequencies_are_taken_together(case: Any) -> None:
         )
         (found,) = predicted(system, 1.0, 3.0)
         grid = np.linspace(found.low - 0.05, found.high + 0.05, 201)
-        grows = grid[scan(prepared(system), grid).growth > 0]
+        grows = grid[floquet_scan(parametric_system(system), grid).growth > 0]
         # first order in a variation of 0.3 of half the stiffness: 5 % of the width
         assert grows.min() == pytest.approx(found.low, abs=0.05 * (found.high - found.low))
         assert grows.max() == pytest.approx(found.high, abs=0.05 * (found.high - found.low))
@@ -175,7 +175,7 @@ def test_the_strongest_come_first_and_rigid_modes_take_no_part(case: Any) -> Non
     found = resonances(system, modal, (1.0,))
     assert modal.rigid.sum() == 1
     assert all(0 not in one.first and 0 not in one.second for one in found)
-    assert [one.strength - one.quiet for one in found] == sorted(
-        [one.strength - one.quiet for one in found], reverse=True
+    assert [one.strength - one.damping_limit for one in found] == sorted(
+        [one.strength - one.damping_limit for one in found], reverse=True
     )
     assert {one.order for one in found} == {1, 2}

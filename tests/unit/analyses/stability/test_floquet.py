@@ -14,12 +14,17 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.basis import Modal, modal_form
 from epicyclic.analyses.modes.eigen import whirl
-from epicyclic.analyses.stability.floquet import floquet, multipliers, steps_needed
+from epicyclic.analyses.stability.floquet import floquet, steps_needed
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
+
+
+def multipliers(*args: Any, **options: Any) -> Any:
+    """Multipliers of one period alone."""
+    return floquet(*args, **options).multipliers
 
 
 def change(case: Any, system: System, *, speed: float, steps: int, period: float) -> Array:

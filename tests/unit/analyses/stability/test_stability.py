@@ -12,7 +12,7 @@ import pytest
 
 import epicyclic
 from epicyclic.analyses.modes.basis import modal_form
-from epicyclic.analyses.stability.scan import kind_of, prepared, scan
+from epicyclic.analyses.stability.scan import floquet_scan, instability_kind, parametric_system
 from epicyclic.analyses.stability.stability import stability
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
@@ -20,12 +20,12 @@ from epicyclic.system.system import System
 
 
 def test_kinds() -> None:
-    assert kind_of(np.array([0.9, -0.99j])) == "stable"
-    assert kind_of(np.array([1.0 + 1e-9, 0.5])) == "stable"  # undamped: on the circle to rounding
-    assert kind_of(np.array([1.2, 0.5])) == "divergence"
-    assert kind_of(np.array([-1.2, 0.5])) == "period doubling"
-    assert kind_of(np.array([1.2j, -1.2j])) == "quasi-periodic"
-    assert kind_of(np.zeros(0, complex)) == "stable"
+    assert instability_kind(np.array([0.9, -0.99j])) == "stable"
+    assert instability_kind(np.array([1.0 + 1e-9, 0.5])) == "stable"  # undamped: on the circle to rounding
+    assert instability_kind(np.array([1.2, 0.5])) == "divergence"
+    assert instability_kind(np.array([-1.2, 0.5])) == "period doubling"
+    assert instability_kind(np.array([1.2j, -1.2j])) == "quasi-periodic"
+    assert instability_kind(np.zeros(0, complex)) == "stable"
 
 
 def test_kinds_over_speed(case: Any) -> None:
@@ -85,7 +85,7 @@ def test_common_period_of_several_mesh_frequencies(case: Any) -> None:
     assert "3 cycles" in found.attrs["options"]
     # of a mesh that does not vary the tone does not count
     still = replace(system, meshes=replace(system.meshes, variation=np.array([[0.6 + 0j], [0j]])))
-    assert prepared(still).cycles == 1
+    assert parametric_system(still).cycles == 1
 
 
 def test_a_common_period_that_is_too_long_is_told(case: Any) -> None:
@@ -148,8 +148,8 @@ def test_the_free_rotation_of_a_drive_is_no_instability() -> None:
 def test_a_56_degree_of_freedom_set_against_integration(
     case: Any, bench56: System, frequency: float, damping: float
 ) -> None:
-    ready = prepared(bench56, damping=damping)
-    found = scan(ready, np.array([frequency]))
+    ready = parametric_system(bench56, damping=damping)
+    found = floquet_scan(ready, np.array([frequency]))
     reference = np.linalg.eigvals(case.monodromy(ready.system, frequency / 1000, 1 / frequency, rtol=1e-7))
     assert case.apart(found.multipliers[0], reference) < 1e-5  # 48 steps; 3e-6 at a lower speed
     assert found.largest[0] == pytest.approx(np.abs(reference).max(), abs=2e-7)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.transient import rk4
-from epicyclic.analyses.transient.integrators import integrate, scale_of, stride
+from epicyclic.analyses.transient import integrators
+from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale
 from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
 from epicyclic.analyses.transient.outputs import flank_force, mesh_force
 from epicyclic.analyses.transient.program import constant, phase_at, program, speed_at
-from epicyclic.analyses.transient.right_hand_side import acceleration, drive, row_force
+from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms, row_force
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
@@ -59,10 +59,10 @@ def test_the_right_hand_side_is_the_equation(made: Any, state: str) -> None:
     q, v, t = np.array(size), np.array([0.02, -0.03, 0.01]), 0.00123
     y, u = to_modal(moving, np.stack([q, v]))
     N = moving.numbers
-    found = moving.shapes @ acceleration(N, drive(N, t, t), y, u)
+    found = moving.shapes @ acceleration(N, instant_terms(N, t, t), y, u)
     # both are sums of some ten terms
     np.testing.assert_allclose(found, equation(system, t, q, v, speed=0.7), rtol=1e-10)
-    touching = row_force(N, drive(N, t, t), y @ N.gaps, u @ N.gaps) != 0
+    touching = row_force(N, instant_terms(N, t, t), y @ N.gaps, u @ N.gaps) != 0
     assert touching.tolist() == {"pressed": [1, 1, 0, 0], "parted": [0, 0, 0, 0], "far": [0, 0, 1, 1]}[state]
 
 
@@ -70,7 +70,7 @@ def both(monkeypatch: pytest.MonkeyPatch, run: Any) -> tuple[Any, Any]:
     pytest.importorskip("numba")
     compiled = run()
     with monkeypatch.context() as patch:
-        patch.setattr(rk4, "compiled_available", lambda: False)
+        patch.setattr(integrators, "numba_is_there", lambda: False)
         return compiled, run()
 
 
@@ -117,9 +117,8 @@ def test_a_bouncing_mass(made: Any) -> None:
     assert found[:, 0].max() == pytest.approx(deepest, rel=1e-3)  # 200 samples
     times = np.linspace(0, period, 41)
     N = moving.numbers
-    fine = from_modal(
-        moving, stride(N, to_modal(moving, start), times, method="dop853", scale=scale_of(moving), tolerance=1e-10)
-    )
+    begin, scale = to_modal(moving, start), modal_scale(moving)
+    fine = from_modal(moving, adaptive_states(N, begin, times, method="dop853", scale=scale, tolerance=1e-10))
     np.testing.assert_allclose(fine[-1, 0], -height, rtol=1e-7)  # of the tolerance, 1e3 for steps across the contact
 
 
@@ -185,7 +184,7 @@ def test_forces_of_samples_are_those_of_the_steps(made: Any) -> None:
     for i, force in enumerate(flank_force(moving, times, states).T):
         y, v = to_modal(moving, states[i])
         np.testing.assert_allclose(
-            force, row_force(N, drive(N, times[i], times[i]), y @ N.gaps, v @ N.gaps), rtol=1e-9, atol=1e-9
+            force, row_force(N, instant_terms(N, times[i], times[i]), y @ N.gaps, v @ N.gaps), rtol=1e-9, atol=1e-9
         )
 
 

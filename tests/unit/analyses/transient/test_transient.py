@@ -16,7 +16,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.analyses.transient import run as run_module
-from epicyclic.analyses.transient.scenario import History, Scenario, moving_of
+from epicyclic.analyses.transient.scenario import History, Scenario, scenario_motion
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
 
@@ -298,7 +298,7 @@ def test_an_unstable_run_is_said_to_be() -> None:
 
 
 def test_a_jump_falls_on_a_step() -> None:
-    found = moving_of(drive(), Scenario(duration=1.0, step=(2.0, 0.1234)), contact="unilateral", step=0.01)
+    found = scenario_motion(drive(), Scenario(duration=1.0, step=(2.0, 0.1234)), contact="unilateral", step=0.01)
     assert found.program.time.tolist() == pytest.approx([-1.0, 0.0, 0.12, 0.12, 1.0, 2.0], abs=1e-15)
     assert found.program.level[:, 0].tolist() == [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
     assert found.program.phase[1] == 0.0
