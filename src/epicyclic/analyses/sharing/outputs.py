@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,7 +89,7 @@ def labelled(
     from ...results.dataset import dataset
 
     names = faces(system.meshes).name
-    coords: dict[str, Any] = {
+    coords: dict[Hashable, Any] = {
         "definition": np.array(DEFINITIONS, dtype=object),
         "mesh": np.array(names, dtype=object),
         "time": time,

@@ -132,15 +132,19 @@ def _forces_from_waves(
         affordable = min(affordable, _SOLVED * _FIRST // max(1, int(np.sum(np.any(first < 0, axis=1)))))
 
     def rows(phases: Array) -> Array:
+        """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         return cycle_forces(waves, phases) if source is None else source(phases)
 
     def least_slice(cycles: Index) -> Array:
+        """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""
         return face.least(rows(line_phases(waves.ratios, cycles)).min(axis=(0, 2)))[meshes]
 
     def whole(phases: Array) -> Array:
+        """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
         return cycle_forces(summed, phases) if source is None else face.total(source(phases), axis=1)
 
     def mine_at(phases: Array) -> Array:
+        """Forces of the meshes of this tone, phases (c, L) [turns] -> (c, m_j, samples) [N]."""
         return cycle_forces(mine, phases) if source is None else whole(phases)[:, meshes]
 
     return ToneForces(
@@ -180,6 +184,7 @@ def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Wav
     loads = np.array([line.force[0] for line in system.lines]).reshape(len(ratios), len(system.force))
 
     def source(phases: Array) -> Array:
+        """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         result = cycle_forces(waves, phases)
         cycle, instant = np.nonzero(np.any(result < 0, axis=1))
         for first in range(0, len(cycle), 2048):
@@ -211,6 +216,7 @@ def _static_by_instants(system: System, flexible: Compliance, tone: Fraction, sa
     loads = np.array([line.force[0] for line in lines]).reshape(len(lines), len(load))
 
     def rows(phases: Array) -> Array:
+        """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         turns = (phases[:, None] + within).reshape(-1, len(ratios))
         wave = np.exp(2j * np.pi * turns[:, : len(lines)])
         force = system.force + (wave @ loads).real
@@ -220,12 +226,15 @@ def _static_by_instants(system: System, flexible: Compliance, tone: Fraction, sa
         return found.reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
     def least_slice(cycles: Index) -> Array:
+        """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""
         return face.least(rows(line_phases(ratios, cycles)).min(axis=(0, 2)))[meshes]
 
     def by_phase(phases: Array) -> Array:
+        """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
         return face.total(rows(phases), axis=1)
 
     def force(cycles: Index) -> Array:
+        """Forces of all whole meshes in the cycles (c,), (c, w, samples) [N]."""
         return by_phase(line_phases(ratios, cycles))
 
     return ToneForces(

@@ -50,6 +50,7 @@ def worst_case(
     grid = np.array(np.meshgrid(*axes, indexing="ij"), dtype=object).reshape(len(sizes), -1).T
 
     def score(places: NDArray[np.object_]) -> Array:
+        """Coefficients at places (points, blocks) of the phases, (points, m) [1]."""
         return _coefficient_of(source, _phases_at(ratios, parts, sizes, places), members)
 
     values = score(grid) if len(sizes) else _coefficient_of(source, np.zeros((1, len(ratios))), members)

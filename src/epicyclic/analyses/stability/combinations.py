@@ -295,6 +295,10 @@ def _group_terms(modal: Modal, group: Index) -> tuple[ComplexArray, ComplexArray
     rate, position = -omega / (2 * omega[:, None]), 1j / (2 * omega[:, None])
 
     def term(name: str) -> Array | float:
+        """A frame or damping term within the group in mass-normalised coordinates, (p, p).
+
+        0 where the train has none.
+        """
         if name not in modal.coupling:
             return 0.0
         block: Array = modal.coupling[name].T[np.ix_(group, group)] * weight / weight[:, None]

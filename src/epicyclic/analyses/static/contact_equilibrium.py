@@ -246,7 +246,7 @@ def _subset(point: _Point, keep: NDArray[np.intp]) -> _Point:
 
 
 def _result(problem: ContactProblem, point: _Point, steps: Index) -> ContactEquilibrium:
-    """The state of a converged point.
+    """The state (T, ..) of a converged point.
 
     Raises
     ------

@@ -353,6 +353,7 @@ def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approac
         here, d = rows.at(falling), closing[falling]
 
         def slope(a: Array, instants: np.ndarray) -> Array:
+            """Slope of the energy at lengths a (t,) [1] along the directions of the given instants (t,), (t,) [N m]."""
             w = approach[falling[instants]] + a[:, None] * d[instants]
             rising = curvature[falling[instants]] * a
             value: Array = rest[falling[instants]] + rising + np.sum(d[instants] * here.at(instants).force(w), axis=1)

@@ -182,6 +182,7 @@ def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[
     laws = system.laws
 
     def column(values: list[np.ndarray]) -> tuple[tuple[str, str], np.ndarray]:
+        """Values (t, groups) of all pieces as one variable (group, time)."""
         return ("group", "time"), np.concatenate(values).T
 
     states = np.array(law.STATES, dtype=object)

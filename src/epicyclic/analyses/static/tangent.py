@@ -145,7 +145,10 @@ def _linearised_line(
 
 
 def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array]) -> list[str]:
-    """Warnings that name the stiffness in place of each law, groups with the same text together."""
+    """Warnings that name the stiffness [N/m] in place of each law at a stretch (R,) [m].
+
+    Groups of one text together.
+    """
     state = law.state(system.laws, stretch)
     groups_by_text: dict[str, list[str]] = {}
     for group, axes, first, doing in zip(system.groups, axes_of_groups, system.laws.first, state, strict=True):

@@ -25,7 +25,7 @@ def _instant_terms(
     N: Numbers, t: float, middle: float, k: Array, e: Array, de: Array, push: Array
 ) -> tuple[float, float]:
     """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s and s'."""
-    low = min(max(np.searchsorted(N.time, middle, side="right") - 1, 0), N.time.size - 2)
+    low = min(max(int(np.searchsorted(N.time, middle, side="right")) - 1, 0), N.time.size - 2)
     span, since = N.time[low + 1] - N.time[low], t - N.time[low]
     rise = (N.speed[low + 1] - N.speed[low]) / span
     s = N.speed[low] + rise * since

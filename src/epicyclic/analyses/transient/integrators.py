@@ -148,6 +148,7 @@ def adaptive_states(
         before = np.nextafter(high, low)  # what holds up to the jump, not behind it
 
         def slope(t: float, flat: Array, last: float = before) -> Array:
+            """Rates (2n,) of the flat modal state (2n,) at time t [s]."""
             return np.concatenate([flat[n:], acceleration(N, instant_terms(N, t, min(t, last)), flat[:n], flat[n:])])
 
         wanted = times[(times > low) & (times <= high)]

@@ -174,7 +174,7 @@ def motion(
         rigid=rigid,
         numbers=numbers,
         program=given,
-        lawful_rows=lawful_rows,
+        law_numbers=lawful_rows,
         warnings=lawful_rows.warnings if contact == "unilateral" else mean.warnings[len(system.warnings) :],
     )
 

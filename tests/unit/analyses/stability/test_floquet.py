@@ -22,7 +22,7 @@ from epicyclic.system.system import System
 Array = NDArray[np.float64]
 
 
-def multipliers(*args: Any, **options: Any) -> Any:
+def multipliers(*args: Any, **options: Any) -> NDArray[Any]:
     """Multipliers of one period alone."""
     return floquet(*args, **options).multipliers
 
