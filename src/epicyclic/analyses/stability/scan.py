@@ -31,7 +31,7 @@ __all__ = [
 
 Progress = Callable[[int, int], None] | None
 
-# Without damping multipliers lie on the circle; two that met part by the root of the rounding.
+# Without damping multipliers lie on the circle; two that coincide separate by the root of the rounding.
 _CIRCLE = 1e-7
 # A multiplier is real within this part of its magnitude: those of equal modes scatter by the root of the rounding.
 _REAL = 1e-6
