@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from ...errors import ModelError
+from ...results.whole_file import whole_file, write_text
 from ...system.system import Array
 from .integrators import adaptive_states, modal_scale, rk4_states
 from .motion import Motion, to_modal
@@ -167,7 +167,8 @@ class Store:
 
     def add(self, number: int, states: Array) -> None:
         """Write a segment (K, 2, n) whole or not at all."""
-        _write_atomically(self._path(number), lambda file: np.save(file, states, allow_pickle=False))
+        with whole_file(self._path(number)) as file:
+            np.save(file, states, allow_pickle=False)
 
     def remove(self) -> None:
         """Delete the folder and what is in it."""
@@ -210,23 +211,10 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
     else:
         try:
             folder.mkdir(exist_ok=True)
-            _write_atomically(about, lambda file: file.write(json.dumps({"run": run}).encode()))
+            write_text(about, json.dumps({"run": run}))
         except OSError as error:
             raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
     return Store(folder=folder)
-
-
-def _write_atomically(path: Path, write: Any) -> None:
-    """Write a file aside, flush it to disk and rename it."""
-    partial = path.with_name(path.name + ".part")
-    try:
-        with partial.open("wb") as file:
-            write(file)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def fingerprint(values: Iterable[object]) -> str:
