@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.analyses.sharing import tone_forces
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method
@@ -21,7 +22,6 @@ from epicyclic.analyses.sharing.worst_case import independent_blocks, worst_case
 from epicyclic.analyses.static.equilibrium import compliance, equilibrium
 from epicyclic.analyses.static.record import excitation, parallel_meshes
 from epicyclic.analyses.static.static import static
-from epicyclic.analyses.steady import periodic as periodic_module
 from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
@@ -89,7 +89,7 @@ def respond(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Let `sharing` meet a made-up response."""
 
     def use(solution: Periodic) -> None:
-        monkeypatch.setattr(periodic_module, "periodic_by_tone", lambda system, **_: (solution,))
+        monkeypatch.setattr(tone_forces, "periodic_by_tone", lambda system, **_: (solution,))
 
     return use
 

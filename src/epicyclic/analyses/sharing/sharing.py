@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 __all__ = ["sharing"]
 
-# numbers worked on at once (8 bytes each): about 2 MB
+# Numbers worked on at once (8 bytes each): about 2 MB.
 _PIECE = 250_000
 _STORED = 64
-# instants with laws that a record may have by default, each some 50 us
+# Instants with laws that a record may have by default, each some 50 us.
 _SOLVED = 100_000
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["cycle_starts", "record_extremes", "sharing_of_record"]
 
-# instants stored by default: a few MB
+# Instants stored by default: a few MB.
 _STORED = 20_000
 
 

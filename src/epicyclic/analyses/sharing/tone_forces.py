@@ -25,6 +25,7 @@ from ..static.record import (
     stiffness_at,
 )
 from ..static.static import free_position_warnings
+from ..steady.periodic import periodic_by_tone
 from ..steady.superposition import superposed
 from .outputs import require_speed
 from .waves import Waves, cycle_forces, force_bound, line_phases, periodic_waves, static_waves
@@ -34,13 +35,13 @@ __all__ = ["Method", "ToneForces", "tone_forces"]
 Method = Literal["steady", "superposition", "static"]
 Index = NDArray[np.int64]
 
-# numbers over the whole record: some seconds of work
+# Numbers over the whole record: some seconds of work.
 _RECORD = 300_000_000
-# lines of a record beyond which its work grows with their number
+# Lines of a record beyond which its work grows with their number.
 _LINES = 16
-# instants with open meshes that a record may have by default, each some 50 us
+# Instants with open meshes that a record may have by default, each some 50 us.
 _SOLVED = 100_000
-# cycles that tell how many instants of a record have open meshes
+# Cycles from which the share of instants with open meshes is estimated.
 _FIRST = 64
 
 
@@ -100,8 +101,6 @@ def tone_forces(
 
 def _steady_by_tone(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[ToneForces, ...]:
     """Forces of the periodic response, with every frequency alone on the mean system for ``superposition``."""
-    from ..steady.periodic import periodic_by_tone
-
     solvable = system if method == "steady" else superposed(system, relative_speed)
     solutions = periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)
     return tuple(_forces_from_waves(system, solution.tone, periodic_waves(solution)) for solution in solutions)

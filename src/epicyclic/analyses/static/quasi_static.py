@@ -20,7 +20,8 @@ __all__ = ["RecordPiece", "history_note", "quasi_static"]
 _CHUNK = 2048
 # Parts of the history that are stepped through side by side.
 _PARTS = 128
-# Sliders that meet to this part of the slip start meet: the force then holds to the same part of the friction force.
+# Sliders at the ends of two parts agree to this part of the slip start: the force then holds to the same part of the
+# friction force.
 _SLIDER_TOLERANCE = 1e-8
 
 
