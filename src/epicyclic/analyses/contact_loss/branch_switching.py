@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...system.system import Array, System
+from ..transient.integrators import integrate, steps_for
 from ..transient.motion import motion
 from ..transient.outputs import flank_force
 from ..transient.program import constant
-from ..transient.rk4 import integrate, steps_for
 from .corrector import solve
 from .floquet import floquet_vector
 from .outputs import Measures, record_measures
