@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.basis import Modal, modal_form
-from epicyclic.analyses.steady.balance import Rows, solve
+from epicyclic.analyses.steady.balance import Batch, solve
 from epicyclic.analyses.steady.kernel import kernel
 from epicyclic.system.system import Dofs, LinkRows, MeshRows, System
 
@@ -51,9 +51,9 @@ def rectangular() -> System:
 def harmonics(system: System, modal: Modal, count: int) -> NDArray[np.complex128]:
     force = np.zeros((1, count + 1, 1), complex)
     force[:, 0] = system.force
-    rows = Rows(
+    rows = Batch(
         frequency=0.55 * np.arange(count + 1.0)[None],
-        beyond=0.55 * np.arange(count + 1.0, count + LENGTH + 1)[None],
+        truncated_frequency=0.55 * np.arange(count + 1.0, count + LENGTH + 1)[None],
         frame=np.ones(1),
         error=np.zeros((1, 1, count + 1), complex),
         force=force,

@@ -1,4 +1,4 @@
-"""numba, the extra `fast`: whether it is there, and functions compiled by it."""
+"""The optional compiler numba (extra `fast`): whether it is installed, and functions compiled by it."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ from typing import TypeVar, cast
 
 from ..errors import ModelError
 
-__all__ = ["compiled", "numba_is_there", "require_numba"]
+__all__ = ["compiled", "numba_available", "require_numba"]
 
 F = TypeVar("F", bound=Callable[..., object])
 
 
 def compiled(function: F) -> F:
-    """Compiled on first use and kept on disk; sums in any order, numbers that are not finite stay as they are.
+    """Compile a function on first use and keep it on disk; sums in any order, numbers that are not finite stay as they
+    are.
 
-    Only in modules that are themselves imported where they are used.  A caller kept on disk does not notice a change in
-    a function of another file, so functions that call each other stand in one.
+    Use it only in modules that are imported where they are used.  A caller kept on disk does not notice a change in a
+    function of another file: compiled functions that call each other stand in one file.
     """
     import numba
 
     return cast(F, numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})(function))
 
 
-def numba_is_there() -> bool:
-    """Whether numba can be imported; it is imported by asking."""
+def numba_available() -> bool:
+    """Whether numba can be imported; the test imports it."""
     try:
         import_module("numba")
     except ImportError:
@@ -34,6 +35,11 @@ def numba_is_there() -> bool:
 
 
 def require_numba(path: str) -> None:
-    """Raise ModelError, naming the option `path`, where numba is not there."""
-    if not numba_is_there():
+    """Refuse an option that needs numba where it is not installed.
+
+    Raises
+    ------
+    ModelError : numba cannot be imported; names the option `path`.
+    """
+    if not numba_available():
         raise ModelError("numba is not installed", path=path, given=True, allowed="pip install 'epicyclic[fast]'")

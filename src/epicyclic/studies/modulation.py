@@ -13,8 +13,7 @@ from ..model.units import Bounds, factor, read_quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..analyses.modulation.transfer import Transfer
-    from ..analyses.modulation.windows import Window
+    from ..analyses.modulation.path import Transfer, Window
     from ..system.system import System
 
 __all__ = ["modulation", "read_transfer", "read_window"]
@@ -62,12 +61,12 @@ def read_window(path: str | Path) -> Window:
 
     Raises
     ------
-    ModelError : the file cannot be read; as of `window_of_table`.
+    ModelError : the file cannot be read; as of `tabulated_window`.
     """
-    from ..analyses.modulation.windows import window_of_table
+    from ..analyses.modulation.path import tabulated_window
 
     columns = _columns(path, ("angle", "gain"))
-    return window_of_table(_in(columns, "angle", "rad", path), _in(columns, "gain", "", path))
+    return tabulated_window(_in(columns, "angle", "rad", path), _in(columns, "gain", "", path))
 
 
 def read_transfer(path: str | Path) -> Transfer:
@@ -77,16 +76,16 @@ def read_transfer(path: str | Path) -> Transfer:
 
     Raises
     ------
-    ModelError : the file cannot be read; as of `transfer_of_table`.
+    ModelError : the file cannot be read; as of `tabulated_transfer`.
     """
-    from ..analyses.modulation.transfer import ACCELERATION, transfer_of_table
+    from ..analyses.modulation.path import ACCELERATION, tabulated_transfer
 
     columns = _columns(path, ("frequency",))
     name = next((name for name in ("accelerance", "gain") if name in columns), "")
     if not name:
         raise ModelError("no such column", path=str(path), given=", ".join(columns), allowed="accelerance or gain")
     wanted = "m/s^2/N" if name == "accelerance" else ""
-    return transfer_of_table(
+    return tabulated_transfer(
         _in(columns, "frequency", "Hz", path),
         _in(columns, name, wanted, path),
         _in(columns, "phase", "rad", path) if "phase" in columns else 0.0,

@@ -14,7 +14,7 @@ from ..analyses.modes.classification import classify_modes, repeated_roots
 from ..analyses.modes.eigen import eigen, whirl
 from ..analyses.sensitivity.forces import force_derivatives
 from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
-from ..analyses.sensitivity.numbers import Numbers, moves
+from ..analyses.sensitivity.numbers import Numbers, is_nonzero
 from ..analyses.steady.response import response
 from ..errors import ModelError
 from ..model.names import nearest
@@ -135,7 +135,7 @@ def _usable(found: Tangents, *, given: bool) -> list[int]:
             if one.change is None:
                 raise ModelError(one.problem, path=one.parameter.path, given=one.parameter.value)
         return list(range(len(found.along)))
-    return [i for i, one in enumerate(found.along) if one.change is not None and moves(one.change)]
+    return [i for i, one in enumerate(found.along) if one.change is not None and is_nonzero(one.change)]
 
 
 def _left(found: Tangents, kept: Sequence[int]) -> dict[str, str]:
@@ -217,7 +217,7 @@ def _forces(
         value=value,
         derivative=found.derivative[:, :, 0],
         target=np.arange(len(names)) == first,
-        problem=tuple(held if taken else "" for taken in found.held),
+        problem=tuple(held if taken else "" for taken in found.constrained),
         variables={"mesh_force_rms" if harmonic is None else "mesh_force_amplitude": ("mesh", value)},
         coords={"mesh": list(names)},
         options={

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from ..steady.response import Kept, Response, respond
+from ..steady.response import Response, Truncation, respond
 from .corrector import linear_start
 from .problem import dynamic_size, evaluate
 from .refinement import Refinement, Solution, harmonics_for, solution
@@ -83,7 +83,7 @@ def _looked(refinement: Refinement, speeds: Array) -> Scan:
                 harmonics[place] = block.harmonics
                 if block.residual[at] <= _ACCEPTED:
                     speed, residual = float(block.speed[at]), float(block.residual[at])
-                    found[place] = _closed(refinement, block.mesh.y[at], speed, block.kept, residual)
+                    found[place] = _closed(refinement, block.mesh.y[at], speed, block.truncation, residual)
         if len(refinement.ready.lines.tones) == 1:
             _without_open_flanks(refinement, speeds, found, harmonics)
     return Scan(speeds=speeds, asked=np.full(speeds.size, -1), solutions=found, harmonics=harmonics)
@@ -98,7 +98,7 @@ def _between(ready: Response, low: float, high: float) -> Array:
     return np.geomspace(low, high, count + 2)[1:-1] if count else np.zeros(0)
 
 
-def _closed(refinement: Refinement, y: Array, speed: float, kept: Kept, residual: float) -> Solution | None:
+def _closed(refinement: Refinement, y: Array, speed: float, kept: Truncation, residual: float) -> Solution | None:
     """The linear motion (2, J, n) as a solution, None where a tooth of it parts or strikes the other flank."""
     harmonics = max(kept[:-1])
     given = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))

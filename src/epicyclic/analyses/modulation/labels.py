@@ -14,11 +14,10 @@ from fractions import Fraction
 
 from ...system.system import System
 from ..steady.excitation import Excitation, Shaft
-from .lines import Part
-from .place import Place, stages_of
-from .rows import Rows
+from .sensor import SensorPosition, mesh_stages
+from .spectrum import LineSource, StageSpectrum
 
-__all__ = ["MEAN", "MESH", "PASSING", "UNEVEN", "UNLIKE", "Origin", "Teller", "without_faults"]
+__all__ = ["LineLabels", "Origin", "is_fault_free"]
 
 MESH, PASSING, MEAN = "mesh", "planets passing", "mean load passing"
 UNEVEN, UNLIKE = "uneven planets", "unlike planets"
@@ -38,17 +37,17 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Teller:
+class LineLabels:
     """Names lines of one System at one place."""
 
     system: System
     lines: Excitation
-    place: Place
+    position: SensorPosition
 
     @property
     def own(self) -> int:
         """The tone of the stage."""
-        return int(self.lines.axis[self.place.meshes[0]])
+        return int(self.lines.axis[self.position.meshes[0]])
 
     def label(self, origin: Origin) -> str:
         """``2 x mesh + sun run-out - 3 x carrier``."""
@@ -72,7 +71,7 @@ class Teller:
         order = origin.mesh[self.own]
         if self._passes(origin):
             return MEAN if order == 0 else PASSING if origin.carrier else MESH
-        return UNLIKE if faulty or self.place.even else UNEVEN
+        return UNLIKE if faulty or self.position.even else UNEVEN
 
     def causes(self, origins: Sequence[Origin], *, faulty: bool) -> str:
         """What causes a line, the largest part first, with paths in the file."""
@@ -82,9 +81,9 @@ class Teller:
             found.update(dict.fromkeys(self._causes(one, faulty=faulty) if shaft is None else shaft))
         return "; ".join(found)
 
-    def origin(self, rows: Rows, part: Part) -> Origin:
+    def origin(self, rows: StageSpectrum, part: LineSource) -> Origin:
         """Where a part of a line comes from."""
-        sign, turn = -1 if part.backwards else 1, 0 if rows.carrier == 0 else 1 if rows.carrier > 0 else -1
+        sign, turn = -1 if part.negative else 1, 0 if rows.carrier == 0 else 1 if rows.carrier > 0 else -1
         return Origin(
             mesh=tuple(sign * int(count) for count in rows.point[part.row]),
             shaft=int(rows.shaft[part.row]),
@@ -113,12 +112,12 @@ class Teller:
 
     def _passes(self, origin: Origin) -> bool:
         """Whether even planets that are alike leave this line of mesh orders."""
-        count, teeth = len(self.place.spacing), self.place.teeth
-        if self.place.turn == 0:
+        count, teeth = len(self.position.spacing), self.position.teeth
+        if self.position.turn == 0:
             return True
         if teeth is None:
             return origin.carrier % count == 0
-        forwards = 1 if self.place.turn > 0 else -1
+        forwards = 1 if self.position.turn > 0 else -1
         # planet n meshes z_ring psi_n / 2 pi cycles earlier, the other way round where the ring's teeth come forwards
         return (-origin.mesh[self.own] * teeth + forwards * origin.carrier) % count == 0
 
@@ -131,7 +130,7 @@ class Teller:
 
     def _shaft_word(self, shaft: Shaft, path: str) -> str:
         """``deviations.main.sun.run_out`` -> ``sun run-out``, with the order where it is not the first."""
-        stages = tuple(dict.fromkeys(stages_of(self.system)))
+        stages = tuple(dict.fromkeys(mesh_stages(self.system)))
         parts = path.split(".")[1:]
         member = ".".join(parts[:2]) if parts[:1] and parts[0] in stages else parts[0] if parts else path
         if len(stages) == 1:
@@ -151,6 +150,6 @@ class Teller:
         return None
 
 
-def without_faults(causes: Sequence[str]) -> bool:
+def is_fault_free(causes: Sequence[str]) -> bool:
     """Whether a line of excitation is there in a train as drawn: tooth form and loads, not what manufacturing left."""
     return not causes or any(not cause.startswith("deviations.") or cause.endswith(".profile") for cause in causes)

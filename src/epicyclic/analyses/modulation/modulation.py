@@ -12,17 +12,24 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
-from ..steady.extremes import force_extremes
-from ..steady.periodic import TOLERANCE, solved
+from ..steady.measures import force_extremes
+from ..steady.periodic import TOLERANCE, solve_speed
 from ..steady.response import Block, Response
-from ..steady.steady import tension
+from ..steady.steady import tension_warnings
 from ..steady.waveform import force_signal
-from .labels import Teller, without_faults
-from .lines import Lines, lines_of, synthesised
-from .place import Place, place_of
-from .rows import DIRECTIONS, Rows, felt, gathered, heard
-from .transfer import ACCELERATION, Transfer
-from .windows import Window, window_of_word
+from .labels import LineLabels, is_fault_free
+from .path import ACCELERATION, Transfer, Window, named_window
+from .sensor import SensorPosition, sensor_position
+from .spectrum import (
+    DIRECTIONS,
+    SensorLines,
+    StageSpectrum,
+    merged_lines,
+    sensor_motion,
+    stage_spectrum,
+    synthesised_signal,
+    windowed_forces,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,17 +37,17 @@ if TYPE_CHECKING:
 __all__ = ["modulation"]
 
 # Highest number of samples of the signal: 2^20 doubles are 8 MB.
-_MOST = 2**20
+_MAX_SAMPLES = 2**20
 _FEWEST = 2048
 # Deviations are told as the cause of a line that changes by more than this without them.
-_TOLD = 0.5
+_REPORTED = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Sensor:
+class _Settings:
     """What is asked for, checked."""
 
-    place: Place
+    position: SensorPosition
     window: Window
     transfer: Transfer | None
     direction: str
@@ -49,11 +56,11 @@ class _Sensor:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Seen:
+class _SensorSignal:
     """What the sensor sees: its lines, their frequency at this speed [Hz], signal, acceleration of what it sits on."""
 
-    rows: Rows
-    lines: Lines
+    rows: StageSpectrum
+    lines: SensorLines
     frequency: Array
     signal: ComplexArray
     acceleration: ComplexArray
@@ -87,9 +94,9 @@ def modulation(
     Parameters
     ----------
     relative_speed : speed per operating speed, above zero.
-    stage, body, sensor, through_planet : as of `place_of`.  direction : of the ring's motion, radial,
+    stage, body, sensor, through_planet : as of `sensor_position`.  direction : of the ring's motion, radial,
         tangential or axial.
-    window, width : as of `window_of_word`, or a `Window`.  transfer : path to the sensor, 1 at every frequency if None.
+    window, width : as of `named_window`, or a `Window`.  transfer : path to the sensor, 1 at every frequency if None.
     mean_load : whether the mean mesh force is heard passing too, at multiples of the carrier's speed.
     radius : of the sensor from the axis, that of the ring's `rz` if None [m].
     floor : lines below this, relative to the largest one, are not listed; 0 lists all.
@@ -98,41 +105,41 @@ def modulation(
 
     Raises
     ------
-    ModelError : as of `place_of`, `window_of_word` and `steady`; numbers out of range.
+    ModelError : as of `sensor_position`, `named_window` and `steady`; numbers out of range.
     ConvergenceError : as of `steady`.
     """
-    place = place_of(system, stage=stage, body=body, angle=sensor, through_planet=through_planet)
-    asked = _Sensor(
-        place=place,
-        window=window_of_word(window, planets=len(place.branches), width=width) if isinstance(window, str) else window,
+    position = sensor_position(system, stage=stage, body=body, angle=sensor, through_planet=through_planet)
+    settings = _Settings(
+        position=position,
+        window=named_window(window, planets=len(position.branches), width=width) if isinstance(window, str) else window,
         transfer=transfer,
         direction=direction,
         radius=radius,
         mean_load=mean_load,
     )
-    _check(asked, floor=floor, turns=turns)
-    ready, block = solved(system, relative_speed, TOLERANCE)
-    seen = _seen(ready, block, asked)
-    healthy = _fault_free(system, relative_speed, asked)
-    kept = _kept(seen, floor)
-    duration = _duration(system, place, turns) / relative_speed
+    _check(settings, floor=floor, turns=turns)
+    ready, block = solve_speed(system, relative_speed, TOLERANCE)
+    seen = _sensor_signal(ready, block, settings)
+    healthy = _fault_free(system, relative_speed, settings)
+    kept = _listed(seen, floor)
+    duration = _duration(system, position, turns) / relative_speed
     count = _samples(seen.frequency[kept], duration, samples)
-    signal = synthesised(seen.frequency[kept], seen.signal[kept], duration, count)
+    signal = synthesised_signal(seen.frequency[kept], seen.signal[kept], duration, count)
     return _labelled(
         ready,
         block,
-        asked,
+        settings,
         seen,
         kept=kept,
         healthy=healthy,
         signal=(duration, signal),
         options={
             "relative_speed": relative_speed,
-            "stage": place.stage,
-            "body": _where(system, place),
+            "stage": position.stage,
+            "body": _where(system, position),
             "sensor": sensor,
             "direction": direction,
-            "window": asked.window.name,
+            "window": settings.window.name,
             "width": width,
             "transfer": "none" if transfer is None else transfer.unit,
             "through_planet": through_planet,
@@ -143,58 +150,58 @@ def modulation(
     )
 
 
-def _check(asked: _Sensor, *, floor: float, turns: int) -> None:
-    if asked.direction not in DIRECTIONS:
-        raise ModelError("no such direction", path="direction", given=asked.direction, allowed=", ".join(DIRECTIONS))
-    if asked.radius is not None and not (math.isfinite(asked.radius) and asked.radius > 0):
-        raise ModelError("out of range", path="radius", given=asked.radius, allowed="above zero")
+def _check(settings: _Settings, *, floor: float, turns: int) -> None:
+    if settings.direction not in DIRECTIONS:
+        raise ModelError("no such direction", path="direction", given=settings.direction, allowed=", ".join(DIRECTIONS))
+    if settings.radius is not None and not (math.isfinite(settings.radius) and settings.radius > 0):
+        raise ModelError("out of range", path="radius", given=settings.radius, allowed="above zero")
     if not 0 <= floor < 1:
         raise ModelError("out of range", path="floor", given=floor, allowed="0 or more, below 1")
     if turns < 1:
         raise ModelError("out of range", path="turns", given=turns, allowed="1 or more")
 
 
-def _seen(ready: Response, block: Block, asked: _Sensor) -> _Seen:
-    rows = gathered(ready, block, asked.place)
-    if not asked.mean_load:
+def _sensor_signal(ready: Response, block: Block, settings: _Settings) -> _SensorSignal:
+    rows = stage_spectrum(ready, block, settings.position)
+    if not settings.mean_load:
         rows = replace(rows, force=np.where(rows.step == 0, 0.0, rows.force))
-    radius = _radius(ready.system, asked.place) if asked.radius is None else asked.radius
-    motion = felt(rows, asked.place, asked.direction, radius)
-    lines = lines_of(rows, heard(rows, asked.place, asked.window), motion)
+    radius = _radius(ready.system, settings.position) if settings.radius is None else settings.radius
+    motion = sensor_motion(rows, settings.position, settings.direction, radius)
+    lines = merged_lines(rows, windowed_forces(rows, settings.position, settings.window), motion)
     frequency = float(block.speed[0]) * np.array([float(one) for one in lines.frequency])
     acceleration = -((2 * np.pi * frequency) ** 2) * lines.motion
-    signal = lines.force if asked.transfer is None else lines.force * asked.transfer.at(frequency)
-    if asked.transfer is not None and asked.transfer.unit == ACCELERATION:
+    signal = lines.force if settings.transfer is None else lines.force * settings.transfer.at(frequency)
+    if settings.transfer is not None and settings.transfer.unit == ACCELERATION:
         signal = signal + acceleration
-    return _Seen(rows=rows, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration)
+    return _SensorSignal(rows=rows, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration)
 
 
-def _radius(system: System, place: Place) -> float:
+def _radius(system: System, position: SensorPosition) -> float:
     """Reference radius of what the sensor sits on, 0 where it cannot turn."""
-    names = {system.dofs.bodies[body] for body in place.bodies}
+    names = {system.dofs.bodies[body] for body in position.bodies}
     rows = zip(system.dofs.body, system.dofs.direction, system.dofs.radius, strict=True)
     return next((float(R) for body, direction, R in rows if body in names and direction == "rz"), 0.0)
 
 
-def _fault_free(system: System, relative_speed: float, asked: _Sensor) -> dict[Fraction, complex]:
+def _fault_free(system: System, relative_speed: float, settings: _Settings) -> dict[Fraction, complex]:
     """The signal of the same train without what manufacturing left, by exact frequency."""
-    lines = tuple(line for line in system.lines if without_faults(line.causes))
-    ready, block = solved(replace(system, lines=lines), relative_speed, TOLERANCE)
-    seen = _seen(ready, block, asked)
+    lines = tuple(line for line in system.lines if is_fault_free(line.causes))
+    ready, block = solve_speed(replace(system, lines=lines), relative_speed, TOLERANCE)
+    seen = _sensor_signal(ready, block, settings)
     return dict(zip(seen.lines.frequency, seen.signal.tolist(), strict=True))
 
 
-def _kept(seen: _Seen, floor: float) -> NDArray[np.int64]:
+def _listed(seen: _SensorSignal, floor: float) -> NDArray[np.int64]:
     """Lines large enough in the signal; all of them, what the body does without it too, where nothing is too small."""
     size = np.abs(seen.signal)
     return np.flatnonzero((size >= floor * size.max(initial=0.0)) & ((size > 0) | (floor == 0)))
 
 
-def _duration(system: System, place: Place, turns: int) -> float:
+def _duration(system: System, position: SensorPosition, turns: int) -> float:
     """Seconds at the operating speed."""
     speeds = zip(system.dofs.bodies, system.body_turns, strict=True)
-    fastest = max(abs(turn) for name, turn in speeds if name.split("/")[0] == place.stage)
-    return float(turns / (abs(place.turn) or fastest))
+    fastest = max(abs(turn) for name, turn in speeds if name.split("/")[0] == position.stage)
+    return float(turns / (abs(position.turn) or fastest))
 
 
 def _samples(frequency: Array, duration: float, samples: int | None) -> int:
@@ -204,9 +211,9 @@ def _samples(frequency: Array, duration: float, samples: int | None) -> int:
         wanted = max(_FEWEST, 1 << math.ceil(math.log2(max(2.56 * highest, 1.0))))
     else:
         wanted = samples
-    if not max(1, 2 * highest) < wanted <= _MOST:
+    if not max(1, 2 * highest) < wanted <= _MAX_SAMPLES:
         raise ModelError(
-            f"{wanted} samples: the signal needs more than {2 * highest:.0f}, and there may be {_MOST}",
+            f"{wanted} samples: the signal needs more than {2 * highest:.0f}, and there may be {_MAX_SAMPLES}",
             path="samples",
             given=samples,
             allowed="fewer turns, a higher floor, or another number",
@@ -214,15 +221,15 @@ def _samples(frequency: Array, duration: float, samples: int | None) -> int:
     return wanted
 
 
-def _where(system: System, place: Place) -> str:
-    return ", ".join(system.dofs.bodies[body] for body in place.bodies) or "housing"
+def _where(system: System, position: SensorPosition) -> str:
+    return ", ".join(system.dofs.bodies[body] for body in position.bodies) or "housing"
 
 
 def _labelled(
     ready: Response,
     block: Block,
-    asked: _Sensor,
-    seen: _Seen,
+    settings: _Settings,
+    seen: _SensorSignal,
     *,
     kept: NDArray[np.int64],
     healthy: dict[Fraction, complex],
@@ -231,53 +238,53 @@ def _labelled(
 ) -> xr.Dataset:
     from ...results.dataset import dataset
 
-    place, system, speed = asked.place, ready.system, float(block.speed[0])
-    teller = Teller(system=system, lines=ready.lines, place=place)
-    origins = [[teller.origin(seen.rows, part) for part in seen.lines.parts[i]] for i in kept]
+    position, system, speed = settings.position, ready.system, float(block.speed[0])
+    labels = LineLabels(system=system, lines=ready.lines, position=position)
+    origins = [[labels.origin(seen.rows, part) for part in seen.lines.parts[i]] for i in kept]
     frequency = [seen.lines.frequency[i] for i in kept]
     without = np.array([healthy.get(one, 0j) for one in frequency])
-    faulty = np.abs(seen.signal[kept] - without) > _TOLD * np.abs(seen.signal[kept])
+    faulty = np.abs(seen.signal[kept] - without) > _REPORTED * np.abs(seen.signal[kept])
     duration, values = signal
-    unit = "N" if asked.transfer is None or asked.transfer.unit != ACCELERATION else "m/s2"
+    unit = "N" if settings.transfer is None or settings.transfer.unit != ACCELERATION else "m/s2"
     angle = np.linspace(-np.pi, np.pi, 721)
     result = dataset(
         {
             "line_frequency": ("line", seen.frequency[kept]),
             "exact_frequency": ("line", _texts([str(one) for one in frequency])),
-            "mesh_order": ("line", np.array([float(one / ready.lines.tones[teller.own]) for one in frequency])),
-            "carrier_order": ("line", np.array([float(one / abs(place.turn or 1)) for one in frequency])),
+            "mesh_order": ("line", np.array([float(one / ready.lines.tones[labels.own]) for one in frequency])),
+            "carrier_order": ("line", np.array([float(one / abs(position.turn or 1)) for one in frequency])),
             "signal_amplitude": ("line", seen.signal[kept]),
             "fault_free_amplitude": ("line", without),
             "sensor_acceleration": ("line", seen.acceleration[kept]),
             "family": (
                 "line",
-                _texts([teller.family(one[0], faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
+                _texts([labels.family(one[0], faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
             ),
             "causes": (
                 "line",
-                _texts([teller.causes(one, faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
+                _texts([labels.causes(one, faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
             ),
             "signal": ("sample_time", values),
-            "passage": ("planet", _passages(place, speed)),
-            "window_gain": ("window_angle", asked.window.at(angle)),
+            "passage": ("planet", _passages(position, speed)),
+            "window_gain": ("window_angle", settings.window.at(angle)),
         },
         {
-            "line": _texts([teller.label(one[0]) for one in origins]),
+            "line": _texts([labels.label(one[0]) for one in origins]),
             "sample_time": np.arange(values.size) * (duration / values.size),
-            "planet": list(place.branches),
+            "planet": list(position.branches),
             "window_angle": angle,
         },
         verb="modulation",
         options={**options, "samples": values.size, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *_warnings(ready, block, asked, seen)],
+        warnings=[*system.warnings, *_warnings(ready, block, settings, seen)],
         units={name: unit for name in ("signal", "signal_amplitude", "fault_free_amplitude")},
     )
     result.attrs.update(
-        stage=place.stage,
-        sensor_body=_where(system, place),
-        carrier_frequency=speed * abs(float(place.turn)),
-        stage_mesh_frequency=speed * float(ready.lines.tones[teller.own]),
+        stage=position.stage,
+        sensor_body=_where(system, position),
+        carrier_frequency=speed * abs(float(position.turn)),
+        stage_mesh_frequency=speed * float(ready.lines.tones[labels.own]),
         common_period=str(_period(frequency)),
         power_kept=float(_power(seen.signal[kept]) / (_power(seen.signal) or 1.0)),
     )
@@ -300,26 +307,26 @@ def _period(frequency: list[Fraction]) -> Fraction:
     return Fraction(unit, math.gcd(*(int(one * unit) for one in frequency)))
 
 
-def _passages(place: Place, speed: float) -> Array:
+def _passages(position: SensorPosition, speed: float) -> Array:
     """First time at which each planet passes the sensor [s], nan where none does."""
-    if place.turn == 0:
-        return np.full(len(place.branches), np.nan)
-    turn = speed * float(place.turn)
-    ahead = (place.angle - place.spacing) / (2 * np.pi) * np.sign(turn) % 1.0
+    if position.turn == 0:
+        return np.full(len(position.branches), np.nan)
+    turn = speed * float(position.turn)
+    ahead = (position.angle - position.spacing) / (2 * np.pi) * np.sign(turn) % 1.0
     result: Array = ahead / abs(turn)
     return result
 
 
-def _warnings(ready: Response, block: Block, asked: _Sensor, seen: _Seen) -> list[str]:
-    found = tension(ready.system, force_extremes(force_signal(ready, block), axis=ready.lines.axis)[0])
-    if asked.window.remainder > 1e-2:
-        last = len(asked.window.coefficients) - 1
-        found.append(f"the window is cut at {last} harmonics: {asked.window.remainder:.1%} of it left out")
-    if asked.transfer is not None:
-        outside = ~asked.transfer.covers(seen.frequency)
+def _warnings(ready: Response, block: Block, settings: _Settings, seen: _SensorSignal) -> list[str]:
+    found = tension_warnings(ready.system, force_extremes(force_signal(ready, block), axis=ready.lines.axis)[0])
+    if settings.window.remainder > 1e-2:
+        last = len(settings.window.coefficients) - 1
+        found.append(f"the window is cut at {last} harmonics: {settings.window.remainder:.1%} of it left out")
+    if settings.transfer is not None:
+        outside = ~settings.transfer.covers(seen.frequency)
         lost, whole = _power(seen.lines.force[outside]), _power(seen.lines.force)
         if lost > 1e-6 * whole:
-            low, high = asked.transfer.frequency[0], asked.transfer.frequency[-1]
+            low, high = settings.transfer.frequency[0], settings.transfer.frequency[-1]
             found.append(
                 f"the transfer path is given from {low:g} to {high:g} Hz: lines outside are left out, "
                 f"{lost / whole:.2%} of the mean square of the force"

@@ -18,20 +18,20 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import ComplexArray, Line, System
 from ..static.tangent import linearised
-from ..steady.balance import Solved
-from ..steady.excitation import mesh_rows, shaft_rows
+from ..steady.balance import HarmonicSolution
+from ..steady.excitation import mesh_order_excitation, shaft_order_excitation
 from ..steady.lattice import Point
-from ..steady.response import Kept, Response, response
+from ..steady.response import Response, Truncation, response
 from ..steady.waveform import Spectrum, force_spectrum
-from .columns import Unit, checked_speed, column_block, solved_columns, with_enough_rows
+from .columns import UnitLoads, checked_speed, column_block, solve_columns, solve_refined
 
-__all__ = ["ErrorMap", "Part", "error_map", "mesh_error_lines"]
+__all__ = ["ColumnSpectrum", "ErrorMap", "error_map", "mesh_error_lines"]
 
 Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class ColumnSpectrum:
     """Mesh orders, or one shaft group.
 
     use : (P,) which of the numbers [1, Re z (C), Im z (C)] each column belongs to.
@@ -55,8 +55,8 @@ class ErrorMap:
     columns: tuple[Line, ...]
     relative_speed: float
     ready: Response
-    parts: tuple[Part, ...]
-    kept: Kept
+    parts: tuple[ColumnSpectrum, ...]
+    truncation: Truncation
     residual: float
 
 
@@ -118,18 +118,18 @@ def error_map(
     ready = response(linearised(replace(system, lines=tuple(replace(line) for line in (*still, *varied)))))
     groups, count = _groups(ready, len(still)), len(varied)
 
-    def find(kept: Kept) -> list[Solved]:
-        units = [_unit(ready, kept, speed, group) for group in groups]
-        return [solved_columns(ready, kept, speed, unit, tolerance=tolerance) for unit in units]
+    def find(truncation: Truncation) -> list[HarmonicSolution]:
+        units = [_unit(ready, truncation, speed, group) for group in groups]
+        return [solve_columns(ready, truncation, speed, unit, tolerance=tolerance) for unit in units]
 
-    kept, solved = with_enough_rows(ready, speed, find, tolerance=tolerance)
+    truncation, solved = solve_refined(ready, speed, find, tolerance=tolerance)
     return ErrorMap(
         mesh=faces(system.meshes).name,
         columns=varied,
         relative_speed=speed,
         ready=ready,
-        parts=tuple(_part(ready, kept, speed, *pair, count=count) for pair in zip(groups, solved, strict=True)),
-        kept=kept,
+        parts=tuple(_part(ready, truncation, speed, *pair, count=count) for pair in zip(groups, solved, strict=True)),
+        truncation=truncation,
         residual=float(max(each.residual.max(initial=0.0) for each in solved)),
     )
 
@@ -154,30 +154,32 @@ def _columns(group: _Group) -> Iterator[tuple[int, tuple[tuple[int, Point, bool,
                 yield column, ((column, point, turned, replace(line, gap=unit * line.gap, force=unit * line.force)),)
 
 
-def _unit(ready: Response, kept: Kept, speed: float, group: _Group) -> Unit:
-    lattice = ready.kernel(kept, shifted=group.shaft is not None).lattice
+def _unit(ready: Response, truncation: Truncation, speed: float, group: _Group) -> UnitLoads:
+    lattice = ready.kernel(truncation, shifted=group.shaft is not None).lattice
     quiet = replace(ready.system, force=np.zeros(len(ready.system.force)))
     rows: list[tuple[ComplexArray, ComplexArray]] = []
     for column, members in _columns(group):
         if group.shaft is None:
             lines = replace(ready.lines, mesh=tuple((point, line) for _, point, _, line in members), shaft=())
-            rows.append(mesh_rows(ready.system if column < 0 else quiet, lines, np.array([speed]), lattice))
+            rows.append(mesh_order_excitation(ready.system if column < 0 else quiet, lines, np.array([speed]), lattice))
         else:
             shaft = replace(ready.lines.shaft[group.shaft], members=tuple(member[1:] for member in members))
             lines = replace(ready.lines, mesh=(), shaft=(shaft,))
-            rows.append(shaft_rows(quiet, lines, np.array([speed]), lattice))
-    return Unit(
+            rows.append(shaft_order_excitation(quiet, lines, np.array([speed]), lattice))
+    return UnitLoads(
         error=np.concatenate([error for error, _ in rows], axis=1),
         force=np.concatenate([force for _, force in rows]),
         shaft=group.shaft,
     )
 
 
-def _part(ready: Response, kept: Kept, speed: float, group: _Group, solved: Solved, *, count: int) -> Part:
+def _part(
+    ready: Response, truncation: Truncation, speed: float, group: _Group, solved: HarmonicSolution, *, count: int
+) -> ColumnSpectrum:
     shifted = group.shaft is not None
-    rows = force_spectrum(ready, column_block(kept, speed, solved, shifted=shifted), shifted=shifted)
+    rows = force_spectrum(ready, column_block(truncation, speed, solved, shifted=shifted), shifted=shifted)
     use = [0]
     for column in (column for column, *_ in group.members if column >= 0):
         use += [1 + column, 1 + count + column]
     total = faces(ready.system.meshes).total(rows.amplitude)
-    return Part(use=np.array(use), spectrum=replace(rows, amplitude=total))
+    return ColumnSpectrum(use=np.array(use), spectrum=replace(rows, amplitude=total))

@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array
-from ..steady.extremes import grid_counts, largest
-from ..steady.waveform import mesh_axis, on_torus
-from .error_map import ErrorMap, Part
+from ..steady.measures import phase_grid, torus_maximum
+from ..steady.waveform import mesh_axis, torus_waveform
+from .error_map import ColumnSpectrum, ErrorMap
 
 __all__ = ["MEASURES", "Factors", "Measure", "error_samples"]
 
-Number = TypeVar("Number", bound=np.inexact)
+Scalar = TypeVar("Scalar", bound=np.inexact)
 Factors = NDArray[np.inexact[Any]]
 Measure = Literal["rms", "peak", "minimum", "mean"]
 MEASURES: tuple[Measure, ...] = get_args(Measure)
-Find = Callable[[Array], Array]
+Evaluate = Callable[[Array], Array]
 # Doubles that one product makes: small enough to stay in the cache until they are summed.
 _CHUNK = 500_000
 # Singular values below this part of the largest add nothing to a root of a sum of squares.
@@ -41,7 +41,7 @@ def error_samples(linear: ErrorMap, factors: Factors | Iterable[Factors], measur
     ------
     ModelError : no such measure, or factors of another shape.
     """
-    kinds: dict[str, Callable[[ErrorMap], tuple[Find, int]]] = {
+    kinds: dict[str, Callable[[ErrorMap], tuple[Evaluate, int]]] = {
         "rms": _rms,
         "peak": lambda given: _extreme(given, 1.0),
         "minimum": lambda given: _extreme(given, -1.0),
@@ -50,11 +50,11 @@ def error_samples(linear: ErrorMap, factors: Factors | Iterable[Factors], measur
     if measure not in kinds:
         raise ModelError("no such measure", path="measure", given=measure, allowed=", ".join(kinds))
     find, size = kinds[measure](linear)
-    found = [find(numbers) for numbers in _numbers(linear, factors, max(1, _CHUNK // size))]
+    found = [find(numbers) for numbers in _real_factors(linear, factors, max(1, _CHUNK // size))]
     return np.concatenate([np.zeros((len(linear.mesh), 0)), *found], axis=1)
 
 
-def _numbers(linear: ErrorMap, factors: Factors | Iterable[Factors], chunk: int) -> Iterator[Array]:
+def _real_factors(linear: ErrorMap, factors: Factors | Iterable[Factors], chunk: int) -> Iterator[Array]:
     """[1, Re z, Im z] of so many samples at a time, (s, 1 + 2 C)."""
     count = len(linear.columns)
     for given in [factors] if isinstance(factors, np.ndarray) else factors:
@@ -70,21 +70,21 @@ def _numbers(linear: ErrorMap, factors: Factors | Iterable[Factors], chunk: int)
             yield numbers
 
 
-def _wide(linear: ErrorMap, part: Part, values: NDArray[Number]) -> NDArray[Number]:
+def _by_number(linear: ErrorMap, part: ColumnSpectrum, values: NDArray[Scalar]) -> NDArray[Scalar]:
     """Values of the columns of a part (w, P, ...) among all numbers, (1 + 2 C, w, ...)."""
     result = np.zeros((1 + 2 * len(linear.columns), len(linear.mesh), *values.shape[2:]), values.dtype)
     result[part.use] = values.swapaxes(0, 1)
     return result
 
 
-def _rms(linear: ErrorMap) -> tuple[Find, int]:
+def _rms(linear: ErrorMap) -> tuple[Evaluate, int]:
     """By Parseval, as `mean_square`; of each mesh only as many squares as the map has independent rows."""
-    parts = [_wide(linear, part, part.spectrum.amplitude[:, :, 0]) for part in linear.parts]
+    parts = [_by_number(linear, part, part.spectrum.amplitude[:, :, 0]) for part in linear.parts]
     lines = np.concatenate(parts, axis=2)
-    comb = linear.ready.comb(linear.kept, shafts=len(parts) > 1, dropped=True)
-    moving = ~comb.still
-    if comb.merged:
-        lines, moving = comb.folded(lines), comb.distinct != 0
+    line_frequencies = linear.ready.line_frequencies(linear.truncation, shafts=len(parts) > 1, truncated=True)
+    moving = ~line_frequencies.constant
+    if line_frequencies.coincident:
+        lines, moving = line_frequencies.merged(lines), line_frequencies.distinct != 0
     both = np.concatenate([lines.real, lines.imag], axis=2) * np.sqrt(np.tile(moving.astype(float), 2) / 2)
     left, size, _ = np.linalg.svd(both.swapaxes(0, 1), full_matrices=False)
     rank = max(1, int((size > _NOTHING * size.max(initial=0.0)).sum(axis=1).max(initial=1)))
@@ -99,17 +99,19 @@ def _rms(linear: ErrorMap) -> tuple[Find, int]:
     return find, flat.shape[1]
 
 
-def _mean(linear: ErrorMap) -> tuple[Find, int]:
+def _mean(linear: ErrorMap) -> tuple[Evaluate, int]:
     part = linear.parts[0]
     origin = int(np.flatnonzero(~part.spectrum.points.any(axis=1))[0])
-    matrix = _wide(linear, part, part.spectrum.amplitude[:, :, 0, origin].real)
+    matrix = _by_number(linear, part, part.spectrum.amplitude[:, :, 0, origin].real)
     return lambda numbers: (numbers @ matrix).T, matrix.shape[1]
 
 
-def _extreme(linear: ErrorMap, sign: float) -> tuple[Find, int]:
+def _extreme(linear: ErrorMap, sign: float) -> tuple[Evaluate, int]:
     """sign times the largest of sign f0 + sum |A_s| over the phases of the tones, as `force_extremes`."""
-    counts, w = grid_counts(linear.parts[0].spectrum), len(linear.mesh)
-    waves = [_wide(linear, p, on_torus(p.spectrum, counts, linear.kept[-1])[:, :, 0]) for p in linear.parts]
+    counts, w = phase_grid(linear.parts[0].spectrum), len(linear.mesh)
+    waves = [
+        _by_number(linear, p, torus_waveform(p.spectrum, counts, linear.truncation[-1])[:, :, 0]) for p in linear.parts
+    ]
     # (1 + 2 C, w N) of mesh orders; real and imaginary parts of shaft lines
     value, *lines = (wave.reshape(len(wave), -1) for wave in waves)
     pairs = [tuple(np.ascontiguousarray(each) for each in (line.real, line.imag)) for line in lines]
@@ -120,7 +122,7 @@ def _extreme(linear: ErrorMap, sign: float) -> tuple[Find, int]:
         for real, imag in pairs:
             total += np.hypot(numbers @ real, numbers @ imag)
         shaped = total.reshape(len(numbers), w, *counts).swapaxes(0, 1)
-        highest: Array = sign * largest(axis, shaped)
+        highest: Array = sign * torus_maximum(axis, shaped)
         return highest
 
     return find, value.shape[1]

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray
-from ..steady.balance import left_over
-from ..steady.excitation import mesh_rows, shaft_rows
+from ..steady.balance import truncated_response
+from ..steady.excitation import mesh_order_excitation, shaft_order_excitation
 from ..steady.kernel import Kernel, product
 from ..steady.lattice import Lattice
-from ..steady.response import Kept, Response
-from .columns import Unit, solved_columns
+from ..steady.response import Response, Truncation
+from .columns import UnitLoads, solve_columns
 
 __all__ = ["GapMap", "gap_map"]
 
@@ -42,8 +42,8 @@ class GapMap:
 
     weight: Array
     nominal: Array
-    answer: Array
-    beyond: tuple[Array, ...]
+    feedback: Array
+    truncated_basis: tuple[Array, ...]
     frequency: Array
     scale: float
     dynamic: float
@@ -51,7 +51,13 @@ class GapMap:
 
 
 def gap_map(
-    ready: Response, kept: Kept, speed: float, links: NDArray[np.int64], *, shaft: int | None, tolerance: float
+    ready: Response,
+    truncation: Truncation,
+    speed: float,
+    links: NDArray[np.int64],
+    *,
+    shaft: int | None,
+    tolerance: float,
 ) -> GapMap:
     """Solve the nominal train, and a unit force on every row at every harmonic.
 
@@ -64,7 +70,7 @@ def gap_map(
     ModelError : more than 1 GB would be needed.
     """
     system, shifted = ready.system, shaft is not None
-    kernel = ready.kernel(kept, shifted=shifted)
+    kernel = ready.kernel(truncation, shifted=shifted)
     J, m = len(kernel.lattice.points), len(system.meshes.name)
     B = np.concatenate([system.meshes.B, system.links.B[:, links]], axis=1)
     if (2 * J * B.shape[1]) ** 2 > _MOST:
@@ -77,21 +83,25 @@ def gap_map(
     read[:m] = ready.modal.gaps
     error, force = _nominal(ready, speed, kernel.lattice, shaft)
     missing = np.concatenate([error[:, 0], _link_errors(ready, links, kernel.lattice, shaft)])
-    nominal = solved_columns(ready, kept, speed, Unit(error=error, force=force, shaft=shaft), tolerance=tolerance)
-    gap = _read(read, nominal.y)[:, 0] - np.concatenate([missing.real, missing.imag], axis=1)
-    answer = np.empty((len(weight), 2 * J, len(weight), 2 * J))
-    laws = _laws(kernel, stiffness, J, m)
+    nominal = solve_columns(
+        ready, truncation, speed, UnitLoads(error=error, force=force, shaft=shaft), tolerance=tolerance
+    )
+    gap = _row_gaps(read, nominal.y)[:, 0] - np.concatenate([missing.real, missing.imag], axis=1)
+    feedback = np.empty((len(weight), 2 * J, len(weight), 2 * J))
+    laws = _law_matrices(kernel, stiffness, J, m)
     for place, column in enumerate(B.T):
-        unit = Unit(error=np.zeros((m, 2 * J, J), complex), force=_units(column, J, mirrored=not shifted), shaft=shaft)
-        gaps = _read(read, solved_columns(ready, kept, speed, unit, tolerance=tolerance).y)
+        unit = UnitLoads(
+            error=np.zeros((m, 2 * J, J), complex), force=_unit_forces(column, J, mirrored=not shifted), shaft=shaft
+        )
+        gaps = _row_gaps(read, solve_columns(ready, truncation, speed, unit, tolerance=tolerance).y)
         scaled = gaps * (weight / weight[place])[:, None, None]
-        answer[place] = np.einsum("ib,rbj->irj", laws[place], scaled)
-    at, beyond = (values[shaft or 0] * speed for values in ready.frequency(kept, shifted=shifted))
+        feedback[place] = np.einsum("ib,rbj->irj", laws[place], scaled)
+    at, truncated_frequency = (values[shaft or 0] * speed for values in ready.frequency(truncation, shifted=shifted))
     return GapMap(
         weight=weight,
         nominal=(gap * weight[:, None]).ravel(),
-        answer=answer.reshape(gap.size, gap.size),
-        beyond=_beyond(ready, kernel, beyond, weight[:m], J),
+        feedback=feedback.reshape(gap.size, gap.size),
+        truncated_basis=_truncated_basis(ready, kernel, truncated_frequency, weight[:m], J),
         frequency=at,
         scale=float(nominal.scale[0]),
         dynamic=float(np.linalg.norm((gap * weight[:, None])[:, 0 if shifted else 1 :])),
@@ -102,9 +112,9 @@ def gap_map(
 def _nominal(ready: Response, speed: float, lattice: Lattice, shaft: int | None) -> tuple[ComplexArray, ComplexArray]:
     """Errors of the meshes (m, 1, J) and forces (1, J, n) of the nominal train."""
     if shaft is None:
-        return mesh_rows(ready.system, ready.lines, np.array([speed]), lattice)
+        return mesh_order_excitation(ready.system, ready.lines, np.array([speed]), lattice)
     lines = replace(ready.lines, shaft=(ready.lines.shaft[shaft],))
-    return shaft_rows(ready.system, lines, np.array([speed]), lattice)
+    return shaft_order_excitation(ready.system, lines, np.array([speed]), lattice)
 
 
 def _link_errors(ready: Response, links: NDArray[np.int64], lattice: Lattice, shaft: int | None) -> ComplexArray:
@@ -122,14 +132,14 @@ def _link_errors(ready: Response, links: NDArray[np.int64], lattice: Lattice, sh
     return error
 
 
-def _read(read: Array, y: Array) -> Array:
+def _row_gaps(read: Array, y: Array) -> Array:
     """Gaps (R, P, 2 J) of solutions (P, 2, J, n)."""
     P, _, J, n = y.shape
     gaps: Array = (read @ y.reshape(-1, n).T).reshape(-1, P, 2 * J)
     return gaps
 
 
-def _units(column: Array, J: int, *, mirrored: bool) -> ComplexArray:
+def _unit_forces(column: Array, J: int, *, mirrored: bool) -> ComplexArray:
     """A force along a row at every harmonic, real then imaginary, (2 J, J, n); a mean has no imaginary part."""
     force = np.zeros((2 * J, J, column.size), complex)
     at = np.arange(J)
@@ -139,7 +149,7 @@ def _units(column: Array, J: int, *, mirrored: bool) -> ComplexArray:
     return force
 
 
-def _laws(kernel: Kernel, stiffness: Array, J: int, m: int) -> Array:
+def _law_matrices(kernel: Kernel, stiffness: Array, J: int, m: int) -> Array:
     """Forces of nominal rows for their gaps as matrices (R, 2 J, 2 J): gap @ law."""
     unit = np.eye(2 * J)
     laws = stiffness[:, None, None] * unit
@@ -147,15 +157,15 @@ def _laws(kernel: Kernel, stiffness: Array, J: int, m: int) -> Array:
     return laws
 
 
-def _beyond(ready: Response, kernel: Kernel, frequency: Array, weight: Array, J: int) -> tuple[Array, ...]:
+def _truncated_basis(ready: Response, kernel: Kernel, frequency: Array, weight: Array, J: int) -> tuple[Array, ...]:
     """What unit gaps of every mesh leave on the rows dropped, by kind, with no more columns than it has rows."""
     m = weight.size
     gaps = np.zeros((m, m, 2 * J, 2 * J))
     gaps[np.arange(m), np.arange(m)] = np.eye(2 * J) / weight[:, None, None]
     at = np.tile(frequency, (m * 2 * J, 1))
-    y = left_over(ready.modal, kernel, at, gaps.reshape(m, -1, 2 * J))
+    y = truncated_response(ready.modal, kernel, at, gaps.reshape(m, -1, 2 * J))
     found = []
     for kind in range(kernel.lattice.tones + 1):
-        part = y[:, :, kernel.kind == kind].reshape(len(y), -1)
+        part = y[:, :, kernel.truncated_kind == kind].reshape(len(y), -1)
         found.append(np.linalg.qr(part.T).R.T if part.shape[1] > part.shape[0] else part)
     return tuple(found)

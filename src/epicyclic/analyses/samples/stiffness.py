@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..steady.balance import Solved
-from ..steady.extremes import force_extremes
+from ..steady.balance import HarmonicSolution
 from ..steady.gmres import gmres
-from ..steady.measures import mean, mean_square
-from ..steady.response import Block, Kept, Response, last_kept, more_kept, respond, response
-from ..steady.waveform import Signal, Spectrum, force_spectrum, mesh_axis, whole
+from ..steady.measures import force_extremes, mean, mean_square
+from ..steady.response import Block, Response, Truncation, largest_truncation, respond, response, truncation_increment
+from ..steady.waveform import Signal, Spectrum, force_spectrum, mesh_axis, whole_mesh_signal
 from .columns import checked_speed
 from .errors import MEASURES, Measure
 from .gap_map import GapMap, gap_map
@@ -87,37 +86,39 @@ def stiffness_samples(
     values, residual = np.full((len(face.name), count), np.nan), np.full(count, np.nan)
     harmonics = np.zeros(count, np.int64)
     groups = (None, *range(len(ready.lines.shaft) if shaft_orders else 0))
-    limit = last_kept(ready, speed)
+    limit = largest_truncation(ready, speed)
     first = next(respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders))
-    waiting: list[tuple[Index, Kept]] = [(np.arange(count), first.kept)]
+    waiting: list[tuple[Index, Truncation]] = [(np.arange(count), first.truncation)]
     while waiting:
-        index, kept = waiting.pop()
-        maps = [gap_map(ready, kept, speed[0], rows, shaft=s, tolerance=_FINER * tolerance) for s in groups]
-        more = np.zeros((index.size, len(kept)), np.int64)
-        for part in _parts(index.size, maps):
+        index, truncation = waiting.pop()
+        maps = [gap_map(ready, truncation, speed[0], rows, shaft=s, tolerance=_FINER * tolerance) for s in groups]
+        more = np.zeros((index.size, len(truncation)), np.int64)
+        for part in _batches(index.size, maps):
             at, factor = index[part], factors[index[part]]
             with np.errstate(all="ignore"):  # a sample that overflows ends as nan, beside the others
                 found = [_solve(each, factor, tolerance=tolerance) for each in maps]
-                values[:, at] = _measured(ready, maps, kept, speed[0], found, measure)
-            worst = np.max([each.dropped for each in found], axis=0)
-            more[part] = more_kept(worst, kept, np.repeat(limit, len(part), axis=0), tolerance)
-            residual[at] = np.max([np.maximum(each.residual, _size(each.dropped)) for each in found], axis=0)
-            harmonics[at] = max(kept[:-1])
+                values[:, at] = _measured(ready, maps, truncation, speed[0], found, measure)
+            worst = np.max([each.truncation_residual for each in found], axis=0)
+            more[part] = truncation_increment(worst, truncation, np.repeat(limit, len(part), axis=0), tolerance)
+            residual[at] = np.max(
+                [np.maximum(each.residual, _size(each.truncation_residual)) for each in found], axis=0
+            )
+            harmonics[at] = max(truncation[:-1])
         poor = more.any(axis=1)
         if poor.any():
-            waiting.append((index[poor], tuple((np.array(kept) + more.max(axis=0)).tolist())))
+            waiting.append((index[poor], tuple((np.array(truncation) + more.max(axis=0)).tolist())))
     values[:, ~(residual <= _ACCEPTED * tolerance)] = np.nan
     return StiffnessSamples(mesh=face.name, values=values, residual=residual, harmonics=harmonics)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Found:
+class _GapSolution:
     """Gaps of the meshes (m, P, 2 J) [m], and these times their factors; relative residual (P,), dropped (P, D + 1)."""
 
     gap: Array
-    pressed: Array
+    scaled_gap: Array
     residual: Array
-    dropped: Array
+    truncation_residual: Array
 
 
 def _factors(
@@ -125,13 +126,13 @@ def _factors(
 ) -> tuple[Index, Array]:
     """Link rows that vary (l,), and factors on all meshes and these (S, m + l)."""
     face = faces(system.meshes)
-    taken = [_rows(system, name) for name in links]
-    on_links = _checked("link", link, len(links), None if mesh is None else len(np.asarray(mesh)))
-    on_meshes = _checked("mesh", mesh, len(face.name), len(on_links))
-    rows = np.array([row for found in taken for row in found], np.int64)
+    row_sets = [_rows(system, name) for name in links]
+    on_links = _checked_factors("link", link, len(links), None if mesh is None else len(np.asarray(mesh)))
+    on_meshes = _checked_factors("mesh", mesh, len(face.name), len(on_links))
+    rows = np.array([row for found in row_sets for row in found], np.int64)
     if len(set(rows.tolist())) < rows.size:
         raise ModelError("a row is named twice", path="links", given=", ".join(links))
-    owner = np.repeat(np.arange(len(links)), [len(found) for found in taken])
+    owner = np.repeat(np.arange(len(links)), [len(found) for found in row_sets])
     return rows, np.concatenate([on_meshes[:, face.row], on_links[:, owner]], axis=1)
 
 
@@ -144,7 +145,7 @@ def _rows(system: System, name: str) -> list[int]:
     return [row for row in own if system.links.stiffness[row] > 0]
 
 
-def _checked(path: str, given: ArrayLike | None, width: int, count: int | None) -> Array:
+def _checked_factors(path: str, given: ArrayLike | None, width: int, count: int | None) -> Array:
     """Factors (S, width), 1 where none are given."""
     if given is None:
         return np.ones((1 if count is None else count, width))
@@ -157,78 +158,85 @@ def _checked(path: str, given: ArrayLike | None, width: int, count: int | None) 
     return values
 
 
-def _parts(count: int, maps: list[GapMap]) -> list[Index]:
+def _batches(count: int, maps: list[GapMap]) -> list[Index]:
     size = max(1, _BATCH // max(each.nominal.size for each in maps))
     return np.array_split(np.arange(count), max(1, -(-count // size)))
 
 
-def _solve(each: GapMap, factor: Array, *, tolerance: float) -> _Found:
+def _solve(each: GapMap, factor: Array, *, tolerance: float) -> _GapSolution:
     """All samples of a batch on one map; factor : (P, R)."""
     P, R = factor.shape
     change = np.repeat(factor - 1, each.nominal.size // R, axis=1)
-    start = -(each.nominal * change) @ each.answer
+    start = -(each.nominal * change) @ each.feedback
     scale = np.sqrt(each.dynamic**2 + np.einsum("pn,pn->p", start, start))
     scale[scale == 0] = 1.0
-    step, left = _step(each.answer, change, start, tolerance * scale)
+    step, left = _step(each.feedback, change, start, tolerance * scale)
     x = (each.nominal + step).reshape(P, R, -1)[:, : each.meshes]
-    pressed = x * factor[:, : each.meshes, None]
-    dropped = [np.linalg.norm(pressed.reshape(P, -1) @ matrix, axis=1) / each.scale for matrix in each.beyond]
+    scaled_gap = x * factor[:, : each.meshes, None]
+    truncation_residual = [
+        np.linalg.norm(scaled_gap.reshape(P, -1) @ matrix, axis=1) / each.scale for matrix in each.truncated_basis
+    ]
     weight = each.weight[: each.meshes, None, None]
-    return _Found(
+    return _GapSolution(
         gap=x.swapaxes(0, 1) / weight,
-        pressed=pressed.swapaxes(0, 1) / weight,
+        scaled_gap=scaled_gap.swapaxes(0, 1) / weight,
         residual=left / scale,
-        dropped=np.array(dropped).T,
+        truncation_residual=np.array(truncation_residual).T,
     )
 
 
-def _step(answer: Array, change: Array, right: Array, target: Array) -> tuple[Array, Array]:
+def _step(feedback: Array, change: Array, right: Array, target: Array) -> tuple[Array, Array]:
     """x (P, N) of x + (x change) answer = right to |residual| <= target (P,), and that residual (P,).
 
     Those that need many iterations, near a resonance that the sample has moved, go on without the others, and in the
     end by elimination, which costs as much as N / 3 iterations.
     """
     half = np.float32  # takes half the time, and the residual below is not its own
-    apply = _operator(answer.astype(half), change.astype(half))
+    apply = _operator(feedback.astype(half), change.astype(half))
     size = np.maximum(np.linalg.norm(right, axis=1), np.finfo(half).tiny)[:, None]
     rough, *_ = gmres(apply, (right / size).astype(half), target=target / size[:, 0], basis=_FEW, restarts=1)
     step = size * rough
-    rest = right - _operator(answer, change)(step)
+    rest = right - _operator(feedback, change)(step)
     left = np.linalg.norm(rest, axis=1)
     hard = np.flatnonzero(~(left <= target))
     if hard.size:
-        apply, restarts = _operator(answer, change[hard]), max(2, right.shape[1] // (3 * _MANY))
+        apply, restarts = _operator(feedback, change[hard]), max(2, right.shape[1] // (3 * _MANY))
         more, left[hard], _ = gmres(apply, rest[hard], target=target[hard], basis=_MANY, restarts=restarts)
         step[hard] += more
     unit = np.eye(right.shape[1])
     for place in np.flatnonzero(~(left <= target)):
-        matrix = unit + change[place][:, None] * answer
+        matrix = unit + change[place][:, None] * feedback
         with suppress(np.linalg.LinAlgError):  # a singular one keeps the residual it has
             step[place] = np.linalg.solve(matrix.T, right[place])
             left[place] = np.linalg.norm(right[place] - step[place] @ matrix)
     return step, left
 
 
-def _operator(answer: Array, change: Array) -> Callable[[Array], Array]:
+def _operator(feedback: Array, change: Array) -> Callable[[Array], Array]:
     def apply(x: Array) -> Array:
-        result: Array = x + (x * change) @ answer
+        result: Array = x + (x * change) @ feedback
         return result
 
     return apply
 
 
 def _measured(
-    ready: Response, maps: list[GapMap], kept: Kept, speed: float, found: list[_Found], measure: Measure
+    ready: Response,
+    maps: list[GapMap],
+    truncation: Truncation,
+    speed: float,
+    found: list[_GapSolution],
+    measure: Measure,
 ) -> Array:
     """The measure of whole meshes, (w, P)."""
-    block = _block(maps, kept, speed, found)
+    block = _block(maps, truncation, speed, found)
     rows = Signal(
         orders=_force(ready, block, maps[:1], found[:1], shifted=False),
         lines=_force(ready, block, maps[1:], found[1:], shifted=True) if maps[1:] else None,
-        comb=ready.comb(kept, shafts=len(maps) > 1, dropped=True),
-        cross=kept[-1],
+        line_frequencies=ready.line_frequencies(truncation, shafts=len(maps) > 1, truncated=True),
+        cross=truncation[-1],
     )
-    force = whole(rows, faces(ready.system.meshes))
+    force = whole_mesh_signal(rows, faces(ready.system.meshes))
     if measure == "rms":
         rms: Array = np.sqrt(mean_square(force))
         return rms
@@ -238,32 +246,37 @@ def _measured(
     return high if measure == "peak" else low
 
 
-def _block(maps: list[GapMap], kept: Kept, speed: float, found: list[_Found]) -> Block:
+def _block(maps: list[GapMap], truncation: Truncation, speed: float, found: list[_GapSolution]) -> Block:
     """Samples as the points of a block, with the gaps that press nominal stiffnesses as the samples press theirs."""
     P = found[0].residual.size
     mesh, shaft = (_stacked(maps[part], found[part]) if maps[part] else None for part in (slice(1), slice(1, None)))
     if mesh is None:
         raise ValueError("no mesh orders were solved")
     return Block(
-        index=np.arange(P), speed=np.full(P, speed), kept=kept, mesh=mesh, shaft=shaft, residual=found[0].residual
+        index=np.arange(P),
+        speed=np.full(P, speed),
+        truncation=truncation,
+        mesh=mesh,
+        shaft=shaft,
+        residual=found[0].residual,
     )
 
 
-def _stacked(maps: list[GapMap], found: list[_Found]) -> Solved:
+def _stacked(maps: list[GapMap], found: list[_GapSolution]) -> HarmonicSolution:
     """Groups of every sample one after the other."""
     m, P, J2 = found[0].gap.shape
-    return Solved(
+    return HarmonicSolution(
         y=np.zeros((P * len(found), 2, J2 // 2, 0)),
-        gap=np.stack([each.pressed for each in found], axis=2).reshape(m, -1, J2),
+        gap=np.stack([each.scaled_gap for each in found], axis=2).reshape(m, -1, J2),
         frequency=np.tile([each.frequency for each in maps], (P, 1)),
         residual=np.stack([each.residual for each in found], axis=1).ravel(),
-        dropped=np.stack([each.dropped for each in found], axis=1).reshape(P * len(found), -1),
+        truncation_residual=np.stack([each.truncation_residual for each in found], axis=1).reshape(P * len(found), -1),
         scale=np.tile([each.scale for each in maps], P),
         calls=0,
     )
 
 
-def _force(ready: Response, block: Block, maps: list[GapMap], found: list[_Found], *, shifted: bool) -> Spectrum:
+def _force(ready: Response, block: Block, maps: list[GapMap], found: list[_GapSolution], *, shifted: bool) -> Spectrum:
     """Forces of the samples: laws with their factors, dampers as they are."""
     meshes = ready.system.meshes
     bare = replace(ready, system=replace(ready.system, meshes=replace(meshes, damping=np.zeros(len(meshes.name)))))
@@ -276,6 +289,6 @@ def _force(ready: Response, block: Block, maps: list[GapMap], found: list[_Found
     return force
 
 
-def _size(dropped: Array) -> Array:
-    size: Array = np.sqrt((dropped**2).sum(axis=1))
+def _size(truncation_residual: Array) -> Array:
+    size: Array = np.sqrt((truncation_residual**2).sum(axis=1))
     return size

@@ -16,14 +16,13 @@ from ...errors import ConvergenceError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray
 from ..modes.basis import Modal
-from ..steady.balance import Rows, Solved, solve
-from ..steady.comb import Comb
-from ..steady.kernel import Kernel, product
+from ..steady.balance import Batch, HarmonicSolution, solve
+from ..steady.kernel import Gather, Kernel, product
+from ..steady.lattice import LineFrequencies
 from ..steady.response import Block, Response
-from ..steady.waveform import complex_rows, force_signal, force_spectrum, mesh_axis, whole
-from .transpose import row_weights, tail_adjoint
+from ..steady.waveform import force_signal, force_spectrum, mesh_axis, to_complex, whole_mesh_signal
 
-__all__ = ["Measure", "Part", "adjoint_parts", "measure", "stacked"]
+__all__ = ["AdjointPart", "adjoint_form", "adjoint_parts", "harmonic_weights", "measure", "truncated_product_adjoint"]
 
 Index = NDArray[np.int64]
 # Doubles of one batch of adjoint rows; larger than the forward one, whose own arrays are not held beside it.
@@ -31,7 +30,7 @@ _BATCH = 120_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Measure:
+class ForceMeasure:
     """Q of every whole mesh, (w, P) [N^2], and dQ/d(amplitude) of every row of its spectra.
 
     mesh, shaft : (m, P S, J + T) complex, weighted dQ = Re(conj(seed) d amplitude); rows kept, then dropped.
@@ -43,7 +42,7 @@ class Measure:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class AdjointPart:
     """Adjoint solutions of mesh orders or of shaft orders.
 
     kernel, solved : of the forward solution.  shifted : whether of shaft orders.
@@ -54,18 +53,18 @@ class Part:
     """
 
     kernel: Kernel
-    solved: Solved
+    solved: HarmonicSolution
     shifted: bool
     force: ComplexArray
-    beyond: ComplexArray
+    truncated_force: ComplexArray
     gap: ComplexArray
     z: ComplexArray
     pull: ComplexArray
     press: ComplexArray
-    tail: ComplexArray
+    truncated_pull: ComplexArray
 
 
-def measure(ready: Response, block: Block, *, harmonic: int | None) -> Measure:
+def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeasure:
     """Q of every whole mesh and its derivative with respect to every amplitude.
 
     Parameters
@@ -74,10 +73,10 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> Measure:
         exactly equal frequency added first.
     """
     face, P = faces(ready.system.meshes), block.speed.size
-    signal = whole(force_signal(ready, block), face)
+    signal = whole_mesh_signal(force_signal(ready, block), face)
     values, kept = signal.values, signal.orders.points.shape[0]
     if harmonic is None:
-        seed = _moving(signal.comb, values)
+        seed = _moving(signal.line_frequencies, values)
     else:
         at = _own_order(signal.orders.points, mesh_axis(ready), harmonic)
         seed = np.zeros_like(values)
@@ -88,32 +87,32 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> Measure:
     if signal.lines is not None:
         S = signal.lines.amplitude.shape[2]
         shaft = rows[:, :, kept:].reshape(len(rows), P * S, -1)
-    return Measure(square=square, mesh=rows[:, :, :kept], shaft=shaft)
+    return ForceMeasure(square=square, mesh=rows[:, :, :kept], shaft=shaft)
 
 
-def _moving(comb: Comb, values: ComplexArray) -> ComplexArray:
+def _moving(line_frequencies: LineFrequencies, values: ComplexArray) -> ComplexArray:
     """What every row adds to its line, without the mean."""
-    if comb.merged:
-        lines = comb.folded(values)[:, :, comb.line]
-        values = np.where(comb.backwards, lines.conj(), lines)
-    return np.where(comb.still, 0.0, values)
+    if line_frequencies.coincident:
+        lines = line_frequencies.merged(values)[:, :, line_frequencies.line]
+        values = np.where(line_frequencies.negative, lines.conj(), lines)
+    return np.where(line_frequencies.constant, 0.0, values)
 
 
 def _own_order(points: Index, axis: Index, harmonic: int) -> NDArray[np.bool_]:
     """(w, K) rows that are this multiple of each mesh's tone and of no other."""
-    wanted = np.zeros((axis.size, points.shape[1]), np.int64)
-    wanted[np.arange(axis.size), axis] = harmonic
-    return np.asarray((points[None] == wanted[:, None]).all(axis=2), bool)
+    measured = np.zeros((axis.size, points.shape[1]), np.int64)
+    measured[np.arange(axis.size), axis] = harmonic
+    return np.asarray((points[None] == measured[:, None]).all(axis=2), bool)
 
 
 def adjoint_parts(
-    ready: Response, turned: Modal, block: Block, wanted: Measure, *, meshes: Index, tolerance: float
-) -> Iterator[tuple[Index, tuple[Part, ...]]]:
+    ready: Response, adjoint_modal: Modal, block: Block, measured: ForceMeasure, *, meshes: Index, tolerance: float
+) -> Iterator[tuple[Index, tuple[AdjointPart, ...]]]:
     """Adjoint solutions of the wanted whole meshes, some at a time: (which of them, parts of mesh and shaft orders).
 
     Parameters
     ----------
-    turned : `transpose.adjoint` of the modal form.  tolerance : relative residual of the adjoint solution.
+    turned : `transpose.adjoint_form` of the modal form.  tolerance : relative residual of the adjoint solution.
 
     Raises
     ------
@@ -123,76 +122,84 @@ def adjoint_parts(
     count = max(1, _BATCH // largest)
     for start in range(0, meshes.size, count):
         some = meshes[start : start + count]
-        parts = [_part(ready, turned, block, block.mesh, wanted.mesh, some, tolerance)]
-        if block.shaft is not None and wanted.shaft is not None:
-            parts.append(_part(ready, turned, block, block.shaft, wanted.shaft, some, tolerance))
+        parts = [_part(ready, adjoint_modal, block, block.mesh, measured.mesh, some, tolerance)]
+        if block.shaft is not None and measured.shaft is not None:
+            parts.append(_part(ready, adjoint_modal, block, block.shaft, measured.shaft, some, tolerance))
         yield some, tuple(parts)
 
 
 def _part(
-    ready: Response, turned: Modal, block: Block, solved: Solved, seed: ComplexArray, some: Index, tolerance: float
-) -> Part:
+    ready: Response,
+    adjoint_modal: Modal,
+    block: Block,
+    solved: HarmonicSolution,
+    seed: ComplexArray,
+    some: Index,
+    tolerance: float,
+) -> AdjointPart:
     shifted = solved is block.shaft
-    made, meshes = ready.kernel(block.kept, shifted=shifted), ready.system.meshes
+    made, meshes = ready.kernel(block.truncation, shifted=shifted), ready.system.meshes
     forward = force_spectrum(ready, block, shifted=shifted).amplitude.reshape(*seed.shape)
     J, U = len(made.lattice.points), some.size
     mine = faces(meshes).row == some[:, None]
     own = np.where(mine[:, :, None, None], seed[None], 0.0)  # (U, m, B, J + T)
-    weight = row_weights(made)
+    weight = harmonic_weights(made)
     kept = np.asarray(own[..., :J] / weight, complex)
-    tail: ComplexArray = own[..., J:]
+    truncated_pull: ComplexArray = own[..., J:]
     rate = 1j * meshes.damping[:, None, None] * solved.frequency
-    beyond = complex_rows(tail_adjoint(made, stacked(_flat(tail)))).reshape(len(meshes.name), U, -1, J)
-    beyond = beyond.transpose(1, 0, 2, 3) / weight
+    truncated_force = to_complex(truncated_product_adjoint(made, to_real(_flat(truncated_pull)))).reshape(
+        len(meshes.name), U, -1, J
+    )
+    truncated_force = truncated_force.transpose(1, 0, 2, 3) / weight
 
     def to_gap(pull: ComplexArray) -> ComplexArray:
-        varying = complex_rows(product(made, stacked(_flat(pull)))).reshape(len(meshes.name), U, -1, J)
+        varying = to_complex(product(made, to_real(_flat(pull)))).reshape(len(meshes.name), U, -1, J)
         result: ComplexArray = (
-            meshes.stiffness[:, None, None] * pull + varying.transpose(1, 0, 2, 3) - rate * pull + beyond
+            meshes.stiffness[:, None, None] * pull + varying.transpose(1, 0, 2, 3) - rate * pull + truncated_force
         )
         return result
 
-    found = _solve(ready, turned, block, made, solved, to_gap(kept), tolerance)
+    found = _solve(ready, adjoint_modal, block, made, solved, to_gap(kept), tolerance)
     B = solved.frequency.shape[0]
     z = (found.y[:, 0] + 1j * found.y[:, 1]).reshape(U, B, J, -1)
-    pull = kept - complex_rows(found.gap).reshape(-1, U, B, J).transpose(1, 0, 2, 3)
-    return Part(
+    pull = kept - to_complex(found.gap).reshape(-1, U, B, J).transpose(1, 0, 2, 3)
+    return AdjointPart(
         kernel=made,
         solved=solved,
         shifted=shifted,
         force=forward[..., :J],
-        beyond=forward[..., J:],
-        gap=complex_rows(solved.gap),
+        truncated_force=forward[..., J:],
+        gap=to_complex(solved.gap),
         z=z,
         pull=pull,
         press=to_gap(pull),
-        tail=tail,
+        truncated_pull=truncated_pull,
     )
 
 
 def _solve(
     ready: Response,
-    turned: Modal,
+    adjoint_modal: Modal,
     block: Block,
     made: Kernel,
-    solved: Solved,
+    solved: HarmonicSolution,
     press: ComplexArray,
     tolerance: float,
-) -> Solved:
+) -> HarmonicSolution:
     """A* z = B press, one system for every output and point."""
     U, m, B, J = press.shape
     force = np.einsum("nm,ombj->objn", ready.system.meshes.B, press).reshape(U * B, J, -1)
     frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
-    rows = Rows(
+    rows = Batch(
         frequency=np.tile(solved.frequency, (U, 1)),
-        beyond=np.zeros((U * B, len(made.dropped))),
+        truncated_frequency=np.zeros((U * B, len(made.truncated))),
         frame=np.tile(np.repeat(frame, B // block.speed.size), U),
         error=np.zeros((m, U * B, J), complex),
         force=force,
     )
     # what the adjoint puts on dropped rows is no residual of anything
-    bare = replace(made, dropped=made.dropped[:0])
-    found = solve(ready.system, turned, bare, rows, tolerance=tolerance)
+    bare = replace(made, truncated=made.truncated[:0])
+    found = solve(ready.system, adjoint_modal, bare, rows, tolerance=tolerance)
     if not np.all(found.residual <= 100 * tolerance):
         raise ConvergenceError(f"the adjoint solution has a relative residual of {found.residual.max():.3g}")
     return found
@@ -204,6 +211,53 @@ def _flat(values: ComplexArray) -> ComplexArray:
     return values.transpose(1, 0, 2, 3).reshape(m, U * B, K)
 
 
-def stacked(values: ComplexArray) -> Array:
+def to_real(values: ComplexArray) -> Array:
     """Real and imaginary parts side by side along the last axis."""
     return np.concatenate([values.real, values.imag], axis=-1)
+
+
+_SIGN = {"G": -1.0, "C": -1.0, "Kg": 1.0, "Cskew": 1.0}
+
+
+def adjoint_form(modal: Modal) -> Modal:
+    """The modal form whose harmonic-balance operator is the adjoint: of factors i w of both signs, C^T and G^T change
+    sign; the energy weights of forces and motions change places."""
+    omega = np.sqrt(modal.squared)
+    soft = np.min(omega[~modal.rigid], initial=1.0 if modal.rigid.all() else np.inf)
+    weight = np.where(modal.rigid, soft, omega) ** 2
+    adjoint_modal = {
+        name: np.ascontiguousarray(_SIGN[name] * matrix.T * weight / weight[:, None])
+        for name, matrix in modal.coupling.items()
+    }
+    return replace(modal, damping=-modal.damping, coupling=adjoint_modal)
+
+
+def harmonic_weights(kernel: Kernel) -> Array:
+    """W of every row kept, (J,): 2 for the mean of a real signal."""
+    points = kernel.lattice.points
+    return np.where(kernel.lattice.mirrored & ~points.any(axis=1), 2.0, 1.0)
+
+
+def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
+    """Transpose of `kernel.truncated_pull`: forces on the points dropped (m, P, 2 T) to gap rows kept (m, P, 2 J), unweighted."""
+    if len(kernel.axes) == 1:
+        only: Array = np.matmul(force, kernel.axes[0].own_tail.transpose(0, 2, 1))
+        return only
+    out = np.zeros((*force.shape[:2], 2 * len(kernel.lattice.points)))
+    for axis in kernel.axes:
+        m, P = len(axis.meshes), force.shape[1]
+        sizes = [axis.own_tail.shape[2], axis.every.place.shape[0] * axis.line_tail.shape[2]]
+        slots = _scattered(force[axis.meshes], axis.tail_back, sum(sizes))
+        own = slots[:, :, : sizes[0]] @ axis.own_tail.transpose(0, 2, 1)
+        lines = slots[:, :, sizes[0] :].reshape(m, -1, axis.line_tail.shape[2]) @ axis.line_tail.transpose(0, 2, 1)
+        size = out.shape[2]
+        out[axis.meshes] += _scattered(own, axis.own, size) + _scattered(lines.reshape(m, P, -1), axis.every, size)
+    return out
+
+
+def _scattered(rows: Array, gather: Gather, size: int) -> Array:
+    """Transpose of a gather: rows (m, P, ..) put back into `size` columns; the padding column falls away."""
+    place: NDArray[np.int64] = gather.place.ravel()
+    out = np.zeros((*rows.shape[:2], size + 1))
+    out[:, :, place] = rows * gather.sign.ravel()  # a column is gathered once, but for the padding
+    return out[:, :, :size]

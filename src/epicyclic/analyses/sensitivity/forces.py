@@ -12,10 +12,9 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..steady.response import Block, FrameSpeed, Response, respond, response
-from .adjoint import adjoint_parts, measure
-from .gradient import Basis, Gradient, basis_of, gradient, unsettled
+from .adjoint import adjoint_form, adjoint_parts, measure
+from .gradient import Basis, Gradient, basis_of, gradient, rigid_mode_imbalance
 from .numbers import Numbers
-from .transpose import adjoint
 
 __all__ = ["ForceDerivatives", "StiffnessGradient", "force_derivatives", "stiffness_gradient"]
 
@@ -33,7 +32,7 @@ class ForceDerivatives:
     """Values and derivatives of one measure of the mesh forces.
 
     mesh : (w,) whole meshes.  speed : (P,) relative.  value : (w, P) [N].
-    derivative : (changes, w, P) [N per unit]; nan where the value is 0, or where `held`.
+    derivative : (changes, w, P) [N per unit]; nan where the value is 0, or where `constrained`.
     held : (changes,) whether the change takes hold of a motion that is free, so that there is no derivative.
     """
 
@@ -41,7 +40,7 @@ class ForceDerivatives:
     speed: Array
     value: Array
     derivative: Array
-    held: NDArray[np.bool_]
+    constrained: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,7 +99,7 @@ def force_derivatives(
     names = tuple(np.array(faces(ready.system.meshes).name, object)[wanted])
     value = np.full((wanted.size, speed.size), np.nan)
     derivative = np.full((len(changes), wanted.size, speed.size), np.nan)
-    held = np.zeros(len(changes), bool)
+    constrained = np.zeros(len(changes), bool)
     basis = basis_of(ready)
     for block, rows, square, found in _gradients(
         ready, basis, speed, wanted, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
@@ -109,10 +108,10 @@ def force_derivatives(
         value[np.ix_(rows, block.index)] = size
         for place, change in enumerate(changes):
             _check_frequencies(ready, block, change)
-            held[place] |= bool(np.any(unsettled(ready, basis, block, change) > _FREE))
+            constrained[place] |= bool(np.any(rigid_mode_imbalance(ready, basis, block, change) > _FREE))
             derivative[place][np.ix_(rows, block.index)] = slope * found.along(ready, basis, change)
-    derivative[held] = np.nan
-    return ForceDerivatives(mesh=names, speed=speed, value=value, derivative=derivative, held=held)
+    derivative[constrained] = np.nan
+    return ForceDerivatives(mesh=names, speed=speed, value=value, derivative=derivative, constrained=constrained)
 
 
 def stiffness_gradient(
@@ -155,7 +154,7 @@ def _gradients(
     tolerance: float,
 ) -> Iterator[tuple[Block, Index, Array, Gradient]]:
     """Block, rows of the wanted meshes, their Q (O, P) and its gradient, as they come out."""
-    turned = adjoint(ready.modal)
+    turned = adjoint_form(ready.modal)
     for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
         known = measure(ready, block, harmonic=harmonic)
         for some, parts in adjoint_parts(ready, turned, block, known, meshes=wanted, tolerance=_ADJOINT * tolerance):
@@ -225,6 +224,6 @@ def _check_frequencies(ready: Response, block: Block, change: Numbers) -> None:
             change.line_frequency[place[id(line)]] - np.dot(point, axes) + (base if turned else -base)
             for point, turned, line in shaft.members
         ]
-    merged = ready.comb(block.kept, shafts=block.shaft is not None, dropped=True).merged
+    merged = ready.line_frequencies(block.truncation, shafts=block.shaft is not None, truncated=True).coincident
     if merged or np.abs(off).max(initial=0.0) > limit * float(known.max(initial=0.0)):
         raise ModelError("frequencies that meet at this speed part when it changes: no derivative")

@@ -20,11 +20,10 @@ from ...system.system import Array, ComplexArray
 from ..modes.basis import mean_modes
 from ..steady.kernel import product
 from ..steady.response import Block, Response
-from .adjoint import Part
+from .adjoint import AdjointPart, harmonic_weights
 from .numbers import Numbers, mean_stiffness_change
-from .transpose import row_weights
 
-__all__ = ["Basis", "Gradient", "basis_of", "gradient", "unsettled"]
+__all__ = ["Basis", "Gradient", "basis_of", "gradient", "rigid_mode_imbalance"]
 
 Index = NDArray[np.int64]
 Values = NDArray[Any]  # complex of any kind
@@ -106,7 +105,7 @@ class Gradient:
         return np.asarray(total)
 
 
-def gradient(ready: Response, basis: Basis, block: Block, parts: Sequence[Part]) -> Gradient:
+def gradient(ready: Response, basis: Basis, block: Block, parts: Sequence[AdjointPart]) -> Gradient:
     """Sum the contributions of mesh and shaft orders."""
     found = [_of_part(ready, basis, block, part) for part in parts]
     if len(found) == 1:
@@ -115,11 +114,11 @@ def gradient(ready: Response, basis: Basis, block: Block, parts: Sequence[Part])
     return Gradient(frame=found[0].frame, **sums)
 
 
-def _of_part(ready: Response, basis: Basis, block: Block, part: Part) -> Gradient:
+def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> Gradient:
     system, P = ready.system, block.speed.size
     U, B, J, _ = part.z.shape
     S = B // P
-    weight = row_weights(part.kernel)[:, None]
+    weight = harmonic_weights(part.kernel)[:, None]
     w = part.solved.frequency[:, :, None]
     x = np.asarray((part.solved.y[:, 0] + 1j * part.solved.y[:, 1]) / basis.weight, complex)
     z = part.z / basis.weight * weight
@@ -139,7 +138,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: Part) -> Gradien
     force, gap = part.force.transpose(1, 2, 0), part.gap.transpose(1, 2, 0)
     k, c = system.meshes.stiffness, system.meshes.damping
     through = _spread(np.einsum("objm,bjm->obm", pull.conj(), force - 1j * w * c * gap).real, P)
-    dropped = _spread(np.einsum("ombt,mbt->obm", part.tail.conj(), part.beyond).real, P)
+    truncated = _spread(np.einsum("ombt,mbt->obm", part.truncated_pull.conj(), part.truncated_force).real, P)
     rate = _spread(np.einsum("objm,bjm->obm", pull.conj(), 1j * w * gap).real, P)
     tones, lines = _frequencies(ready, basis, block, part, (x, z, pull))
     line_gap, line_force, steady = _lines(ready, block, part, (press, z))
@@ -150,7 +149,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: Part) -> Gradien
         mean=mean,
         frame=frame,
         B=outer(press, x).swapaxes(2, 3) - outer(z, force),
-        stiffness=(through + dropped) / k,
+        stiffness=(through + truncated) / k,
         damping=rate,
         variation=_variation(part, ready, P),
         force=steady,
@@ -177,7 +176,11 @@ def _modal_damping(basis: Basis, zeta: float, C: Array) -> tuple[Array, Array]:
 
 
 def _frequencies(
-    ready: Response, basis: Basis, block: Block, part: Part, solution: tuple[ComplexArray, ComplexArray, ComplexArray]
+    ready: Response,
+    basis: Basis,
+    block: Block,
+    part: AdjointPart,
+    solution: tuple[ComplexArray, ComplexArray, ComplexArray],
 ) -> tuple[Array, Array]:
     """dQ by the tones (U, P, D) and by the frequency of each shaft line (U, P, R) [1/Hz]."""
     system, (x, z, pull) = ready.system, solution
@@ -206,7 +209,7 @@ def _tones(ready: Response) -> Array:
 
 
 def _lines(
-    ready: Response, block: Block, part: Part, adjoint: tuple[ComplexArray, ComplexArray]
+    ready: Response, block: Block, part: AdjointPart, adjoint: tuple[ComplexArray, ComplexArray]
 ) -> tuple[ComplexArray, ComplexArray, Array]:
     """dQ by the errors and forces of every line, and by the steady force."""
     lines, (press, z) = ready.system.lines, adjoint
@@ -236,13 +239,13 @@ def _lines(
     return gaps, forces, steady
 
 
-def _variation(part: Part, ready: Response, P: int) -> ComplexArray:
+def _variation(part: AdjointPart, ready: Response, P: int) -> ComplexArray:
     """dQ by the harmonics of every mesh, (U, P, m, L): correlation of pull and gap along the tone of the mesh."""
     meshes, made = ready.system.meshes, part.kernel
     U, m, B, _ = part.pull.shape
     L = meshes.variation.shape[1]
-    pull, gap = np.concatenate([part.pull, part.tail], axis=3), part.gap
-    points, known = np.concatenate([made.lattice.points, made.dropped]), made.lattice.points
+    pull, gap = np.concatenate([part.pull, part.truncated_pull], axis=3), part.gap
+    points, known = np.concatenate([made.lattice.points, made.truncated]), made.lattice.points
     if made.lattice.mirrored:  # both a and -a of a real signal, its mean once
         pull, points = _two_sided(pull, points)
         gap, known = _two_sided(gap, known)
@@ -287,7 +290,7 @@ def _two_sided(values: ComplexArray, points: Index) -> tuple[ComplexArray, Index
     return np.concatenate([half, half[..., moving].conj()], axis=-1), np.concatenate([points, -points[moving]])
 
 
-def unsettled(ready: Response, basis: Basis, block: Block, change: Numbers) -> Array:
+def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: Numbers) -> Array:
     """What a change leaves unbalanced on a rigid mode, relative to the forces it brings (P,): 0 where that stays free.
 
     A motion that a change takes hold of (radii that fit no one centre distance) has no derivative of the response.
@@ -298,7 +301,7 @@ def unsettled(ready: Response, basis: Basis, block: Block, change: Numbers) -> A
     frame = (block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed))[:, None]
     q = (solved.y[:, 0, 0] / basis.weight) @ Phi.T
     gap = solved.gap[:, :, 0]
-    made = ready.kernel(block.kept, shifted=False)
+    made = ready.kernel(block.truncation, shifted=False)
     force = (system.meshes.stiffness[:, None] * gap + product(made, solved.gap)[:, :, 0]).T
     still = [r for r, line in enumerate(system.lines) if line.frequency == 0]
     pushed = change.force + change.line_force[still, 0].real.sum(axis=0)

@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 
-__all__ = ["Numbers", "combined", "mean_stiffness_change", "moves", "none", "numbers", "with_lines"]
+__all__ = ["Numbers", "combined", "is_nonzero", "mean_stiffness_change", "numbers", "with_lines", "zero_change"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -60,7 +60,7 @@ def numbers(system: System) -> Numbers:
     )
 
 
-def none(system: System) -> Numbers:
+def zero_change(system: System) -> Numbers:
     """No change at all: a derivative to which single entries are given with `dataclasses.replace`."""
     return combined([0.0], [numbers(system)])
 
@@ -83,7 +83,7 @@ def combined(weights: Sequence[float], parts: Sequence[Numbers]) -> Numbers:
     return replace(first, **{field.name: total(field.name) for field in fields(Numbers)})
 
 
-def moves(change: Numbers) -> bool:
+def is_nonzero(change: Numbers) -> bool:
     """Whether anything changes at all."""
     return any(bool(getattr(change, field.name).any()) for field in fields(Numbers))
 

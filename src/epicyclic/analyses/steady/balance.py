@@ -1,13 +1,17 @@
 """Harmonic balance without forming a matrix: linear contact, any mesh frequencies, many speeds at once.
 
-In energy-weighted modal coordinates every row of frequency w reads D y + coupling + pulls^T {(k(t) - k0) gap(t)} = b,
-D = omega_r^2 - w^2 + i w d_r.  D^-1 is the preconditioner; products with k(t) are exact convolutions of the harmonics
-(no aliasing, any number of them), applied as small matrices that all speeds share.
+In energy-weighted modal coordinates every harmonic of frequency w reads D y + coupling + pulls^T {(k(t) - k0) gap(t)} =
+b,
+D = omega_r^2 - w^2 + i w d_r.  D^-1 is the preconditioner of GMRES [saad1986]; products with k(t) are exact
+convolutions
+of the harmonics (no aliasing), applied as small matrices that all speeds share.  Derived here from the equation of
+motion of docs/design.md; signs and phases are those of docs/conventions.md.
 
-Layout: a batch of P points holds y as (P, 2, J, n): real and imaginary parts of J rows.  Rows are points a of a lattice
-of the mesh frequencies f (a real signal, x = Re sum X_a exp(i a . w t), one of a and -a), or all points around a shaft
-frequency w_s (x = Re[exp(i w_s t) sum Y_a exp(i a . w t)]), which is exact for any real w_s.  One mesh frequency is a
-lattice of one axis, the orders 0..H or -H..H.
+Layout: a batch of P points holds y as (P, 2, J, n): real and imaginary parts of J harmonics in n coordinates.
+Harmonics are points a of a lattice of the mesh frequencies f (a real signal, x = Re sum X_a exp(i a . w t), one of a
+and
+-a), or all points around a shaft frequency w_s (x = Re[exp(i w_s t) sum Y_a exp(i a . w t)]), exact for any real w_s.
+One mesh frequency is a lattice of one axis, the orders 0..H or -H..H.
 """
 
 from __future__ import annotations
@@ -19,50 +23,54 @@ import numpy as np
 
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal
-from .condensed import Shared
+from .condensed import CondensedOperators
 from .gmres import gmres
-from .kernel import Kernel, product, tail
+from .kernel import Kernel, product, to_real, truncated_product
 
-__all__ = ["Guess", "Rows", "Solved", "left_over", "solve"]
+__all__ = ["Batch", "Guess", "HarmonicSolution", "solve", "truncated_response"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Rows:
-    """A batch of P points.
+class Batch:
+    """Excitation of a batch of P points.
 
-    frequency : (P, J) angular frequency of every row; beyond : (P, T) of every row dropped [rad/s].
-    frame : (P,) factor of G and Cskew, squared of Kg.
-    error : (m, P, J) complex [m].  force : (P, J, n) complex [N].
+    frequency : (P, J) of every harmonic; truncated_frequency : (P, T) of every truncated harmonic [rad/s].
+    frame : (P,) factor of G and Cskew, squared of Kg [1].
+    error : (m, P, J) complex [m].  force : (P, J, n) complex [N, N m].
     """
 
     frequency: Array
-    beyond: Array
+    truncated_frequency: Array
     frame: Array
     error: ComplexArray
     force: ComplexArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solved:
+class HarmonicSolution:
     """Solution of a batch.
 
-    y : (P, 2, J, n).  gap : (m, P, 2 J) B^T q - e [m].  frequency : (P, J) [rad/s].
-    residual : (P,) of the rows kept, dropped : (P, D + 1) of the rows dropped, by their kind; both relative to the
-    dynamic part, whose size is scale (P,).
+    y : (P, 2, J, n) energy-weighted modal.  gap : (m, P, 2 J) B^T q - e [m].  frequency : (P, J) [rad/s].
+    residual : (P,) of the harmonics kept.  truncation_residual : (P, D + 1) of the truncated ones, by their kind.  Both
+        are
+    relative to the dynamic part, whose size is scale (P,).  calls : of the operator.
     """
 
     y: Array
     gap: Array
     frequency: Array
     residual: Array
-    dropped: Array
+    truncation_residual: Array
     scale: Array
     calls: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Guess:
-    """A solution with fewer rows to start from: y (P, 2, J, n) with zeros in the others, scale (P,) of `Solved`."""
+    """Initial guess from a solution with fewer harmonics.
+
+    y : (P, 2, J, n), zero in the harmonics that are new.  scale : (P,) of `HarmonicSolution`.
+    """
 
     y: Array
     scale: Array
@@ -72,51 +80,59 @@ def solve(
     system: System,
     modal: Modal,
     kernel: Kernel,
-    rows: Rows,
+    batch: Batch,
     *,
     tolerance: float,
     guess: Guess | None = None,
-    shared: Shared | None = None,
-) -> Solved:
-    """Solve one batch; residuals are reported, never judged.
+    operators: CondensedOperators | None = None,
+) -> HarmonicSolution:
+    """Solve one batch of P points; residuals are returned, not tested.
 
     Parameters
     ----------
     tolerance : residual wanted, relative to the dynamic part of the response in the energy norm [1].
-    shared : what `touched` made of the same arguments: solve by numba, which must be there.
+    operators : `condensed_operators` of the same arguments: solve by numba, which must be installed.
     """
-    error = _split(rows.error)
-    right = _right(system, modal, kernel, rows, error)
-    if shared is None:
-        y, residual, scale, calls = _batched(modal, kernel, rows, right, guess, tolerance=tolerance)
+    error = to_real(batch.error)
+    right = _right(system, modal, kernel, batch, error)
+    if operators is None:
+        y, residual, scale, calls = _batched(modal, kernel, batch, right, guess, tolerance=tolerance)
         gap = _gaps(modal, y) - error
-        dropped = _dropped(modal, kernel, rows, gap)
+        truncation_residual = _truncation_residual(modal, kernel, batch, gap)
     else:
-        from .compiled_truncation import dropped_size
+        from .compiled import truncation_size
 
-        y, residual, scale, calls = _side_by_side(modal, kernel, rows, right, guess, tolerance=tolerance, shared=shared)
+        y, residual, scale, calls = _side_by_side(
+            modal, kernel, batch, right, guess, tolerance=tolerance, operators=operators
+        )
         gap = _gaps(modal, y) - error
-        dropped = np.outer(dropped_size(shared, rows.beyond, gap), [1.0, 0.0])
-    return Solved(
+        truncation_residual = np.outer(truncation_size(operators, batch.truncated_frequency, gap), [1.0, 0.0])
+    return HarmonicSolution(
         y=y,
         gap=gap,
-        frequency=rows.frequency,
+        frequency=batch.frequency,
         residual=residual,
-        dropped=dropped / scale[:, None],
+        truncation_residual=truncation_residual / scale[:, None],
         scale=scale,
         calls=calls,
     )
 
 
 def _batched(
-    modal: Modal, kernel: Kernel, rows: Rows, right: Array, guess: Guess | None, *, tolerance: float
+    modal: Modal, kernel: Kernel, batch: Batch, right: Array, guess: Guess | None, *, tolerance: float
 ) -> tuple[Array, Array, Array, int]:
-    """All points at once: (y, residual and scale (P,), operator calls)."""
-    inverse = _inverse(modal, rows.frequency)
-    couple = _coupling(modal, kernel, rows)
+    """All P points at once by NumPy.
+
+    Returns
+    -------
+    (y (P, 2, J, n), residual (P,) relative to the scale, scale (P,), operator calls).
+    """
+    inverse = _inverse(modal, batch.frequency)
+    couple = _coupling(modal, kernel, batch)
     shape = right.shape
 
     def apply(x: Array) -> Array:
+        """x + D^-1 coupling x, (P, 2 J n)."""
         return x + _times(inverse, couple(x.reshape(shape))).reshape(x.shape)
 
     first = _times(inverse, right)
@@ -133,28 +149,28 @@ def _batched(
 def _side_by_side(
     modal: Modal,
     kernel: Kernel,
-    rows: Rows,
+    batch: Batch,
     right: Array,
     guess: Guess | None,
     *,
     tolerance: float,
-    shared: Shared,
+    operators: CondensedOperators,
 ) -> tuple[Array, Array, Array, int]:
-    """As `_batched`, compiled; the points that single precision does not bring there go on in double."""
+    """As `_batched`, compiled; points above the tolerance after single precision go on in double precision by NumPy."""
     from .compiled import solve_points
 
     start = None if guess is None else (guess.y, guess.scale)
     y, residual, scale, calls = solve_points(
-        shared, rows.frequency, rows.frame, right, start=start, tolerance=tolerance, mean=kernel.lattice.mirrored
+        operators, batch.frequency, batch.frame, right, start=start, tolerance=tolerance, mean=kernel.lattice.mirrored
     )
     hard = np.flatnonzero(residual > tolerance)
     if hard.size:
-        some = Rows(
-            frequency=rows.frequency[hard],
-            beyond=rows.beyond[hard],
-            frame=rows.frame[hard],
-            error=rows.error[:, hard],
-            force=rows.force[hard],
+        some = Batch(
+            frequency=batch.frequency[hard],
+            truncated_frequency=batch.truncated_frequency[hard],
+            frame=batch.frame[hard],
+            error=batch.error[:, hard],
+            force=batch.force[hard],
         )
         known = Guess(y=y[hard], scale=scale[hard])
         y[hard], residual[hard], _, more = _batched(modal, kernel, some, right[hard], known, tolerance=tolerance)
@@ -163,7 +179,12 @@ def _side_by_side(
 
 
 def _inverse(modal: Modal, frequency: Array) -> tuple[Array, Array]:
-    """1/D as (P, 1, J, n) factors of y and of its rotated copy (-im, re); 0 for the mean of a rigid mode."""
+    """1/D at frequencies (P, J) [rad/s], 0 for the mean of a rigid mode.
+
+    Returns
+    -------
+    Factors of y, (P, 1, J, n), and of its rotated copy (-im, re), (P, 2, J, n) [s^2/rad^2].
+    """
     w = frequency[:, :, None]
     real, imag = modal.squared - w**2, w * modal.damping
     size = real**2 + imag**2
@@ -173,31 +194,37 @@ def _inverse(modal: Modal, frequency: Array) -> tuple[Array, Array]:
 
 
 def _times(factor: tuple[Array, Array], y: Array) -> Array:
+    """D^-1 y, factors of `_inverse` applied to y (P, 2, J, n)."""
     out = factor[0] * y
     out += factor[1] * y[:, ::-1]
     return out
 
 
 def _gaps(modal: Modal, y: Array) -> Array:
+    """Mesh gaps B^T q (m, P, 2 J) [m] of y (P, 2, J, n), errors left out."""
     P, _, J, n = y.shape
     return (modal.gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J)
 
 
 def _pull(modal: Modal, force: Array) -> Array:
-    """Mesh forces (m, P, 2 J) on the modal rows, (P, 2, J, n)."""
+    """Mesh forces (m, P, 2 J) [N] on the modal coordinates, (P, 2, J, n)."""
     m, P, J2 = force.shape
     return (force.reshape(m, -1).T @ modal.pulls).reshape(P, 2, J2 // 2, -1)
 
 
-def _coupling(modal: Modal, kernel: Kernel, rows: Rows) -> Callable[[Array], Array]:
-    """Everything off the diagonal: the varying part of the meshes, G, Kg, Cskew and the rest of the dampers."""
-    frame, (m, n) = rows.frame[:, None], modal.gaps.shape
-    factors = {"G": frame * rows.frequency, "C": rows.frequency, "Kg": frame**2, "Cskew": frame}
+def _coupling(modal: Modal, kernel: Kernel, batch: Batch) -> Callable[[Array], Array]:
+    """Operator of everything off the diagonal: varying mesh stiffness, G, Kg, Cskew and the off-diagonal dampers.
+
+    Maps y (P, 2, J, n) to generalized forces of the same shape.
+    """
+    frame, (m, n) = batch.frame[:, None], modal.gaps.shape
+    factors = {"G": frame * batch.frequency, "C": batch.frequency, "Kg": frame**2, "Cskew": frame}
     matrix = np.concatenate([modal.pulls, *modal.coupling.values()])
-    P, J = rows.frequency.shape
+    P, J = batch.frequency.shape
     parts = np.empty((P, 2, J, len(matrix)))  # made once: the pages of a fresh one would cost as much as filling it
 
     def couple(y: Array) -> Array:
+        """Off-diagonal forces of y, (P, 2, J, n)."""
         # one product of everything side by side: forces of the meshes, then y scaled, turned by i where a rate counts
         force = product(kernel, _gaps(modal, y))
         parts[..., :m] = force.reshape(m, P, 2, J).transpose(1, 2, 3, 0)
@@ -214,19 +241,19 @@ def _coupling(modal: Modal, kernel: Kernel, rows: Rows) -> Callable[[Array], Arr
     return couple
 
 
-def _right(system: System, modal: Modal, kernel: Kernel, rows: Rows, error: Array) -> Array:
-    """External forces plus pulls^T (k(t) e + c e')."""
-    P, J, n = rows.force.shape
+def _right(system: System, modal: Modal, kernel: Kernel, batch: Batch, error: Array) -> Array:
+    """Right-hand side (P, 2, J, n): external forces plus pulls^T (k(t) e + c e'), error e (m, P, 2 J) [m]."""
+    P, J, n = batch.force.shape
     force = np.zeros((P, 2, J, n))
-    driven = np.flatnonzero(rows.force.any(axis=(0, 2)))
-    for part, values in enumerate((rows.force.real, rows.force.imag)):
+    driven = np.flatnonzero(batch.force.any(axis=(0, 2)))
+    for part, values in enumerate((batch.force.real, batch.force.imag)):
         force[:, part, driven] = values[:, driven] @ modal.forces.T
     if not error.any():
         return force
     meshes = system.meshes
     pulled = meshes.stiffness[:, None, None] * error + product(kernel, error)
     if meshes.damping.any():
-        rate = meshes.damping[:, None, None] * rows.frequency
+        rate = meshes.damping[:, None, None] * batch.frequency
         pulled[:, :, :J] -= rate * error[:, :, J:]
         pulled[:, :, J:] += rate * error[:, :, :J]
     result: Array = force + _pull(modal, pulled)
@@ -234,7 +261,10 @@ def _right(system: System, modal: Modal, kernel: Kernel, rows: Rows, error: Arra
 
 
 def _scale(first: Array, start: Array, *, mean: bool) -> Array:
-    """Size of the dynamic part (P,): the first guess without its mean, and the first correction; never quite 0."""
+    """Size of the dynamic part (P,): the first guess without its mean, and the first correction; never 0.
+
+    first, start : (P, 2, J, n) and (P, 2 J n).  mean : whether harmonic 0 is a mean.
+    """
     total = np.einsum("pcjn,pcjn->p", first, first)
     still = np.einsum("pn,pn->p", first[:, 0, 0], first[:, 0, 0]) if mean else 0.0
     dynamic = np.maximum(total - still, 0.0) + np.einsum("pn,pn->p", start, start)
@@ -243,21 +273,24 @@ def _scale(first: Array, start: Array, *, mean: bool) -> Array:
     return np.where(scale == 0, 1.0, scale)
 
 
-def _dropped(modal: Modal, kernel: Kernel, rows: Rows, gap: Array) -> Array:
-    """Size of what the forces put on the rows dropped (P, D + 1), by kind: the exact residual beyond the rows kept."""
-    if not len(kernel.dropped):
+def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, gap: Array) -> Array:
+    """Size of the response to forces on the truncated harmonics, by kind, (P, D + 1): the exact residual beyond those
+    kept.
+
+    gap : (m, P, 2 J) [m].
+    """
+    if not len(kernel.truncated):
         return np.zeros((gap.shape[1], kernel.lattice.tones + 1))
-    y = left_over(modal, kernel, rows.beyond, gap)
+    y = truncated_response(modal, kernel, batch.truncated_frequency, gap)
     squares = np.einsum("pcjn,pcjn->pj", y, y)
     kinds = np.arange(kernel.lattice.tones + 1)
-    size: Array = np.sqrt(squares @ (kernel.kind[:, None] == kinds))
+    size: Array = np.sqrt(squares @ (kernel.truncated_kind[:, None] == kinds))
     return size
 
 
-def left_over(modal: Modal, kernel: Kernel, beyond: Array, gap: Array) -> Array:
-    """What the forces put on the rows dropped, as their response alone, (P, 2, T, n); beyond : (P, T) [rad/s]."""
-    return _times(_inverse(modal, beyond), _pull(modal, tail(kernel, gap)))
+def truncated_response(modal: Modal, kernel: Kernel, truncated_frequency: Array, gap: Array) -> Array:
+    """Uncoupled response to the mesh forces on the truncated harmonics, (P, 2, T, n).
 
-
-def _split(rows: ComplexArray) -> Array:
-    return np.concatenate([rows.real, rows.imag], axis=-1)
+    truncated_frequency : (P, T) [rad/s].  gap : (m, P, 2 J) [m].
+    """
+    return _times(_inverse(modal, truncated_frequency), _pull(modal, truncated_product(kernel, gap)))

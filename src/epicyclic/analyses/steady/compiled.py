@@ -1,14 +1,14 @@
-"""The batch of `balance` compiled: eight points side by side, all their vectors in the cache.  Needs numba.
+"""The harmonic balance of a batch compiled by numba: eight speeds side by side, all their vectors in the cache.
 
-The equation, its preconditioner, GMRES and the residuals are those of `balance` and `gmres`, for one mesh frequency.
-One thing is done otherwise: G, Kg, Cskew and dampers act on the few coordinates that they touch, entry by entry, so
-that a product with the operator is two small matrix products: y -> gaps and touched coordinates -> forces on y.
+The equation, its preconditioner, GMRES [saad1986] and the residuals are those of `balance` and `gmres`, for one mesh
+frequency.  G, Kg, Cskew and dampers act on the few coordinates of `CondensedOperators`, entry by entry, so that a
+product with the operator is two small matrix products: y -> gaps and condensed coordinates -> forces on y.
 
-Krylov vectors are single precision: a cycle gains what that holds, six digits, and the next starts from the true
-residual, which is double precision, as the solution is.  What is left over in the end is for `balance` to go on with.
+Krylov vectors are single precision: a cycle gains six digits, and the next starts from the true residual in double
+precision, as the solution is.  Points that do not reach the tolerance go on in `balance`.
 
-Eight points are one lane each: y is (n, X), X = 2 J 8, real parts of all rows and lanes before the imaginary ones.
-A lane never sees another: it keeps the vectors up to its own convergence, whatever the others still need.
+Eight points are one lane each: y is (n, X), X = 2 J 8, real parts of all harmonics and lanes before the imaginary ones.
+Lanes are independent: each keeps the vectors up to its own convergence, whatever the others still need.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 from ..fast import compiled
-from .condensed import Scratch, Shared, room
+from .condensed import CondensedOperators, Workspace, workspace
 
-__all__ = ["solve_points"]
+__all__ = ["solve_points", "truncation_size"]
 
 Index = NDArray[np.int64]
 _LANES = 8
@@ -30,7 +30,7 @@ _BASIS, _RESTARTS, _GAIN = 60, 4, 1e-6
 
 
 def solve_points(
-    shared: Shared,
+    operators: CondensedOperators,
     frequency: Array,
     frame: Array,
     right: Array,
@@ -39,35 +39,35 @@ def solve_points(
     tolerance: float,
     mean: bool,
 ) -> tuple[Array, Array, Array, int]:
-    """Solve a batch.
+    """Solve a batch of P points.
 
     Parameters
     ----------
-    frequency : (P, J) [rad/s].  frame : (P,).  right : (P, 2, J, n).
+    frequency : (P, J) [rad/s].  frame : (P,) [1].  right : (P, 2, J, n).
     start : solution to start from (P, 2, J, n) and its scale (P,); None starts from the diagonal alone.
-    mean : whether row 0 is a mean, which is no part of the scale.
+    mean : whether harmonic 0 is a mean, which is no part of the scale.
 
     Returns
     -------
     (y (P, 2, J, n), residual (P,) relative to the scale, scale (P,), largest count of operator calls).
     """
-    (P, J), n = frequency.shape, shared.squared.size
+    (P, J), n = frequency.shape, operators.squared.size
     y, scale = (np.zeros((P, 2 * J, n)), np.zeros(P)) if start is None else (start[0].copy(), start[1].copy())
     y, flat = y.reshape(P, 2 * J, n), np.ascontiguousarray(right).reshape(P, 2 * J, n)
     left, calls = np.empty(P), np.empty(P, np.int64)
-    rough = Shared._make(each.astype(np.float32) if each.dtype == float else each for each in shared)
-    rooms = room(shared, J, lanes=_LANES, basis=0), room(rough, J, lanes=_LANES, basis=_BASIS)
-    given = shared, rough, *rooms, frequency, np.ascontiguousarray(frame), flat
+    single = CondensedOperators._make(each.astype(np.float32) if each.dtype == float else each for each in operators)
+    spaces = workspace(operators, J, lanes=_LANES, basis=0), workspace(single, J, lanes=_LANES, basis=_BASIS)
+    given = operators, single, *spaces, frequency, np.ascontiguousarray(frame), flat
     _solve_all(*given, y, scale, left, calls, start is None, tolerance, mean)
     return y.reshape(right.shape), left / scale, scale, int(calls.max(initial=0))
 
 
 @compiled
 def _solve_all(
-    shared: Shared,
-    rough: Shared,
-    scratch: Scratch,
-    quick: Scratch,
+    operators: CondensedOperators,
+    single: CondensedOperators,
+    space: Workspace,
+    single_space: Workspace,
     frequency: Array,
     frame: Array,
     right: Array,
@@ -75,27 +75,31 @@ def _solve_all(
     scale: Array,
     left: Array,
     calls: Index,
-    fresh: bool,
+    from_diagonal: bool,
     tolerance: float,
     mean: bool,
 ) -> None:
-    (P, J), n = frequency.shape, shared.squared.size
+    """Solve all points in groups of eight, into y (P, 2 J, n), scale, left (residual norm) and calls (P,).
+
+    frequency : (P, J) [rad/s].  frame : (P,) [1].  right : (P, 2 J, n).  tolerance : relative to the scale [1].
+    """
+    (P, J), n = frequency.shape, operators.squared.size
     first, guess, norm = np.empty((n, 2 * J * _LANES)), np.empty((n, 2 * J * _LANES)), np.empty(_LANES)
     size = np.empty(_LANES)
     for start in range(0, P, _LANES):
-        _prepare(shared, scratch, frequency, frame, start)
-        _copy(scratch, quick)
+        _prepare(operators, space, frequency, frame, start)
+        _copy(space, single_space)
         _load(right, start, guess)
-        _precondition(scratch.inverse, guess, first)
-        if fresh:
+        _precondition(space.inverse, guess, first)
+        if from_diagonal:
             guess = first.copy()
         else:
             _load(y, start, guess)
-        residual = _residual(shared, scratch, first, guess, norm)
+        residual = _residual(operators, space, first, guess, norm)
         for q in range(_LANES):
             p = min(start + q, P - 1)
-            size[q] = _scale(first, norm, q, J, mean) if fresh else scale[p]
-        count = _gmres(shared, scratch, rough, quick, first, guess, residual, norm, tolerance * size)
+            size[q] = _scale(first, norm, q, J, mean) if from_diagonal else scale[p]
+        count = _gmres(operators, space, single, single_space, first, guess, residual, norm, tolerance * size)
         for q in range(min(_LANES, P - start)):
             scale[start + q], left[start + q], calls[start + q] = size[q], norm[q], count
             for r in range(n):
@@ -104,13 +108,13 @@ def _solve_all(
 
 
 @compiled
-def _copy(scratch: Scratch, quick: Scratch) -> None:
-    """Speeds and 1/D in the other precision; loops, as for slices numba would compile the text of an error message."""
+def _copy(space: Workspace, single_space: Workspace) -> None:
+    """Frame factors, frequencies and 1/D in single precision.  Loops: slices would make numba compile an error text."""
     for i in range(2):
-        for x in range(quick.still.shape[1]):
-            quick.still[i, x], quick.turn[i, x] = scratch.still[i, x], scratch.turn[i, x]
-            for r in range(quick.inverse.shape[1]):
-                quick.inverse[i, r, x] = scratch.inverse[i, r, x]
+        for x in range(single_space.still.shape[1]):
+            single_space.still[i, x], single_space.turn[i, x] = space.still[i, x], space.turn[i, x]
+            for r in range(single_space.inverse.shape[1]):
+                single_space.inverse[i, r, x] = space.inverse[i, r, x]
 
 
 @compiled
@@ -125,26 +129,27 @@ def _load(points: Array, start: int, out: Array) -> None:
 
 
 @compiled
-def _prepare(shared: Shared, scratch: Scratch, frequency: Array, frame: Array, start: int) -> None:
-    """Speeds and frequencies of all lanes, and 1/D, 0 for the mean of a rigid mode."""
+def _prepare(operators: CondensedOperators, space: Workspace, frequency: Array, frame: Array, start: int) -> None:
+    """Frame factors (P,), frequencies (P, J) [rad/s] and 1/D of all lanes; 1/D is 0 for the mean of a rigid mode."""
     P, J = frequency.shape
     for a in range(J):
         for q in range(_LANES):
             p = min(start + q, P - 1)
             x = a * _LANES + q
-            scratch.still[0, x], scratch.still[1, x] = frame[p] * frame[p], frame[p]
-            scratch.turn[0, x], scratch.turn[1, x] = frequency[p, a] * frame[p], frequency[p, a]
-    for r in range(shared.squared.size):
+            space.still[0, x], space.still[1, x] = frame[p] * frame[p], frame[p]
+            space.turn[0, x], space.turn[1, x] = frequency[p, a] * frame[p], frequency[p, a]
+    for r in range(operators.squared.size):
         for x in range(J * _LANES):
-            w = scratch.turn[1, x]
-            real, imag = shared.squared[r] - w * w, w * shared.damping[r]
+            w = space.turn[1, x]
+            real, imag = operators.squared[r] - w * w, w * operators.damping[r]
             size = real * real + imag * imag
             over = 0.0 if size == 0 else 1 / size
-            scratch.inverse[0, r, x], scratch.inverse[1, r, x] = real * over, imag * over
+            space.inverse[0, r, x], space.inverse[1, r, x] = real * over, imag * over
 
 
 @compiled
 def _precondition(inverse: Array, given: Array, out: Array) -> None:
+    """out = D^-1 given, both (n, X), 1/D as (2, n, H)."""
     half = inverse.shape[2]
     for r in range(given.shape[0]):
         for x in range(half):
@@ -154,25 +159,25 @@ def _precondition(inverse: Array, given: Array, out: Array) -> None:
 
 
 @compiled
-def _apply(shared: Shared, scratch: Scratch, y: Array, out: Array) -> None:
-    """out = y + D^-1 coupling y."""
-    values, forces, work, still, turn = scratch.values, scratch.forces, scratch.work, scratch.still, scratch.turn
-    m, J2 = shared.own.shape[0], shared.own.shape[1]
-    np.dot(shared.read, y, values)
+def _apply(operators: CondensedOperators, space: Workspace, y: Array, out: Array) -> None:
+    """out = y + D^-1 coupling y, both (n, X)."""
+    values, forces, work, still, turn = space.values, space.forces, space.work, space.still, space.turn
+    m, J2 = operators.own.shape[0], operators.own.shape[1]
+    np.dot(operators.read, y, values)
     for k in range(m):
-        np.dot(shared.own[k], values[k].reshape(J2, _LANES), forces[k].reshape(J2, _LANES))
+        np.dot(operators.own[k], values[k].reshape(J2, _LANES), forces[k].reshape(J2, _LANES))
     forces[m:] = 0.0
-    for e in range(shared.row.size):
-        given, out_row = values[shared.column[e]], forces[shared.row[e]]
-        _entry(shared.stiff[:, e], shared.rate[:, e], still, turn, given, out_row)
-    np.dot(shared.push, forces, work)
+    for e in range(operators.row.size):
+        given, out_row = values[operators.column[e]], forces[operators.row[e]]
+        _entry(operators.stiff[:, e], operators.rate[:, e], still, turn, given, out_row)
+    np.dot(operators.push, forces, work)
     for r in range(y.shape[0]):
-        _finish(work[r], y[r], turn[1], shared.diagonal[r], scratch.inverse[0, r], scratch.inverse[1, r], out[r])
+        _finish(work[r], y[r], turn[1], operators.diagonal[r], space.inverse[0, r], space.inverse[1, r], out[r])
 
 
 @compiled
 def _entry(stiff: Array, rate: Array, still: Array, turn: Array, given: Array, out: Array) -> None:
-    """One entry of the operators: force (X,) += (stiffness + i rate) given."""
+    """Add one entry of the operators to a force (X,): out += (stiffness + i rate) given."""
     half = still.shape[1]
     s0, s1, r0, r1 = stiff[0], stiff[1], rate[0], rate[1]
     f2, f1, wf, w = still[0], still[1], turn[0], turn[1]
@@ -250,10 +255,10 @@ def _stretch(rows: Array, factor: Array, given: Array, out: Array) -> None:
 
 
 @compiled
-def _residual(shared: Shared, scratch: Scratch, first: Array, y: Array, norm: Array) -> Array:
+def _residual(operators: CondensedOperators, space: Workspace, first: Array, y: Array, norm: Array) -> Array:
     """first - A y (n, X), and its size (8,)."""
     out = np.empty_like(y)
-    _apply(shared, scratch, y, out)
+    _apply(operators, space, y, out)
     for r in range(y.shape[0]):
         for x in range(y.shape[1]):
             out[r, x] = first[r, x] - out[r, x]
@@ -269,7 +274,7 @@ def _residual(shared: Shared, scratch: Scratch, first: Array, y: Array, norm: Ar
 
 @compiled
 def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
-    """As `balance._scale`, of one lane."""
+    """Size of the dynamic part of lane q, as `balance._scale`: first (n, X), norm (8,)."""
     total, still = 0.0, 0.0
     for r in range(first.shape[0]):
         for a in range(2 * J):
@@ -282,24 +287,24 @@ def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
 
 @compiled
 def _gmres(
-    shared: Shared,
-    scratch: Scratch,
-    rough: Shared,
-    quick: Scratch,
+    operators: CondensedOperators,
+    space: Workspace,
+    single: CondensedOperators,
+    single_space: Workspace,
     first: Array,
     y: Array,
     residual: Array,
     norm: Array,
     target: Array,
 ) -> int:
-    """Improve y until the true residual norms (8,) are at their targets, or stay; returns operator calls."""
+    """Improve y (n, X) until the true residual norms (8,) reach their targets (8,) or stall; returns operator calls."""
     calls, active, better, last = 1, norm > target, np.empty(_LANES, np.bool_), np.empty(_LANES)
     for _ in range(_RESTARTS):
         if not active.any():
             break
         trial = y.copy()
-        calls += 1 + _cycle(rough, quick, residual, norm, np.maximum(target, 2 * _GAIN * norm), active, trial)
-        left = _residual(shared, scratch, first, trial, last)
+        calls += 1 + _cycle(single, single_space, residual, norm, np.maximum(target, 2 * _GAIN * norm), active, trial)
+        left = _residual(operators, space, first, trial, last)
         for q in range(_LANES):
             # a singular point may come out worse than it went in: keep what it had (not finite is kept, to be seen)
             if active[q] and not last[q] >= norm[q]:
@@ -315,7 +320,7 @@ def _gmres(
 
 @compiled
 def _take(which: NDArray[np.bool_], given: Array, out: Array) -> None:
-    """Copy some lanes (n, X)."""
+    """Copy the lanes `which` (8,) of (n, X)."""
     for r in range(out.shape[0]):
         for a in range(out.shape[1] // _LANES):
             for q in range(_LANES):
@@ -325,63 +330,65 @@ def _take(which: NDArray[np.bool_], given: Array, out: Array) -> None:
 
 @compiled
 def _cycle(
-    shared: Shared,
-    scratch: Scratch,
+    operators: CondensedOperators,
+    space: Workspace,
     residual: Array,
     norm: Array,
     target: Array,
     active: NDArray[np.bool_],
     y: Array,
 ) -> int:
-    """One Arnoldi cycle with classical Gram-Schmidt, its step added to y; returns operator calls."""
-    V, g, along, used, one = scratch.vectors, scratch.projected, scratch.along, scratch.used, np.empty(_LANES)
+    """One Arnoldi cycle with classical Gram-Schmidt from a residual (n, X), its step added to y; returns operator
+    calls.
+    """
+    V, g, along, used, one = space.vectors, space.projected, space.along, space.used, np.empty(_LANES)
     for q in range(_LANES):
         one[q] = 1 / max(norm[q], _TINY) if active[q] else 0.0
         g[0, q], used[q] = norm[q] if active[q] else 0.0, 0
-    _stretch(scratch.rows, one, residual, V[0])
+    _stretch(space.rows, one, residual, V[0])
     k, going = 0, True
     while k < _BASIS and going:
         new = V[k + 1]
-        _apply(shared, scratch, V[k], new)
-        _products(scratch.rows, V[: k + 1], new, along)
-        _combine(scratch.rows, -along[: k + 1], V[: k + 1], new)
-        _products(scratch.rows, V[k + 1 : k + 2], new, along[k + 1 :])
+        _apply(operators, space, V[k], new)
+        _products(space.rows, V[: k + 1], new, along)
+        _combine(space.rows, -along[: k + 1], V[: k + 1], new)
+        _products(space.rows, V[k + 1 : k + 2], new, along[k + 1 :])
         going = False
         for q in range(_LANES):
             below = np.sqrt(along[k + 1, q])
             one[q] = 1 / max(below, _TINY)
-            _rotate(scratch, k, q, below)
+            _rotate(space, k, q, below)
             if active[q] and used[q] == 0:
                 if abs(g[k + 1, q]) > 0.5 * target[q] and k + 1 < _BASIS:
                     going = True
                 else:
                     used[q] = k + 1
-        _stretch(scratch.rows, one, new, new)
+        _stretch(space.rows, one, new, new)
         k += 1
-    _back(scratch, k)
-    _combine(scratch.rows, along[:k], V[:k], y)
+    _back(space, k)
+    _combine(space.rows, along[:k], V[:k], y)
     return k
 
 
 @compiled
-def _back(scratch: Scratch, k: int) -> None:
-    """Factors of the first k vectors into `along`: each lane's triangle solved with the vectors it used."""
-    R, g, along = scratch.triangle, scratch.projected, scratch.along
+def _back(space: Workspace, k: int) -> None:
+    """Factors of the first k vectors into `along`: triangle of each lane solved with the vectors that lane used."""
+    R, g, along = space.triangle, space.projected, space.along
     along[:k] = 0.0
     for q in range(_LANES):
-        for i in range(scratch.used[q] - 1, -1, -1):
+        for i in range(space.used[q] - 1, -1, -1):
             rest = g[i, q]
-            for j in range(i + 1, scratch.used[q]):
+            for j in range(i + 1, space.used[q]):
                 rest -= R[i, j, q] * along[j, q]
             along[i, q] = rest / (1.0 if R[i, i, q] == 0 else R[i, i, q])
 
 
 @compiled
-def _rotate(scratch: Scratch, k: int, q: int, below: float) -> None:
-    """Column k of one lane's triangle by Givens rotations, and its right side with it."""
-    R, turn, g = scratch.triangle, scratch.rotations, scratch.projected
+def _rotate(space: Workspace, k: int, q: int, below: float) -> None:
+    """Column k of the triangle of lane q by Givens rotations, and its right side with it; below : subdiagonal."""
+    R, turn, g = space.triangle, space.rotations, space.projected
     for i in range(k + 1):
-        R[i, k, q] = scratch.along[i, q]
+        R[i, k, q] = space.along[i, q]
     for i in range(k):
         upper, lower = R[i, k, q], R[i + 1, k, q]
         R[i, k, q] = turn[0, i, q] * upper + turn[1, i, q] * lower
@@ -390,3 +397,32 @@ def _rotate(scratch: Scratch, k: int, q: int, below: float) -> None:
     turn[0, k, q], turn[1, k, q] = R[k, k, q] / length, below / length
     R[k, k, q] = length
     g[k + 1, q], g[k, q] = -turn[1, k, q] * g[k, q], turn[0, k, q] * g[k, q]
+
+
+@compiled
+def truncation_size(operators: CondensedOperators, truncated_frequency: Array, gap: Array) -> Array:
+    """Size of the response to forces on the truncated harmonics (P,), as `balance._truncation_residual`.
+
+    truncated_frequency : (P, T) [rad/s].  gap : (m, P, 2 J) [m].
+    """
+    m, P, J2 = gap.shape
+    T, n = truncated_frequency.shape[1], operators.squared.size
+    result, forces, pulled = np.zeros(P), np.empty((m, 2 * T)), np.empty((n, 2 * T))
+    pull = np.ascontiguousarray(operators.push[:, :m])
+    for p in range(P):
+        forces[:] = 0.0
+        for k in range(m):
+            for a in range(J2):
+                for t in range(2 * T):
+                    forces[k, t] += gap[k, p, a] * operators.tail[k, a, t]
+        np.dot(pull, forces, pulled)
+        total = 0.0
+        for r in range(n):
+            for t in range(T):
+                w = truncated_frequency[p, t]
+                real, imag = operators.squared[r] - w * w, w * operators.damping[r]
+                size = real * real + imag * imag
+                if size != 0:
+                    total += (pulled[r, t] ** 2 + pulled[r, T + t] ** 2) / size
+        result[p] = np.sqrt(total)
+    return result

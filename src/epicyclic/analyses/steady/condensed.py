@@ -1,4 +1,4 @@
-"""What the compiled path works on: operators on the few coordinates that they touch, and room for eight points."""
+"""Condensed operators of the compiled solver: frame and damper matrices on the few coordinates where they act."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from ...system.system import Array, System
 from ..modes.basis import Modal
 from .kernel import Kernel
 
-__all__ = ["Scratch", "Shared", "room", "touched"]
+__all__ = ["CondensedOperators", "Workspace", "condensed_operators", "workspace"]
 
 Index = NDArray[np.int64]
 
 
-class Shared(NamedTuple):
-    """What all points of a batch share, of one mesh frequency.
+class CondensedOperators(NamedTuple):
+    """Operators that all points of a batch share, of one mesh frequency.
 
-    read : (m + r, n) gaps of the meshes, then the coordinates touched, of y.  push : (n, m + r) a force there on y.
+    read : (m + r, n) gaps of the meshes, then the r coordinates condensed to, of y.  push : (n, m + r) forces there on
+        y.
     own : (m, 2 J, 2 J) products with k(t) - k0, force = own @ gap [N/m].  tail : (m, 2 J, 2 T), gap @ tail = force.
-    row, column : (e,) places 0 .. m + r of entries.  stiff, rate : (2, e) Kg and Cskew; G and C.
+    row, column : (e,) indices 0 .. m + r of entries.  stiff : (2, e) of Kg and Cskew.  rate : (2, e) of G and C.
     diagonal : (n,) modal diagonal of the dampers [1/s]: `damping` holds it, and the entries of C hold it again.
-    squared, damping : (n,) of `Modal`.
+    squared [rad^2/s^2], damping [1/s] : (n,) of `Modal`.
     """
 
     read: Array
@@ -39,10 +40,11 @@ class Shared(NamedTuple):
     damping: Array
 
 
-class Scratch(NamedTuple):
-    """Room for eight points, H = J 8.
+class Workspace(NamedTuple):
+    """Arrays for one group of speeds side by side, 8 lanes: H = 8 J, X = 2 H, K Krylov vectors.
 
-    values, forces : (m + r, X).  work : (n, X).  still : (2, H) frame^2 and frame.  turn : (2, H) w frame and w.
+    values, forces : (m + r, X).  work : (n, X).  still : (2, H) frame^2 and frame.  turn : (2, H) w frame and w
+        [rad/s].
     inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
     projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
     """
@@ -62,10 +64,10 @@ class Scratch(NamedTuple):
     used: Index
 
 
-def room(shared: Shared, J: int, *, lanes: int, basis: int) -> Scratch:
-    """Room in the precision of the operators, for so many Krylov vectors."""
-    (c, n), half, kind = shared.read.shape, J * lanes, shared.read.dtype
-    return Scratch(
+def workspace(operators: CondensedOperators, J: int, *, lanes: int, basis: int) -> Workspace:
+    """Workspace for J harmonics and `basis` Krylov vectors, in the precision of the operators."""
+    (c, n), half, kind = operators.read.shape, J * lanes, operators.read.dtype
+    return Workspace(
         values=np.empty((c, 2 * half), kind),
         forces=np.empty((c, 2 * half), kind),
         work=np.empty((n, 2 * half), kind),
@@ -82,14 +84,17 @@ def room(shared: Shared, J: int, *, lanes: int, basis: int) -> Scratch:
     )
 
 
-def touched(system: System, modal: Modal, kernel: Kernel) -> Shared:
-    """G, Kg, Cskew and dampers where they act, instead of in all modes, of one mesh frequency."""
+def condensed_operators(system: System, modal: Modal, kernel: Kernel) -> CondensedOperators:
+    """Condense G, Kg, Cskew and the dampers to the coordinates where they act, of one mesh frequency.
+
+    Derived here: the modal operator of `balance` as read, entries and push; equal up to rounding.
+    """
     m, rest = len(system.meshes.name), "C" in modal.coupling
     C = system.C if rest else np.zeros_like(system.C)
     matrices = (system.Kg, system.Cskew, system.G, C)
-    used = sum((matrix != 0 for matrix in matrices), np.zeros(C.shape, dtype=bool))
-    where = np.flatnonzero(used.any(axis=0) | used.any(axis=1))
-    row, column = np.nonzero(used[np.ix_(where, where)])
+    acting = sum((matrix != 0 for matrix in matrices), np.zeros(C.shape, dtype=bool))
+    where = np.flatnonzero(acting.any(axis=0) | acting.any(axis=1))
+    row, column = np.nonzero(acting[np.ix_(where, where)])
     entries = np.array([matrix[where[row], where[column]] for matrix in matrices])
     if rest:
         # a mesh damper acts between its gap and its force
@@ -98,7 +103,7 @@ def touched(system: System, modal: Modal, kernel: Kernel) -> Shared:
     else:
         row, column = row + m, column + m
     omega = np.sqrt(modal.squared)
-    return Shared(
+    return CondensedOperators(
         read=np.concatenate([modal.gaps, modal.shapes[where]]),
         push=np.concatenate([modal.pulls.T, modal.forces[:, where]], axis=1),
         own=np.ascontiguousarray(kernel.axes[0].own_product.swapaxes(1, 2)),

@@ -14,7 +14,7 @@ from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import Modal
 from .lattice import Lattice, Point
 
-__all__ = ["Excitation", "Shaft", "excitation", "mesh_rows", "mesh_tones", "shaft_rows"]
+__all__ = ["Excitation", "Shaft", "excitation", "mesh_order_excitation", "mesh_tones", "shaft_order_excitation"]
 
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9
@@ -143,7 +143,9 @@ def _balanced(system: System, modal: Modal) -> None:
         )
 
 
-def mesh_rows(system: System, lines: Excitation, speed: Array, lattice: Lattice) -> tuple[ComplexArray, ComplexArray]:
+def mesh_order_excitation(
+    system: System, lines: Excitation, speed: Array, lattice: Lattice
+) -> tuple[ComplexArray, ComplexArray]:
     """Errors (m, P, J) [m] and forces (P, J, n) [N] at the points of a mirrored lattice, for relative speeds (P,)."""
     place = _places(lattice)
     error = np.zeros((len(system.meshes.name), speed.size, len(lattice.points)), complex)
@@ -156,7 +158,9 @@ def mesh_rows(system: System, lines: Excitation, speed: Array, lattice: Lattice)
     return error, force
 
 
-def shaft_rows(system: System, lines: Excitation, speed: Array, lattice: Lattice) -> tuple[ComplexArray, ComplexArray]:
+def shaft_order_excitation(
+    system: System, lines: Excitation, speed: Array, lattice: Lattice
+) -> tuple[ComplexArray, ComplexArray]:
     """Errors (m, P S, J) and forces (P S, J, n) of every shaft group at every speed (speeds outermost)."""
     count, where = len(lines.shaft), _places(lattice)
     error = np.zeros((len(system.meshes.name), speed.size * count, len(lattice.points)), complex)

@@ -1,4 +1,4 @@
-"""GMRES on many systems at once: one array, one operator call an iteration."""
+"""GMRES on many linear systems at once: one array, one operator call an iteration [saad1986]."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ _TINY = 1e-300
 def gmres(
     apply: Callable[[Array], Array], right: Array, *, target: Array, basis: int = 60, restarts: int = 6
 ) -> tuple[Array, Array, int]:
-    """Solve A_p x_p = b_p for every p, from x = 0, until |b_p - A_p x_p| <= target_p.
+    """Solve A_p x_p = b_p for every p, from x = 0, until |b_p - A_p x_p| <= target_p, by restarted GMRES [saad1986].
 
     Parameters
     ----------
-    apply : (P, N) -> (P, N), every system's operator; it must not mix systems.
-    right : (P, N), in the precision to work in.  target : (P,) absolute residual wanted.
-    basis : vectors before a restart.  restarts : how often to restart.
+    apply : (P, N) -> (P, N), the operator of every system; it must not mix systems.
+    right : (P, N), in the precision to work in.  target : (P,) absolute residual wanted, in the unit of `right`.
+    basis : vectors before a restart.  restarts : largest number of cycles.
 
     Returns
     -------
     (x (P, N), true residual norm (P,), operator calls).  A system whose numbers are not finite ends with a
-    residual that is not finite and leaves the others untouched.
+    residual that is not finite and leaves the others unchanged.
     """
     x = np.zeros_like(right)
     residual, norm = right, _norm(right)
@@ -51,7 +51,10 @@ def gmres(
 def _cycle(
     apply: Callable[[Array], Array], residual: Array, norm: Array, *, target: Array, basis: int
 ) -> tuple[Array, int]:
-    """One Arnoldi cycle with classical Gram-Schmidt; the rotations are kept as one small orthogonal matrix a system."""
+    """One Arnoldi cycle with classical Gram-Schmidt from a residual (P, N) of given norm (P,).
+
+    The rotations are kept as one small orthogonal matrix a system.  Returns (step (P, N), vectors used).
+    """
     P, N = residual.shape
     V = np.empty((basis + 1, P, N), residual.dtype)
     V[0] = residual / np.maximum(norm, _TINY)[:, None]
@@ -72,7 +75,9 @@ def _cycle(
 
 
 def _orthogonal(w: Array, V: Array) -> tuple[Array, Array]:
-    """Components of w (P, N) along V (k, P, N), its remaining norm appended (P, k + 1), and the new unit vector."""
+    """Components of w (P, N) along V (k, P, N) with the remaining norm appended, (P, k + 1), and the new unit vector
+    (P, N).
+    """
     basis = V.transpose(1, 0, 2)
     along = np.matmul(basis, w[:, :, None])[:, :, 0]
     w = w - np.matmul(along[:, None, :], basis)[:, 0]
@@ -81,7 +86,7 @@ def _orthogonal(w: Array, V: Array) -> tuple[Array, Array]:
 
 
 def _rotate(Q: Array, g: Array, k: int, diagonal: Array, below: Array) -> Array:
-    """Turn `below` into the diagonal by a Givens rotation, in Q and g too; returns the new diagonal (P,)."""
+    """Rotate `below` (P,) into the diagonal by a Givens rotation, in Q and g too; returns the new diagonal (P,)."""
     length = np.maximum(np.hypot(diagonal, below), _TINY)
     c, s = diagonal / length, below / length
     upper = Q[:, k, : k + 2].copy()
@@ -93,7 +98,7 @@ def _rotate(Q: Array, g: Array, k: int, diagonal: Array, below: Array) -> Array:
 
 
 def _combine(V: Array, R: Array, g: Array) -> Array:
-    """V times the solution of R y = g (upper triangular), (P, N)."""
+    """V (k, P, N) times the solution of R y = g, R (P, k, k) upper triangular and g (P, k): (P, N)."""
     y = np.zeros_like(g)
     for i in reversed(range(g.shape[1])):
         rest = g[:, i] - np.sum(R[:, i, i + 1 :] * y[:, i + 1 :], axis=1)
@@ -103,5 +108,6 @@ def _combine(V: Array, R: Array, g: Array) -> Array:
 
 
 def _norm(x: Array) -> Array:
+    """Euclidean norm of every row, (P, N) to (P,)."""
     norm: Array = np.sqrt(np.einsum("pn,pn->p", x, x))
     return norm

@@ -1,7 +1,8 @@
-"""Products of mesh stiffness and gap on a lattice: exact convolutions along the axis of each mesh's tone.
+"""Products of mesh stiffness and gap as exact convolutions of harmonics, along the axis of each mesh's tone.
 
-Rows of a batch of P points are held as (m, P, 2 J): real and imaginary parts of J lattice points.  With one tone this
-is one small matrix a mesh; with several, one for the multiples of the tone and one for all other lines along its axis.
+Harmonics of P points are held as (m, P, 2 J): real and imaginary parts of J lattice points.  With one tone a product
+is one small matrix a mesh; with several tones, one for the multiples of the tone and one for all other lines along
+its axis.  Derived here: no aliasing, since no product is sampled.
 """
 
 from __future__ import annotations
@@ -15,16 +16,16 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray, System
 from .lattice import Bundle, Lattice, Point, bundle, kept_points
 
-__all__ = ["Axis", "Gather", "Kernel", "kernel", "product", "tail"]
+__all__ = ["Axis", "Gather", "Kernel", "kernel", "product", "to_complex", "to_real", "truncated_product"]
 
 Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Gather:
-    """Columns of (..., C) put in another order, some with the sign of their mirror image; column C reads 0.
+    """Reordering of columns (..., C), some with the sign of their mirror image; column C reads 0.
 
-    place : (...) int, sign : (...) +-1.
+    place : (...) column read.  sign : (...) +1 or -1.
     """
 
     place: Index
@@ -33,13 +34,13 @@ class Gather:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Axis:
-    """What the meshes of one tone do.
+    """Convolution matrices of the meshes of one tone.
 
-    meshes : (m_j,) which they are.
-    own, lines : gap rows (2 J) -> rows of the multiples of the tone (2 Jo), of the other lines (lines, 2 W).
-    own_product (m_j, 2 Jo, 2 Jo), line_product (m_j, 2 W, 2 W) : those rows @ them = rows of the force [N/m].
-    back : own and line rows, one after the other -> rows (2 J).
-    every, own_tail, line_tail, tail_back : the same towards the T points dropped, lines of one point included.
+    meshes : (m_j,) mesh rows of this tone.
+    own, lines : gap harmonics (2 J) to the multiples of the tone (2 Jo) and to the other lines (lines, 2 W).
+    own_product (m_j, 2 Jo, 2 Jo), line_product (m_j, 2 W, 2 W) : those harmonics @ them = harmonics of the force [N/m].
+    back : multiples and lines, one after the other, to harmonics (2 J).
+    every, own_tail, line_tail, tail_back : the same towards the T truncated points, lines of one point included.
     """
 
     meshes: Index
@@ -56,45 +57,47 @@ class Axis:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Kernel:
-    """Products with k_m(t) - k0_m for rows at given lattice points.
+    """Products with k_m(t) - k0_m for the harmonics of a lattice.
 
-    lattice : points of the rows.  dropped : (T, D) points that a product reaches beyond them.
-    kind : (T,) the axis of a dropped point that is a multiple of one tone, D of a combination.
+    lattice : points kept.  truncated : (T, D) points that a product reaches beyond them.
+    truncated_kind : (T,) the axis of a truncated point that is a multiple of one tone, D of a combination.
     """
 
     lattice: Lattice
-    dropped: Index
-    kind: Index
+    truncated: Index
+    truncated_kind: Index
     axes: tuple[Axis, ...]
 
 
 def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> Kernel:
-    """Convolution matrices.
+    """Convolution matrices of the mesh stiffness variation.
 
     Parameters
     ----------
-    tone : (m,) axis of each mesh.  harmonics : of each tone; cross : of combinations, |a_1| + .. + |a_D|.
-    mirrored : of a real signal, at a . f; else around a shaft frequency.
+    tone : (m,) axis of each mesh.  harmonics : of each tone (D,).  cross : largest |a_1| + .. + |a_D| of a combination.
+    mirrored : harmonics of a real signal, at a . f; else around a shaft frequency.
     """
     lattice = kept_points(harmonics, cross, mirrored=mirrored)
     D = lattice.tones
     bundles = [bundle(lattice, j) for j in range(D)]
     lengths = [_length(system, tone == j) for j in range(D)]
-    dropped = _dropped(lattice, bundles, lengths)
-    axes = tuple(_axis(system, np.flatnonzero(tone == j), lattice, bundles[j], dropped, j) for j in range(D))
-    several = np.count_nonzero(dropped, axis=1) != 1
-    kind = np.where(several, D, np.argmax(dropped != 0, axis=1)) if dropped.size else np.zeros(0, np.int64)
-    return Kernel(lattice=lattice, dropped=dropped, kind=kind, axes=axes)
+    truncated = _truncated_points(lattice, bundles, lengths)
+    axes = tuple(_axis(system, np.flatnonzero(tone == j), lattice, bundles[j], truncated, j) for j in range(D))
+    several = np.count_nonzero(truncated, axis=1) != 1
+    truncated_kind = (
+        np.where(several, D, np.argmax(truncated != 0, axis=1)) if truncated.size else np.zeros(0, np.int64)
+    )
+    return Kernel(lattice=lattice, truncated=truncated, truncated_kind=truncated_kind, axes=axes)
 
 
 def _length(system: System, mine: NDArray[np.bool_]) -> int:
-    """Harmonics of the stiffness of the meshes of one tone."""
+    """Number of harmonics of the stiffness of the meshes marked in `mine` (m,)."""
     used = np.flatnonzero(np.any(system.meshes.variation[mine] != 0, axis=0))
     return int(used[-1]) + 1 if used.size else 0
 
 
-def _dropped(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
-    """Points that some product reaches and that are not kept, one of a and -a of a real signal."""
+def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
+    """Points (T, D) that some product reaches and that are not kept, one of a and -a of a real signal."""
     kept = {tuple(point) for point in lattice.points.tolist()}
     found: dict[Point, None] = {}
     for axis, (lines, L) in enumerate(zip(bundles, lengths, strict=True)):
@@ -114,21 +117,26 @@ def _dropped(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]
 
 
 def _along(rest: Sequence[int], axis: int, order: int) -> Point:
+    """The point `rest` with another order along one axis."""
     return (*rest[:axis], order, *rest[axis + 1 :])
 
 
-def _axis(system: System, meshes: Index, lattice: Lattice, lines: Bundle, dropped: Index, j: int) -> Axis:
+def _axis(system: System, meshes: Index, lattice: Lattice, lines: Bundle, truncated: Index, j: int) -> Axis:
+    """Convolution matrices of the meshes (m_j,) of axis j, towards the points kept and the truncated ones (T, D)."""
     L = _length(system, np.isin(np.arange(len(system.meshes.name)), meshes))
     H, half = (len(lattice.own[j]) - 1) // (1 if lattice.mirrored else 2), lines.take.shape[1] // 2
     series = _series(system, meshes, L, reach=2 * max(H, half) + L)
     upper = np.arange(H + 1, H + L + 1)
     own = np.arange(0 if lattice.mirrored else -H, H + 1)
-    own_dropped = upper if lattice.mirrored else np.concatenate([-upper[::-1], upper])
+    own_truncated = upper if lattice.mirrored else np.concatenate([-upper[::-1], upper])
     width, wide = np.arange(-half, half + 1), np.arange(-half - L, half + L + 1)
     J = len(lattice.points)
     take, mirror = lines.take[: lines.several], lines.mirror[: lines.several]
     out = [(tuple(np.zeros(lattice.tones, int)), own), *((tuple(rest), width) for rest in lines.rests[: lines.several])]
-    beyond = [(tuple(np.zeros(lattice.tones, int)), own_dropped), *((tuple(rest), wide) for rest in lines.rests)]
+    truncated_lines = [
+        (tuple(np.zeros(lattice.tones, int)), own_truncated),
+        *((tuple(rest), wide) for rest in lines.rests),
+    ]
     return Axis(
         meshes=meshes,
         own=_parts(lattice.own[j], np.ones(own.size), J),
@@ -137,9 +145,9 @@ def _axis(system: System, meshes: Index, lattice: Lattice, lines: Bundle, droppe
         line_product=_convolution(series, width, width, mirrored=False),
         back=_back(lattice.points, out, j, mirrored=lattice.mirrored),
         every=_parts(lines.take, lines.mirror, J),
-        own_tail=_convolution(series, own, own_dropped, mirrored=lattice.mirrored),
+        own_tail=_convolution(series, own, own_truncated, mirrored=lattice.mirrored),
         line_tail=_convolution(series, width, wide, mirrored=False),
-        tail_back=_back(dropped, beyond, j, mirrored=lattice.mirrored),
+        tail_back=_back(truncated, truncated_lines, j, mirrored=lattice.mirrored),
     )
 
 
@@ -153,7 +161,7 @@ def _series(system: System, meshes: Index, L: int, *, reach: int) -> ComplexArra
 
 
 def _parts(take: Index, mirror: Array | Index, J: int) -> Gather:
-    """Places of real and imaginary parts, side by side, of points `take` (..., W), J where there is none."""
+    """Gather of real and imaginary parts, side by side, of points `take` (..., W); J marks a point not kept."""
     imaginary = np.where(take < J, take + J, 2 * J)
     real = np.where(take < J, take, 2 * J)
     return Gather(
@@ -162,7 +170,7 @@ def _parts(take: Index, mirror: Array | Index, J: int) -> Gather:
 
 
 def _back(points: Index, lines: Sequence[tuple[Point, Index]], axis: int, *, mirrored: bool) -> Gather:
-    """Where the rows of given points (T, D) stand in lines (rest, orders), each written as its parts re, im in turn."""
+    """Gather of given points (T, D) from lines (rest, orders), each line written as its real, then imaginary parts."""
     slots: dict[Point, tuple[int, int]] = {}
     first = 0
     for rest, orders in lines:
@@ -179,9 +187,9 @@ def _back(points: Index, lines: Sequence[tuple[Point, Index]], axis: int, *, mir
 
 
 def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored: bool) -> Array:
-    """Real form (m, 2 J_given, 2 J_wanted) of p_h = sum_j kappa_(h-j) d_j + kappa_(h+j) conj(d_j), kappa two-sided.
+    """Real form (m, 2 J_given, 2 J_wanted) of p_h = sum_j kappa_(h-j) d_j + kappa_(h+j) conj(d_j) [N/m].
 
-    Of a real signal (`mirrored`) row 0 is half of that and real.
+    series : (m, 2 reach + 1) kappa, two-sided.  Of a real signal (`mirrored`) harmonic 0 is half of that and real.
     """
     centre = series.shape[1] // 2
     direct = series[:, centre + wanted[None, :] - given[:, None]]
@@ -196,7 +204,7 @@ def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored:
 
 
 def product(kernel: Kernel, gap: Array) -> Array:
-    """(k(t) - k0) gap(t) on the points kept, (m, P, 2 J) [N]."""
+    """(k(t) - k0) gap(t) at the points kept: gap (m, P, 2 J) [m] to (m, P, 2 J) [N]."""
     if len(kernel.axes) == 1:
         only: Array = np.matmul(gap, kernel.axes[0].own_product)
         return only
@@ -208,12 +216,12 @@ def product(kernel: Kernel, gap: Array) -> Array:
     return out
 
 
-def tail(kernel: Kernel, gap: Array) -> Array:
-    """(k(t) - k0) gap(t) on the points dropped, (m, P, 2 T) [N]."""
+def truncated_product(kernel: Kernel, gap: Array) -> Array:
+    """(k(t) - k0) gap(t) at the truncated points: gap (m, P, 2 J) [m] to (m, P, 2 T) [N]."""
     if len(kernel.axes) == 1:
         only: Array = np.matmul(gap, kernel.axes[0].own_tail)
         return only
-    out = np.empty((*gap.shape[:2], 2 * len(kernel.dropped)))
+    out = np.empty((*gap.shape[:2], 2 * len(kernel.truncated)))
     for axis in kernel.axes:
         mine = _padded(gap[axis.meshes])
         parts = [_times(mine, axis.own, axis.own_tail), _times(mine, axis.every, axis.line_tail)]
@@ -221,18 +229,32 @@ def tail(kernel: Kernel, gap: Array) -> Array:
     return out
 
 
+def to_real(values: ComplexArray) -> Array:
+    """Real and imaginary parts side by side: (..., J) complex to (..., 2 J)."""
+    return np.concatenate([values.real, values.imag], axis=-1)
+
+
+def to_complex(parts: Array) -> ComplexArray:
+    """Inverse of `to_real`: (..., 2 J) to (..., J) complex."""
+    half = parts.shape[-1] // 2
+    value: ComplexArray = parts[..., :half] + 1j * parts[..., half:]
+    return value
+
+
 def _padded(*parts: Array) -> Array:
+    """Arrays (m, P, ..) joined along the last axis, with a column of zeros at the end."""
     return np.concatenate([*parts, np.zeros((*parts[0].shape[:2], 1))], axis=2)
 
 
 def _gathered(rows: Array, gather: Gather) -> Array:
+    """Columns of (m, P, C) in the order and with the signs of a gather."""
     picked: Array = np.take(rows, gather.place, axis=2)
     picked *= gather.sign
     return picked
 
 
 def _times(rows: Array, gather: Gather, matrix: Array) -> Array:
-    """Rows gathered, times a matrix a mesh, lines one after the other: (m, P, lines * columns)."""
+    """Gathered columns times one matrix a mesh, lines one after the other: (m, P, lines * columns)."""
     m, P = rows.shape[:2]
     picked = _gathered(rows, gather).reshape(m, -1, matrix.shape[1])
     result: Array = np.matmul(picked, matrix).reshape(m, P, -1)

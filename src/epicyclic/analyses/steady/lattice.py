@@ -1,32 +1,50 @@
-"""Integer combinations of several mesh frequencies: which are kept, and how a mesh of one of them sees the others.
+"""Lattice of the mesh frequencies: the combinations kept in the balance, and their exact frequencies.
 
 A point a = (a_1 .. a_D) stands for the frequency a . f.  A mesh depends on one tone, so its stiffness couples points
-along that one axis: the whole lattice is a bundle of independent lines.  Points that happen to have the same frequency
-(tones in the ratio 3/7, say) stay apart: the equation is linear on the torus of the tone phases, and theta = f t is one
-path on it whatever the ratio; only sums over time, as an RMS, must add their amplitudes first.
+along that one axis: the lattice is a bundle of independent lines.  Points of equal frequency (tones in the ratio 3/7,
+say) stay apart: the equation is linear on the torus of the tone phases, and theta = f t is one path on that torus
+whatever the ratio.  Sums over time, as an RMS, add amplitudes of equal frequency first; frequencies are compared as
+fractions (docs/design.md, exact frequencies).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import product as combinations
+from math import lcm
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Bundle", "Lattice", "Point", "bundle", "kept_points"]
+from ...system.system import Array, ComplexArray
+
+__all__ = [
+    "Bundle",
+    "Integers",
+    "Lattice",
+    "LineFrequencies",
+    "Point",
+    "bundle",
+    "frequency_unit",
+    "integer_frequencies",
+    "kept_points",
+    "line_frequencies",
+    "on_axis",
+]
 
 Index = NDArray[np.int64]
 Point = tuple[int, ...]
+Integers = NDArray[np.object_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Lattice:
-    """Points kept.
+    """Lattice points kept.
 
-    points : (J, D), of a real signal (`mirrored`) one of a and -a only, the origin first.
-    own : of each axis, rising from 0 or from -H, the places in `points` of the multiples of its tone alone.
+    points : (J, D); of a real signal (`mirrored`) one of a and -a only, the origin first.
+    own : of each axis (2 H + 1,) or, mirrored, (H + 1,): indices in `points` of the multiples of its tone, rising.
     """
 
     points: Index
@@ -41,12 +59,12 @@ class Lattice:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bundle:
-    """Lines of points along one axis that do not pass through the origin.
+    """Lines of lattice points along one axis that do not pass through the origin.
 
-    rests : (lines, D) what the points of a line share, 0 along the axis.
-    several : how many of the lines, the first ones, hold more than one point.
-    take : (lines, W) place of the point at -W/2 .. W/2 along the line, J where none is kept.
-    mirror : (lines, W) -1 where it stands there as its conjugate, at -a, else 1.
+    rests : (lines, D) orders that the points of a line share, 0 along the axis.
+    several : number of lines with more than one point; they come first.
+    take : (lines, W) index of the point at -W/2 .. W/2 along the line, J where none is kept.
+    mirror : (lines, W) -1 where the point is kept as its conjugate at -a, else 1.
     """
 
     rests: Index
@@ -56,7 +74,10 @@ class Bundle:
 
 
 def kept_points(harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> Lattice:
-    """Multiples of each tone up to its harmonics, and combinations of several up to |a_1| + .. + |a_D| = cross."""
+    """Lattice of the multiples of each tone up to its harmonics, and of combinations up to a cross order.
+
+    harmonics : highest multiple of each tone (D,).  cross : largest |a_1| + .. + |a_D| of a combination.
+    """
     D = len(harmonics)
     points = [_on_axis(j, a, D) for j, H in enumerate(harmonics) for a in range(-H, H + 1)]
     if D > 1:
@@ -72,28 +93,36 @@ def kept_points(harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> La
     return Lattice(points=np.array(ordered, dtype=np.int64).reshape(-1, D), mirrored=mirrored, own=own)
 
 
+def on_axis(points: Index, axis: int) -> NDArray[np.bool_]:
+    """Which lattice points (K, D) are multiples of the tone of one axis alone, the origin included, (K,)."""
+    alone: NDArray[np.bool_] = np.count_nonzero(np.delete(points, axis, axis=1), axis=1) == 0
+    return alone
+
+
 def _combined(D: int, cross: int) -> list[Point]:
+    """Combinations of two or more of D tones up to |a_1| + .. + |a_D| = cross."""
     reach = range(-cross, cross + 1)
     return [p for p in combinations(reach, repeat=D) if sum(map(abs, p)) <= cross and sum(map(bool, p)) > 1]
 
 
 def _on_axis(axis: int, order: int, D: int) -> Point:
+    """The multiple `order` of one tone as a lattice point of D axes."""
     return (*(0,) * axis, order, *(0,) * (D - axis - 1))
 
 
 def _leads(point: Iterable[int]) -> bool:
-    """Whether a point stands for itself and its mirror image: its first order that is not 0 is positive."""
+    """Whether a point represents itself and its mirror image: its first order that is not 0 is positive."""
     return next((a for a in point if a), 1) > 0
 
 
 def bundle(lattice: Lattice, axis: int) -> Bundle:
-    """The lines along an axis, all of one odd width W."""
+    """Lines of a lattice along an axis, all padded to one odd width W."""
     lines: dict[Point, list[tuple[int, int, int]]] = {}
     for place, point in enumerate(lattice.points):
         rest = point.copy()
         rest[axis] = 0
         if rest.any():
-            # the mirror image of a line is the line of the mirrored rest: each is told once
+            # the mirror image of a line is the line of the mirrored rest: each is counted once
             sign = 1 if not lattice.mirrored or _leads(rest) else -1
             lines.setdefault(tuple(sign * rest), []).append((place, int(sign * point[axis]), sign))
     order = sorted(lines, key=lambda rest: (len(lines[rest]) == 1, rest))
@@ -109,3 +138,67 @@ def bundle(lattice: Lattice, axis: int) -> Bundle:
         take=take,
         mirror=mirror,
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LineFrequencies:
+    """Exact frequencies of R harmonics, of mesh orders and then of every shaft line, at the operating speed.
+
+    omega : (R,) signed [rad/s].  unit : frequencies are whole multiples of 1/unit Hz.
+    distinct : (F,) distinct magnitudes in that unit, exact, rising.  line : (R,) index in `distinct` of each harmonic.
+    negative : (R,) the frequency is minus that of its line.  coincident : whether several harmonics share a line.
+    """
+
+    omega: Array
+    unit: int
+    distinct: Integers
+    line: Index
+    negative: NDArray[np.bool_]
+    coincident: bool
+
+    @property
+    def constant(self) -> NDArray[np.bool_]:
+        """Harmonics of frequency 0 (R,), which make up the mean."""
+        found: NDArray[np.bool_] = (self.distinct == 0).astype(bool)[self.line]
+        return found
+
+    def index_of(self, frequencies: Sequence[Fraction]) -> Index:
+        """Index in `distinct` of each frequency [Hz] (L,), -1 where no harmonic has it."""
+        wanted = [frequency * self.unit for frequency in frequencies]
+        known = {int(step): i for i, step in enumerate(self.distinct)}
+        return np.array([known.get(int(f), -1) if f.denominator == 1 else -1 for f in wanted], dtype=np.int64)
+
+    def merged(self, values: ComplexArray) -> ComplexArray:
+        """Amplitudes (..., R) with those of equal frequency added, (..., F): value = Re sum A_f exp(i w_f t)."""
+        lines = np.zeros((*values.shape[:-1], self.distinct.size), complex)
+        turned = np.where(self.negative, values.conj(), values)
+        np.add.at(np.moveaxis(lines, -1, 0), self.line, np.moveaxis(turned, -1, 0))
+        return lines
+
+
+def line_frequencies(steps: Integers, unit: int) -> LineFrequencies:
+    """Lines of harmonics whose frequencies are `steps` (R,), whole multiples of 1/unit Hz."""
+    distinct, line = np.unique(np.abs(steps), return_inverse=True)
+    return LineFrequencies(
+        omega=2 * np.pi * (steps / unit).astype(float),
+        unit=unit,
+        distinct=distinct,
+        line=line,
+        negative=(steps < 0).astype(bool),
+        coincident=distinct.size < steps.size,
+    )
+
+
+def frequency_unit(tones: Sequence[Fraction], shafts: Sequence[Fraction]) -> int:
+    """Least u such that all tones and shaft frequencies [Hz] are whole multiples of 1/u Hz."""
+    return lcm(*(f.denominator for f in (*tones, *shafts)))
+
+
+def integer_frequencies(points: Index, tones: Sequence[Fraction], shifts: Sequence[Fraction], unit: int) -> Integers:
+    """Frequencies a . tones + shift of points (K, D): (S, K) whole multiples of 1/unit Hz.
+
+    tones, shifts : (D,) and (S,) [Hz]; one shift of 0 for mesh orders.
+    """
+    at = points.astype(object) @ np.array([int(tone * unit) for tone in tones], dtype=object)
+    steps: Integers = np.add.outer(np.array([int(f * unit) for f in shifts], dtype=object), at)
+    return steps

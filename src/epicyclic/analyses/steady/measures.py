@@ -1,7 +1,7 @@
 """What is told of a response at many speeds: pure functions of signals, whatever solved for them.
 
 A linear sweep, one with contact loss, or samples of an integration hand over `Signal`s (complex amplitudes and exact
-frequencies; `waveform.sampled` makes one of samples); `measured` makes the columns of the one table of `table` of them.
+frequencies; `waveform.sampled` makes one of samples); `sweep_measures` makes the columns of the one table of `table` of them.
 
 With F(t) the force of a mesh and F_m its mean over time, what the mesh transmits,
 
@@ -20,19 +20,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
-from .extremes import force_extremes, ranges
-from .waveform import Signal
+from .waveform import Signal, Spectrum, peak, tone_waveform, torus_waveform, valley
 
 __all__ = [
     "Layout",
+    "Range",
     "Signals",
     "dynamic_factor",
+    "force_extremes",
     "line_amplitudes",
     "link_measures",
     "mean",
     "mean_square",
-    "measured",
     "order_amplitudes",
+    "phase_grid",
+    "ranges",
+    "sweep_measures",
+    "torus_maximum",
 ]
 
 Index = NDArray[np.int64]
@@ -69,17 +73,17 @@ class Signals:
     links: Signal | None = None
 
 
-def measured(signals: Signals, layout: Layout) -> dict[str, Array]:
+def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
     """Every measure by name: rows first, then orders or lines where there are, speeds last."""
-    found = _of_meshes(signals.force, layout)
+    found = _mesh_measures(signals.force, layout)
     if signals.motion is not None:
-        found |= _of_motion(signals.motion, signals.speed, layout)
+        found |= _motion_measures(signals.motion, signals.speed, layout)
     if signals.links is not None:
         found |= link_measures(signals.links, layout.pairs)
     return found
 
 
-def _of_meshes(force: Signal, layout: Layout) -> dict[str, Array]:
+def _mesh_measures(force: Signal, layout: Layout) -> dict[str, Array]:
     low, high = force_extremes(force, axis=layout.axis)
     still = mean(force)
     return {
@@ -94,7 +98,7 @@ def _of_meshes(force: Signal, layout: Layout) -> dict[str, Array]:
     }
 
 
-def _of_motion(motion: Signal, speed: Array, layout: Layout) -> dict[str, Array]:
+def _motion_measures(motion: Signal, speed: Array, layout: Layout) -> dict[str, Array]:
     """Half the way every coordinate goes, and root mean squares of accelerations in the frame of the coordinates."""
     span = ranges(motion)
     return {
@@ -119,16 +123,16 @@ def link_measures(links: Signal, pairs: Index) -> dict[str, Array]:
     }
 
 
-def dynamic_factor(largest: Array, transmitted: Array) -> Array:
+def dynamic_factor(torus_maximum: Array, transmitted: Array) -> Array:
     """K_v = largest / mean force of a mesh [1]; nan where it transmits none, or pulls."""
     loaded = transmitted > 0
-    factor: Array = np.where(loaded, largest, np.nan) / np.where(loaded, transmitted, 1.0)
+    factor: Array = np.where(loaded, torus_maximum, np.nan) / np.where(loaded, transmitted, 1.0)
     return factor
 
 
 def mean(signal: Signal) -> Array:
     """Mean over all time, (rows, P)."""
-    still = signal.comb.still
+    still = signal.line_frequencies.constant
     total: Array = signal.values[..., still].real.sum(axis=-1)
     return total
 
@@ -139,11 +143,14 @@ def mean_square(signal: Signal, *, derivative: int = 0) -> Array:
     Amplitudes of exactly equal frequency are one line.
     derivative : of the time derivative so often, at relative speed 1; at speed s times s^(2 derivative).
     """
-    comb, values = signal.comb, signal.values
-    if comb.merged:
-        values, omega = comb.folded(values), 2 * np.pi * (comb.distinct / comb.unit).astype(float)
+    line_frequencies, values = signal.line_frequencies, signal.values
+    if line_frequencies.coincident:
+        values, omega = (
+            line_frequencies.merged(values),
+            2 * np.pi * (line_frequencies.distinct / line_frequencies.unit).astype(float),
+        )
     else:
-        omega = np.abs(comb.omega)
+        omega = np.abs(line_frequencies.omega)
     weight = np.where(omega > 0, omega ** (2 * derivative), 0.0)
     square: Array = (values.real**2 + values.imag**2) @ weight / 2
     return square
@@ -151,14 +158,17 @@ def mean_square(signal: Signal, *, derivative: int = 0) -> Array:
 
 def _translation_square(motion: Signal, translation: Array) -> Array:
     """Mean square of the acceleration of every body's centre, (nb, P), at relative speed 1."""
-    comb, values = motion.comb, motion.values
+    line_frequencies, values = motion.line_frequencies, motion.values
     nb, _, n = translation.shape
     used = np.flatnonzero(translation.any(axis=2))
     moved = (translation.reshape(-1, n)[used] @ values.reshape(n, -1)).reshape(used.size, *values.shape[1:])
-    if comb.merged:
-        moved, omega = comb.folded(moved), 2 * np.pi * (comb.distinct / comb.unit).astype(float)
+    if line_frequencies.coincident:
+        moved, omega = (
+            line_frequencies.merged(moved),
+            2 * np.pi * (line_frequencies.distinct / line_frequencies.unit).astype(float),
+        )
     else:
-        omega = comb.omega
+        omega = line_frequencies.omega
     square = np.zeros((3 * nb, values.shape[1]))
     square[used] = (moved.real**2 + moved.imag**2) @ omega**4 / 2
     total: Array = square.reshape(nb, 3, -1).sum(axis=1)
@@ -180,14 +190,102 @@ def order_amplitudes(force: Signal, axis: Index, orders: int) -> Array:
 
 def line_amplitudes(signal: Signal, frequencies: Sequence[Fraction]) -> Array:
     """Amplitude at exact frequencies [Hz at the operating speed] (rows, L, P), all rows of one frequency added."""
-    comb, amplitude = signal.comb, signal.values
-    told = comb.places(frequencies)
-    wanted = np.full(comb.distinct.size + 1, -1)
-    wanted[told] = np.arange(len(told))
+    line_frequencies, amplitude = signal.line_frequencies, signal.values
+    reported = line_frequencies.index_of(frequencies)
+    wanted = np.full(line_frequencies.distinct.size + 1, -1)
+    wanted[reported] = np.arange(len(reported))
     wanted[-1] = -1
-    rows = np.flatnonzero(wanted[comb.line] >= 0)
-    values = np.where(comb.backwards[rows], amplitude[..., rows].conj(), amplitude[..., rows])
-    found = np.zeros((len(told), *amplitude.shape[:2]), complex)
-    np.add.at(found, wanted[comb.line[rows]], np.moveaxis(values, -1, 0))
+    rows = np.flatnonzero(wanted[line_frequencies.line] >= 0)
+    values = np.where(line_frequencies.negative[rows], amplitude[..., rows].conj(), amplitude[..., rows])
+    found = np.zeros((len(reported), *amplitude.shape[:2]), complex)
+    np.add.at(found, wanted[line_frequencies.line[rows]], np.moveaxis(values, -1, 0))
     size: Array = np.abs(found).transpose(1, 0, 2)
     return size
+
+
+# Phases of each tone on the grid: least, by the number of tones.
+_GRID = {1: 128, 2: 48, 3: 32}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Range:
+    """Smallest and largest value of every row (rows, P), and largest length of pairs of rows (pairs, P)."""
+
+    low: Array
+    high: Array
+    length: Array
+
+
+def force_extremes(force: Signal, *, axis: Index) -> tuple[Array, Array]:
+    """Smallest and largest mesh force over the torus of the tone phases with all shaft lines at their worst, (m, P).
+
+    max over theta_1 .. theta_D of f + sum |A_s|: reached if the tones and lines take all combinations of phases.
+    axis : (m,) the tone each force follows.
+    """
+    value, reach = _phase_waveforms(force)
+    if isinstance(reach, float) and value.ndim == 3:
+        return valley(value), peak(value)
+    return -torus_maximum(axis, reach - value), torus_maximum(axis, reach + value)
+
+
+def torus_maximum(own: Index, values: Array) -> Array:
+    """Largest over the torus (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh."""
+    if values.ndim == 3:
+        return peak(values)
+    result = np.empty(values.shape[:2])
+    for axis in range(values.ndim - 2):
+        mine = own == axis
+        others = tuple(2 + other for other in range(values.ndim - 2) if other != axis)
+        result[mine] = peak(values[mine].max(axis=others))
+    return result
+
+
+def ranges(signal: Signal, pairs: Index | None = None) -> Range:
+    """Smallest and largest value of every row, shaft lines at their worst, and largest length of pairs of rows (k, 2).
+
+    Over the phase of one tone exact but for the shaft lines, of which each takes its worst phase.  Several tones add
+    their largest values, combinations and shaft lines the sum of their amplitudes: a bound.
+    """
+    pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
+    if signal.orders.points.shape[1] == 1:
+        value, reach = _phase_waveforms(signal)
+        sides = [np.abs(value[side]) + (reach if isinstance(reach, float) else reach[side]) for side in pairs.T]
+        length = peak(np.hypot(*sides))
+        if isinstance(reach, float):
+            return Range(low=valley(value), high=peak(value), length=length)
+        return Range(low=-peak(reach - value), high=peak(reach + value), length=length)
+    low, high = _tone_sum_bounds(signal)
+    most = np.maximum(-low, high)
+    return Range(low=low, high=high, length=np.hypot(most[pairs[:, 0]], most[pairs[:, 1]]))
+
+
+def _phase_waveforms(signal: Signal) -> tuple[Array, Array | float]:
+    """Value of the tones over the grid of their phases (rows, P, N_1, ..), and what shaft lines may add to it."""
+    counts = phase_grid(signal.orders)
+    value: Array = torus_waveform(signal.orders, counts, signal.cross)[:, :, 0]
+    if signal.lines is None:
+        return value, 0.0
+    return value, np.abs(torus_waveform(signal.lines, counts, signal.cross)).sum(axis=2)
+
+
+def _tone_sum_bounds(signal: Signal) -> tuple[Array, Array]:
+    """Smallest and largest values of the tones one by one, added, with everything else at its worst, (rows, P)."""
+    orders = signal.orders
+    combined = np.count_nonzero(orders.points, axis=1) > 1
+    other: Array = np.abs(orders.amplitude[..., combined]).sum(axis=(2, 3))
+    if signal.lines is not None:
+        other = other + np.abs(signal.lines.amplitude).sum(axis=(2, 3))
+    low, high = -other, other
+    for axis, count in enumerate(phase_grid(orders)):
+        own = tone_waveform(orders, axis, np.arange(count) / count, mean=axis == 0)[:, :, 0]
+        low, high = low + valley(own), high + peak(own)
+    return low, high
+
+
+def phase_grid(orders: Spectrum) -> list[int]:
+    """Grid points of every tone's phase: enough for the harmonics of the tone, with one tone four times that."""
+    points = orders.points
+    D = points.shape[1]
+    own = np.count_nonzero(points, axis=1) <= 1
+    least, times = _GRID.get(D, 16), 4 if D == 1 else 1
+    return [max(least, times * (2 * int(np.abs(points[own, j]).max(initial=0)) + 1)) for j in range(D)]

@@ -13,9 +13,9 @@ from ...errors import ConvergenceError, ModelError
 from ...system.system import Array, ComplexArray, System
 from ..static.record import samples_per_cycle
 from .response import Block, Response, respond, response
-from .waveform import Spectrum, envelopes, force_spectrum, mesh_axis, motion_spectrum, own_waves, samples_needed
+from .waveform import Spectrum, alias_free_samples, envelopes, force_spectrum, mesh_axis, motion_spectrum, tone_waveform
 
-__all__ = ["TOLERANCE", "Periodic", "ShaftLine", "counted", "periodic", "periodic_by_tone", "solved"]
+__all__ = ["TOLERANCE", "Periodic", "ShaftLine", "checked_samples", "periodic", "periodic_by_tone", "solve_speed"]
 
 TOLERANCE = 1e-8
 # Beyond this a residual is no answer, whatever tolerance was asked for.
@@ -76,23 +76,23 @@ def periodic(
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     ConvergenceError : no solution; the speed lies on the edge of a parametric instability.
     """
-    ready, block = solved(system, relative_speed, tolerance)
-    return _told(ready, block, 0, samples, tolerance)
+    ready, block = solve_speed(system, relative_speed, tolerance)
+    return _over_phase(ready, block, 0, samples, tolerance)
 
 
 def periodic_by_tone(
     system: System, *, relative_speed: float = 1.0, samples: int | None = None, tolerance: float = TOLERANCE
 ) -> tuple[Periodic, ...]:
     """The same response told once over the mesh cycle of each tone, that of the first mesh first; as `periodic`."""
-    ready, block = solved(system, relative_speed, tolerance)
-    return tuple(_told(ready, block, axis, samples, tolerance) for axis in range(len(ready.lines.tones)))
+    ready, block = solve_speed(system, relative_speed, tolerance)
+    return tuple(_over_phase(ready, block, axis, samples, tolerance) for axis in range(len(ready.lines.tones)))
 
 
-def _told(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
-    harmonics = block.kept[axis]
+def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
+    harmonics = block.truncation[axis]
     mine = np.flatnonzero(mesh_axis(ready) == axis)
-    least = max(64, samples_needed(ready, harmonics))
-    count = samples_per_cycle(ready.system.meshes, mine, least) if samples is None else counted(samples)
+    least = max(64, alias_free_samples(ready, harmonics))
+    count = samples_per_cycle(ready.system.meshes, mine, least) if samples is None else checked_samples(samples)
     theta = np.arange(count) / count
     force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
     lines = _other_lines(ready, force, motion, axis, theta)
@@ -103,9 +103,9 @@ def _told(ready: Response, block: Block, axis: int, samples: int | None, toleran
         tone=ready.lines.tones[axis],
         relative_speed=float(block.speed[0]),
         theta=theta,
-        force=own_waves(force, axis, theta)[:, 0, 0].real,
-        displacement=own_waves(motion, axis, theta)[:, 0, 0].real,
-        lines=tuple(_relevant(ready, lines, tolerance)),
+        force=tone_waveform(force, axis, theta)[:, 0, 0].real,
+        displacement=tone_waveform(motion, axis, theta)[:, 0, 0].real,
+        lines=tuple(_significant(ready, lines, tolerance)),
         harmonics=harmonics,
         residual=float(block.residual[0]),
     )
@@ -122,7 +122,7 @@ def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, 
         shaft = ready.lines.shaft[s] if s >= 0 else None
         combined = sum((a * tone for a, tone in zip(rest, ready.lines.tones, strict=True)), Fraction(0))
         lines.append(
-            _forwards(
+            _with_positive_frequency(
                 combined + (shaft.frequency if shaft is not None else 0),
                 shaft.causes if shaft is not None else _stages(ready, rest),
                 pushed.values[:, 0, i],
@@ -132,7 +132,9 @@ def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, 
     return lines
 
 
-def _forwards(frequency: Fraction, causes: tuple[str, ...], force: ComplexArray, moved: ComplexArray) -> ShaftLine:
+def _with_positive_frequency(
+    frequency: Fraction, causes: tuple[str, ...], force: ComplexArray, moved: ComplexArray
+) -> ShaftLine:
     """A line of positive frequency: Re z = Re conj z."""
     if frequency < 0:
         frequency, force, moved = -frequency, force.conj(), moved.conj()
@@ -145,7 +147,7 @@ def _stages(ready: Response, orders: Sequence[int]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(f"{stage} mesh" for axis, stage in stages if orders[axis]))
 
 
-def _relevant(ready: Response, lines: list[ShaftLine], tolerance: float) -> list[ShaftLine]:
+def _significant(ready: Response, lines: list[ShaftLine], tolerance: float) -> list[ShaftLine]:
     """The lines without the smallest ones, as long as these add up to less than the tolerance in every signal."""
     if len(ready.lines.tones) == 1 or not lines:
         return lines
@@ -160,7 +162,7 @@ def _relevant(ready: Response, lines: list[ShaftLine], tolerance: float) -> list
     return [line for i, line in enumerate(lines) if i not in needless]
 
 
-def solved(system: System, relative_speed: float, tolerance: float) -> tuple[Response, Block]:
+def solve_speed(system: System, relative_speed: float, tolerance: float) -> tuple[Response, Block]:
     """One speed solved; arguments and errors as of `periodic`."""
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
@@ -177,7 +179,7 @@ def solved(system: System, relative_speed: float, tolerance: float) -> tuple[Res
     return ready, block
 
 
-def counted(samples: int) -> int:
+def checked_samples(samples: int) -> int:
     """A number of samples, refused below one."""
     if samples < 1:
         raise ModelError("out of range", path="samples", given=samples, allowed="1 or more")

@@ -12,30 +12,30 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
-from ..fast import numba_is_there, require_numba
+from ..fast import numba_available, require_numba
 from ..modes.basis import Modal, modal_form
 from ..static.tangent import linearised
-from .balance import Guess, Rows, Solved, solve
-from .comb import Comb, Integers, comb, row_steps, unit_of
-from .condensed import Shared, touched
-from .excitation import Excitation, excitation, mesh_rows, shaft_rows
+from .balance import Batch, Guess, HarmonicSolution, solve
+from .condensed import CondensedOperators, condensed_operators
+from .excitation import Excitation, excitation, mesh_order_excitation, shaft_order_excitation
 from .kernel import Kernel, kernel
+from .lattice import Integers, LineFrequencies, frequency_unit, integer_frequencies, line_frequencies
 
 __all__ = [
     "Block",
     "FrameSpeed",
-    "Kept",
     "Response",
-    "first_kept",
-    "last_kept",
-    "more_kept",
+    "Truncation",
+    "initial_truncation",
+    "largest_truncation",
     "respond",
     "response",
+    "truncation_increment",
 ]
 
 FrameSpeed = Literal["kinematic", "operating"]
 Index = NDArray[np.int64]
-Kept = tuple[int, ...]
+Truncation = tuple[int, ...]
 """Harmonics of each tone, and the cross order of combinations."""
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
@@ -62,66 +62,66 @@ class Response:
     lines: Excitation
     frame_speed: FrameSpeed = "kinematic"
     compiled: bool | None = None
-    kernels: dict[tuple[Kept, bool], Kernel] = field(default_factory=dict)
-    frequencies: dict[tuple[Kept, bool], tuple[Array, Array]] = field(default_factory=dict)
-    combs: dict[tuple[Kept, bool, bool], Comb] = field(default_factory=dict)
-    shared: dict[tuple[Kept, bool], Shared] = field(default_factory=dict)
+    kernels: dict[tuple[Truncation, bool], Kernel] = field(default_factory=dict)
+    frequencies: dict[tuple[Truncation, bool], tuple[Array, Array]] = field(default_factory=dict)
+    line_frequencies_made: dict[tuple[Truncation, bool, bool], LineFrequencies] = field(default_factory=dict)
+    operators: dict[tuple[Truncation, bool], CondensedOperators] = field(default_factory=dict)
 
     @property
     def omega(self) -> Array:
         """Angular mesh frequencies at the operating speed, (D,) [rad/s]."""
         return 2 * np.pi * np.array([float(tone) for tone in self.lines.tones])
 
-    def kernel(self, kept: Kept, *, shifted: bool) -> Kernel:
+    def kernel(self, truncation: Truncation, *, shifted: bool) -> Kernel:
         """The convolution matrices for so many rows, made once."""
-        key = (kept, shifted)
+        key = (truncation, shifted)
         if key not in self.kernels:
-            *harmonics, cross = kept
+            *harmonics, cross = truncation
             self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
         return self.kernels[key]
 
-    def touched(self, kept: Kept, *, shifted: bool) -> Shared:
+    def condensed(self, truncation: Truncation, *, shifted: bool) -> CondensedOperators:
         """The operators for the compiled path, made once."""
-        key = (kept, shifted)
-        if key not in self.shared:
-            self.shared[key] = touched(self.system, self.modal, self.kernel(kept, shifted=shifted))
-        return self.shared[key]
+        key = (truncation, shifted)
+        if key not in self.operators:
+            self.operators[key] = condensed_operators(self.system, self.modal, self.kernel(truncation, shifted=shifted))
+        return self.operators[key]
 
-    def steps(self, kept: Kept, *, shifted: bool) -> tuple[Integers, int]:
+    def exact_frequencies(self, truncation: Truncation, *, shifted: bool) -> tuple[Integers, int]:
         """Frequency of every row, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit Hz.
 
         S = 1 of mesh orders; the unit is the same for all of them.
         """
-        made = self.kernel(kept, shifted=shifted)
+        made = self.kernel(truncation, shifted=shifted)
         shafts = [shaft.frequency for shaft in self.lines.shaft]
-        unit = unit_of(self.lines.tones, shafts)
-        points = np.concatenate([made.lattice.points, made.dropped])
-        return row_steps(points, self.lines.tones, shafts if shifted else [Fraction(0)], unit), unit
+        unit = frequency_unit(self.lines.tones, shafts)
+        points = np.concatenate([made.lattice.points, made.truncated])
+        return integer_frequencies(points, self.lines.tones, shafts if shifted else [Fraction(0)], unit), unit
 
-    def frequency(self, kept: Kept, *, shifted: bool) -> tuple[Array, Array]:
+    def frequency(self, truncation: Truncation, *, shifted: bool) -> tuple[Array, Array]:
         """Angular frequency of every row (S, J) and of every row dropped (S, T) at the operating speed [rad/s].
 
         S = 1 of mesh orders.  Exact before the last rounding: a combination that stands still is exactly 0.
         """
-        key = (kept, shifted)
+        key = (truncation, shifted)
         if key not in self.frequencies:
-            steps, unit = self.steps(kept, shifted=shifted)
-            J = len(self.kernel(kept, shifted=shifted).lattice.points)
+            steps, unit = self.exact_frequencies(truncation, shifted=shifted)
+            J = len(self.kernel(truncation, shifted=shifted).lattice.points)
             omega = 2 * np.pi * (steps / unit).astype(float)
             self.frequencies[key] = omega[:, :J], omega[:, J:]
         return self.frequencies[key]
 
-    def comb(self, kept: Kept, *, shafts: bool, dropped: bool) -> Comb:
-        """Frequencies of the rows kept, with the rows `dropped` or not, of mesh orders and of `shafts` or not."""
-        key = (kept, shafts, dropped)
-        if key not in self.combs:
+    def line_frequencies(self, truncation: Truncation, *, shafts: bool, truncated: bool) -> LineFrequencies:
+        """Frequencies of the rows kept, with the rows `truncation_residual` or not, of mesh orders and of `shafts` or not."""
+        key = (truncation, shafts, truncated)
+        if key not in self.line_frequencies_made:
             parts, unit = [], 1
             for shifted in (False, True)[: 1 + shafts]:
-                steps, unit = self.steps(kept, shifted=shifted)
-                J = len(self.kernel(kept, shifted=shifted).lattice.points)
-                parts.append((steps if dropped else steps[:, :J]).ravel())
-            self.combs[key] = comb(np.concatenate(parts), unit)
-        return self.combs[key]
+                steps, unit = self.exact_frequencies(truncation, shifted=shifted)
+                J = len(self.kernel(truncation, shifted=shifted).lattice.points)
+                parts.append((steps if truncated else steps[:, :J]).ravel())
+            self.line_frequencies_made[key] = line_frequencies(np.concatenate(parts), unit)
+        return self.line_frequencies_made[key]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -135,15 +135,15 @@ class Block:
 
     index: Index
     speed: Array
-    kept: Kept
-    mesh: Solved
-    shaft: Solved | None
+    truncation: Truncation
+    mesh: HarmonicSolution
+    shaft: HarmonicSolution | None
     residual: Array
 
     @property
     def harmonics(self) -> int:
         """Most harmonics kept of any tone."""
-        return max(self.kept[:-1])
+        return max(self.truncation[:-1])
 
 
 def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled: bool | None = None) -> Response:
@@ -174,25 +174,27 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
     grows until the forces on the rows dropped, an exact residual, are below 30 x tolerance of the dynamic part.
     """
-    start, limit = first_kept(ready), last_kept(ready, speed)
+    start, limit = initial_truncation(ready), largest_truncation(ready, speed)
     ready = replace(ready, compiled=_by_numba(ready, start, speed.size, shaft_orders=shaft_orders))
     first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
-    waiting: list[tuple[Index, Kept, Block | None]] = [(*chunk, None) for chunk in first]
+    waiting: list[tuple[Index, Truncation, Block | None]] = [(*chunk, None) for chunk in first]
     while waiting:
-        index, kept, before = waiting.pop(0)
+        index, truncation, before = waiting.pop(0)
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
-            tried = block = _block(ready, index, speed[index], kept=kept, tolerance=tolerance, before=before)
-            more = more_kept(block.mesh.dropped, kept, limit[index], tolerance)
+            tried = block = _block(
+                ready, index, speed[index], truncation=truncation, tolerance=tolerance, before=before
+            )
+            more = truncation_increment(block.mesh.truncation_residual, truncation, limit[index], tolerance)
             poor = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(poor):
                 block = _with_shaft(ready, _select(block, ~poor), tolerance=tolerance)
-                more[~poor] = more_kept(_worst(block), kept, limit[block.index], tolerance)
+                more[~poor] = truncation_increment(_worst(block), truncation, limit[block.index], tolerance)
                 poor = np.any(more, axis=1)
         done = ~poor[np.isin(index, block.index)]
         if np.any(done):
             yield block if np.all(done) else _select(block, done)
         if np.any(poor):
-            again = _chunks(ready, index[poor], (np.array(kept) + more)[poor], shaft_orders=shaft_orders)
+            again = _chunks(ready, index[poor], (np.array(truncation) + more)[poor], shaft_orders=shaft_orders)
             waiting[:0] = [(*chunk, _select(tried, np.isin(index, chunk[0]))) for chunk in again]
 
 
@@ -203,11 +205,11 @@ def _by_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool)
     if ready.compiled is None:
         rows = 2 * int(start[0]) + 2
         rows += 2 * rows * len(ready.lines.shaft) if shaft_orders else 0
-        return points * rows * ready.modal.squared.size > _WORTH and numba_is_there()
+        return points * rows * ready.modal.squared.size > _WORTH and numba_available()
     return ready.compiled
 
 
-def first_kept(ready: Response) -> Index:
+def initial_truncation(ready: Response) -> Index:
     """Harmonics of each tone and cross order to begin with, (D + 1,)."""
     varying = bool(ready.system.meshes.variation.any())
     combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
@@ -217,9 +219,9 @@ def first_kept(ready: Response) -> Index:
     )
 
 
-def last_kept(ready: Response, speed: Array) -> Index:
+def largest_truncation(ready: Response, speed: Array) -> Index:
     """Most that each may grow to, (P, D + 1): four times what reaches beyond the highest mode, 1.7 f_highest / f."""
-    start = first_kept(ready)
+    start = initial_truncation(ready)
     highest = float(np.sqrt(ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
         wanted = np.ceil(1.7 * highest / np.outer(np.abs(speed), ready.omega))
@@ -228,24 +230,26 @@ def last_kept(ready: Response, speed: Array) -> Index:
     return np.hstack([4 * np.maximum(start[:-1], rule), np.full((speed.size, 1), last)])
 
 
-def more_kept(dropped: Array, kept: Kept, limit: Index, tolerance: float) -> Index:
+def truncation_increment(truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float) -> Index:
     """By how much each count has to grow, (P, D + 1): 0 where too little is dropped, or no more may be kept."""
     enough = _DROPPED * tolerance
-    poor = _size(dropped) > enough
+    poor = _size(truncation_residual) > enough
     # the kinds that make it too large: those above their part of what is allowed
-    large = (dropped > enough / np.sqrt(dropped.shape[1])) & poor[:, None]
-    have = np.array(kept)
+    large = (truncation_residual > enough / np.sqrt(truncation_residual.shape[1])) & poor[:, None]
+    have = np.array(truncation)
     step = np.maximum(4, have // 2)
     step[-1] = _STEP
     more: Index = np.where(large, np.clip(limit - have, 0, step), 0)
     return more
 
 
-def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -> Iterator[tuple[Index, Kept]]:
+def _chunks(
+    ready: Response, index: Index, truncation: Index, *, shaft_orders: bool
+) -> Iterator[tuple[Index, Truncation]]:
     lines = len(ready.lines.shaft) if shaft_orders else 0
-    for values in np.unique(kept, axis=0):
+    for values in np.unique(truncation, axis=0):
         key = tuple(int(value) for value in values)
-        same = index[(kept == values).all(axis=1)]
+        same = index[(truncation == values).all(axis=1)]
         points = len(ready.kernel(key, shifted=False).lattice.points)
         rows = 2 * max(points, (2 * points - 1) * lines)
         # compiled points are solved in groups of eight, which stay in the cache by themselves
@@ -256,22 +260,24 @@ def _chunks(ready: Response, index: Index, kept: Index, *, shaft_orders: bool) -
             yield from ((part, key) for part in np.array_split(same, -(-same.size // size)))
 
 
-def _block(ready: Response, index: Index, speed: Array, *, kept: Kept, tolerance: float, before: Block | None) -> Block:
-    guess = None if before is None else _guess(ready, before, kept)
-    mesh = _solve(ready, speed, kept=kept, tolerance=tolerance, shifted=False, guess=guess)
-    residual = np.maximum(mesh.residual, _size(mesh.dropped))
-    return Block(index=index, speed=speed, kept=kept, mesh=mesh, shaft=None, residual=residual)
+def _block(
+    ready: Response, index: Index, speed: Array, *, truncation: Truncation, tolerance: float, before: Block | None
+) -> Block:
+    guess = None if before is None else _guess(ready, before, truncation)
+    mesh = _solve(ready, speed, truncation=truncation, tolerance=tolerance, shifted=False, guess=guess)
+    residual = np.maximum(mesh.residual, _size(mesh.truncation_residual))
+    return Block(index=index, speed=speed, truncation=truncation, mesh=mesh, shaft=None, residual=residual)
 
 
 def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> Block:
-    shaft = _solve(ready, block.speed, kept=block.kept, tolerance=tolerance, shifted=True)
-    worst = np.maximum(shaft.residual, _size(shaft.dropped)).reshape(block.speed.size, -1).max(axis=1)
+    shaft = _solve(ready, block.speed, truncation=block.truncation, tolerance=tolerance, shifted=True)
+    worst = np.maximum(shaft.residual, _size(shaft.truncation_residual)).reshape(block.speed.size, -1).max(axis=1)
     return replace(block, shaft=shaft, residual=np.maximum(block.residual, worst))
 
 
-def _guess(ready: Response, before: Block, kept: Kept) -> Guess:
+def _guess(ready: Response, before: Block, truncation: Truncation) -> Guess:
     """A solution with fewer rows among more."""
-    old, new = (ready.kernel(count, shifted=False).lattice.points.tolist() for count in (before.kept, kept))
+    old, new = (ready.kernel(count, shifted=False).lattice.points.tolist() for count in (before.truncation, truncation))
     place = {tuple(point): i for i, point in enumerate(new)}
     P, _, _, n = before.mesh.y.shape
     y = np.zeros((P, 2, len(new), n))
@@ -280,36 +286,44 @@ def _guess(ready: Response, before: Block, kept: Kept) -> Guess:
 
 
 def _solve(
-    ready: Response, speed: Array, *, kept: Kept, tolerance: float, shifted: bool, guess: Guess | None = None
-) -> Solved:
-    made = ready.kernel(kept, shifted=shifted)
-    excite = shaft_rows if shifted else mesh_rows
+    ready: Response,
+    speed: Array,
+    *,
+    truncation: Truncation,
+    tolerance: float,
+    shifted: bool,
+    guess: Guess | None = None,
+) -> HarmonicSolution:
+    made = ready.kernel(truncation, shifted=shifted)
+    excite = shaft_order_excitation if shifted else mesh_order_excitation
     error, force = excite(ready.system, ready.lines, speed, made.lattice)
     frame = speed if ready.frame_speed == "kinematic" else np.ones_like(speed)
-    at, beyond = ready.frequency(kept, shifted=shifted)
-    rows = Rows(
+    at, truncated_frequency = ready.frequency(truncation, shifted=shifted)
+    rows = Batch(
         frequency=np.multiply.outer(speed, at).reshape(speed.size * len(at), at.shape[1]),
-        beyond=np.multiply.outer(speed, beyond).reshape(speed.size * len(at), beyond.shape[1]),
+        truncated_frequency=np.multiply.outer(speed, truncated_frequency).reshape(
+            speed.size * len(at), truncated_frequency.shape[1]
+        ),
         frame=np.repeat(frame, len(at)),
         error=error,
         force=force,
     )
-    shared = ready.touched(kept, shifted=shifted) if ready.compiled else None
-    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, shared=shared)
+    operators = ready.condensed(truncation, shifted=shifted) if ready.compiled else None
+    return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, operators=operators)
 
 
-def _size(dropped: Array) -> Array:
+def _size(truncation_residual: Array) -> Array:
     """What is dropped in all, (P, D + 1) -> (P,)."""
-    size: Array = np.sqrt((dropped**2).sum(axis=1))
+    size: Array = np.sqrt((truncation_residual**2).sum(axis=1))
     return size
 
 
 def _worst(block: Block) -> Array:
     """What the worst of a point's solutions dropped, by kind (P, D + 1)."""
     if block.shaft is None:
-        return block.mesh.dropped
-    shaft = block.shaft.dropped.reshape(block.speed.size, -1, block.shaft.dropped.shape[1])
-    worst: Array = np.maximum(block.mesh.dropped, shaft.max(axis=1))
+        return block.mesh.truncation_residual
+    shaft = block.shaft.truncation_residual.reshape(block.speed.size, -1, block.shaft.truncation_residual.shape[1])
+    worst: Array = np.maximum(block.mesh.truncation_residual, shaft.max(axis=1))
     return worst
 
 
@@ -317,14 +331,14 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
     if keep.all():
         return block
 
-    def pick(solved: Solved) -> Solved:
+    def pick(solved: HarmonicSolution) -> HarmonicSolution:
         mine = np.repeat(keep, solved.residual.size // keep.size)
-        return Solved(
+        return HarmonicSolution(
             y=solved.y[mine],
             gap=solved.gap[:, mine],
             frequency=solved.frequency[mine],
             residual=solved.residual[mine],
-            dropped=solved.dropped[mine],
+            truncation_residual=solved.truncation_residual[mine],
             scale=solved.scale[mine],
             calls=solved.calls,
         )
@@ -332,7 +346,7 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
     return Block(
         index=block.index[keep],
         speed=block.speed[keep],
-        kept=block.kept,
+        truncation=block.truncation,
         mesh=pick(block.mesh),
         shaft=None if block.shaft is None else pick(block.shaft),
         residual=block.residual[keep],

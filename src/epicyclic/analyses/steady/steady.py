@@ -13,18 +13,27 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ..static.tangent import linearised
-from .extremes import force_extremes
-from .links import lateral, link_signal
-from .measures import dynamic_factor, link_measures, mean, mean_square
-from .periodic import TOLERANCE, counted, solved
+from .measures import dynamic_factor, force_extremes, link_measures, mean, mean_square
+from .periodic import TOLERANCE, checked_samples, solve_speed
 from .response import Block, Response
 from .superposition import superposed
-from .waveform import Spectrum, force_signal, mesh_axis, motion_signal, on_torus, own_waves, samples_needed, whole
+from .waveform import (
+    Spectrum,
+    alias_free_samples,
+    force_signal,
+    lateral_pairs,
+    link_signal,
+    mesh_axis,
+    motion_signal,
+    tone_waveform,
+    torus_waveform,
+    whole_mesh_signal,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["steady", "tension"]
+__all__ = ["steady", "tension_warnings"]
 
 
 def steady(
@@ -53,14 +62,14 @@ def steady(
 
     if method not in ("exact", "superposition"):
         raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
-    theta = np.arange(counted(samples)) / samples
-    ready, block = solved(
+    theta = np.arange(checked_samples(samples)) / samples
+    ready, block = solve_speed(
         system if method == "exact" else superposed(linearised(system), relative_speed), relative_speed, TOLERANCE
     )
     system = ready.system
     face, axis = faces(system.meshes), mesh_axis(ready)
     rows, moved = force_signal(ready, block), motion_signal(ready, block)
-    every, motion = whole(rows, face), moved.orders
+    every, motion = whole_mesh_signal(rows, face), moved.orders
     force, shafts = every.orders, every.lines
     low, high = force_extremes(every, axis=axis)
     lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else low
@@ -69,11 +78,11 @@ def steady(
     return dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
-            "displacement": (("dof", "mesh_phase"), radius * own_waves(motion, 0, theta)[:, 0, 0].real),
+            "displacement": (("dof", "mesh_phase"), radius * tone_waveform(motion, 0, theta)[:, 0, 0].real),
             "mesh_force_harmonic": (("mesh", "harmonic"), _harmonics(ready, force, block.harmonics)),
             "displacement_harmonic": (
                 ("dof", "harmonic"),
-                radius * _orders(motion, 0, block.harmonics + _length(ready)),
+                radius * _orders(motion, 0, block.harmonics + _stiffness_harmonics(ready)),
             ),
             **combined,
             "mesh_force_rms": ("mesh", np.sqrt(mean_square(every)[:, 0])),
@@ -89,7 +98,7 @@ def steady(
             "dof": list(system.dofs.names),
             **_link_names(system),
             "mesh_phase": theta,
-            "harmonic": np.arange(block.harmonics + _length(ready) + 1),
+            "harmonic": np.arange(block.harmonics + _stiffness_harmonics(ready) + 1),
             **labels,
             "line": np.array(["; ".join(shaft.causes) for shaft in ready.lines.shaft], dtype=object),
             "mesh_frequency": float(ready.lines.tone) * relative_speed,
@@ -97,7 +106,7 @@ def steady(
         verb="steady",
         options={"method": method, "relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension(system, lowest)],
+        warnings=[*system.warnings, *tension_warnings(system, lowest)],
     )
 
 
@@ -105,16 +114,16 @@ def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, An
     """Forces of the links at multiples of the first mesh frequency, and what is told of them with all frequencies."""
     if not ready.system.links.name:
         return {}
-    links, pairs = link_signal(ready, block), lateral(ready.system)
+    links, pairs = link_signal(ready, block), lateral_pairs(ready.system)
     found = {name: values[:, 0] for name, values in link_measures(links, pairs).items()}
     by_bearing = {
         name: ("bearing", values) for name, values in found.items() if name.startswith("bearing") and values.size
     }
     return {
-        "link_force": (("link_row", "mesh_phase"), own_waves(links.orders, 0, theta)[:, 0, 0].real),
+        "link_force": (("link_row", "mesh_phase"), tone_waveform(links.orders, 0, theta)[:, 0, 0].real),
         "link_force_harmonic": (
             ("link_row", "harmonic"),
-            _orders(links.orders, 0, block.harmonics + _length(ready)),
+            _orders(links.orders, 0, block.harmonics + _stiffness_harmonics(ready)),
         ),
         **{name: ("link_row", values) for name, values in found.items() if name.startswith("link")},
         **by_bearing,
@@ -122,12 +131,12 @@ def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, An
 
 
 def _link_names(system: System) -> dict[Hashable, Any]:
-    links, pairs = system.links, lateral(system)
+    links, pairs = system.links, lateral_pairs(system)
     names: dict[Hashable, Any] = {"link_row": list(links.name)} if links.name else {}
     return {**names, "bearing": [links.link[x] for x in pairs[:, 0]]} if len(pairs) else names
 
 
-def tension(system: System, lowest: Array) -> list[str]:
+def tension_warnings(system: System, lowest: Array) -> list[str]:
     """A warning where the linear model pulls on teeth; lowest : (m, P) smallest force at every point [N]."""
     pulled = np.nan_to_num(lowest, nan=np.inf) < 0
     if not pulled.any():
@@ -139,13 +148,13 @@ def tension(system: System, lowest: Array) -> list[str]:
     return [f"tensile mesh force in the linear model{where}: the teeth of {listed} would separate"]
 
 
-def _length(ready: Response) -> int:
+def _stiffness_harmonics(ready: Response) -> int:
     return int(ready.system.meshes.variation.shape[1])
 
 
 def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[Any]:
     """Multiples of each mesh's own tone over its phase, (m, S, Nt)."""
-    waves = [own_waves(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
+    waves = [tone_waveform(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
     axis = mesh_axis(ready)
     result: NDArray[Any] = np.array(waves)[axis, np.arange(len(axis))]
     return result
@@ -161,9 +170,9 @@ def _orders(spectrum: Spectrum, axis: int, harmonics: int) -> ComplexArray:
     return result
 
 
-def _harmonics(ready: Response, force: Spectrum, kept: int) -> ComplexArray:
+def _harmonics(ready: Response, force: Spectrum, highest: int) -> ComplexArray:
     """Harmonics of each mesh force in its own tone, (m, H + L + 1)."""
-    every = [_orders(force, axis, kept + _length(ready)) for axis in range(len(ready.lines.tones))]
+    every = [_orders(force, axis, highest + _stiffness_harmonics(ready)) for axis in range(len(ready.lines.tones))]
     axis = mesh_axis(ready)
     result: ComplexArray = np.array(every)[axis, np.arange(len(axis))]
     return result
@@ -196,8 +205,10 @@ def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, thet
     force, largest = np.zeros((m, count, theta.size), complex), np.zeros((m, count))
     if shafts is not None:
         force = _by_mesh(ready, shafts, theta)
-        grid = [max(128 if len(ready.lines.tones) == 1 else 32, samples_needed(ready, H)) for H in block.kept[:-1]]
-        values = np.abs(on_torus(shafts, grid, block.kept[-1])[:, 0])
+        grid = [
+            max(128 if len(ready.lines.tones) == 1 else 32, alias_free_samples(ready, H)) for H in block.truncation[:-1]
+        ]
+        values = np.abs(torus_waveform(shafts, grid, block.truncation[-1])[:, 0])
         largest = values.reshape(m, count, -1).max(axis=2)
     return {
         "line_force": (("mesh", "line", "mesh_phase"), force),

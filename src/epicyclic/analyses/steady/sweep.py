@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from .extremes import force_extremes
-from .links import link_signal
-from .measures import Signals, measured
+from .measures import Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, respond, response
-from .steady import tension
-from .table import Table, blank, labelled
-from .waveform import force_signal, motion_signal, whole
+from .steady import tension_warnings
+from .table import Table, empty_table, sweep_dataset
+from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signal
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,25 +68,25 @@ def sweep(
         raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
     ready = response(system, frame_speed=frame_speed, compiled=compiled)
     speed = _speeds(ready, mesh_frequency, relative_speed)
-    table = blank(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
+    table = empty_table(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
     cross = np.zeros(speed.size, dtype=np.int64)
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = "speed is not a number above zero"
     places, done = np.flatnonzero(usable), int((~usable).sum())
     for block in respond(ready, speed[usable], tolerance=tolerance, shaft_orders=shaft_orders):
         _fill(ready, block, places[block.index], table, accepted=_ACCEPTED * tolerance)
-        cross[places[block.index]] = block.kept[-1]
+        cross[places[block.index]] = block.truncation[-1]
         done += block.index.size
         if progress is not None:
             progress(done, speed.size)
-    return labelled(
+    return sweep_dataset(
         table,
         ready.system,
         speed=speed,
         tone=float(ready.lines.tone),
         verb="sweep",
         options={"frame_speed": frame_speed, "shaft_orders": shaft_orders, "orders": orders, "tolerance": tolerance},
-        warnings=[*ready.system.warnings, *tension(system, table.lowest)],
+        warnings=[*ready.system.warnings, *tension_warnings(system, table.minimum_force)],
         further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
     )
 
@@ -113,15 +111,15 @@ def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: Table,
     rows = force_signal(ready, block)
     signals = Signals(
         speed=block.speed,
-        force=whole(rows, face),
+        force=whole_mesh_signal(rows, face),
         motion=motion_signal(ready, block),
         links=link_signal(ready, block) if ready.system.links.name else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
-        found, good = measured(signals, table.layout), block.residual <= accepted
-    table.put(place, found, good)
+        found, good = sweep_measures(signals, table.layout), block.residual <= accepted
+    table.store(place, found, good)
     lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
-    table.lowest[:, place] = np.where(good, lowest, np.nan)
+    table.minimum_force[:, place] = np.where(good, lowest, np.nan)
     table.values["residual"][place], table.harmonics[place] = block.residual, block.harmonics
     table.status[place] = [_status(value, accepted) for value in block.residual]
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,14 +14,14 @@ from numpy.typing import NDArray
 from ...system.faces import faces
 from ...system.system import Array, System
 from .excitation import Excitation
-from .links import lateral
+from .lattice import Point
 from .measures import Layout
-from .reported_lines import Told, told_lines
+from .waveform import lateral_pairs
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Table", "blank", "labelled", "layout_of"]
+__all__ = ["Table", "empty_table", "layout_of", "reported_lines", "sweep_dataset"]
 
 Index = NDArray[np.int64]
 
@@ -61,43 +63,43 @@ class Table:
     values: Mapping[str, Array]
     harmonics: Index
     status: NDArray[np.object_]
-    lowest: Array
-    told: Told
+    minimum_force: Array
+    reported: ReportedLines
     layout: Layout
     tones: Array
 
-    def put(self, place: Index, found: Mapping[str, Array], good: NDArray[np.bool_]) -> None:
+    def store(self, place: Index, found: Mapping[str, Array], good: NDArray[np.bool_]) -> None:
         """Write the measures of points `place` (P,), nan where they are not good."""
         for name, values in found.items():
             if name in self.values:
                 self.values[name][..., place] = np.where(good, values, np.nan)
 
 
-def layout_of(system: System, lines: Excitation, *, orders: int, shafts: bool) -> tuple[Layout, Told]:
+def layout_of(system: System, lines: Excitation, *, orders: int, shafts: bool) -> tuple[Layout, ReportedLines]:
     """What the rows of the signals of a System are, and the lines told of it."""
     face, dofs = faces(system.meshes), system.dofs
     axes, stages = lines.axis.tolist(), system.meshes.stage
     names = [stages[axes.index(axis)] for axis in range(len(lines.tones))]
-    told = told_lines(lines, names, orders=orders, shafts=shafts)
+    reported = reported_lines(lines, names, orders=orders, shafts=shafts)
     translation = dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3]
     layout = Layout(
         axis=lines.axis[face.first],
         radius=dofs.radius,
         translation=translation,
-        pairs=lateral(system),
+        pairs=lateral_pairs(system),
         orders=orders,
-        frequencies=told.frequency,
+        frequencies=reported.frequency,
     )
-    return layout, told
+    return layout, reported
 
 
-def blank(system: System, lines: Excitation, count: int, *, orders: int, shafts: bool) -> Table:
+def empty_table(system: System, lines: Excitation, count: int, *, orders: int, shafts: bool) -> Table:
     """An empty table for `count` speeds; what has no rows (links, lines) is not in it."""
-    layout, told = layout_of(system, lines, orders=orders, shafts=shafts)
+    layout, reported = layout_of(system, lines, orders=orders, shafts=shafts)
     labels: dict[str, Sequence[Any]] = {
         "mesh": faces(system.meshes).name,
         "order": range(1, orders + 1),
-        "line": told.label,
+        "line": reported.label,
         "dof": system.dofs.names,
         "body": system.dofs.bodies if layout.translation.any() else (),
         "link_row": system.links.name,
@@ -109,14 +111,14 @@ def blank(system: System, lines: Excitation, count: int, *, orders: int, shafts:
         values={name: np.full((*shape, count), np.nan) for name, shape in shapes.items() if 0 not in shape},
         harmonics=np.zeros(count, dtype=np.int64),
         status=np.full(count, "", dtype=object),
-        lowest=np.full((len(system.meshes.name), count), np.nan),
-        told=told,
+        minimum_force=np.full((len(system.meshes.name), count), np.nan),
+        reported=reported,
         layout=layout,
         tones=np.array([float(tone / lines.tone) for tone in lines.tones]),
     )
 
 
-def labelled(
+def sweep_dataset(
     table: Table,
     system: System,
     *,
@@ -141,7 +143,7 @@ def labelled(
     coords: dict[Hashable, Any] = {dim: list(names) for dim, names in table.labels.items() if dim in used}
     coords["mesh_tone"] = ("mesh", table.tones[table.layout.axis])
     if "line" in used:
-        coords["line_order"] = ("line", np.array([float(f) for f in table.told.frequency]) / tone)
+        coords["line_order"] = ("line", np.array([float(f) for f in table.reported.frequency]) / tone)
     return dataset(
         {
             **variables,
@@ -156,3 +158,75 @@ def labelled(
         warnings=warnings,
         units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )
+
+
+# Lines of a kind told at most: a row of each for every mesh and speed has to stay a small array.
+_MAX_LINES = 32
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportedLines:
+    """Lines in the order of their frequency.
+
+    frequency : exact [Hz at the operating speed].  label : cause, and the mesh orders it is shifted by.
+    """
+
+    frequency: tuple[Fraction, ...]
+    label: tuple[str, ...]
+
+
+def reported_lines(lines: Excitation, stages: Sequence[str], *, orders: int, shafts: bool) -> ReportedLines:
+    """At most 32 combinations of several mesh frequencies, and at most 32 shaft lines around mesh orders.
+
+    With one tone its multiples are no combinations.  If even the shaft lines alone are more, they are all told.
+    stages : (D,) name of each tone.  orders : mesh orders told at most.  shafts : whether shaft lines count.
+    """
+    names = ["mesh"] if len(lines.tones) == 1 else [f"{stage} mesh" for stage in stages]
+    found: dict[Fraction, str] = {}
+    if len(lines.tones) > 1:
+        found |= _shells_up_to_limit(lambda shell: _combinations(lines, names, shell), range(1, orders + 1))
+    if shafts:
+        sides = _shells_up_to_limit(lambda shell: _sidebands(lines, names, shell), range(orders + 1))
+        found = {**sides, **found}
+    ordered = sorted(found.items())
+    return ReportedLines(frequency=tuple(f for f, _ in ordered), label=tuple(label for _, label in ordered))
+
+
+def _shells_up_to_limit(
+    shell_of: Callable[[int], Iterator[tuple[Fraction, str]]], shells: Sequence[int]
+) -> dict[Fraction, str]:
+    """Frequency -> label, shell after shell, as long as there are not too many."""
+    found: dict[Fraction, str] = {}
+    for shell in shells:
+        more = dict(found)
+        for frequency, label in shell_of(shell):
+            more.setdefault(frequency, label)
+        if found and len(more) > _MAX_LINES:
+            break
+        found = more
+    return found
+
+
+def _combinations(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+    for point, tone in _shell(lines, shell):
+        if tone > 0:
+            yield tone, _label("", point, names)
+
+
+def _sidebands(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+    for point, tone in _shell(lines, shell):
+        for shaft in lines.shaft:
+            if shaft.frequency + tone != 0:
+                yield abs(shaft.frequency + tone), _label("; ".join(shaft.causes), point, names)
+
+
+def _shell(lines: Excitation, shell: int) -> Iterator[tuple[Point, Fraction]]:
+    """Points with |a_1| + .. + |a_D| = shell, and their frequencies."""
+    for point in product(range(-shell, shell + 1), repeat=len(lines.tones)):
+        if sum(map(abs, point)) == shell:
+            yield point, sum((a * f for a, f in zip(point, lines.tones, strict=True)), Fraction(0))
+
+
+def _label(cause: str, point: Point, names: Sequence[str]) -> str:
+    parts = [cause, *(f"{a:+d} {name}" for a, name in zip(point, names, strict=True) if a)]
+    return " ".join(part for part in parts if part)

@@ -11,33 +11,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
-from ...system.system import Array, ComplexArray
-from .balance import Solved
-from .comb import Comb, comb, row_steps
-from .kernel import product, tail
-from .lattice import Lattice, bundle
+from ...system.system import Array, ComplexArray, System
+from .balance import HarmonicSolution
+from .kernel import product, truncated_product
+from .lattice import Lattice, LineFrequencies, bundle, integer_frequencies, line_frequencies
 from .response import Block, Response
 
 __all__ = [
     "Envelopes",
     "Signal",
     "Spectrum",
-    "by_speed",
-    "complex_rows",
+    "alias_free_samples",
     "envelopes",
     "force_signal",
     "force_spectrum",
+    "lateral_pairs",
+    "link_signal",
     "mesh_axis",
     "motion_signal",
     "motion_spectrum",
-    "on_torus",
-    "own_waves",
     "peak",
-    "sampled",
-    "samples_needed",
-    "solved_rows",
+    "signal_of_samples",
+    "to_complex",
+    "tone_waveform",
+    "torus_waveform",
     "valley",
-    "whole",
+    "whole_mesh_signal",
 ]
 
 Index = NDArray[np.int64]
@@ -68,7 +67,7 @@ class Signal:
 
     orders: Spectrum
     lines: Spectrum | None
-    comb: Comb
+    line_frequencies: LineFrequencies
     cross: int = 0
 
     @property
@@ -95,15 +94,15 @@ class Envelopes:
 
 def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Mesh force k(t) (B^T q - e) + c d/dt(...) [N], rows dropped included."""
-    solved = solved_rows(block, shifted=shifted)
-    made, meshes = ready.kernel(block.kept, shifted=shifted), ready.system.meshes
+    solved = solution_part(block, shifted=shifted)
+    made, meshes = ready.kernel(block.truncation, shifted=shifted), ready.system.meshes
     gap = solved.gap
-    force = complex_rows(product(made, gap) + meshes.stiffness[:, None, None] * gap)
+    force = to_complex(product(made, gap) + meshes.stiffness[:, None, None] * gap)
     if meshes.damping.any():
-        force += 1j * meshes.damping[:, None, None] * solved.frequency * complex_rows(gap)
+        force += 1j * meshes.damping[:, None, None] * solved.frequency * to_complex(gap)
     return Spectrum(
-        amplitude=by_speed(np.concatenate([force, complex_rows(tail(made, gap))], axis=2), block),
-        points=np.concatenate([made.lattice.points, made.dropped]),
+        amplitude=per_speed(np.concatenate([force, to_complex(truncated_product(made, gap))], axis=2), block),
+        points=np.concatenate([made.lattice.points, made.truncated]),
         mirrored=not shifted,
     )
 
@@ -114,8 +113,8 @@ def force_signal(ready: Response, block: Block) -> Signal:
     return Signal(
         orders=force_spectrum(ready, block, shifted=False),
         lines=force_spectrum(ready, block, shifted=True) if shafts else None,
-        comb=ready.comb(block.kept, shafts=shafts, dropped=True),
-        cross=block.kept[-1],
+        line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=True),
+        cross=block.truncation[-1],
     )
 
 
@@ -125,12 +124,12 @@ def motion_signal(ready: Response, block: Block) -> Signal:
     return Signal(
         orders=motion_spectrum(ready, block, shifted=False),
         lines=motion_spectrum(ready, block, shifted=True) if shafts else None,
-        comb=ready.comb(block.kept, shafts=shafts, dropped=False),
-        cross=block.kept[-1],
+        line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=False),
+        cross=block.truncation[-1],
     )
 
 
-def sampled(waves: Array, tone: Fraction) -> Signal:
+def signal_of_samples(waves: Array, tone: Fraction) -> Signal:
     """The signal of samples (rows, P, Nt) over one cycle of a tone [Hz at the operating speed], Nt odd."""
     count = waves.shape[-1]
     amplitude = np.fft.rfft(waves)[:, :, None] * (2 / count)
@@ -138,15 +137,15 @@ def sampled(waves: Array, tone: Fraction) -> Signal:
     if count % 2 == 0:
         amplitude[..., -1] /= 2
     points = np.arange(amplitude.shape[-1])[:, None]
-    steps = row_steps(points, [tone], [Fraction(0)], tone.denominator)
+    steps = integer_frequencies(points, [tone], [Fraction(0)], tone.denominator)
     return Signal(
         orders=Spectrum(amplitude=amplitude, points=points, mirrored=True),
         lines=None,
-        comb=comb(steps.ravel(), tone.denominator),
+        line_frequencies=line_frequencies(steps.ravel(), tone.denominator),
     )
 
 
-def whole(rows: Signal, face: Faces) -> Signal:
+def whole_mesh_signal(rows: Signal, face: Faces) -> Signal:
     """Forces of whole meshes from those of their slices."""
     if len(face.first) == len(face.row):
         return rows
@@ -162,13 +161,13 @@ def mesh_axis(ready: Response) -> Index:
 
 def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Coordinates [m, rad]."""
-    P, _, J, n = solved_rows(block, shifted=shifted).y.shape
-    q = (ready.modal.shapes @ solved_rows(block, shifted=shifted).y.reshape(-1, n).T).reshape(n, P, 2 * J)
-    points = ready.kernel(block.kept, shifted=shifted).lattice.points
-    return Spectrum(amplitude=by_speed(complex_rows(q), block), points=points, mirrored=not shifted)
+    P, _, J, n = solution_part(block, shifted=shifted).y.shape
+    q = (ready.modal.shapes @ solution_part(block, shifted=shifted).y.reshape(-1, n).T).reshape(n, P, 2 * J)
+    points = ready.kernel(block.truncation, shifted=shifted).lattice.points
+    return Spectrum(amplitude=per_speed(to_complex(q), block), points=points, mirrored=not shifted)
 
 
-def solved_rows(block: Block, *, shifted: bool) -> Solved:
+def solution_part(block: Block, *, shifted: bool) -> HarmonicSolution:
     """The rows of mesh orders, or of shaft orders."""
     solved = block.shaft if shifted else block.mesh
     if solved is None:
@@ -176,19 +175,19 @@ def solved_rows(block: Block, *, shifted: bool) -> Solved:
     return solved
 
 
-def complex_rows(both: Array) -> ComplexArray:
+def to_complex(both: Array) -> ComplexArray:
     """(..., 2 J) real and imaginary parts side by side as (..., J)."""
     half = both.shape[-1] // 2
     value: ComplexArray = both[..., :half] + 1j * both[..., half:]
     return value
 
 
-def by_speed(values: ComplexArray, block: Block) -> ComplexArray:
+def per_speed(values: ComplexArray, block: Block) -> ComplexArray:
     """(rows, P S, K) as (rows, P, S, K)."""
     return values.reshape(values.shape[0], block.speed.size, -1, values.shape[-1])
 
 
-def own_waves(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:
+def tone_waveform(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:
     """The multiples of one tone alone, over its phase theta (Nt,): (rows, P, S, Nt), real of a real signal.
 
     mean : whether order 0 is one of them.
@@ -213,7 +212,7 @@ def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -
     return part
 
 
-def on_torus(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
+def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
     """Values over a grid of all tone phases, (rows, P, S, N_1, .., N_D), real of a real signal.
 
     cross : combinations beyond that cross order, which are below what a solution may drop, are left out.
@@ -221,11 +220,11 @@ def on_torus(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
     D = len(counts)
     phases = [np.arange(count) / count for count in counts]
     if D == 1:
-        return own_waves(spectrum, 0, phases[0])
+        return tone_waveform(spectrum, 0, phases[0])
     combined = (np.count_nonzero(spectrum.points, axis=1) > 1) & (np.abs(spectrum.points).sum(axis=1) <= cross)
     total = _box(spectrum.amplitude[..., combined], spectrum.points[combined], phases, real=spectrum.mirrored)
     for axis, theta in enumerate(phases):
-        own = own_waves(spectrum, axis, theta, mean=axis == 0)  # the origin stands on every axis
+        own = tone_waveform(spectrum, axis, theta, mean=axis == 0)  # the origin stands on every axis
         total += own.reshape(*own.shape[:3], *(theta.size if j == axis else 1 for j in range(D)))
     return total
 
@@ -254,7 +253,7 @@ def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
     values = _wave(picked, np.arange(-half, half + 1), theta, real=False)
     rests = lines.rests
     if not spectrum.mirrored:
-        values = np.concatenate([own_waves(spectrum, axis, theta)[:, :, :, None], values], axis=3)
+        values = np.concatenate([tone_waveform(spectrum, axis, theta)[:, :, :, None], values], axis=3)
         rests = np.concatenate([np.zeros((1, D), np.int64), rests])
     S, R = values.shape[2:4]
     return Envelopes(
@@ -264,9 +263,9 @@ def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
     )
 
 
-def samples_needed(ready: Response, kept: int) -> int:
+def alias_free_samples(ready: Response, harmonics: int) -> int:
     """Samples of a mesh cycle that hold so many harmonics of the force and their square without aliasing."""
-    return 2 * (kept + int(ready.system.meshes.variation.shape[1])) + 1
+    return 2 * (harmonics + int(ready.system.meshes.variation.shape[1])) + 1
 
 
 def peak(values: Array) -> Array:
@@ -289,3 +288,74 @@ def _vertex(values: Array, place: Index) -> Array:
         rise = np.where(bend != 0, (after - before) ** 2 / (8 * bend), 0.0)
     result: Array = top + rise
     return result
+
+
+def link_signal(ready: Response, block: Block) -> Signal:
+    """Force k (B^T q - e) + c d/dt(...) + preload of every link row [N, N m] at all frequencies kept.
+
+    Dampers to the housing in a turning frame act on the absolute velocity; their part s skew B^T q is in it.
+    """
+    shafts = block.shaft is not None
+    return Signal(
+        orders=_spectrum(ready, block, shifted=False),
+        lines=_spectrum(ready, block, shifted=True) if shafts else None,
+        line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=False),
+        cross=block.truncation[-1],
+    )
+
+
+def _spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+    links, solved = ready.system.links, solution_part(block, shifted=shifted)
+    P, _, J, n = solved.y.shape
+    rows = links.B.T @ ready.modal.shapes
+    # A rigid mode strains no link: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
+    rows[:, ready.modal.rigid] = 0.0
+    stretch = per_speed(to_complex((rows @ solved.y.reshape(-1, n).T).reshape(len(rows), P, 2 * J)), block)
+    turned = None
+    if links.skew.size:
+        frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
+        turned = frame[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
+    stretch -= _errors(ready, block, shifted=shifted)[:, None]
+    force = links.stiffness[:, None, None, None] * stretch
+    if links.damping.any():
+        omega = solved.frequency.reshape(block.speed.size, -1, J)
+        force += 1j * links.damping[:, None, None, None] * omega * stretch
+    if turned is not None:
+        force += turned
+    if links.preload.size and not shifted:
+        force[:, :, 0, 0] += links.preload[:, None]
+    points = ready.kernel(block.truncation, shifted=shifted).lattice.points
+    return Spectrum(amplitude=force, points=points, mirrored=not shifted)
+
+
+def _errors(ready: Response, block: Block, *, shifted: bool) -> ComplexArray:
+    """Errors of the link rows at the points of the lattice, (p, S, J) [m, rad]; no speed changes them."""
+    points = ready.kernel(block.truncation, shifted=shifted).lattice.points.tolist()
+    place = {tuple(point): i for i, point in enumerate(points)}
+    count = len(ready.lines.shaft) if shifted else 1
+    error = np.zeros((len(ready.system.links.name), count, len(points)), complex)
+    if not shifted:
+        for point, line in ready.lines.mesh:
+            error[:, 0, place[point]] += line.link_gap
+        error[:, 0, 0] = error[:, 0, 0].real
+        return error
+    for s, shaft in enumerate(ready.lines.shaft):
+        for point, conjugate, line in shaft.members:
+            # a . f - frequency stands at -a around +frequency once conjugated
+            row = place[tuple(-order for order in point)] if conjugate else place[point]
+            error[:, s, row] += line.link_gap.conj() if conjugate else line.link_gap
+    return error
+
+
+def lateral_pairs(system: System) -> Index:
+    """Link rows x and y, or radial and tangential, of every link that has both, (k, 2)."""
+    place = {name: i for i, name in enumerate(system.links.name)}
+    ends = (("x", "y"), ("radial", "tangential"))
+    links = dict.fromkeys(system.links.link)
+    pairs = [
+        (place[f"{link}/{first}"], place[f"{link}/{second}"])
+        for link in links
+        for first, second in ends
+        if f"{link}/{first}" in place and f"{link}/{second}" in place
+    ]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)

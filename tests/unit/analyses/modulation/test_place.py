@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from epicyclic.analyses.modulation.modulation import modulation
-from epicyclic.analyses.modulation.place import place_of
+from epicyclic.analyses.modulation.sensor import sensor_position
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
@@ -55,18 +55,18 @@ def test_planets_that_do_not_pass_do_not_modulate(star: System, body: str) -> No
 
 
 def test_teeth_follow_from_frequencies(system_of: Make, star: System) -> None:
-    held = place_of(system_of("even, in sequence"), stage=None, body=None, angle=0.0)
+    held = sensor_position(system_of("even, in sequence"), stage=None, body=None, angle=0.0)
     assert held.teeth == -95  # seen from the carrier the ring's teeth come clockwise
     assert set(held.others) == {-95, 21}
     assert held.even
-    assert place_of(star, stage=None, body="housing", angle=0.0).teeth == -95
-    assert not place_of(system_of("uneven, in phase"), stage=None, body=None, angle=0.0).even
+    assert sensor_position(star, stage=None, body="housing", angle=0.0).teeth == -95
+    assert not sensor_position(system_of("uneven, in phase"), stage=None, body=None, angle=0.0).even
     # evenly spaced, but the sun's teeth are out of step: such a train cannot be assembled
-    assert not place_of(assemble(load("ren2021")), stage=None, body=None, angle=0.0).even
+    assert not sensor_position(assemble(load("ren2021")), stage=None, body=None, angle=0.0).even
 
 
 def test_the_stage_whose_ring_stands_is_taken() -> None:
-    place = place_of(assemble(load("xu2020")), stage=None, body=None, angle=0.0)
+    place = sensor_position(assemble(load("xu2020")), stage=None, body=None, angle=0.0)
     assert place.stage == "main"
     assert len(place.bodies) == 2  # both halves of the ring
     assert len(place.meshes) == 8
@@ -74,10 +74,10 @@ def test_the_stage_whose_ring_stands_is_taken() -> None:
 
 def test_a_differential_is_heard_on_the_housing() -> None:
     system = assemble(load("encased-differential"))
-    place = place_of(system, stage="differential", body="housing", angle=0.0)
+    place = sensor_position(system, stage="differential", body="housing", angle=0.0)
     assert (place.turn, len(place.meshes)) == (system.stage_turns["differential"], 6)
     with pytest.raises(ModelError, match="differential/ring turns"):
-        place_of(system, stage="differential", body=None, angle=0.0)
+        sensor_position(system, stage="differential", body=None, angle=0.0)
 
 
 def test_the_sun_mesh_is_heard_through_the_planet(system_of: Make) -> None:

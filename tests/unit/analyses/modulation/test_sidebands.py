@@ -12,18 +12,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.analyses.modulation.lines import lines_of
 from epicyclic.analyses.modulation.modulation import modulation
-from epicyclic.analyses.modulation.place import Place
-from epicyclic.analyses.modulation.rows import Passed, Rows, heard
-from epicyclic.analyses.modulation.windows import window_of_word
+from epicyclic.analyses.modulation.path import named_window
+from epicyclic.analyses.modulation.sensor import SensorPosition
+from epicyclic.analyses.modulation.spectrum import SensorContributions, StageSpectrum, merged_lines, windowed_forces
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.system.system import System
 
 from .conftest import GROUPS
 
 Make = Callable[..., System]
-NOTHING = Passed(row=np.zeros(0, np.int64), order=np.zeros(0, np.int64), amplitude=np.zeros(0, complex))
+NOTHING = SensorContributions(row=np.zeros(0, np.int64), order=np.zeros(0, np.int64), amplitude=np.zeros(0, complex))
 # What should vanish cancels among planets solved alike: rounding, 1e-14 of the largest line, with a margin.
 GONE = 1e-10
 
@@ -50,10 +49,10 @@ def by_order(result: xr.Dataset) -> dict[int, float]:
 @pytest.mark.parametrize("turn", [Fraction(4), Fraction(-4)])
 def test_closed_form_of_planets_that_are_alike(group: str, turn: Fraction) -> None:
     psi, ring = np.array(angles(group)), GROUPS[group][0][2]
-    window, most = window_of_word("cos6", planets=len(psi)), 3
+    window, most = named_window("cos6", planets=len(psi)), 3
     sense = 1 if turn > 0 else -1
     orders = np.arange(1, most + 1)
-    rows = Rows(
+    rows = StageSpectrum(
         unit=1,
         carrier=int(turn),
         step=np.array([order * ring * abs(int(turn)) for order in orders.tolist()], dtype=np.object_),
@@ -62,11 +61,11 @@ def test_closed_form_of_planets_that_are_alike(group: str, turn: Fraction) -> No
         force=np.exp(1j * sense * np.outer(psi, orders * ring)),
         motion=np.zeros((6, most), complex),
     )
-    place = Place(
+    place = SensorPosition(
         stage="main", bodies=(), turn=turn, angle=1.1, meshes=np.arange(len(psi)), share=np.ones(len(psi)), contact=psi,
         branches=tuple(range(1, len(psi) + 1)), spacing=psi, teeth=-sense * ring,
     )  # fmt: skip
-    lines = lines_of(rows, heard(rows, place, window), NOTHING)
+    lines = merged_lines(rows, windowed_forces(rows, place, window), NOTHING)
     found = dict(zip(lines.frequency, np.abs(lines.force), strict=True))
     for order in orders.tolist():
         for k in range(-3, 4):
@@ -82,7 +81,7 @@ def test_lines_follow_from_the_mesh_forces(group: str, system_of: Make) -> None:
     result = modulation(system, window="cos4", sensor=0.7, floor=0.0)
     forces = steady(system).mesh_force_harmonic
     ring = forces.values[["planet-ring" in str(name) for name in forces.mesh.values]]
-    teeth, sides = GROUPS[group][0][2], window_of_word("cos4", planets=1).sides
+    teeth, sides = GROUPS[group][0][2], named_window("cos4", planets=1).sides
     away, found = np.array(angles(group)) - 0.7, by_order(result)
     largest = max(found.values())
     for order in (1, 2, 3):
@@ -117,7 +116,7 @@ def test_in_sequence_the_mesh_line_vanishes_and_sidebands_are_one_sided(system_o
     largest = max(found.get(order, 0.0) for order in range(85, 106))
     assert found[95] < GONE * largest
     assert found[96] == largest
-    sides = window_of_word("hann", planets=4).sides
+    sides = named_window("hann", planets=4).sides
     middle = len(sides) // 2
     # both come from the same mesh order: their ratio is that of the window
     assert found[92] / found[96] == pytest.approx(abs(sides[middle - 3] / sides[middle + 1]), rel=1e-4)

@@ -13,8 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.analyses.modulation.modulation import modulation
-from epicyclic.analyses.modulation.transfer import transfer_of_table
-from epicyclic.analyses.modulation.windows import Window, window_of_series
+from epicyclic.analyses.modulation.path import Window, tabulated_transfer, window_of_series
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load
@@ -111,11 +110,11 @@ def test_the_ring_is_felt_as_seen_from_the_housing(system_of: Make, direction: s
     x, y = (moved[names.index(f"main/ring/{axis}")] for axis in "xy")
     rz = names.index("main/ring/rz")
     b = angle - 2 * np.pi * float(turns_of(system, "main/carrier")) * time
-    felt = x * np.cos(b) + y * np.sin(b)
+    sensor_motion = x * np.cos(b) + y * np.sin(b)
     if direction == "tangential":
-        felt = -x * np.sin(b) + y * np.cos(b) + system.dofs.radius[rz] * moved[rz]
+        sensor_motion = -x * np.sin(b) + y * np.cos(b) + system.dofs.radius[rz] * moved[rz]
     duration = cycles / float(system.tones[0])
-    fft = np.fft.rfft(felt) * 2 / felt.size
+    fft = np.fft.rfft(sensor_motion) * 2 / sensor_motion.size
     fft *= -((2 * np.pi * np.arange(fft.size) / duration) ** 2)
     lines = np.zeros(fft.size, complex)
     place = (result.line_frequency.values * duration).round().astype(int)
@@ -188,22 +187,22 @@ def test_halves_of_a_herringbone_ring_add_up() -> None:
 def test_transfer_paths(system_of: Make) -> None:
     system = system_of("even, in phase")
     plain = modulation(system, floor=0.0)
-    twice = modulation(system, floor=0.0, transfer=transfer_of_table([0, 1e6], [2, 2], math.pi / 2))
+    twice = modulation(system, floor=0.0, transfer=tabulated_transfer([0, 1e6], [2, 2], math.pi / 2))
     assert twice.signal_amplitude.values == pytest.approx(2j * plain.signal_amplitude.values, rel=1e-12)
     assert twice.signal.attrs["units"] == "N"
-    moved = modulation(system, floor=0.0, transfer=transfer_of_table([0, 1e6], [3e-3, 3e-3], unit="m/s2/N"))
+    moved = modulation(system, floor=0.0, transfer=tabulated_transfer([0, 1e6], [3e-3, 3e-3], unit="m/s2/N"))
     same = dict(zip(plain.exact_frequency.values, plain.signal_amplitude.values, strict=True))
     expected = [3e-3 * same.get(text, 0) for text in moved.exact_frequency.values] + moved.sensor_acceleration.values
     assert moved.signal_amplitude.values == pytest.approx(expected, rel=1e-9, abs=1e-12)
     assert moved.signal.attrs["units"] == moved.signal_amplitude.attrs["units"] == "m/s2"
-    narrow = modulation(system, transfer=transfer_of_table([300, 500], [1, 1]))
+    narrow = modulation(system, transfer=tabulated_transfer([300, 500], [1, 1]))
     assert narrow.line_frequency.values.min() >= 300
     assert narrow.line_frequency.values.max() <= 500
     assert "transfer path is given from 300 to 500 Hz" in narrow.attrs["warnings"]
 
 
 def test_a_phase_over_half_a_turn_is_unwrapped() -> None:
-    path = transfer_of_table([0, 100, 200], [1, 1, 1], np.radians([0, 170, -20]))
+    path = tabulated_transfer([0, 100, 200], [1, 1, 1], np.radians([0, 170, -20]))
     assert np.angle(path.at(np.array([150.0])), deg=True)[0] == pytest.approx(255 - 360)
     assert path.at(np.array([201.0]))[0] == 0
 
@@ -222,7 +221,7 @@ def test_a_phase_over_half_a_turn_is_unwrapped() -> None:
 )
 def test_transfer_paths_that_are_none(columns: tuple[Any, Any, Any]) -> None:
     with pytest.raises(ValueError, match="transfer"):
-        transfer_of_table(*columns)
+        tabulated_transfer(*columns)
 
 
 def test_a_sensor_over_both_halves_feels_their_mean() -> None:

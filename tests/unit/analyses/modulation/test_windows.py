@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from epicyclic.analyses.modulation.windows import Window, window_of_series, window_of_table, window_of_word
+from epicyclic.analyses.modulation.path import Window, named_window, tabulated_window, window_of_series
 from epicyclic.errors import ModelError
 
 Array = NDArray[np.float64]
@@ -27,15 +27,15 @@ def gaussian(sigma: float) -> Callable[[float], float]:
 @pytest.mark.parametrize(
     ("window", "shape", "breaks"),
     [
-        (window_of_word("hann", planets=3), hann(2 * math.pi / 3), (math.pi / 3,)),
-        (window_of_word("hann", planets=1), hann(2 * math.pi), ()),
-        (window_of_word("hann", planets=4, width=2.0), hann(2.0), (1.0,)),
-        (window_of_word("gaussian", planets=4), gaussian(math.pi / 8), ()),
-        (window_of_word("gaussian", planets=4, width=1.3), gaussian(1.3), ()),
-        (window_of_word("cos2", planets=4), lambda phi: math.cos(phi / 2) ** 2, ()),
-        (window_of_word("cos8", planets=4), lambda phi: math.cos(phi / 2) ** 8, ()),
-        (window_of_word("constant", planets=4), lambda phi: 1.0, ()),
-        (window_of_table([-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]), lambda phi: max(0.0, 1 - abs(phi)), (0.0, 1.0)),
+        (named_window("hann", planets=3), hann(2 * math.pi / 3), (math.pi / 3,)),
+        (named_window("hann", planets=1), hann(2 * math.pi), ()),
+        (named_window("hann", planets=4, width=2.0), hann(2.0), (1.0,)),
+        (named_window("gaussian", planets=4), gaussian(math.pi / 8), ()),
+        (named_window("gaussian", planets=4, width=1.3), gaussian(1.3), ()),
+        (named_window("cos2", planets=4), lambda phi: math.cos(phi / 2) ** 2, ()),
+        (named_window("cos8", planets=4), lambda phi: math.cos(phi / 2) ** 8, ()),
+        (named_window("constant", planets=4), lambda phi: 1.0, ()),
+        (tabulated_window([-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]), lambda phi: max(0.0, 1 - abs(phi)), (0.0, 1.0)),
     ],
     ids=lambda value: value.name if isinstance(value, Window) else "",
 )
@@ -50,21 +50,21 @@ def test_coefficients_are_the_integrals(
 
 
 def test_a_whole_hann_is_cos2() -> None:
-    wide = window_of_word("hann", planets=5, width=2 * math.pi)
-    assert wide.coefficients[:2] == pytest.approx(window_of_word("cos2", planets=5).coefficients, abs=1e-15)
+    wide = named_window("hann", planets=5, width=2 * math.pi)
+    assert wide.coefficients[:2] == pytest.approx(named_window("cos2", planets=5).coefficients, abs=1e-15)
     assert np.abs(wide.coefficients[2:]).max(initial=0.0) < 1e-15
 
 
 @pytest.mark.parametrize("word", ["hann", "gaussian", "cos2", "cos6", "constant"])
 def test_the_gain_under_the_sensor_is_one(word: str) -> None:
-    window = window_of_word(word, planets=3)
+    window = named_window(word, planets=3)
     # what a cut series lacks at the top: harmonics fall as k^-3 and are cut at 1e-4 of the RMS
     assert window.at(0.0) == pytest.approx(1.0, abs=2e-3)
     assert window.remainder <= 1e-4
 
 
 def test_a_cut_window_keeps_its_power() -> None:
-    table = window_of_table([-0.3, -0.29, 0.29, 0.3], [0.0, 1.0, 1.0, 0.0])  # nearly a box: slow to converge
+    table = tabulated_window([-0.3, -0.29, 0.29, 0.3], [0.0, 1.0, 1.0, 0.0])  # nearly a box: slow to converge
     power = float(abs(table.coefficients[0]) ** 2 + 2 * (np.abs(table.coefficients[1:]) ** 2).sum())
     exact = (2 * 0.29 + 2 * 0.01 / 3) / (2 * math.pi)
     assert 1e-3 < table.remainder < 0.1
@@ -74,9 +74,9 @@ def test_a_cut_window_keeps_its_power() -> None:
 
 def test_a_table_passes_through_its_points() -> None:
     angle, gain = np.radians([-150.0, -20.0, 5.0, 90.0]), np.array([0.2, 0.5, 1.0, 0.4])
-    window = window_of_table(angle, gain)
+    window = tabulated_window(angle, gain)
     assert window.at(angle) == pytest.approx(gain, abs=5e-3)  # corners converge as 1/K
-    assert window_of_table([0.4], [0.7]).at([0.0, 1.0, 3.0]) == pytest.approx(0.7, abs=1e-15)
+    assert tabulated_window([0.4], [0.7]).at([0.0, 1.0, 3.0]) == pytest.approx(0.7, abs=1e-15)
 
 
 def test_a_series_is_what_it_says() -> None:
@@ -90,22 +90,22 @@ def test_a_series_is_what_it_says() -> None:
 @pytest.mark.parametrize(
     ("make", "path"),
     [
-        (lambda: window_of_word("boxcar", planets=3), "window"),
-        (lambda: window_of_word("cos3", planets=3), "window"),
-        (lambda: window_of_word("cos0", planets=3), "window"),
-        (lambda: window_of_word("hann", planets=3, width=7.0), "width"),
-        (lambda: window_of_word("hann", planets=3, width=float("nan")), "width"),
-        (lambda: window_of_word("cos2", planets=3, width=1.0), "width"),
+        (lambda: named_window("boxcar", planets=3), "window"),
+        (lambda: named_window("cos3", planets=3), "window"),
+        (lambda: named_window("cos0", planets=3), "window"),
+        (lambda: named_window("hann", planets=3, width=7.0), "width"),
+        (lambda: named_window("hann", planets=3, width=float("nan")), "width"),
+        (lambda: named_window("cos2", planets=3, width=1.0), "width"),
         (lambda: window_of_series([]), "window"),
         (lambda: window_of_series([0.0, 0.0]), "window"),
         (lambda: window_of_series([1.0, math.inf]), "window"),
-        (lambda: window_of_table([], []), "window"),
-        (lambda: window_of_table([0.0, 1.0], [1.0]), "window"),
-        (lambda: window_of_table([0.0, 1.0], [1.0, -0.1]), "window"),
-        (lambda: window_of_table([0.0, 1.0], [0.0, 0.0]), "window"),
-        (lambda: window_of_table([0.0, 1.0], [1.0, math.nan]), "window"),
-        (lambda: window_of_table([1.0, 0.0], [1.0, 1.0]), "window"),
-        (lambda: window_of_table([0.0, 7.0], [1.0, 1.0]), "window"),
+        (lambda: tabulated_window([], []), "window"),
+        (lambda: tabulated_window([0.0, 1.0], [1.0]), "window"),
+        (lambda: tabulated_window([0.0, 1.0], [1.0, -0.1]), "window"),
+        (lambda: tabulated_window([0.0, 1.0], [0.0, 0.0]), "window"),
+        (lambda: tabulated_window([0.0, 1.0], [1.0, math.nan]), "window"),
+        (lambda: tabulated_window([1.0, 0.0], [1.0, 1.0]), "window"),
+        (lambda: tabulated_window([0.0, 7.0], [1.0, 1.0]), "window"),
     ],
 )
 def test_windows_that_are_none(make: Callable[[], Window], path: str) -> None:

@@ -100,7 +100,6 @@ def test_the_residual_reported_is_the_true_one(system: System) -> None:
 def without_numba(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
     monkeypatch.delitem(sys.modules, "epicyclic.analyses.steady.compiled", raising=False)
-    monkeypatch.delitem(sys.modules, "epicyclic.analyses.steady.beyond", raising=False)
 
 
 @pytest.mark.usefixtures("without_numba")

@@ -14,10 +14,9 @@ from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.static.tangent import linearised
-from epicyclic.analyses.steady.links import link_signal
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.steady import steady
-from epicyclic.analyses.steady.waveform import force_signal, motion_signal
+from epicyclic.analyses.steady.waveform import force_signal, link_signal, motion_signal
 from epicyclic.system.laws.groups import Law, LawGroup
 from epicyclic.system.system import System
 
@@ -40,7 +39,7 @@ def unbalanced(system: System, speed: float) -> tuple[float, float]:
     for kind in ("orders", "lines")[: 1 if block.shaft is None else 2]:
         q, force, held = (getattr(signal, kind).amplitude[:, 0] for signal in signals)
         J = q.shape[2]
-        omega = speed * ready.frequency(block.kept, shifted=kind == "lines")[0]
+        omega = speed * ready.frequency(block.truncation, shifted=kind == "lines")[0]
         pushed = np.tensordot(meshes.B, force[..., :J], axes=1)
         pulled = np.tensordot(links.B, held, axes=1)
         total = -(omega**2) * np.tensordot(system.M, q, axes=1) + 1j * omega * np.tensordot(rates, q, axes=1)

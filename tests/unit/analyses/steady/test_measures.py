@@ -14,14 +14,20 @@ import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
-from epicyclic.analyses.steady.links import lateral
-from epicyclic.analyses.steady.measures import Signals, dynamic_factor, line_amplitudes, mean, mean_square, measured
+from epicyclic.analyses.steady.measures import (
+    Signals,
+    dynamic_factor,
+    line_amplitudes,
+    mean,
+    mean_square,
+    sweep_measures,
+)
 from epicyclic.analyses.steady.periodic import Periodic, periodic
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.steady.sweep import sweep
-from epicyclic.analyses.steady.table import blank, labelled
-from epicyclic.analyses.steady.waveform import sampled
+from epicyclic.analyses.steady.table import empty_table, sweep_dataset
+from epicyclic.analyses.steady.waveform import lateral_pairs, signal_of_samples
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result, to_json
 from epicyclic.system.system import System
@@ -183,12 +189,12 @@ def test_samples_make_the_same_signal() -> None:
     rng = np.random.default_rng(3)
     for count in (31, 65):  # of an even number the last order is a square or nothing
         waves = rng.normal(size=(4, 5, count))
-        signal = sampled(waves, TONE)
+        signal = signal_of_samples(waves, TONE)
         # rounding of a transform of some tens of samples
         np.testing.assert_allclose(mean(signal), waves.mean(axis=2), atol=1e-14)
         np.testing.assert_allclose(mean_square(signal), waves.var(axis=2), rtol=1e-13)
     theta = np.arange(64) / 64
-    tone = sampled((3 + 2 * np.cos(2 * np.pi * 5 * theta + 1))[None, None], TONE)
+    tone = signal_of_samples((3 + 2 * np.cos(2 * np.pi * 5 * theta + 1))[None, None], TONE)
     np.testing.assert_allclose(line_amplitudes(tone, [5 * TONE, 4 * TONE, TONE / 2])[0, :, 0], [2, 0, 0], atol=1e-14)
     slope = mean_square(tone, derivative=1)[0, 0] / (2 * np.pi * 5 * 137) ** 2
     assert slope == pytest.approx(2.0, rel=1e-13)  # 2^2 / 2
@@ -202,14 +208,14 @@ def test_an_integration_fills_the_same_table(case: Any) -> None:
     velocity = derived(found.displacement, period, 1)
     times = np.arange(count + 1) * period / count
     q, force = case.motion(system, speed).integrate(times, found.displacement[:, 0], velocity[:, 0], rtol=1e-10)
-    table = blank(system, response(system).lines, 2, orders=12, shafts=False)
+    table = empty_table(system, response(system).lines, 2, orders=12, shafts=False)
     signals = Signals(
         speed=np.array([speed]),
-        force=sampled(force[:, None, :-1], TONE),
-        motion=sampled(q[:, None, :-1], TONE),
-        links=sampled(link_record(system, q[:, :-1], period, speed)[:, None], TONE),
+        force=signal_of_samples(force[:, None, :-1], TONE),
+        motion=signal_of_samples(q[:, None, :-1], TONE),
+        links=signal_of_samples(link_record(system, q[:, :-1], period, speed)[:, None], TONE),
     )
-    table.put(np.array([1]), measured(signals, table.layout), np.array([True]))
+    table.store(np.array([1]), sweep_measures(signals, table.layout), np.array([True]))
     expected = sweep(system, relative_speed=[speed], tolerance=1e-11)
     for name, values in table.values.items():
         assert np.isnan(values[..., 0]).all()
@@ -218,7 +224,7 @@ def test_an_integration_fills_the_same_table(case: Any) -> None:
             # rtol 1e-10 leaves some 1e-8 of the signal, twice derived 1e-5 of it
             np.testing.assert_allclose(values[..., 1], wanted, atol=1e-5 * np.abs(wanted).max(), err_msg=name)
     status = np.array(["", "ok"], dtype=object)
-    result = labelled(
+    result = sweep_dataset(
         replace(table, status=status),
         system,
         speed=np.array([np.nan, speed]),
@@ -269,7 +275,7 @@ def with_shafts_of(case: Any, count: int) -> System:
 
 def test_a_blank_table_is_nan(case: Any) -> None:
     system = with_shafts(case)
-    table = blank(system, response(system).lines, 3, orders=4, shafts=True)
+    table = empty_table(system, response(system).lines, 3, orders=4, shafts=True)
     assert table.values["mesh_force_order"].shape == (2, 4, 3)
     assert all(np.isnan(values).all() for values in table.values.values())
 
@@ -294,6 +300,6 @@ def test_lateral_rows(case: Any) -> None:
     pair = case.pair()
     names = ("a/x", "a/y", "b/radial", "b/tangential")
     links = replace(pair.links, name=names, link=("a", "a", "b", "b"))
-    np.testing.assert_array_equal(lateral(replace(pair, links=links)), [[0, 1], [2, 3]])
+    np.testing.assert_array_equal(lateral_pairs(replace(pair, links=links)), [[0, 1], [2, 3]])
     alone = replace(links, name=("a/x", "a/z", "b/y", "b/rz"))
-    assert lateral(replace(pair, links=alone)).shape == (0, 2)
+    assert lateral_pairs(replace(pair, links=alone)).shape == (0, 2)

@@ -12,13 +12,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.sensitivity.adjoint import adjoint_parts, measure
+from epicyclic.analyses.sensitivity.adjoint import (
+    adjoint_form,
+    adjoint_parts,
+    harmonic_weights,
+    measure,
+    truncated_product_adjoint,
+)
 from epicyclic.analyses.sensitivity.forces import force_derivatives, stiffness_gradient
 from epicyclic.analyses.sensitivity.gradient import basis_of, gradient
-from epicyclic.analyses.sensitivity.numbers import Numbers, none
-from epicyclic.analyses.sensitivity.transpose import adjoint, row_weights, tail_adjoint
+from epicyclic.analyses.sensitivity.numbers import Numbers, zero_change
 from epicyclic.analyses.steady import balance
-from epicyclic.analyses.steady.kernel import product, tail
+from epicyclic.analyses.steady.kernel import product, truncated_product
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.steady.response import Block, Response, _block, response
 from epicyclic.analyses.steady.sweep import sweep
@@ -92,7 +97,7 @@ def difference(answer: Callable[[float], Array], h: float = 1e-4) -> Array:
 def one(system: System, name: str) -> Numbers:
     """A change of one kind of number, of about its own size; matrices keep their symmetry."""
     draw = np.random.default_rng(5)
-    blank = none(system)
+    blank = zero_change(system)
     n, m = system.meshes.B.shape
     shapes = {"B": system.meshes.B, "stiffness": system.meshes.stiffness, "damping": system.meshes.damping}
     if name in ("G", "Cskew"):
@@ -144,10 +149,10 @@ def test_free_gears_turn_freely_and_modal_damping_follows(case: Any) -> None:
     """A rigid mode, and modal damping alone, whose matrix moves with K and M."""
     system = replace(system_of(case, free=True), C=np.zeros((6, 6)))
     b = system.links.B[:, 1]
-    lateral = np.outer(b, b) * 2e6
-    changes = [replace(none(system), K=lateral), one(system, "M"), one(system, "stiffness")]
+    lateral_pairs = np.outer(b, b) * 2e6
+    changes = [replace(zero_change(system), K=lateral_pairs), one(system, "M"), one(system, "stiffness")]
     found = force_derivatives(system, changes, relative_speed=SPEED, tolerance=1e-11)
-    assert not found.held.any()
+    assert not found.constrained.any()
     for change, mine in zip(changes, found.derivative[:, :, 0], strict=True):
         wanted = difference(partial(_moved_rms, system, change))
         assert np.abs(mine - wanted).max() <= 1e-7 * np.abs(wanted).max()  # as above
@@ -157,8 +162,8 @@ def test_a_spring_on_a_free_motion_has_no_derivative(case: Any) -> None:
     system = system_of(case, free=True)
     turn = np.zeros(6)
     turn[5] = 1.0
-    found = force_derivatives(system, [replace(none(system), K=np.outer(turn, turn) * 1e3)])
-    assert found.held.tolist() == [True]
+    found = force_derivatives(system, [replace(zero_change(system), K=np.outer(turn, turn) * 1e3)])
+    assert found.constrained.tolist() == [True]
     assert np.isnan(found.derivative).all()
 
 
@@ -179,7 +184,7 @@ def test_single_numbers_are_the_same_derivatives(case: Any) -> None:
     system = system_of(case)
     meshes = system.meshes
     b = system.links.B[:, 2]
-    blank = none(system)
+    blank = zero_change(system)
     changes = [
         replace(blank, stiffness=np.array([1.0, 0.0])),
         replace(blank, variation=meshes.variation * [[0.0], [1.0]]),
@@ -211,13 +216,18 @@ def test_what_the_dropped_rows_feel_counts(case: Any, name: str) -> None:
 
     def solved(h: float) -> tuple[Response, Block, Array]:
         ready = response(moved(system, change, h))
-        block = _block(ready, np.zeros(1, np.int64), np.array([SPEED]), kept=(3, 0), tolerance=1e-13, before=None)
+        block = _block(ready, np.zeros(1, np.int64), np.array([SPEED]), truncation=(3, 0), tolerance=1e-13, before=None)
         return ready, block, measure(ready, block, harmonic=None).square[:, 0]
 
     ready, block, _ = solved(0.0)
     assert block.residual[0] > 0.01
     parts = adjoint_parts(
-        ready, adjoint(ready.modal), block, measure(ready, block, harmonic=None), meshes=np.arange(2), tolerance=1e-13
+        ready,
+        adjoint_form(ready.modal),
+        block,
+        measure(ready, block, harmonic=None),
+        meshes=np.arange(2),
+        tolerance=1e-13,
     )
     basis = basis_of(ready)
     ((_, both),) = parts
@@ -230,8 +240,8 @@ def blocks(case: Any) -> list[tuple[Response, Any, bool]]:
     found = []
     for tones in (1, 2):
         ready = response(system_of(case, tones=tones))
-        kept = (9, 0) if tones == 1 else (8, 7, 6)
-        found += [(ready, ready.kernel(kept, shifted=shifted), shifted) for shifted in (False, True)]
+        truncation = (9, 0) if tones == 1 else (8, 7, 6)
+        found += [(ready, ready.kernel(truncation, shifted=shifted), shifted) for shifted in (False, True)]
     return found
 
 
@@ -243,9 +253,9 @@ def test_operator_and_its_adjoint(case: Any) -> None:
         frequency = draw.uniform(200, 3000, (P, J))
         if not shifted:
             frequency[:, ~kernel.lattice.points.any(axis=1)] = 0.0
-        rows = balance.Rows(
+        rows = balance.Batch(
             frequency=frequency,
-            beyond=np.zeros((P, len(kernel.dropped))),
+            truncated_frequency=np.zeros((P, len(kernel.truncated))),
             frame=np.array([0.4, 1.0, 2.2]),
             error=np.zeros((2, P, J), complex),
             force=np.zeros((P, J, n), complex),
@@ -253,22 +263,22 @@ def test_operator_and_its_adjoint(case: Any) -> None:
         x, y = draw.normal(size=(2, P, 2, J, n))
         if not shifted:
             x[:, 1, 0], y[:, 1, 0] = 0.0, 0.0  # the mean is real
-        weight = row_weights(kernel)[:, None] / np.where(modal.rigid, 1.0, modal.squared)
+        weight = harmonic_weights(kernel)[:, None] / np.where(modal.rigid, 1.0, modal.squared)
         forward = _operator(modal, kernel, rows, x)
-        backward = _operator(adjoint(modal), kernel, rows, y)
+        backward = _operator(adjoint_form(modal), kernel, rows, y)
         left, right = (forward * weight * y).sum(axis=(1, 2, 3)), (x * weight * backward).sum(axis=(1, 2, 3))
         size = np.abs(forward * weight * y).sum(axis=(1, 2, 3))
         assert np.abs(left - right).max() <= 1e-12 * size.max()  # rounding of some thousand terms
-        gap, force = draw.normal(size=(2, P, 2 * J)), draw.normal(size=(2, P, 2 * len(kernel.dropped)))
+        gap, force = draw.normal(size=(2, P, 2 * J)), draw.normal(size=(2, P, 2 * len(kernel.truncated)))
         if not shifted:
             gap[:, :, J] = 0.0
-        reached = (tail(kernel, gap) * force).sum(axis=2)
-        assert (gap * tail_adjoint(kernel, force)).sum(axis=2) == pytest.approx(reached, rel=1e-11)
+        reached = (truncated_product(kernel, gap) * force).sum(axis=2)
+        assert (gap * truncated_product_adjoint(kernel, force)).sum(axis=2) == pytest.approx(reached, rel=1e-11)
         scaled = product(kernel, gap)
         assert scaled.shape == gap.shape
 
 
-def _operator(modal: Any, kernel: Any, rows: balance.Rows, y: Array) -> Array:
+def _operator(modal: Any, kernel: Any, rows: balance.Batch, y: Array) -> Array:
     """D y and all that is off the diagonal."""
     w = rows.frequency[:, None, :, None]
     turned = np.stack([-y[:, 1], y[:, 0]], axis=1)
@@ -283,6 +293,6 @@ def test_what_is_refused(case: Any) -> None:
     with pytest.raises(ModelError, match="above zero"):
         force_derivatives(system_of(case), [], relative_speed=[1.0, 0.0])
     system = system_of(case)
-    parts = replace(none(system), line_frequency=np.array([0, 1.0, 0, 0, 0]))
+    parts = replace(zero_change(system), line_frequency=np.array([0, 1.0, 0, 0, 0]))
     with pytest.raises(ModelError, match="part when it changes"):
         force_derivatives(system, [parts])

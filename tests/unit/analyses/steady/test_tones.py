@@ -155,14 +155,14 @@ def test_combinations_rebuild_the_mesh_force(case: Any) -> None:
 def test_combinations_rise_until_little_is_dropped(case: Any) -> None:
     system = two_tones(case, swing=0.45)
     ready = response(system)
-    kept = [next(respond(ready, np.ones(1), tolerance=t)).kept for t in (1e-4, 1e-10)]
+    kept = [next(respond(ready, np.ones(1), tolerance=t)).truncation for t in (1e-4, 1e-10)]
     assert kept[1][-1] > kept[0][-1] >= 8
     assert all(more >= fewer for more, fewer in zip(kept[1], kept[0], strict=True))
 
 
 def test_a_constant_stiffness_has_no_combinations(case: Any) -> None:
     ready = response(two_tones(case, swing=0.0))
-    assert next(respond(ready, np.ones(1), tolerance=1e-8)).kept[-1] == 0
+    assert next(respond(ready, np.ones(1), tolerance=1e-8)).truncation[-1] == 0
 
 
 def test_superposition_is_the_limit_of_small_stiffness_fluctuation(case: Any) -> None:

@@ -13,16 +13,24 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray
 
-__all__ = ["Window", "window_of_series", "window_of_table", "window_of_word"]
+__all__ = [
+    "ACCELERATION",
+    "Transfer",
+    "Window",
+    "named_window",
+    "tabulated_transfer",
+    "tabulated_window",
+    "window_of_series",
+]
 
 WORDS = "hann, gaussian, cos2, cos4, ..., constant, or a table of angles and gains"
 # A window is cut where what is left of it is 1e-8 of its mean square (1e-4 of a line), at the latest at 240 harmonics.
-_LEFT, _MOST, _FAR = 1e-8, 240, 4096
+_REMAINDER, _MAX_HARMONICS, _LONG = 1e-8, 240, 4096
 _HIGHEST_POWER = 200
 
 
@@ -53,7 +61,7 @@ class Window:
         return gain
 
 
-def window_of_word(word: str, *, planets: int, width: float | None = None) -> Window:
+def named_window(word: str, *, planets: int, width: float | None = None) -> Window:
     """A window by name, with gain 1 under the sensor.
 
     Parameters
@@ -78,7 +86,7 @@ def window_of_word(word: str, *, planets: int, width: float | None = None) -> Wi
         return Window(name=word, coefficients=np.ones(1, complex))
     if power:
         return _cosine_power(word, int(power[1]))
-    orders = np.arange(_FAR + 1.0)
+    orders = np.arange(_LONG + 1.0)
     if word == "gaussian":
         sigma = math.pi / (2 * planets) if width is None else width
         return _cut(word, sigma / math.sqrt(2 * math.pi) * np.exp(-((orders * sigma) ** 2) / 2))
@@ -104,7 +112,7 @@ def window_of_series(cosine: ArrayLike, sine: ArrayLike = ()) -> Window:
     return Window(name="series", coefficients=both)
 
 
-def window_of_table(angle: ArrayLike, gain: ArrayLike) -> Window:
+def tabulated_window(angle: ArrayLike, gain: ArrayLike) -> Window:
     """A window through given gains, straight between them, round the whole turn.
 
     Parameters
@@ -131,7 +139,7 @@ def window_of_table(angle: ArrayLike, gain: ArrayLike) -> Window:
         )
     if (np.diff(phi) <= 0).any() or phi[-1] - phi[0] >= 2 * math.pi:
         raise ModelError("angles must rise and stay within one turn", path="window", given=phi.tolist())
-    return _cut("table", _piecewise(phi, value, np.arange(_FAR + 1.0)))
+    return _cut("table", _piecewise(phi, value, np.arange(_LONG + 1.0)))
 
 
 def _cosine_power(word: str, power: int) -> Window:
@@ -169,10 +177,59 @@ def _piecewise(phi: Array, value: Array, orders: Array) -> ComplexArray:
 def _cut(name: str, values: Array | ComplexArray) -> Window:
     power = np.abs(values) ** 2 * np.where(np.arange(len(values)) > 0, 2.0, 1.0)
     left = np.append(np.cumsum(power[::-1])[::-1], 0.0)[1:]  # behind each harmonic
-    enough = np.flatnonzero(left <= _LEFT * power.sum())
-    last = min(int(enough[0]), _MOST)
+    enough = np.flatnonzero(left <= _REMAINDER * power.sum())
+    last = min(int(enough[0]), _MAX_HARMONICS)
     return Window(
         name=name,
         coefficients=np.asarray(values[: last + 1], complex),
         remainder=math.sqrt(float(left[last] / power.sum())),
     )
+
+
+ACCELERATION = "m/s2/N"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Transfer:
+    """Signal per force.  frequency : (k,) rising [Hz].  gain : (k,).  phase : (k,) unwrapped [rad].
+    unit : ``1``, the signal stays a force; ``m/s2/N``, it becomes an acceleration."""
+
+    frequency: Array
+    gain: Array
+    phase: Array
+    unit: str
+
+    def at(self, frequency: Array) -> ComplexArray:
+        """Values at frequencies [Hz], gain and phase straight between those given; 0 outside the table."""
+        size = np.interp(frequency, self.frequency, self.gain, left=0.0, right=0.0)
+        value: ComplexArray = size * np.exp(1j * np.interp(frequency, self.frequency, self.phase))
+        return value
+
+    def covers(self, frequency: Array) -> NDArray[np.bool_]:
+        """Whether each frequency lies within the table."""
+        return np.asarray((frequency >= self.frequency[0]) & (frequency <= self.frequency[-1]), bool)
+
+
+def tabulated_transfer(frequency: ArrayLike, gain: ArrayLike, phase: ArrayLike = 0.0, *, unit: str = "1") -> Transfer:
+    """A transfer path from columns of a measured or computed frequency response.
+
+    Parameters
+    ----------
+    frequency : (k,) rising, not negative [Hz].  gain : (k,) not negative.  phase : (k,) or one [rad].
+    unit : of the gain, ``1`` or ``m/s2/N``.
+
+    Raises
+    ------
+    ModelError : fewer than two rows, unequal columns, numbers out of range or not finite, an unknown unit.
+    """
+    if unit not in ("1", ACCELERATION):
+        raise ModelError("no such unit of a transfer path", path="transfer", given=unit, allowed=f"1, {ACCELERATION}")
+    f, size = np.atleast_1d(np.asarray(frequency, float)), np.atleast_1d(np.asarray(gain, float))
+    if f.size < 2 or f.shape != size.shape or f.ndim != 1 or np.size(phase) not in (1, f.size):
+        raise ModelError("needs two rows or more, and columns of one length", path="transfer", given=f"{f.size} rows")
+    angle = np.broadcast_to(np.asarray(phase, float).ravel(), f.shape)
+    if not all(np.isfinite(column).all() for column in (f, size, angle)):
+        raise ModelError("holds a number that is not finite", path="transfer")
+    if f[0] < 0 or (np.diff(f) <= 0).any() or (size < 0).any():
+        raise ModelError("frequencies must rise from 0 or more, and gains are not negative", path="transfer")
+    return Transfer(frequency=f, gain=size, phase=np.unwrap(angle), unit=unit)

@@ -13,7 +13,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 
-__all__ = ["HOUSING", "Place", "place_of", "stages_of"]
+__all__ = ["HOUSING", "SensorPosition", "mesh_stages", "sensor_position"]
 
 HOUSING = "housing"
 # Planets count as evenly spaced within this angle [turns]: angles go through degrees and radians.
@@ -21,7 +21,7 @@ _EVEN = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Place:
+class SensorPosition:
     """A sensor and what passes it.
 
     stage : of the meshes.  bodies : numbers of the bodies whose motion it feels, none on the housing.
@@ -54,9 +54,9 @@ class Place:
         return bool(np.all(np.abs(gaps - 1 / count) < _EVEN))
 
 
-def place_of(
+def sensor_position(
     system: System, *, stage: str | None, body: str | None, angle: float, through_planet: float = 0.0
-) -> Place:
+) -> SensorPosition:
     """Find the meshes of a stage that a sensor hears.
 
     Parameters
@@ -79,7 +79,7 @@ def place_of(
         )
     stage = _stage(system, stage)
     first = faces(system.meshes).first
-    homes = stages_of(system)
+    homes = mesh_stages(system)
     rings = [w for w, row in enumerate(first) if homes[row] == stage and system.meshes.internal[row]]
     if not rings:
         raise ModelError("this stage has no ring for its planets to pass along", path="stage", given=stage)
@@ -88,7 +88,7 @@ def place_of(
     angles = {system.meshes.branch[first[w]]: float(system.meshes.direction[first[w]]) for w in own}
     others = _others(system, stage, first, rings, angles) if through_planet else []
     meshes = np.array([*own, *others], np.int64)
-    return Place(
+    return SensorPosition(
         stage=stage,
         bodies=tuple(system.dofs.bodies.index(name) for name in bodies),
         turn=system.stage_turns[stage],
@@ -103,13 +103,13 @@ def place_of(
     )
 
 
-def stages_of(system: System) -> tuple[str, ...]:
+def mesh_stages(system: System) -> tuple[str, ...]:
     """The stage each mesh row stands in; one whose gears turn at two mesh frequencies has two labels of `MeshRows`."""
     return tuple(name.split("/")[0] for name in system.meshes.name)
 
 
 def _stage(system: System, stage: str | None) -> str:
-    homes = stages_of(system)
+    homes = mesh_stages(system)
     known = tuple(dict.fromkeys(homes))
     if stage is not None:
         if stage not in known:
@@ -123,7 +123,7 @@ def _stage(system: System, stage: str | None) -> str:
 def _others(
     system: System, stage: str, first: NDArray[np.int64], rings: list[int], angles: dict[int, float]
 ) -> list[int]:
-    meshes, homes = system.meshes, stages_of(system)
+    meshes, homes = system.meshes, mesh_stages(system)
     return [w for w, row in enumerate(first) if w not in rings and homes[row] == stage and meshes.branch[row] in angles]
 
 
@@ -158,14 +158,14 @@ def _branched(name: str) -> bool:
 def _teeth(system: System, row: int, end: int) -> int | None:
     """Teeth of one end of a mesh from its mesh frequency, negative where they pass the planets clockwise."""
     turns = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
-    passing = turns[system.meshes.ends[row][end]] - system.stage_turns[stages_of(system)[row]]
+    passing = turns[system.meshes.ends[row][end]] - system.stage_turns[mesh_stages(system)[row]]
     teeth = system.tones[system.meshes.tone[row]] / passing if passing and system.tones else Fraction(1, 2)
     return int(teeth) if teeth.denominator == 1 else None
 
 
 def _central(system: System, stage: str, ring: int) -> tuple[int, ...]:
     """Teeth of every central gear of a stage that turns at the mesh frequency of a ring mesh."""
-    meshes, homes = system.meshes, stages_of(system)
+    meshes, homes = system.meshes, mesh_stages(system)
     found = [
         _teeth(system, row, end)
         for row, ends in enumerate(meshes.ends)
