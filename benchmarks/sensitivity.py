@@ -21,7 +21,8 @@ import table
 from known import bench56
 from numpy.typing import NDArray
 
-from epicyclic.analyses.sensitivity.forces import stiffness_gradient
+from epicyclic.analyses.sensitivity.forces import force_derivatives
+from epicyclic.analyses.sensitivity.numbers import Numbers, combined, numbers
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.system.system import System
@@ -52,21 +53,23 @@ def _cost(system: System, speed: NDArray[np.float64]) -> list[table.Row]:
     def alone() -> object:
         return list(respond(response(system), speed, tolerance=TOLERANCE))
 
+    changes = _stiffness_changes(system)
+
     def gradient(meshes: list[int] | None) -> Callable[[], object]:
-        return lambda: stiffness_gradient(system, relative_speed=speed, meshes=meshes, tolerance=TOLERANCE)
+        return lambda: force_derivatives(system, changes, relative_speed=speed, meshes=meshes, tolerance=TOLERANCE)
 
     once, first, every = (_median(run, repeats) for run in (alone, gradient([0]), gradient(None)))
     many = f"{speed.size} speeds" if speed.size > 1 else "one speed"
     return [
         (f"56 DOF, {many}: solution alone", f"{1e3 * once:.1f} ms", "", f"{1e3 * once / speed.size:.2f} ms a speed"),
         (
-            "  one mesh RMS by all stiffnesses, dampers, masses, errors, speed",
+            "  one mesh RMS by all 16 mesh stiffnesses",
             f"+{100 * (first / once - 1):.0f} %",
             "<= 100 %" if speed.size == 1 else "",
             _met(first <= 2 * once) if speed.size == 1 else "",
         ),
         (
-            "  all 16 mesh RMS by all of them",
+            "  all 16 mesh RMS by all 16 mesh stiffnesses",
             f"+{100 * (every / once - 1):.0f} %",
             "",
             f"+{100 * (every / once - 1) / 16:.0f} % a mesh; differences by 16 stiffnesses: +{100 * 32:.0f} %",
@@ -74,9 +77,15 @@ def _cost(system: System, speed: NDArray[np.float64]) -> list[table.Row]:
     ]
 
 
+def _stiffness_changes(system: System) -> list[Numbers]:
+    """One change for each mesh: its mean stiffness by 1 N/m; the variation is a share of it and follows."""
+    blank = combined([0.0], [numbers(system)])
+    return [replace(blank, stiffness=row) for row in np.eye(len(system.meshes.name))]
+
+
 def _error(system: System, speed: float) -> float:
     """Largest difference to five-point differences, per the largest derivative."""
-    found = stiffness_gradient(system, relative_speed=[speed], tolerance=1e-10)
+    found = force_derivatives(system, _stiffness_changes(system), relative_speed=[speed], tolerance=1e-10).derivative
     meshes, h = system.meshes, 1e-4
     worst = 0.0
     for j in range(len(meshes.name)):
@@ -88,8 +97,8 @@ def _error(system: System, speed: float) -> float:
             return np.asarray(sweep(moved, relative_speed=[speed], tolerance=1e-11).mesh_force_rms.values[:, 0])
 
         wanted = (8 * (rms(h) - rms(-h)) - (rms(2 * h) - rms(-2 * h))) / (12 * h * meshes.stiffness[j])
-        worst = max(worst, float(np.abs(found.stiffness[:, 0, j] - wanted).max()))
-    return worst / float(np.abs(found.stiffness).max())
+        worst = max(worst, float(np.abs(found[j, :, 0] - wanted).max()))
+    return worst / float(np.abs(found).max())
 
 
 def _drawing() -> list[table.Row]:

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import ModelError
 from ...system.system import ComplexArray
 from ..steady.balance import Batch, HarmonicSolution, solve
 from ..steady.response import Block, Response, Truncation, initial_truncation, largest_truncation, truncation_increment
 
-__all__ = ["UnitLoads", "checked_speed", "column_block", "solve_columns", "solve_refined"]
+__all__ = ["UnitLoads", "column_block", "solve_columns", "solve_refined"]
 
 # Doubles solved for at once, as in a sweep.
 _BATCH = 60_000
@@ -20,9 +19,9 @@ _BATCH = 60_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UnitLoads:
-    """Excitations of one kind, mesh orders or one shaft group.
+    """P excitations of one kind, mesh orders or one shaft group.
 
-    error : (m, P, J) [m].  force : (P, J, n) [N].  shaft : number of the group, None of mesh orders.
+    error : (m, P, J) [m].  force : (P, J, n) [N, N m].  shaft : index of the group, None of mesh orders.
     """
 
     error: ComplexArray
@@ -30,27 +29,14 @@ class UnitLoads:
     shaft: int | None
 
 
-def checked_speed(relative_speed: float) -> float:
-    """A speed above zero.
-
-    Raises
-    ------
-    ModelError : it is not.
-    """
-    if not (np.isfinite(relative_speed) and relative_speed > 0):
-        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    return float(relative_speed)
-
-
 def solve_columns(
     ready: Response, truncation: Truncation, speed: float, unit: UnitLoads, *, tolerance: float
 ) -> HarmonicSolution:
-    """Every column (P,) of a unit; residuals relative to the dynamic part of each."""
+    """Harmonic solution of every column (P,) at one relative speed; residuals relative to the dynamic part of each."""
     shifted = unit.shaft is not None
     at, truncated_frequency = (
         values[unit.shaft or 0] * speed for values in ready.frequency(truncation, shifted=shifted)
     )
-    frame = speed if ready.frame_speed == "kinematic" else 1.0
     P, J, n = unit.force.shape
     parts = np.array_split(np.arange(P), max(1, -(-2 * P * J * n // _BATCH)))
     with np.errstate(all="ignore"):
@@ -62,7 +48,7 @@ def solve_columns(
                 Batch(
                     frequency=np.tile(at, (part.size, 1)),
                     truncated_frequency=np.tile(truncated_frequency, (part.size, 1)),
-                    frame=np.full(part.size, frame),
+                    frame=ready.frame_factor(np.full(part.size, speed)),
                     error=unit.error[:, part],
                     force=unit.force[part],
                 ),
@@ -82,7 +68,7 @@ def solve_columns(
 
 
 def column_block(truncation: Truncation, speed: float, solved: HarmonicSolution, *, shifted: bool) -> Block:
-    """Columns as the points of a block, for what reads blocks."""
+    """Columns as the speeds of a block, for functions that read blocks."""
     P = solved.residual.size
     return Block(
         index=np.arange(P),
@@ -97,15 +83,18 @@ def column_block(truncation: Truncation, speed: float, solved: HarmonicSolution,
 def solve_refined(
     ready: Response, speed: float, find: Callable[[Truncation], list[HarmonicSolution]], *, tolerance: float
 ) -> tuple[Truncation, list[HarmonicSolution]]:
-    """What `find` solves with so many rows that each column drops little enough, as in a sweep."""
+    """Solve columns by `find` with so many harmonics that the truncation of each is small enough, as in a sweep.
+
+    Returns
+    -------
+    (truncation, solutions).  speed : relative.  tolerance : relative residual [1].
+    """
     start, limit = initial_truncation(ready), largest_truncation(ready, np.array([speed]))[0]
     truncation: Truncation = tuple(start.tolist())
     while True:
         solved = find(truncation)
-        truncation_residual = np.concatenate([each.truncation_residual for each in solved])
-        more = truncation_increment(
-            truncation_residual, truncation, np.tile(limit, (len(truncation_residual), 1)), tolerance
-        ).max(axis=0)
+        found = np.concatenate([each.truncation_residual for each in solved])
+        more = truncation_increment(found, truncation, np.tile(limit, (len(found), 1)), tolerance).max(axis=0)
         if not more.any():
             return truncation, solved
         truncation = tuple((np.array(truncation) + more).tolist())

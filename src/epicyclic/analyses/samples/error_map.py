@@ -1,9 +1,9 @@
-"""Errors vary: with linear contact the forces at one speed are linear in them, one map for any number of samples.
+"""Linear map from error factors to mesh forces at one speed: with linear contact exact for any number of samples.
 
     force = base + sum_c Re(z_c) column_c + Im(z_c) column'_c
 
 A stiffness that varies in time couples an order to its mirror image, so that a factor z on a line counts as two real
-numbers; with these the map is exact, whatever the errors do together.
+numbers; with these the map is exact, for all errors together (derived here).
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from ..static.tangent import linearised
 from ..steady.balance import HarmonicSolution
 from ..steady.excitation import mesh_order_excitation, shaft_order_excitation
 from ..steady.lattice import Point
+from ..steady.periodic import checked_speed
 from ..steady.response import Response, Truncation, response
 from ..steady.waveform import Spectrum, force_spectrum
-from .columns import UnitLoads, checked_speed, column_block, solve_columns, solve_refined
+from .columns import UnitLoads, column_block, solve_columns, solve_refined
 
 __all__ = ["ColumnSpectrum", "ErrorMap", "error_map", "mesh_error_lines"]
 
@@ -34,7 +35,7 @@ Index = NDArray[np.int64]
 class ColumnSpectrum:
     """Mesh orders, or one shaft group.
 
-    use : (P,) which of the numbers [1, Re z (C), Im z (C)] each column belongs to.
+    use : (P,) index among the numbers [1, Re z (C), Im z (C)] of each column.
     spectrum : force amplitudes of whole meshes, (w, P, 1, K) [N].
     """
 
@@ -48,7 +49,7 @@ class ErrorMap:
 
     mesh : (w,) names of the whole meshes, as in every result.  columns : (C,) the lines, factor 1 as given.
     parts : mesh orders, then every shaft group.
-    kept : harmonics and cross order.  residual : largest of any column, relative to its own dynamic part.
+    truncation : harmonics and cross order.  residual : largest of any column, relative to its own dynamic part.
     """
 
     mesh: tuple[str, ...]
@@ -62,7 +63,11 @@ class ErrorMap:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Group:
-    """Lines that respond together: (column, below 0 where it stays as it is; point; conjugate; line) of each."""
+    """Lines of one harmonic solution.
+
+    members : (column, below 0 of a line that does not vary; lattice point; whether conjugate; line).
+    shaft : index of the shaft group, None of mesh orders.
+    """
 
     members: tuple[tuple[int, Point, bool, Line], ...]
     shaft: int | None
@@ -71,7 +76,7 @@ class _Group:
 def mesh_error_lines(system: System, orders: Iterable[int] = (1, 2, 3)) -> tuple[Line, ...]:
     """One line for each mesh and order of its mesh frequency, an error of 1 m at phase 0: columns to vary one by one.
 
-    A factor a exp(i b) then is an error a cos(2 pi l f t + b) of that mesh alone, l the order; its slices share it.
+    A factor a exp(i b) is an error a cos(2 pi l f t + b) of that mesh alone, l the order; its slices share it.
 
     Raises
     ------
@@ -113,10 +118,10 @@ def error_map(
     """
     speed = checked_speed(relative_speed)
     varied = system.lines if columns is None else tuple(columns)
-    still = tuple(line for line in system.lines if not any(line is other for other in varied))
+    static = tuple(line for line in system.lines if not any(line is other for other in varied))
     # copies, so that a line that stands twice is two columns
-    ready = response(linearised(replace(system, lines=tuple(replace(line) for line in (*still, *varied)))))
-    groups, count = _groups(ready, len(still)), len(varied)
+    ready = response(linearised(replace(system, lines=tuple(replace(line) for line in (*static, *varied)))))
+    groups, count = _groups(ready, len(static)), len(varied)
 
     def find(truncation: Truncation) -> list[HarmonicSolution]:
         units = [_unit(ready, truncation, speed, group) for group in groups]
@@ -134,27 +139,30 @@ def error_map(
     )
 
 
-def _groups(ready: Response, still: int) -> list[_Group]:
-    """Mesh orders, then each shaft group; the first lines of the system, `still` of them, do not vary."""
-    number = {id(line): place - still for place, line in enumerate(ready.system.lines)}
+def _groups(ready: Response, static: int) -> list[_Group]:
+    """Mesh orders, then each shaft group; the first `static` lines of the System do not vary."""
+    number = {id(line): place - static for place, line in enumerate(ready.system.lines)}
     mesh = tuple((number[id(line)], point, False, line) for point, line in ready.lines.mesh)
     shafts = [
-        tuple((number[id(line)], point, turned, line) for point, turned, line in shaft.members)
+        tuple((number[id(line)], point, conjugate, line) for point, conjugate, line in shaft.members)
         for shaft in ready.lines.shaft
     ]
     return [_Group(members=mesh, shaft=None), *(_Group(members=part, shaft=s) for s, part in enumerate(shafts))]
 
 
 def _columns(group: _Group) -> Iterator[tuple[int, tuple[tuple[int, Point, bool, Line], ...]]]:
-    """(number of a column, its members): what stays first, then real and imaginary unit of each line that varies."""
+    """(index of a column, its members): the fixed lines first, then real and imaginary unit of each line that
+    varies.
+    """
     yield -1, tuple(member for member in group.members if member[0] < 0)
-    for column, point, turned, line in group.members:
+    for column, point, conjugate, line in group.members:
         if column >= 0:
             for unit in (1.0, 1j):
-                yield column, ((column, point, turned, replace(line, gap=unit * line.gap, force=unit * line.force)),)
+                yield column, ((column, point, conjugate, replace(line, gap=unit * line.gap, force=unit * line.force)),)
 
 
 def _unit(ready: Response, truncation: Truncation, speed: float, group: _Group) -> UnitLoads:
+    """Excitation of all columns of a group at a relative speed."""
     lattice = ready.kernel(truncation, shifted=group.shaft is not None).lattice
     quiet = replace(ready.system, force=np.zeros(len(ready.system.force)))
     rows: list[tuple[ComplexArray, ComplexArray]] = []
@@ -176,6 +184,7 @@ def _unit(ready: Response, truncation: Truncation, speed: float, group: _Group) 
 def _part(
     ready: Response, truncation: Truncation, speed: float, group: _Group, solved: HarmonicSolution, *, count: int
 ) -> ColumnSpectrum:
+    """Force spectra of the columns of a group, solved; count : number of columns C."""
     shifted = group.shaft is not None
     rows = force_spectrum(ready, column_block(truncation, speed, solved, shifted=shifted), shifted=shifted)
     use = [0]

@@ -23,17 +23,17 @@ MEASURES: tuple[Measure, ...] = get_args(Measure)
 Evaluate = Callable[[Array], Array]
 # Doubles that one product makes: small enough to stay in the cache until they are summed.
 _CHUNK = 500_000
-# Singular values below this part of the largest add nothing to a root of a sum of squares.
-_NOTHING = 1e-14
+# Singular values below this share of the largest add nothing to the root of a sum of squares.
+_NEGLIGIBLE = 1e-14
 
 
 def error_samples(linear: ErrorMap, factors: Factors | Iterable[Factors], measure: Measure = "rms") -> Array:
-    """A measure of every mesh force for every sample, (w, S) [N].
+    """Measure of every mesh force for every sample of errors, (w, S) [N].
 
     Parameters
     ----------
     factors : (S, C) real or complex factors on the columns, or an iterable of such arrays, so that a million samples
-        need never be there at once.
+        need not be in memory at once.
     measure : ``rms`` of all time without the mean; ``peak`` and ``minimum`` over the mesh phases with all shaft lines
         at their worst, the bounds of a sweep; ``mean``.
 
@@ -55,7 +55,7 @@ def error_samples(linear: ErrorMap, factors: Factors | Iterable[Factors], measur
 
 
 def _real_factors(linear: ErrorMap, factors: Factors | Iterable[Factors], chunk: int) -> Iterator[Array]:
-    """[1, Re z, Im z] of so many samples at a time, (s, 1 + 2 C)."""
+    """[1, Re z, Im z] of `chunk` samples at a time, (s, 1 + 2 C)."""
     count = len(linear.columns)
     for given in [factors] if isinstance(factors, np.ndarray) else factors:
         z = np.asarray(given)
@@ -71,14 +71,16 @@ def _real_factors(linear: ErrorMap, factors: Factors | Iterable[Factors], chunk:
 
 
 def _by_number(linear: ErrorMap, part: ColumnSpectrum, values: NDArray[Scalar]) -> NDArray[Scalar]:
-    """Values of the columns of a part (w, P, ...) among all numbers, (1 + 2 C, w, ...)."""
+    """Values of the columns (w, P, ...) of a part by real factor, (1 + 2 C, w, ...)."""
     result = np.zeros((1 + 2 * len(linear.columns), len(linear.mesh), *values.shape[2:]), values.dtype)
     result[part.use] = values.swapaxes(0, 1)
     return result
 
 
 def _rms(linear: ErrorMap) -> tuple[Evaluate, int]:
-    """By Parseval, as `mean_square`; of each mesh only as many squares as the map has independent rows."""
+    """RMS by Parseval's theorem, as `mean_square`; of each mesh only as many squares as the map has independent
+    rows.
+    """
     parts = [_by_number(linear, part, part.spectrum.amplitude[:, :, 0]) for part in linear.parts]
     lines = np.concatenate(parts, axis=2)
     line_frequencies = linear.ready.line_frequencies(linear.truncation, shafts=len(parts) > 1, truncated=True)
@@ -87,11 +89,12 @@ def _rms(linear: ErrorMap) -> tuple[Evaluate, int]:
         lines, moving = line_frequencies.merged(lines), line_frequencies.distinct != 0
     both = np.concatenate([lines.real, lines.imag], axis=2) * np.sqrt(np.tile(moving.astype(float), 2) / 2)
     left, size, _ = np.linalg.svd(both.swapaxes(0, 1), full_matrices=False)
-    rank = max(1, int((size > _NOTHING * size.max(initial=0.0)).sum(axis=1).max(initial=1)))
+    rank = max(1, int((size > _NEGLIGIBLE * size.max(initial=0.0)).sum(axis=1).max(initial=1)))
     matrix = (left * size[:, None])[:, :, :rank].swapaxes(0, 1)
     flat = np.ascontiguousarray(matrix.reshape(len(matrix), -1))
 
     def find(numbers: Array) -> Array:
+        """RMS (w, s) [N] of real factors (s, 1 + 2 C)."""
         values = (numbers @ flat).reshape(len(numbers), -1, rank)
         result: Array = np.sqrt(np.einsum("swk,swk->ws", values, values))
         return result
@@ -100,6 +103,7 @@ def _rms(linear: ErrorMap) -> tuple[Evaluate, int]:
 
 
 def _mean(linear: ErrorMap) -> tuple[Evaluate, int]:
+    """Mean forces (w, s) [N], and the size of the product a sample."""
     part = linear.parts[0]
     origin = int(np.flatnonzero(~part.spectrum.points.any(axis=1))[0])
     matrix = _by_number(linear, part, part.spectrum.amplitude[:, :, 0, origin].real)
@@ -107,7 +111,7 @@ def _mean(linear: ErrorMap) -> tuple[Evaluate, int]:
 
 
 def _extreme(linear: ErrorMap, sign: float) -> tuple[Evaluate, int]:
-    """sign times the largest of sign f0 + sum |A_s| over the phases of the tones, as `force_extremes`."""
+    """sign times the largest of sign f0 + sum |A_s| over the phases of the tones [N], as `force_extremes`."""
     counts, w = phase_grid(linear.parts[0].spectrum), len(linear.mesh)
     waves = [
         _by_number(linear, p, torus_waveform(p.spectrum, counts, linear.truncation[-1])[:, :, 0]) for p in linear.parts
@@ -118,6 +122,7 @@ def _extreme(linear: ErrorMap, sign: float) -> tuple[Evaluate, int]:
     axis = mesh_axis(linear.ready)
 
     def find(numbers: Array) -> Array:
+        """Bound (w, s) [N] of real factors (s, 1 + 2 C)."""
         total = sign * (numbers @ value)
         for real, imag in pairs:
             total += np.hypot(numbers @ real, numbers @ imag)

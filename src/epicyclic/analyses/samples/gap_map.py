@@ -1,11 +1,11 @@
-"""How the gaps of chosen rows answer changes of their own laws, at one speed: found once for the nominal train.
+"""Feedback of the gaps of chosen rows on their own laws, at one speed, solved once for the nominal train.
 
 With factors a on the laws of R rows (meshes k(t) as a whole, links), d their gaps and d0 those of the nominal train,
 
-    d + T (a - 1) d = d0,        T = (gaps answering forces on the rows) (force of a nominal row for its gap)
+    d + T (a - 1) d = d0,        T = (gaps for forces on the rows) (force of a nominal row for its gap)
 
-with parametric, gyroscopic and centripetal terms in T.  Gaps are weighted by the root of the mean stiffness of their
-row, so that one norm, a root of energy, serves meshes, translations and rotations.
+with parametric, gyroscopic and centripetal terms in T (derived here).  Gaps are weighted by the root of the mean
+stiffness of their row, so that one norm, a root of energy, serves meshes, translations and rotations.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray
 from ..steady.balance import truncated_response
-from ..steady.excitation import mesh_order_excitation, shaft_order_excitation
-from ..steady.kernel import Kernel, product
+from ..steady.excitation import link_errors, mesh_order_excitation, shaft_order_excitation
+from ..steady.kernel import Kernel, product, to_real
 from ..steady.lattice import Lattice
 from ..steady.response import Response, Truncation
 from .columns import UnitLoads, solve_columns
@@ -34,8 +34,8 @@ _MOST = 125_000_000
 class GapMap:
     """Mesh orders, or one shaft group, of R = m + l rows with J harmonics each: N = 2 J R weighted numbers.
 
-    weight : (R,) root of the mean stiffness.  nominal : (N,) d0.  answer : (N, N) T transposed.
-    beyond : of each kind of row dropped, (2 J m, r): |a d @ beyond| is what is dropped there.
+    weight : (R,) root of the mean stiffness [N/m, N m/rad].  nominal : (N,) d0.  feedback : (N, N) T transposed.
+    truncated_basis : of each kind of truncated harmonic, (2 J m, r): |a d @ basis| is the truncation residual there.
     frequency : (J,) [rad/s].  scale : of the nominal solution.  dynamic : size of d0 without its mean.
     meshes : m, the first rows.
     """
@@ -63,7 +63,8 @@ def gap_map(
 
     Parameters
     ----------
-    links : (l,) link rows beside the meshes.  shaft : number of the shaft group, None of mesh orders.
+    speed : relative.  links : (l,) link rows beside the meshes.  shaft : index of the shaft group, None of mesh orders.
+    tolerance : relative residual [1].
 
     Raises
     ------
@@ -82,11 +83,10 @@ def gap_map(
     read = B.T @ ready.modal.shapes
     read[:m] = ready.modal.gaps
     error, force = _nominal(ready, speed, kernel.lattice, shaft)
-    missing = np.concatenate([error[:, 0], _link_errors(ready, links, kernel.lattice, shaft)])
-    nominal = solve_columns(
-        ready, truncation, speed, UnitLoads(error=error, force=force, shaft=shaft), tolerance=tolerance
-    )
-    gap = _row_gaps(read, nominal.y)[:, 0] - np.concatenate([missing.real, missing.imag], axis=1)
+    errors = np.concatenate([error[:, 0], link_errors(system, ready.lines, kernel.lattice, shaft=shaft)[links]])
+    loads = UnitLoads(error=error, force=force, shaft=shaft)
+    nominal = solve_columns(ready, truncation, speed, loads, tolerance=tolerance)
+    gap = _row_gaps(read, nominal.y)[:, 0] - to_real(errors)
     feedback = np.empty((len(weight), 2 * J, len(weight), 2 * J))
     laws = _law_matrices(kernel, stiffness, J, m)
     for place, column in enumerate(B.T):
@@ -110,37 +110,22 @@ def gap_map(
 
 
 def _nominal(ready: Response, speed: float, lattice: Lattice, shaft: int | None) -> tuple[ComplexArray, ComplexArray]:
-    """Errors of the meshes (m, 1, J) and forces (1, J, n) of the nominal train."""
+    """Errors of the meshes (m, 1, J) [m] and forces (1, J, n) [N, N m] of the nominal train."""
     if shaft is None:
         return mesh_order_excitation(ready.system, ready.lines, np.array([speed]), lattice)
     lines = replace(ready.lines, shaft=(ready.lines.shaft[shaft],))
     return shaft_order_excitation(ready.system, lines, np.array([speed]), lattice)
 
 
-def _link_errors(ready: Response, links: NDArray[np.int64], lattice: Lattice, shaft: int | None) -> ComplexArray:
-    """Errors of the link rows, (l, J)."""
-    place = {tuple(point): i for i, point in enumerate(lattice.points.tolist())}
-    error = np.zeros((links.size, len(place)), complex)
-    if shaft is None:
-        for point, line in ready.lines.mesh:
-            error[:, place[point]] += line.link_gap[links]
-        error[:, place[(0,) * lattice.tones]].imag = 0.0
-        return error
-    for point, turned, line in ready.lines.shaft[shaft].members:
-        gap = line.link_gap[links]
-        error[:, place[tuple(-a for a in point) if turned else point]] += gap.conj() if turned else gap
-    return error
-
-
 def _row_gaps(read: Array, y: Array) -> Array:
-    """Gaps (R, P, 2 J) of solutions (P, 2, J, n)."""
+    """Gaps (R, P, 2 J) [m, rad] of solutions (P, 2, J, n); read : (R, n)."""
     P, _, J, n = y.shape
     gaps: Array = (read @ y.reshape(-1, n).T).reshape(-1, P, 2 * J)
     return gaps
 
 
 def _unit_forces(column: Array, J: int, *, mirrored: bool) -> ComplexArray:
-    """A force along a row at every harmonic, real then imaginary, (2 J, J, n); a mean has no imaginary part."""
+    """Force along a row (n,) at every harmonic, real then imaginary, (2 J, J, n); a mean has no imaginary part."""
     force = np.zeros((2 * J, J, column.size), complex)
     at = np.arange(J)
     force[at, at], force[J + at, at] = column, 1j * column
@@ -150,7 +135,7 @@ def _unit_forces(column: Array, J: int, *, mirrored: bool) -> ComplexArray:
 
 
 def _law_matrices(kernel: Kernel, stiffness: Array, J: int, m: int) -> Array:
-    """Forces of nominal rows for their gaps as matrices (R, 2 J, 2 J): gap @ law."""
+    """Forces of nominal rows for their gaps as matrices (R, 2 J, 2 J) [N/m]: gap @ law; stiffness : (R,)."""
     unit = np.eye(2 * J)
     laws = stiffness[:, None, None] * unit
     laws[:m] += product(kernel, np.broadcast_to(unit, (m, 2 * J, 2 * J)))
@@ -158,7 +143,10 @@ def _law_matrices(kernel: Kernel, stiffness: Array, J: int, m: int) -> Array:
 
 
 def _truncated_basis(ready: Response, kernel: Kernel, frequency: Array, weight: Array, J: int) -> tuple[Array, ...]:
-    """What unit gaps of every mesh leave on the rows dropped, by kind, with no more columns than it has rows."""
+    """Truncated harmonics that unit gaps of every mesh excite, by kind, with no more columns than independent rows.
+
+    frequency : (T,) [rad/s].  weight : (m,) of the mesh gaps.
+    """
     m = weight.size
     gaps = np.zeros((m, m, 2 * J, 2 * J))
     gaps[np.arange(m), np.arange(m)] = np.eye(2 * J) / weight[:, None, None]

@@ -1,4 +1,4 @@
-"""Stiffnesses vary from sample to sample: exactly solved, in the gaps of what varies instead of in all coordinates."""
+"""Samples of mesh and link stiffness, solved exactly in the gaps of the rows that vary instead of all coordinates."""
 
 from __future__ import annotations
 
@@ -15,9 +15,18 @@ from ...system.system import Array, System
 from ..steady.balance import HarmonicSolution
 from ..steady.gmres import gmres
 from ..steady.measures import force_extremes, mean, mean_square
-from ..steady.response import Block, Response, Truncation, largest_truncation, respond, response, truncation_increment
+from ..steady.periodic import checked_speed
+from ..steady.response import (
+    Block,
+    Response,
+    Truncation,
+    largest_truncation,
+    respond,
+    response,
+    truncation_increment,
+    truncation_norm,
+)
 from ..steady.waveform import Signal, Spectrum, force_spectrum, mesh_axis, whole_mesh_signal
-from .columns import checked_speed
 from .errors import MEASURES, Measure
 from .gap_map import GapMap, gap_map
 
@@ -28,18 +37,18 @@ Index = NDArray[np.int64]
 _BATCH = 60_000
 # Vectors kept in single precision for all samples of a batch, and in double precision for those that are not done.
 _FEW, _MANY = 24, 60
-# What the map itself may leave over, per the tolerance of a sample.
+# Tolerance of the map per tolerance of a sample.
 _FINER = 1e-2
-# A residual of so many tolerances is no answer.
+# A residual above so many tolerances counts as not converged.
 _ACCEPTED = 100.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StiffnessSamples:
-    """What came out for S samples.
+    """Measures of S samples.
 
-    mesh : (w,) names of the whole meshes.  values : (w, S) the measure [N], nan where no answer was found.
-    residual : (S,) relative, with the harmonics dropped.  harmonics : (S,) kept.
+    mesh : (w,) names of the whole meshes.  values : (w, S) the measure [N], nan where a sample did not converge.
+    residual : (S,) relative, truncation included.  harmonics : (S,) kept.
     """
 
     mesh: tuple[str, ...]
@@ -59,7 +68,7 @@ def stiffness_samples(
     measure: Measure = "rms",
     tolerance: float = 1e-6,
 ) -> StiffnessSamples:
-    """A measure of every mesh force for every sample of stiffness, linear contact.
+    """Measure of every mesh force for every sample of stiffness, linear contact.
 
     Dampers stay as they are: a modal ratio stands for the damping of the nominal train, not of each sample, whose own
     modes would shift it by half of what the stiffness shifts.
@@ -67,11 +76,11 @@ def stiffness_samples(
     Parameters
     ----------
     mesh : (S, w) factors on the stiffness of each whole mesh, k(t) as a whole; None: 1.
-    links : links (``main/sun/support``) or single rows of them (``main/sun/support/x``) that vary; link : (S, l)
-        factors on them.
+    links : links (``main/sun/support``) or single rows of them (``main/sun/support/x``) that vary.
+    link : (S, l) factors on them.
     relative_speed : speed per operating speed, above zero.  shaft_orders : whether lines between mesh orders count.
-    measure : as of `error_samples`.  tolerance : relative residual of every sample; harmonics dropped stay below 30
-        times that.
+    measure : as of `error_samples`.  tolerance : relative residual of every sample; the truncation stays below 30 times
+        that.
 
     Raises
     ------
@@ -101,7 +110,7 @@ def stiffness_samples(
             worst = np.max([each.truncation_residual for each in found], axis=0)
             more[part] = truncation_increment(worst, truncation, np.repeat(limit, len(part), axis=0), tolerance)
             residual[at] = np.max(
-                [np.maximum(each.residual, _size(each.truncation_residual)) for each in found], axis=0
+                [np.maximum(each.residual, truncation_norm(each.truncation_residual)) for each in found], axis=0
             )
             harmonics[at] = max(truncation[:-1])
         poor = more.any(axis=1)
@@ -113,7 +122,11 @@ def stiffness_samples(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _GapSolution:
-    """Gaps of the meshes (m, P, 2 J) [m], and these times their factors; relative residual (P,), dropped (P, D + 1)."""
+    """Mesh gaps of P samples.
+
+    gap : (m, P, 2 J) [m].  scaled_gap : the same times the stiffness factors.  residual : (P,) relative.
+    truncation_residual : (P, D + 1).
+    """
 
     gap: Array
     scaled_gap: Array
@@ -124,7 +137,12 @@ class _GapSolution:
 def _factors(
     system: System, mesh: ArrayLike | None, links: Sequence[str], link: ArrayLike | None
 ) -> tuple[Index, Array]:
-    """Link rows that vary (l,), and factors on all meshes and these (S, m + l)."""
+    """Link rows that vary (l,), and factors on all meshes and these (S, m + l).
+
+    Raises
+    ------
+    ModelError : as of `stiffness_samples`.
+    """
     face = faces(system.meshes)
     row_sets = [_rows(system, name) for name in links]
     on_links = _checked_factors("link", link, len(links), None if mesh is None else len(np.asarray(mesh)))
@@ -137,7 +155,12 @@ def _factors(
 
 
 def _rows(system: System, name: str) -> list[int]:
-    """Rows of a link, or the one row of that name; those without stiffness do nothing."""
+    """Rows of a link, or the one row of that name; those without stiffness do nothing.
+
+    Raises
+    ------
+    ModelError : no such link.
+    """
     own = [place for place, pair in enumerate(zip(system.links.name, system.links.link, strict=True)) if name in pair]
     if not own:
         known = ", ".join(dict.fromkeys(system.links.link))
@@ -146,7 +169,12 @@ def _rows(system: System, name: str) -> list[int]:
 
 
 def _checked_factors(path: str, given: ArrayLike | None, width: int, count: int | None) -> Array:
-    """Factors (S, width), 1 where none are given."""
+    """Factors (S, width), 1 where none are given.
+
+    Raises
+    ------
+    ModelError : another shape, or a factor that is negative or not finite.
+    """
     if given is None:
         return np.ones((1 if count is None else count, width))
     values = np.asarray(given, dtype=float)
@@ -159,12 +187,13 @@ def _checked_factors(path: str, given: ArrayLike | None, width: int, count: int 
 
 
 def _batches(count: int, maps: list[GapMap]) -> list[Index]:
+    """Indices 0 .. count - 1 in parts that fit the cache."""
     size = max(1, _BATCH // max(each.nominal.size for each in maps))
     return np.array_split(np.arange(count), max(1, -(-count // size)))
 
 
 def _solve(each: GapMap, factor: Array, *, tolerance: float) -> _GapSolution:
-    """All samples of a batch on one map; factor : (P, R)."""
+    """All P samples of a batch on one map; factor : (P, R)."""
     P, R = factor.shape
     change = np.repeat(factor - 1, each.nominal.size // R, axis=1)
     start = -(each.nominal * change) @ each.feedback
@@ -186,10 +215,12 @@ def _solve(each: GapMap, factor: Array, *, tolerance: float) -> _GapSolution:
 
 
 def _step(feedback: Array, change: Array, right: Array, target: Array) -> tuple[Array, Array]:
-    """x (P, N) of x + (x change) answer = right to |residual| <= target (P,), and that residual (P,).
+    """Solve x + (x change) feedback = right for x (P, N), to |residual| <= target (P,); returns x and that residual
+    (P,).
 
-    Those that need many iterations, near a resonance that the sample has moved, go on without the others, and in the
-    end by elimination, which costs as much as N / 3 iterations.
+    change, right : (P, N).  Samples that need many iterations, near a resonance that the sample has moved, go on
+        without
+    the others, and in the end by elimination, which costs as much as N / 3 iterations.
     """
     half = np.float32  # takes half the time, and the residual below is not its own
     apply = _operator(feedback.astype(half), change.astype(half))
@@ -213,7 +244,10 @@ def _step(feedback: Array, change: Array, right: Array, target: Array) -> tuple[
 
 
 def _operator(feedback: Array, change: Array) -> Callable[[Array], Array]:
+    """Operator x -> x + (x change) feedback of samples (P, N); feedback : (N, N)."""
+
     def apply(x: Array) -> Array:
+        """x + (x change) feedback, (P, N)."""
         result: Array = x + (x * change) @ feedback
         return result
 
@@ -228,7 +262,7 @@ def _measured(
     found: list[_GapSolution],
     measure: Measure,
 ) -> Array:
-    """The measure of whole meshes, (w, P)."""
+    """Measure of the whole meshes, (w, P) [N]; speed : relative."""
     block = _block(maps, truncation, speed, found)
     rows = Signal(
         orders=_force(ready, block, maps[:1], found[:1], shifted=False),
@@ -247,7 +281,7 @@ def _measured(
 
 
 def _block(maps: list[GapMap], truncation: Truncation, speed: float, found: list[_GapSolution]) -> Block:
-    """Samples as the points of a block, with the gaps that press nominal stiffnesses as the samples press theirs."""
+    """Samples as the speeds of a block, with the gaps at which nominal stiffnesses give the forces of the samples."""
     P = found[0].residual.size
     mesh, shaft = (_stacked(maps[part], found[part]) if maps[part] else None for part in (slice(1), slice(1, None)))
     if mesh is None:
@@ -263,7 +297,7 @@ def _block(maps: list[GapMap], truncation: Truncation, speed: float, found: list
 
 
 def _stacked(maps: list[GapMap], found: list[_GapSolution]) -> HarmonicSolution:
-    """Groups of every sample one after the other."""
+    """Shaft groups of every sample one after the other."""
     m, P, J2 = found[0].gap.shape
     return HarmonicSolution(
         y=np.zeros((P * len(found), 2, J2 // 2, 0)),
@@ -277,7 +311,7 @@ def _stacked(maps: list[GapMap], found: list[_GapSolution]) -> HarmonicSolution:
 
 
 def _force(ready: Response, block: Block, maps: list[GapMap], found: list[_GapSolution], *, shifted: bool) -> Spectrum:
-    """Forces of the samples: laws with their factors, dampers as they are."""
+    """Force spectra of the samples [N]: laws with their factors, dampers as they are."""
     meshes = ready.system.meshes
     bare = replace(ready, system=replace(ready.system, meshes=replace(meshes, damping=np.zeros(len(meshes.name)))))
     force = force_spectrum(bare, block, shifted=shifted)
@@ -287,8 +321,3 @@ def _force(ready: Response, block: Block, maps: list[GapMap], found: list[_GapSo
         rate = 1j * np.array([each.frequency for each in maps]) * (gap[..., :J] + 1j * gap[..., J:])
         force.amplitude[..., :J] += meshes.damping[:, None, None, None] * rate
     return force
-
-
-def _size(truncation_residual: Array) -> Array:
-    size: Array = np.sqrt((truncation_residual**2).sum(axis=1))
-    return size

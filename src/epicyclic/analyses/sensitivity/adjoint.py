@@ -1,7 +1,12 @@
-"""Mesh-force measures of a solved block and their adjoint solutions.
+"""Mesh-force measures of a solved block and their adjoint solutions; derived here.
 
-A measure is Q = sum |amplitude|^2 / 2 over rows of one whole mesh: all that moves (mean square), or one mesh order.
-Its adjoint solves A* z = dQ/dX, after which any derivative is a sum over rows, see `gradient`.
+A measure is Q = sum |amplitude|^2 / 2 over rows of one whole mesh: all frequencies above 0 (mean square), or one mesh
+order.  Its adjoint solves A* z = dQ/dX, after which any derivative is a sum over harmonics, see `gradient`.
+
+The adjoint of the harmonic-balance operator is the same operator of another modal form, so that one solver does both:
+with weights 2 on the mean of a real signal and 1 on every other harmonic (its power, doubled), <x, y> =
+sum W Re(x^H y), a product with k(t) is its own adjoint, i w G of a skew G too, dampers change sign and everything else
+is transposed.
 """
 
 from __future__ import annotations
@@ -17,23 +22,26 @@ from ...system.faces import faces
 from ...system.system import Array, ComplexArray
 from ..modes.basis import Modal
 from ..steady.balance import Batch, HarmonicSolution, solve
-from ..steady.kernel import Gather, Kernel, product
+from ..steady.kernel import Gather, Kernel, product, to_complex, to_real
 from ..steady.lattice import LineFrequencies
 from ..steady.response import Block, Response
-from ..steady.waveform import force_signal, force_spectrum, mesh_axis, to_complex, whole_mesh_signal
+from ..steady.waveform import force_signal, force_spectrum, mesh_axis, whole_mesh_signal
 
 __all__ = ["AdjointPart", "adjoint_form", "adjoint_parts", "harmonic_weights", "measure", "truncated_product_adjoint"]
 
 Index = NDArray[np.int64]
-# Doubles of one batch of adjoint rows; larger than the forward one, whose own arrays are not held beside it.
+# Doubles of one batch of adjoint harmonics; larger than the forward one, whose own arrays are not held beside it.
 _BATCH = 120_000
+# Signs of the coupling matrices in the adjoint operator.
+_SIGN = {"G": -1.0, "C": -1.0, "Kg": 1.0, "Cskew": 1.0}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ForceMeasure:
     """Q of every whole mesh, (w, P) [N^2], and dQ/d(amplitude) of every row of its spectra.
 
-    mesh, shaft : (m, P S, J + T) complex, weighted dQ = Re(conj(seed) d amplitude); rows kept, then dropped.
+    mesh : (m, P, J + T), shaft : (m, P S, J + T) complex [N], weighted dQ = Re(conj(seed) d amplitude); harmonics kept,
+    then truncated.
     """
 
     square: Array
@@ -43,13 +51,13 @@ class ForceMeasure:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AdjointPart:
-    """Adjoint solutions of mesh orders or of shaft orders.
+    """Adjoint solutions of mesh orders or of shaft orders, of U meshes at B = P S points.
 
     kernel, solved : of the forward solution.  shifted : whether of shaft orders.
-    force : (m, B, J) and beyond : (m, B, T) forward mesh forces; gap : (m, B, J).
+    force : (m, B, J) and truncated_force : (m, B, T) forward mesh forces [N].  gap : (m, B, J) [m].
     z : (U, B, J, n) complex, energy-weighted modal.
-    pull : (U, m, B, J) dQ/d(mesh force) in all, row weights taken out.
-    press : (U, m, B, J) dQ/d(gap), likewise.  tail : (U, m, B, T) dQ/d(mesh force) of the rows dropped.
+    pull : (U, m, B, J) total dQ/d(mesh force), harmonic weights taken out.
+    press : (U, m, B, J) dQ/d(gap), likewise.  truncated_pull : (U, m, B, T) dQ/d(mesh force) of truncated harmonics.
     """
 
     kernel: Kernel
@@ -69,14 +77,15 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeas
 
     Parameters
     ----------
-    harmonic : a mesh order, of each mesh's own tone; None: all that moves, of mesh and shaft orders, amplitudes of
-        exactly equal frequency added first.
+    harmonic : a mesh order, of each mesh's own tone; None: all frequencies above 0, of mesh and shaft orders,
+        amplitudes
+        of exactly equal frequency added first.
     """
     face, P = faces(ready.system.meshes), block.speed.size
     signal = whole_mesh_signal(force_signal(ready, block), face)
     values, kept = signal.values, signal.orders.points.shape[0]
     if harmonic is None:
-        seed = _moving(signal.line_frequencies, values)
+        seed = _line_seed(signal.line_frequencies, values)
     else:
         at = _own_order(signal.orders.points, mesh_axis(ready), harmonic)
         seed = np.zeros_like(values)
@@ -90,8 +99,10 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeas
     return ForceMeasure(square=square, mesh=rows[:, :, :kept], shaft=shaft)
 
 
-def _moving(line_frequencies: LineFrequencies, values: ComplexArray) -> ComplexArray:
-    """What every row adds to its line, without the mean."""
+def _line_seed(line_frequencies: LineFrequencies, values: ComplexArray) -> ComplexArray:
+    """Amplitudes (w, P, R) replaced by those of their whole line, 0 for the mean: dQ/d(amplitude) of the mean
+    square.
+    """
     if line_frequencies.coincident:
         lines = line_frequencies.merged(values)[:, :, line_frequencies.line]
         values = np.where(line_frequencies.negative, lines.conj(), lines)
@@ -99,7 +110,7 @@ def _moving(line_frequencies: LineFrequencies, values: ComplexArray) -> ComplexA
 
 
 def _own_order(points: Index, axis: Index, harmonic: int) -> NDArray[np.bool_]:
-    """(w, K) rows that are this multiple of each mesh's tone and of no other."""
+    """Points (K, D) that are this multiple of each mesh's tone and of no other, (w, K); axis : (w,)."""
     measured = np.zeros((axis.size, points.shape[1]), np.int64)
     measured[np.arange(axis.size), axis] = harmonic
     return np.asarray((points[None] == measured[:, None]).all(axis=2), bool)
@@ -108,11 +119,12 @@ def _own_order(points: Index, axis: Index, harmonic: int) -> NDArray[np.bool_]:
 def adjoint_parts(
     ready: Response, adjoint_modal: Modal, block: Block, measured: ForceMeasure, *, meshes: Index, tolerance: float
 ) -> Iterator[tuple[Index, tuple[AdjointPart, ...]]]:
-    """Adjoint solutions of the wanted whole meshes, some at a time: (which of them, parts of mesh and shaft orders).
+    """Adjoint solutions of the measured whole meshes, some at a time: (which of them, parts of mesh and shaft orders).
 
     Parameters
     ----------
-    turned : `transpose.adjoint_form` of the modal form.  tolerance : relative residual of the adjoint solution.
+    adjoint_modal : `adjoint_form` of the modal form.  meshes : indices (O,) of whole meshes.
+    tolerance : relative residual of the adjoint solution [1].
 
     Raises
     ------
@@ -137,6 +149,7 @@ def _part(
     some: Index,
     tolerance: float,
 ) -> AdjointPart:
+    """Adjoint solutions of the meshes `some` (U,) for the seed (m, P S, J + T) of mesh or shaft orders."""
     shifted = solved is block.shaft
     made, meshes = ready.kernel(block.truncation, shifted=shifted), ready.system.meshes
     forward = force_spectrum(ready, block, shifted=shifted).amplitude.reshape(*seed.shape)
@@ -153,6 +166,7 @@ def _part(
     truncated_force = truncated_force.transpose(1, 0, 2, 3) / weight
 
     def to_gap(pull: ComplexArray) -> ComplexArray:
+        """dQ/d(gap) (U, m, B, J) of dQ/d(mesh force) (U, m, B, J)."""
         varying = to_complex(product(made, to_real(_flat(pull)))).reshape(len(meshes.name), U, -1, J)
         result: ComplexArray = (
             meshes.stiffness[:, None, None] * pull + varying.transpose(1, 0, 2, 3) - rate * pull + truncated_force
@@ -186,18 +200,17 @@ def _solve(
     press: ComplexArray,
     tolerance: float,
 ) -> HarmonicSolution:
-    """A* z = B press, one system for every output and point."""
+    """Solve A* z = B press, press (U, m, B, J), one system for every mesh and point."""
     U, m, B, J = press.shape
     force = np.einsum("nm,ombj->objn", ready.system.meshes.B, press).reshape(U * B, J, -1)
-    frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
     rows = Batch(
         frequency=np.tile(solved.frequency, (U, 1)),
         truncated_frequency=np.zeros((U * B, len(made.truncated))),
-        frame=np.tile(np.repeat(frame, B // block.speed.size), U),
+        frame=np.tile(np.repeat(ready.frame_factor(block.speed), B // block.speed.size), U),
         error=np.zeros((m, U * B, J), complex),
         force=force,
     )
-    # what the adjoint puts on dropped rows is no residual of anything
+    # forces of the adjoint on truncated harmonics are no residual
     bare = replace(made, truncated=made.truncated[:0])
     found = solve(ready.system, adjoint_modal, bare, rows, tolerance=tolerance)
     if not np.all(found.residual <= 100 * tolerance):
@@ -211,20 +224,12 @@ def _flat(values: ComplexArray) -> ComplexArray:
     return values.transpose(1, 0, 2, 3).reshape(m, U * B, K)
 
 
-def to_real(values: ComplexArray) -> Array:
-    """Real and imaginary parts side by side along the last axis."""
-    return np.concatenate([values.real, values.imag], axis=-1)
-
-
-_SIGN = {"G": -1.0, "C": -1.0, "Kg": 1.0, "Cskew": 1.0}
-
-
 def adjoint_form(modal: Modal) -> Modal:
-    """The modal form whose harmonic-balance operator is the adjoint: of factors i w of both signs, C^T and G^T change
-    sign; the energy weights of forces and motions change places."""
-    omega = np.sqrt(modal.squared)
-    soft = np.min(omega[~modal.rigid], initial=1.0 if modal.rigid.all() else np.inf)
-    weight = np.where(modal.rigid, soft, omega) ** 2
+    """Modal form whose harmonic-balance operator is the adjoint.
+
+    Of factors i w of both signs, C^T and G^T change sign; the energy weights of forces and motions change places.
+    """
+    weight = energy_weight(np.sqrt(modal.squared), modal.rigid) ** 2
     adjoint_modal = {
         name: np.ascontiguousarray(_SIGN[name] * matrix.T * weight / weight[:, None])
         for name, matrix in modal.coupling.items()
@@ -232,14 +237,25 @@ def adjoint_form(modal: Modal) -> Modal:
     return replace(modal, damping=-modal.damping, coupling=adjoint_modal)
 
 
+def energy_weight(omega: Array, rigid: NDArray[np.bool_]) -> Array:
+    """Weight of the energy-weighted modal coordinates y = weight * x, (n,) [rad/s]: omega, of a rigid mode the lowest.
+
+    omega : (n,) [rad/s].  rigid : (n,).  The same as in `modal_form`.
+    """
+    return np.where(rigid, np.min(omega[~rigid], initial=1.0 if rigid.all() else np.inf), omega)
+
+
 def harmonic_weights(kernel: Kernel) -> Array:
-    """W of every row kept, (J,): 2 for the mean of a real signal."""
+    """Weight W of every harmonic kept, (J,): 2 for the mean of a real signal, else 1."""
     points = kernel.lattice.points
     return np.where(kernel.lattice.mirrored & ~points.any(axis=1), 2.0, 1.0)
 
 
 def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
-    """Transpose of `kernel.truncated_pull`: forces on the points dropped (m, P, 2 T) to gap rows kept (m, P, 2 J), unweighted."""
+    """Transpose of `truncated_product`, unweighted.
+
+    Truncated harmonics (m, P, 2 T) to gap harmonics kept (m, P, 2 J).
+    """
     if len(kernel.axes) == 1:
         only: Array = np.matmul(force, kernel.axes[0].own_tail.transpose(0, 2, 1))
         return only

@@ -16,14 +16,14 @@ from .adjoint import adjoint_form, adjoint_parts, measure
 from .gradient import Basis, Gradient, basis_of, gradient, rigid_mode_imbalance
 from .numbers import Numbers
 
-__all__ = ["ForceDerivatives", "StiffnessGradient", "force_derivatives", "stiffness_gradient"]
+__all__ = ["ForceDerivatives", "force_derivatives"]
 
 Index = NDArray[np.int64]
-# Relative residual asked for: what may be dropped is 30 times that, and a derivative feels it some 10 times more.
+# Relative residual asked for: the truncation may be 30 times that, and errs a derivative by some 10 times more.
 _TOLERANCE = 1e-10
-# Of the adjoint solution nothing is dropped, and its residual counts once.
+# The adjoint solution has no truncation, and its residual counts once.
 _ADJOINT = 100.0
-# A change leaves rounding and the error of its own difference quotient on a free motion; a spring on it leaves 1e-3.
+# Imbalance on a rigid mode: rounding and the error of the difference quotient of a change; 1e-3 of a spring on it.
 _FREE = 1e-6
 
 
@@ -33,7 +33,7 @@ class ForceDerivatives:
 
     mesh : (w,) whole meshes.  speed : (P,) relative.  value : (w, P) [N].
     derivative : (changes, w, P) [N per unit]; nan where the value is 0, or where `constrained`.
-    held : (changes,) whether the change takes hold of a motion that is free, so that there is no derivative.
+    constrained : (changes,) whether the change puts a spring on a rigid mode, so that there is no derivative.
     """
 
     mesh: tuple[str, ...]
@@ -41,31 +41,6 @@ class ForceDerivatives:
     value: Array
     derivative: Array
     constrained: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StiffnessGradient:
-    """Derivatives of the measure of every whole mesh with respect to single numbers of the System.
-
-    mesh : (w,).  speed : (P,).  value : (w, P) [N].
-    stiffness : (w, P, m) of mean mesh stiffness [N per N/m].  variation : (w, P, m) of a factor on all harmonics [N].
-    mesh_damping : (w, P, m).  link_stiffness, link_damping : (w, P, p) of each link row.
-    mass : (w, P, n) of each diagonal entry of M.  zeta : (w, P).  speed_factor : (w, P) of a factor on all tones and
-    shaft frequencies, terms of the turning frame held [N].  error : (w, P, R) of a factor on each line.
-    """
-
-    mesh: tuple[str, ...]
-    speed: Array
-    value: Array
-    stiffness: Array
-    variation: Array
-    mesh_damping: Array
-    link_stiffness: Array
-    link_damping: Array
-    mass: Array
-    zeta: Array
-    speed_factor: Array
-    error: Array
 
 
 def force_derivatives(
@@ -81,13 +56,15 @@ def force_derivatives(
 ) -> ForceDerivatives:
     """RMS of the dynamic mesh force, or the amplitude of one mesh order, and its derivatives along changes.
 
+    Adjoint of the harmonic balance, derived here (module docstrings of `adjoint` and `gradient`).
+
     Parameters
     ----------
-    system : without laws of links (`linear.linearised`), as the changes are.
+    system : without laws of links (`static.tangent.linearised`), as the changes are.
     changes : derivatives of the System's numbers along each parameter.
     relative_speed : (P,) speeds per operating speed, held while the parameters change.
-    harmonic : amplitude of this mesh order instead of the RMS of all that moves.
-    meshes : numbers of the whole meshes wanted, all where None.
+    harmonic : amplitude of this mesh order instead of the RMS of all frequencies above 0.
+    meshes : indices of the whole meshes wanted, all where None.  tolerance : relative residual [1].
 
     Raises
     ------
@@ -95,7 +72,7 @@ def force_derivatives(
     ConvergenceError : an adjoint solution does not converge.
     """
     ready = response(system, frame_speed=frame_speed)
-    wanted, speed = _wanted(ready, meshes), _speeds(relative_speed)
+    wanted, speed = _mesh_indices(ready, meshes), _checked_speeds(relative_speed)
     names = tuple(np.array(faces(ready.system.meshes).name, object)[wanted])
     value = np.full((wanted.size, speed.size), np.nan)
     derivative = np.full((len(changes), wanted.size, speed.size), np.nan)
@@ -114,35 +91,6 @@ def force_derivatives(
     return ForceDerivatives(mesh=names, speed=speed, value=value, derivative=derivative, constrained=constrained)
 
 
-def stiffness_gradient(
-    system: System,
-    *,
-    relative_speed: ArrayLike = 1.0,
-    harmonic: int | None = None,
-    meshes: Sequence[int] | None = None,
-    shaft_orders: bool = True,
-    frame_speed: FrameSpeed = "kinematic",
-    tolerance: float = _TOLERANCE,
-) -> StiffnessGradient:
-    """The same measure's derivatives with respect to single stiffnesses, dampers, masses, errors and the speed.
-
-    Options and errors are those of `force_derivatives`.
-    """
-    ready = response(system, frame_speed=frame_speed)
-    wanted, speed, basis = _wanted(ready, meshes), _speeds(relative_speed), basis_of(ready)
-    found: dict[str, Array] = {}
-    for block, rows, square, one in _gradients(
-        ready, basis, speed, wanted, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
-    ):
-        size, slope = _roots(square, harmonic)
-        parts = {"value": size} | {name: (values.T * slope.T).T for name, values in _singles(ready, basis, one).items()}
-        for name, values in parts.items():
-            table = found.setdefault(name, np.full((wanted.size, speed.size, *values.shape[2:]), np.nan))
-            table[np.ix_(rows, block.index)] = values
-    names = tuple(np.array(faces(ready.system.meshes).name, object)[wanted])
-    return StiffnessGradient(mesh=names, speed=speed, **found)
-
-
 def _gradients(
     ready: Response,
     basis: Basis,
@@ -153,51 +101,37 @@ def _gradients(
     shaft_orders: bool,
     tolerance: float,
 ) -> Iterator[tuple[Block, Index, Array, Gradient]]:
-    """Block, rows of the wanted meshes, their Q (O, P) and its gradient, as they come out."""
-    turned = adjoint_form(ready.modal)
+    """Block, rows of the wanted meshes (O,), their Q (O, P) [N^2] and its gradient, as they come out."""
+    adjoint_modal = adjoint_form(ready.modal)
     for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
         known = measure(ready, block, harmonic=harmonic)
-        for some, parts in adjoint_parts(ready, turned, block, known, meshes=wanted, tolerance=_ADJOINT * tolerance):
+        for some, parts in adjoint_parts(
+            ready, adjoint_modal, block, known, meshes=wanted, tolerance=_ADJOINT * tolerance
+        ):
             rows = np.flatnonzero(np.isin(wanted, some))
             yield block, rows, known.square[some], gradient(ready, basis, block, parts)
 
 
 def _roots(square: Array, harmonic: int | None) -> tuple[Array, Array]:
-    """RMS = sqrt(Q) or amplitude = sqrt(2 Q), and its slope over Q, nan where Q is 0."""
+    """RMS = sqrt(Q) or amplitude = sqrt(2 Q) of Q (O, P) [N^2], and its slope over Q, nan where Q is 0."""
     factor = 1.0 if harmonic is None else 2.0
     size = np.sqrt(factor * square)
     return size, np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
 
 
-def _singles(ready: Response, basis: Basis, one: Gradient) -> dict[str, Array]:
-    system, Phi = ready.system, basis.shapes
-    links, B = Phi.T @ system.links.B, Phi.T @ system.meshes.B
-    mean = np.einsum("im,opij,jm->opm", B, one.mean, B)
-    tones = np.array([float(tone) for tone in system.tones])
-    lines = np.array([float(line.frequency) for line in system.lines])
-    gaps = np.array([line.gap for line in system.lines]).reshape(len(lines), -1)
-    pushes = np.array([line.force for line in system.lines]).reshape(len(lines), 3, -1) @ Phi
-    error = np.einsum("oprm,rm->opr", one.line_gap.conj(), gaps).real
-    error += np.einsum("oprkn,rkn->opr", one.line_force.conj(), pushes).real
-    return {
-        "stiffness": one.stiffness + mean,
-        "variation": np.einsum("opml,ml->opm", one.variation.conj(), system.meshes.variation).real,
-        "mesh_damping": one.damping,
-        "link_stiffness": np.einsum("ik,opij,jk->opk", links, one.K + one.mean, links),
-        "link_damping": np.einsum("ik,opij,jk->opk", links, one.C, links),
-        "mass": np.einsum("ri,opij,rj->opr", Phi, one.M, Phi),
-        "zeta": one.zeta,
-        "speed_factor": one.tones @ tones + one.lines @ lines,
-        "error": error,
-    }
-
-
-def _wanted(ready: Response, meshes: Sequence[int] | None) -> Index:
+def _mesh_indices(ready: Response, meshes: Sequence[int] | None) -> Index:
+    """Indices of the wanted whole meshes, (O,)."""
     count = len(faces(ready.system.meshes).name)
     return np.arange(count) if meshes is None else np.asarray(meshes, np.int64)
 
 
-def _speeds(relative_speed: ArrayLike) -> Array:
+def _checked_speeds(relative_speed: ArrayLike) -> Array:
+    """Relative speeds (P,) [1].
+
+    Raises
+    ------
+    ModelError : none, or one that is not finite and above zero.
+    """
     speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
     if not speed.size or not np.all(np.isfinite(speed) & (speed > 0)):
         raise ModelError("speeds must be finite and above zero", path="relative_speed", given=relative_speed)
@@ -205,7 +139,12 @@ def _speeds(relative_speed: ArrayLike) -> Array:
 
 
 def _check_frequencies(ready: Response, block: Block, change: Numbers) -> None:
-    """Raise where lines that the solution adds up, or solves together, do not stay together as the speed changes."""
+    """Refuse a change that parts frequencies which the solution adds up, or solves together.
+
+    Raises
+    ------
+    ModelError : coinciding frequencies part as the speed changes.
+    """
     if not change.tones.any() and not change.line_frequency.any():
         return
     system = ready.system
@@ -221,8 +160,8 @@ def _check_frequencies(ready: Response, block: Block, change: Numbers) -> None:
     for shaft in ready.lines.shaft:
         base = change.line_frequency[place[id(shaft.members[0][2])]]
         off += [
-            change.line_frequency[place[id(line)]] - np.dot(point, axes) + (base if turned else -base)
-            for point, turned, line in shaft.members
+            change.line_frequency[place[id(line)]] - np.dot(point, axes) + (base if conjugate else -base)
+            for point, conjugate, line in shaft.members
         ]
     merged = ready.line_frequencies(block.truncation, shafts=block.shaft is not None, truncated=True).coincident
     if merged or np.abs(off).max(initial=0.0) > limit * float(known.max(initial=0.0)):

@@ -1,8 +1,8 @@
 """Derivatives of natural frequencies in closed form; repeated roots as the set into which their eigenspace splits.
 
-At standstill w' = phi^T (K' - w^2 M') phi / (2 w).  Of a repeated root the derivatives along a parameter are the
-eigenvalues of that form projected on its eigenspace: they belong to the group, not to single modes.
-At a speed, undamped, i w M-hat: the problem is Hermitian in i w, so the left vector is the right one.
+At standstill w' = phi^T (K' - w^2 M') phi / (2 w) [fox1968].  Of a repeated root the derivatives along a parameter are
+the eigenvalues of that form projected on its eigenspace: they belong to the group, not to single modes.
+At a speed, undamped, the problem is Hermitian in i w, so the left vector is the right one.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from .numbers import Numbers, mean_stiffness_change
 
 __all__ = ["frequency_derivatives", "whirl_derivatives"]
 
-# A free motion stays free where its stiffness change is rounding of the change itself; a spring put on it is 1e-3.
+# Stiffness change of a rigid mode: rounding of the change itself where the mode stays free; 1e-3 of a spring on it.
 _FREE = 1e-9
 
 
 def frequency_derivatives(system: System, modes: Modes, changes: Sequence[Numbers]) -> Array:
-    """Derivatives of the natural frequencies of the mean system at standstill, undamped.
+    """Derivatives of the natural frequencies of the mean system at standstill, undamped [fox1968].
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ def frequency_derivatives(system: System, modes: Modes, changes: Sequence[Number
 
     Returns
     -------
-    (changes, modes) [Hz per unit of the parameter]; those of a repeated root stand rising.  Of a rigid mode 0 where the
-    motion stays free, nan where it does not (the frequency then rises as a root, with infinite slope).
+    (changes, modes) [Hz per unit of the parameter]; those of a repeated root rising.  Of a rigid mode 0 where the
+    mode stays free, nan where it does not (the frequency then rises as a root, with infinite slope).
     """
     result = np.empty((len(changes), len(modes.omega_squared)))
     for row, change in zip(result, changes, strict=True):
@@ -42,6 +42,7 @@ def frequency_derivatives(system: System, modes: Modes, changes: Sequence[Number
 
 
 def _one(modes: Modes, dK: Array, dM: Array) -> Array:
+    """Derivatives (modes,) [Hz per unit] for changes of stiffness and mass (n, n)."""
     result = np.zeros(len(modes.omega_squared))
     stiffness, mass = (modes.vectors.T @ change @ modes.vectors for change in (dK, dM))
     for group in repeated_roots(modes.omega_squared):
@@ -81,6 +82,9 @@ def whirl_derivatives(system: System, modes: Whirl, changes: Sequence[Numbers], 
 
 
 def _split(system: System, change: Numbers, dK: Array, s: float, pair: tuple[complex, ComplexArray]) -> Array:
+    """Derivatives (g,) [Hz per unit] of a group of g equal roots, pair : (i omega, vectors (n, g)); s : relative
+    speed.
+    """
     mu, V = pair
     above = V.conj().T @ (mu**2 * change.M + mu * s * change.G + dK) @ V
     below = V.conj().T @ (2 * mu * system.M + s * system.G) @ V

@@ -1,32 +1,34 @@
-"""From forward and adjoint solutions to the derivative of Q with respect to every number of the System.
+"""Derivative of a force measure Q with respect to every number of the System, from forward and adjoint solutions.
 
-With the residual R = Z X + B p - F of every row (Z dynamic stiffness without meshes, p = k(t) gap + c gap'),
-dQ = sum W Re( pull^H dp + press^H dgap - z^H (dZ X + dB p - dF) ), the sum over all rows, W their weights; p, gap and X
-held in dp, dgap = dB^T X - de and dZ.  No derivative of the modal basis enters: matrices are projected on the basis of
-the System as it stands.  Modal damping, M Phi diag(2 zeta w) Phi^T M, changes with M and K; in modal coordinates
-dC_ij = 2 zeta (dK_ij + w_i w_j dM_ij) / (w_i + w_j), of repeated roots too.
+With the residual R = Z X + B p - F of every harmonic (Z dynamic stiffness without meshes, p = k(t) gap + c gap'),
+dQ = sum W Re( pull^H dp + press^H dgap - z^H (dZ X + dB p - dF) ), the sum over all harmonics, W their weights; p, gap
+and X held in dp, dgap = dB^T X - de and dZ.  No derivative of the modal basis enters: matrices are projected on the
+basis of the System as it stands.  Modal damping, M Phi diag(2 zeta w) Phi^T M, changes with M and K; in modal
+coordinates dC_ij = 2 zeta (dK_ij + w_i w_j dM_ij) / (w_i + w_j), of repeated roots too.  Derived here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
 from ..modes.basis import mean_modes
+from ..steady.excitation import speed_powers
 from ..steady.kernel import product
 from ..steady.response import Block, Response
-from .adjoint import AdjointPart, harmonic_weights
+from .adjoint import AdjointPart, energy_weight, harmonic_weights
 from .numbers import Numbers, mean_stiffness_change
 
 __all__ = ["Basis", "Gradient", "basis_of", "gradient", "rigid_mode_imbalance"]
 
 Index = NDArray[np.int64]
 Values = NDArray[Any]  # complex of any kind
+Number = TypeVar("Number", bound=np.inexact)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,17 +45,16 @@ class Basis:
 
 
 def basis_of(ready: Response) -> Basis:
-    """The basis that the modal form of a response stands on."""
+    """Modal basis of the modal form of a response."""
     squared, shapes = mean_modes(ready.system)
     rigid = squared == 0
     omega = np.sqrt(squared)
-    weight = np.where(rigid, np.min(omega[~rigid], initial=1.0 if rigid.all() else np.inf), omega)
-    return Basis(omega=omega, shapes=shapes, rigid=rigid, weight=weight)
+    return Basis(omega=omega, shapes=shapes, rigid=rigid, weight=energy_weight(omega, rigid))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Gradient:
-    """dQ/d(number) of U meshes at P speeds; coordinates n are modal (`Basis`).
+    """dQ/d(number) of U meshes at P speeds [N^2 per unit]; coordinates n are modal (`Basis`).
 
     M, C, K, mean : (U, P, n, n); `mean` of K + B k B^T, by which modal damping changes.  frame : (P,) factor of G and
     Cskew, squared of Kg.  B : (U, P, n, m).  stiffness, damping : (U, P, m).  variation : (U, P, m, L) complex.
@@ -78,17 +79,23 @@ class Gradient:
     line_force: ComplexArray
 
     def along(self, ready: Response, basis: Basis, change: Numbers) -> Array:
-        """dQ along a parameter that changes the numbers so, (U, P)."""
+        """dQ along a parameter whose change of the numbers is `change`, (U, P) [N^2 per unit]."""
         Phi = basis.shapes
 
         def modal(matrix: Array) -> Array:
+            """Phi^T A Phi of a matrix (n, n)."""
             return Phi.T @ matrix @ Phi
 
         frame = self.frame
-        total = np.einsum("opij,ij->op", self.K, modal(change.K))
-        total += np.einsum("opij,ij->op", self.mean, modal(mean_stiffness_change(ready.system, change)))
-        total += np.einsum("opij,ij->op", self.M, modal(change.M))
-        total += np.einsum("opij,ij->op", self.C, modal(change.C))
+        total = np.zeros(self.zeta.shape)
+        for matrix, gradient in (
+            (change.K, self.K),
+            (mean_stiffness_change(ready.system, change), self.mean),
+            (change.M, self.M),
+            (change.C, self.C),
+        ):
+            if matrix.any():
+                total += np.einsum("opij,ij->op", gradient, modal(matrix))
         for matrix, gradient, factor in (
             (change.Kg, self.K, frame**2),
             (change.Cskew, self.K, frame),
@@ -106,7 +113,7 @@ class Gradient:
 
 
 def gradient(ready: Response, basis: Basis, block: Block, parts: Sequence[AdjointPart]) -> Gradient:
-    """Sum the contributions of mesh and shaft orders."""
+    """Gradient of Q: sum of the contributions of mesh and shaft orders."""
     found = [_of_part(ready, basis, block, part) for part in parts]
     if len(found) == 1:
         return found[0]
@@ -115,6 +122,7 @@ def gradient(ready: Response, basis: Basis, block: Block, parts: Sequence[Adjoin
 
 
 def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> Gradient:
+    """Gradient of the mesh orders or of the shaft orders."""
     system, P = ready.system, block.speed.size
     U, B, J, _ = part.z.shape
     S = B // P
@@ -124,12 +132,12 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     z = part.z / basis.weight * weight
 
     def outer(left: Values, right: Values) -> Array:
-        """Re sum over rows of conj(left) right^T, (U, P, left, right)."""
+        """Re sum over harmonics of conj(left) right^T, (U, P, left, right)."""
         a, b = left.reshape(U, P, S * J, -1), right.reshape(-1, P, S * J, right.shape[-1])
         both = np.concatenate([a.real, a.imag], axis=2).swapaxes(2, 3) @ np.concatenate([b.real, b.imag], axis=2)
         return np.asarray(both)
 
-    frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
+    frame = ready.frame_factor(block.speed)
     K, C = -outer(z, x), -outer(z, 1j * w * x)
     M = outer(z, w**2 * x)
     mean, damped_mass = _modal_damping(basis, system.zeta or 0.0, C)
@@ -137,9 +145,9 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     press = (part.press * weight[:, 0]).transpose(0, 2, 3, 1)
     force, gap = part.force.transpose(1, 2, 0), part.gap.transpose(1, 2, 0)
     k, c = system.meshes.stiffness, system.meshes.damping
-    through = _spread(np.einsum("objm,bjm->obm", pull.conj(), force - 1j * w * c * gap).real, P)
-    truncated = _spread(np.einsum("ombt,mbt->obm", part.truncated_pull.conj(), part.truncated_force).real, P)
-    rate = _spread(np.einsum("objm,bjm->obm", pull.conj(), 1j * w * gap).real, P)
+    through = _sum_over_shafts(np.einsum("objm,bjm->obm", pull.conj(), force - 1j * w * c * gap).real, P)
+    truncated = _sum_over_shafts(np.einsum("ombt,mbt->obm", part.truncated_pull.conj(), part.truncated_force).real, P)
+    rate = _sum_over_shafts(np.einsum("objm,bjm->obm", pull.conj(), 1j * w * gap).real, P)
     tones, lines = _frequencies(ready, basis, block, part, (x, z, pull))
     line_gap, line_force, steady = _lines(ready, block, part, (press, z))
     return Gradient(
@@ -161,14 +169,14 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     )
 
 
-def _spread(values: Array, P: int) -> Array:
-    """Sums over the shaft lines of each point, (U, P S, ..) -> (U, P, ..)."""
-    summed: Array = values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2)
+def _sum_over_shafts(values: NDArray[Number], P: int) -> NDArray[Number]:
+    """Sums over the shaft lines of each speed, (U, P S, ..) -> (U, P, ..)."""
+    summed: NDArray[Number] = values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2)
     return summed
 
 
 def _modal_damping(basis: Basis, zeta: float, C: Array) -> tuple[Array, Array]:
-    """What modal damping adds to the gradients of K + B k B^T and of M, from that of C."""
+    """Parts of the gradients of K + B k B^T and of M due to modal damping, from that of C (U, P, n, n)."""
     both = np.add.outer(basis.omega, basis.omega)
     # two rigid modes have no modal damping, and keep none while they stay rigid
     share = 2 * zeta * C * np.where(both > 0, 1.0 / np.where(both > 0, both, 1.0), 0.0)
@@ -185,7 +193,7 @@ def _frequencies(
     """dQ by the tones (U, P, D) and by the frequency of each shaft line (U, P, R) [1/Hz]."""
     system, (x, z, pull) = ready.system, solution
     P, Phi, w = block.speed.size, basis.shapes, part.solved.frequency[:, :, None]
-    frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
+    frame = ready.frame_factor(block.speed)
     C = Phi.T @ system.C @ Phi + np.diag(2 * (system.zeta or 0.0) * basis.omega)
     turning = np.repeat(frame, w.shape[0] // P)[:, None, None] * (x @ (Phi.T @ system.G @ Phi).T)
     rate = -2 * w * x + 1j * (x @ C.T + turning)
@@ -201,7 +209,7 @@ def _frequencies(
 
 
 def _tones(ready: Response) -> Array:
-    """Which number of `System.tones` each axis of the lattice is, (D axes, tones)."""
+    """Incidence of the axes of the lattice on `System.tones`, (D axes, tones)."""
     tones = ready.system.tones
     result = np.zeros((len(ready.lines.tones), len(tones)))
     result[np.arange(len(ready.lines.tones)), [tones.index(tone) for tone in ready.lines.tones]] = 1.0
@@ -211,14 +219,14 @@ def _tones(ready: Response) -> Array:
 def _lines(
     ready: Response, block: Block, part: AdjointPart, adjoint: tuple[ComplexArray, ComplexArray]
 ) -> tuple[ComplexArray, ComplexArray, Array]:
-    """dQ by the errors and forces of every line, and by the steady force."""
+    """dQ by the errors (U, P, R, m) and forces (U, P, R, 3, n) of every line, and by the constant force (U, P, n)."""
     lines, (press, z) = ready.system.lines, adjoint
     U, P, n, m = z.shape[0], block.speed.size, z.shape[-1], press.shape[-1]
     gaps, forces = np.zeros((U, P, len(lines), m), complex), np.zeros((U, P, len(lines), 3, n), complex)
     steady = np.zeros((U, P, n))
     row = {tuple(point): i for i, point in enumerate(part.kernel.lattice.points.tolist())}
     number = {id(line): r for r, line in enumerate(lines)}
-    powers = np.stack([np.ones_like(block.speed), block.speed, block.speed**2], axis=1)
+    powers = speed_powers(block.speed)
     if not part.shifted:
         steady = z[:, :, row[(0,) * part.kernel.lattice.tones]].real
         for point, line in ready.lines.mesh:
@@ -264,23 +272,18 @@ def _variation(part: AdjointPart, ready: Response, P: int) -> ComplexArray:
             else:
                 up = np.einsum("omba,mba->obm", mine_pull, mine_gap[:, :, _places(known, points + step)])
                 total = (down.conj() + up) / 2
-            result[:, :, mine, order - 1] = _complex_spread(meshes.stiffness[mine] * total, P)
+            result[:, :, mine, order - 1] = _sum_over_shafts(meshes.stiffness[mine] * total, P)
     return result
 
 
 def _places(known: Index, points: Index) -> Index:
-    """Place of each point (K, D) among the known ones, their number where it is none of them."""
+    """Index of each point (K, D) among the known ones (J, D), J where it is none of them."""
     reach = int(max(np.abs(known).max(initial=0), np.abs(points).max(initial=0)))
     powers = (2 * reach + 1) ** np.arange(known.shape[1])
     keys, wanted = known @ powers, points @ powers
     rank = np.argsort(keys)
     found = rank[np.clip(np.searchsorted(keys[rank], wanted), 0, keys.size - 1)]
     return np.asarray(np.where(keys[found] == wanted, found, keys.size), np.int64)
-
-
-def _complex_spread(values: ComplexArray, P: int) -> ComplexArray:
-    summed: ComplexArray = values.reshape(values.shape[0], P, -1, values.shape[2]).sum(axis=2)
-    return summed
 
 
 def _two_sided(values: ComplexArray, points: Index) -> tuple[ComplexArray, Index]:
@@ -291,14 +294,16 @@ def _two_sided(values: ComplexArray, points: Index) -> tuple[ComplexArray, Index
 
 
 def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: Numbers) -> Array:
-    """What a change leaves unbalanced on a rigid mode, relative to the forces it brings (P,): 0 where that stays free.
+    """Force that a change leaves on a rigid mode, relative to the forces it brings (P,) [1]: 0 where the mode stays
+    free.
 
-    A motion that a change takes hold of (radii that fit no one centre distance) has no derivative of the response.
+    A change that puts a spring on a rigid mode (radii that fit no one centre distance) has no derivative of the
+    response.
     """
     solved, system, Phi = block.mesh, ready.system, basis.shapes
     if not basis.rigid.any():
         return np.zeros(block.speed.size)
-    frame = (block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed))[:, None]
+    frame = ready.frame_factor(block.speed)[:, None]
     q = (solved.y[:, 0, 0] / basis.weight) @ Phi.T
     gap = solved.gap[:, :, 0]
     made = ready.kernel(block.truncation, shifted=False)
@@ -306,10 +311,10 @@ def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: Nu
     still = [r for r, line in enumerate(system.lines) if line.frequency == 0]
     pushed = change.force + change.line_force[still, 0].real.sum(axis=0)
     rigid = Phi[:, basis.rigid]
-    left, size = pushed @ rigid, np.full(block.speed.size, np.abs(pushed).sum())
+    residual, size = pushed @ rigid, np.full(block.speed.size, np.abs(pushed).sum())
     terms = ((change.K, q), (change.Kg, frame**2 * q), (change.Cskew, frame * q), (change.B, force))
     for matrix, motion in terms:
-        left = left - (motion @ matrix.T) @ rigid
+        residual = residual - (motion @ matrix.T) @ rigid
         size = size + np.abs(matrix).sum() * np.abs(motion).max(axis=1)
     limit = size[:, None] * np.abs(rigid).max(axis=0)
-    return np.asarray((np.abs(left) / np.where(limit > 0, limit, 1.0)).max(axis=1))
+    return np.asarray((np.abs(residual) / np.where(limit > 0, limit, 1.0)).max(axis=1))

@@ -1,4 +1,4 @@
-"""All numbers of a System that a parameter may move, side by side: their values, their derivatives, sums of them."""
+"""Numbers of a System that a parameter may change, side by side: their values, derivatives and weighted sums."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 
-__all__ = ["Numbers", "combined", "is_nonzero", "mean_stiffness_change", "numbers", "with_lines", "zero_change"]
+__all__ = ["Numbers", "combined", "is_nonzero", "mean_stiffness_change", "numbers", "with_lines"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,7 +43,7 @@ class Numbers:
 
 
 def numbers(system: System) -> Numbers:
-    """The values of a System's numbers."""
+    """Numbers of a System."""
     meshes, lines = system.meshes, system.lines
     n, m = meshes.B.shape
     return Numbers(
@@ -60,13 +60,8 @@ def numbers(system: System) -> Numbers:
     )
 
 
-def zero_change(system: System) -> Numbers:
-    """No change at all: a derivative to which single entries are given with `dataclasses.replace`."""
-    return combined([0.0], [numbers(system)])
-
-
 def combined(weights: Sequence[float], parts: Sequence[Numbers]) -> Numbers:
-    """The weighted sum of several.
+    """Weighted sum of several.
 
     Raises
     ------
@@ -84,12 +79,12 @@ def combined(weights: Sequence[float], parts: Sequence[Numbers]) -> Numbers:
 
 
 def is_nonzero(change: Numbers) -> bool:
-    """Whether anything changes at all."""
+    """Whether any number changes."""
     return any(bool(getattr(change, field.name).any()) for field in fields(Numbers))
 
 
 def mean_stiffness_change(system: System, change: Numbers) -> Array:
-    """Derivative of K + B k B^T, (n, n)."""
+    """Derivative of K + B k B^T, (n, n) [N/m per unit]."""
     B, k = system.meshes.B, system.meshes.stiffness
     mixed = (change.B * k) @ B.T
     result: Array = change.K + mixed + mixed.T + (B * change.stiffness) @ B.T
@@ -97,7 +92,7 @@ def mean_stiffness_change(system: System, change: Numbers) -> Array:
 
 
 def with_lines(system: System, frequencies: Sequence[Fraction]) -> System:
-    """The same System with a line, empty where it has none, at each of the given frequencies."""
+    """The System with a line, empty where it has none, at each of the given frequencies [Hz]."""
     known = {line.frequency for line in system.lines}
     added = tuple(_empty(system, frequency) for frequency in frequencies if frequency not in known)
     if not added:
@@ -106,6 +101,7 @@ def with_lines(system: System, frequencies: Sequence[Fraction]) -> System:
 
 
 def _empty(system: System, frequency: Fraction) -> Line:
+    """Line without errors and forces at a frequency [Hz]."""
     n, m = system.meshes.B.shape
     return Line(
         frequency=frequency,

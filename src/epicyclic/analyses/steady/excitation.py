@@ -1,4 +1,4 @@
-"""What drives the steady response: the exact lines of a System, sorted into mesh orders and shaft orders."""
+"""Excitation of the steady response: the exact lines of a System, sorted into mesh orders and shaft orders."""
 
 from __future__ import annotations
 
@@ -14,7 +14,16 @@ from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import Modal
 from .lattice import Lattice, Point
 
-__all__ = ["Excitation", "Shaft", "excitation", "mesh_order_excitation", "mesh_tones", "shaft_order_excitation"]
+__all__ = [
+    "Excitation",
+    "Shaft",
+    "excitation",
+    "link_errors",
+    "mesh_order_excitation",
+    "mesh_tones",
+    "shaft_order_excitation",
+    "speed_powers",
+]
 
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9
@@ -25,7 +34,7 @@ class Shaft:
     """Lines that the mesh orders couple: their frequencies are a . f + frequency, or a . f - frequency.
 
     frequency : of the lowest of them [Hz] at the operating speed.
-    members : (a, whether the second form holds, so that its conjugate counts, line); a along one axis.
+    members : (lattice point a, whether the second form holds, so that the conjugate counts, line).
     """
 
     frequency: Fraction
@@ -33,7 +42,7 @@ class Shaft:
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """Paths in the file that put something into any of the lines, once each."""
+        """Paths of the model file that contribute to any of the lines, once each."""
         return tuple(dict.fromkeys(cause for _, _, line in self.members for cause in line.causes))
 
 
@@ -42,8 +51,9 @@ class Excitation:
     """Lines by kind.
 
     tones : (D,) mesh frequencies [Hz] at the operating speed, that of the first mesh first.
-    axis : (m,) which of them each mesh follows.
-    mesh : (a, line) of each line at an integer multiple of a tone, 0 included.  shaft : the others, grouped.
+    axis : (m,) index of the tone of each mesh row.
+    mesh : (lattice point, line) of each line at an integer multiple of a tone, 0 included.  shaft : the others,
+        grouped.
     """
 
     tones: tuple[Fraction, ...]
@@ -56,16 +66,21 @@ class Excitation:
         """Mesh frequency of the first mesh [Hz] at the operating speed."""
         return self.tones[0]
 
+    def stages(self, system: System) -> list[str]:
+        """Stage of each tone, that of its first mesh, (D,)."""
+        axes = self.axis.tolist()
+        return [system.meshes.stage[axes.index(axis)] for axis in range(len(self.tones))]
+
     @property
     def highest(self) -> tuple[int, ...]:
-        """Highest order of each tone that a line stands on."""
+        """Highest order of each tone at which a line stands, (D,)."""
         points = [point for point, _ in self.mesh]
         points += [point for shaft in self.shaft for point, _, _ in shaft.members]
         return tuple(max((abs(point[j]) for point in points), default=0) for j in range(len(self.tones)))
 
 
 def excitation(system: System, modal: Modal) -> Excitation:
-    """Sort the lines, and refuse a System that has no steady response.
+    """Sort the lines of a System into mesh orders and shaft orders; refuse a System without a steady response.
 
     Raises
     ------
@@ -104,7 +119,7 @@ def mesh_tones(system: System) -> tuple[Fraction, ...]:
 
 
 def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
-    """The lattice point of least order at a multiple of one tone, None where the frequency is no such multiple."""
+    """Lattice point of least order at a multiple of one tone [Hz], None where the frequency is no multiple."""
     orders = [(frequency / tone, j) for j, tone in enumerate(tones)]
     whole = [(abs(order), int(order), j) for order, j in orders if order.denominator == 1]
     if not whole:
@@ -114,7 +129,7 @@ def _multiple(tones: tuple[Fraction, ...], frequency: Fraction) -> Point | None:
 
 
 def _grouped(tones: tuple[Fraction, ...], lines: list[Line]) -> tuple[Shaft, ...]:
-    """Shaft lines that differ by, or add to, a multiple of a tone respond together: one solve, one phase."""
+    """Group shaft lines that differ by, or add to, a multiple of a tone: they share one solution and one phase."""
     groups: dict[Fraction, list[tuple[Point, bool, Line]]] = {}
     for line in sorted(lines, key=lambda line: line.frequency):
         for base, members in groups.items():
@@ -128,7 +143,12 @@ def _grouped(tones: tuple[Fraction, ...], lines: list[Line]) -> tuple[Shaft, ...
 
 
 def _balanced(system: System, modal: Modal) -> None:
-    """Torques must do no work on a rigid mode: nothing would hold the train in place."""
+    """Refuse mean forces that work on a rigid mode: nothing would hold the train in place.
+
+    Raises
+    ------
+    ModelError : the work on a rigid mode is more than rounding.
+    """
     mean = system.force + sum((line.force[0].real for line in system.lines if line.frequency == 0), np.zeros(1))
     shapes = modal.shapes[:, modal.rigid]
     work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
@@ -146,7 +166,10 @@ def _balanced(system: System, modal: Modal) -> None:
 def mesh_order_excitation(
     system: System, lines: Excitation, speed: Array, lattice: Lattice
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Errors (m, P, J) [m] and forces (P, J, n) [N] at the points of a mirrored lattice, for relative speeds (P,)."""
+    """Errors (m, P, J) [m] and forces (P, J, n) [N, N m] at the points of a mirrored lattice.
+
+    speed : (P,) relative to the operating speed.
+    """
     place = _places(lattice)
     error = np.zeros((len(system.meshes.name), speed.size, len(lattice.points)), complex)
     force = np.zeros((speed.size, len(lattice.points), system.force.size), complex)
@@ -161,25 +184,56 @@ def mesh_order_excitation(
 def shaft_order_excitation(
     system: System, lines: Excitation, speed: Array, lattice: Lattice
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Errors (m, P S, J) and forces (P S, J, n) of every shaft group at every speed (speeds outermost)."""
+    """Errors (m, P S, J) [m] and forces (P S, J, n) [N, N m] of every shaft group at every speed, speeds outermost.
+
+    speed : (P,) relative to the operating speed.
+    """
     count, where = len(lines.shaft), _places(lattice)
     error = np.zeros((len(system.meshes.name), speed.size * count, len(lattice.points)), complex)
     force = np.zeros((speed.size * count, len(lattice.points), system.force.size), complex)
     for place, shaft in enumerate(lines.shaft):
         for point, conjugate, line in shaft.members:
-            # a . f - frequency stands at -a around +frequency once conjugated
-            row = where(tuple(-order for order in point) if conjugate else point)
+            at = where(_around_shaft(point, conjugate=conjugate))
             gap, push = line.gap[:, None], _line_force(line, speed)
-            error[:, place::count, row] += gap.conj() if conjugate else gap
-            force[place::count, row] += push.conj() if conjugate else push
+            error[:, place::count, at] += gap.conj() if conjugate else gap
+            force[place::count, at] += push.conj() if conjugate else push
     return error, force
 
 
+def link_errors(system: System, lines: Excitation, lattice: Lattice, *, shaft: int | None) -> ComplexArray:
+    """Errors of the link rows at the lattice points, (p, J) [m, rad]; no speed changes them.
+
+    shaft : index of the shaft group; None: mesh orders.
+    """
+    place = _places(lattice)
+    error = np.zeros((len(system.links.name), len(lattice.points)), complex)
+    if shaft is None:
+        for point, line in lines.mesh:
+            error[:, place(point)] += line.link_gap
+        error[:, 0] = error[:, 0].real
+        return error
+    for point, conjugate, line in lines.shaft[shaft].members:
+        gap = line.link_gap.conj() if conjugate else line.link_gap
+        error[:, place(_around_shaft(point, conjugate=conjugate))] += gap
+    return error
+
+
+def speed_powers(speed: Array) -> Array:
+    """1, s and s^2 of relative speeds (P,), (P, 3): factors of the three parts of the force of a `Line`."""
+    return np.stack([np.ones_like(speed), speed, speed**2], axis=1)
+
+
+def _around_shaft(point: Point, *, conjugate: bool) -> Point:
+    """Lattice point around +frequency: a . f - frequency stands at -a there once conjugated."""
+    return tuple(-order for order in point) if conjugate else point
+
+
 def _places(lattice: Lattice) -> Callable[[Point], int]:
+    """Index of a point among the points of a lattice."""
     return {tuple(point): i for i, point in enumerate(lattice.points.tolist())}.__getitem__
 
 
 def _line_force(line: Line, speed: Array) -> ComplexArray:
-    powers = np.stack([np.ones_like(speed), speed, speed**2], axis=1)
-    force: ComplexArray = powers @ line.force
+    """Force of a line at relative speeds (P,), (P, n) [N, N m]."""
+    force: ComplexArray = speed_powers(speed) @ line.force
     return force

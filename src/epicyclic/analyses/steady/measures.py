@@ -1,9 +1,10 @@
-"""What is told of a response at many speeds: pure functions of signals, whatever solved for them.
+"""Measures of a response at many speeds: pure functions of signals, whichever method solved for them.
 
-A linear sweep, one with contact loss, or samples of an integration hand over `Signal`s (complex amplitudes and exact
-frequencies; `waveform.sampled` makes one of samples); `sweep_measures` makes the columns of the one table of `table` of them.
+A linear sweep, one with contact loss, or samples of an integration give `Signal`s (complex amplitudes and exact
+frequencies; `waveform.signal_of_samples` makes one of samples); `sweep_measures` makes the variables of `table` of
+them.
 
-With F(t) the force of a mesh and F_m its mean over time, what the mesh transmits,
+With F(t) the force of a mesh and F_m its mean over time, the transmitted force,
 
     K_v = max F / F_m        RMS^2 = mean of (F - F_m)^2 = sum |A_f|^2 / 2        peak to peak = max F - min F
 
@@ -19,7 +20,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.system import Array
+from ...system.system import Array, ComplexArray
+from .lattice import LineFrequencies, on_axis
 from .waveform import Signal, Spectrum, peak, tone_waveform, torus_waveform, valley
 
 __all__ = [
@@ -44,12 +46,12 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Layout:
-    """What the rows of the signals are.
+    """Meaning of the rows of the signals.
 
-    axis : (w,) the tone each whole mesh follows.  radius : (n,) of the coordinates [m].
+    axis : (w,) the tone of each whole mesh.  radius : (n,) of the coordinates [m].
     translation : (nb, 3, n) displacement of the centre of every body per coordinate.
     pairs : (k, 2) link rows that are the two lateral directions of one link.
-    orders : highest mesh order told.  frequencies : of the other lines told, exact [Hz at the operating speed].
+    orders : highest mesh order reported.  frequencies : of the other lines reported, exact [Hz at the operating speed].
     """
 
     axis: Index
@@ -62,9 +64,9 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Signals:
-    """A response at P relative speeds (P,): forces of whole meshes [N], motion [m, rad], forces of links [N, N m].
+    """A response at relative speeds (P,): forces of whole meshes [N], motion [m, rad], forces of links [N, N m].
 
-    What is None is not told.
+    A signal that is None is not reported.
     """
 
     speed: Array
@@ -74,7 +76,10 @@ class Signals:
 
 
 def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
-    """Every measure by name: rows first, then orders or lines where there are, speeds last."""
+    """All measures by name: rows first, then orders or lines where there are, speeds last.
+
+    Forces (rows, P) [N, N m]; `mesh_force_order` (w, orders, P), `mesh_force_line` (w, L, P) [N]; accelerations [m/s2].
+    """
     found = _mesh_measures(signals.force, layout)
     if signals.motion is not None:
         found |= _motion_measures(signals.motion, signals.speed, layout)
@@ -84,6 +89,7 @@ def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
 
 
 def _mesh_measures(force: Signal, layout: Layout) -> dict[str, Array]:
+    """Measures of the mesh forces, (w, P) [N] and K_v [1] [iso6336, 6]; amplitudes (w, orders or L, P) [N]."""
     low, high = force_extremes(force, axis=layout.axis)
     still = mean(force)
     return {
@@ -99,7 +105,10 @@ def _mesh_measures(force: Signal, layout: Layout) -> dict[str, Array]:
 
 
 def _motion_measures(motion: Signal, speed: Array, layout: Layout) -> dict[str, Array]:
-    """Half the way every coordinate goes, and root mean squares of accelerations in the frame of the coordinates."""
+    """Half the range of every coordinate, (n, P) [m], and RMS accelerations in the frame of the coordinates.
+
+    speed : (P,) relative.  Accelerations (n, P) [m/s2, rad/s2], of body centres (nb, P) [m/s2].
+    """
     span = ranges(motion)
     return {
         "amplitude": layout.radius[:, None] * (span.high - span.low) / 2,
@@ -109,7 +118,7 @@ def _motion_measures(motion: Signal, speed: Array, layout: Layout) -> dict[str, 
 
 
 def link_measures(links: Signal, pairs: Index) -> dict[str, Array]:
-    """Measures of the link rows, and of the lateral force of the links whose two rows are `pairs` (k, 2)."""
+    """Measures of the link rows, (p, P), and of the lateral force of the links `pairs` (k, 2), (k, P) [N, N m]."""
     span, still, square = ranges(links, pairs), mean(links), mean_square(links)
     x, y = pairs.T
     return {
@@ -123,52 +132,53 @@ def link_measures(links: Signal, pairs: Index) -> dict[str, Array]:
     }
 
 
-def dynamic_factor(torus_maximum: Array, transmitted: Array) -> Array:
-    """K_v = largest / mean force of a mesh [1]; nan where it transmits none, or pulls."""
+def dynamic_factor(largest: Array, transmitted: Array) -> Array:
+    """K_v = largest / mean force of a mesh [1] [iso6336, 6]; nan where it transmits none, or pulls.
+
+    largest, transmitted : arrays of one shape [N].
+    """
     loaded = transmitted > 0
-    factor: Array = np.where(loaded, torus_maximum, np.nan) / np.where(loaded, transmitted, 1.0)
+    factor: Array = np.where(loaded, largest, np.nan) / np.where(loaded, transmitted, 1.0)
     return factor
 
 
 def mean(signal: Signal) -> Array:
-    """Mean over all time, (rows, P)."""
+    """Mean over all time, (rows, P), in the unit of the signal."""
     still = signal.line_frequencies.constant
     total: Array = signal.values[..., still].real.sum(axis=-1)
     return total
 
 
 def mean_square(signal: Signal, *, derivative: int = 0) -> Array:
-    """Mean square over all time without the mean, by Parseval, (rows, P).
+    """Mean square over all time without the mean, by Parseval's theorem, (rows, P).
 
     Amplitudes of exactly equal frequency are one line.
-    derivative : of the time derivative so often, at relative speed 1; at speed s times s^(2 derivative).
+    derivative : order of the time derivative, at relative speed 1; at speed s times s^(2 derivative).
     """
-    line_frequencies, values = signal.line_frequencies, signal.values
-    if line_frequencies.coincident:
-        values, omega = (
-            line_frequencies.merged(values),
-            2 * np.pi * (line_frequencies.distinct / line_frequencies.unit).astype(float),
-        )
-    else:
-        omega = np.abs(line_frequencies.omega)
+    values, omega = _merged_lines(signal.line_frequencies, signal.values)
     weight = np.where(omega > 0, omega ** (2 * derivative), 0.0)
     square: Array = (values.real**2 + values.imag**2) @ weight / 2
     return square
 
 
+def _merged_lines(line_frequencies: LineFrequencies, values: ComplexArray) -> tuple[ComplexArray, Array]:
+    """Amplitudes (rows, P, R) with those of equal frequency added, (rows, P, F), and their |omega| (F,) [rad/s]."""
+    if not line_frequencies.coincident:
+        return values, np.abs(line_frequencies.omega)
+    omega = 2 * np.pi * (line_frequencies.distinct / line_frequencies.unit).astype(float)
+    return line_frequencies.merged(values), omega
+
+
 def _translation_square(motion: Signal, translation: Array) -> Array:
-    """Mean square of the acceleration of every body's centre, (nb, P), at relative speed 1."""
-    line_frequencies, values = motion.line_frequencies, motion.values
+    """Mean square of the acceleration of every body's centre, (nb, P) [m^2/s^4], at relative speed 1.
+
+    translation : (nb, 3, n) of `Layout`.
+    """
+    values = motion.values
     nb, _, n = translation.shape
     used = np.flatnonzero(translation.any(axis=2))
     moved = (translation.reshape(-1, n)[used] @ values.reshape(n, -1)).reshape(used.size, *values.shape[1:])
-    if line_frequencies.coincident:
-        moved, omega = (
-            line_frequencies.merged(moved),
-            2 * np.pi * (line_frequencies.distinct / line_frequencies.unit).astype(float),
-        )
-    else:
-        omega = line_frequencies.omega
+    moved, omega = _merged_lines(motion.line_frequencies, moved)
     square = np.zeros((3 * nb, values.shape[1]))
     square[used] = (moved.real**2 + moved.imag**2) @ omega**4 / 2
     total: Array = square.reshape(nb, 3, -1).sum(axis=1)
@@ -176,20 +186,24 @@ def _translation_square(motion: Signal, translation: Array) -> Array:
 
 
 def order_amplitudes(force: Signal, axis: Index, orders: int) -> Array:
-    """Amplitude of every mesh force at multiples 1 .. orders of its own tone (m, orders, P); 0 beyond those kept."""
+    """Amplitude of every mesh force at multiples 1 .. orders of its own tone, (w, orders, P) [N]; 0 beyond those kept.
+
+    axis : (w,) tone of each mesh.
+    """
     points, amplitude = force.orders.points, force.orders.amplitude[:, :, 0]
     found = np.zeros((amplitude.shape[0], orders, amplitude.shape[1]))
     for tone in range(points.shape[1]):
         mine = np.flatnonzero(axis == tone)
-        alone = np.count_nonzero(np.delete(points, tone, axis=1), axis=1) == 0
-        place = np.flatnonzero(alone & (points[:, tone] > 0) & (points[:, tone] <= orders))
+        place = np.flatnonzero(on_axis(points, tone) & (points[:, tone] > 0) & (points[:, tone] <= orders))
         size = np.abs(amplitude[mine][..., place])
         found[np.ix_(mine, points[place, tone] - 1)] = size.transpose(0, 2, 1)
     return found
 
 
 def line_amplitudes(signal: Signal, frequencies: Sequence[Fraction]) -> Array:
-    """Amplitude at exact frequencies [Hz at the operating speed] (rows, L, P), all rows of one frequency added."""
+    """Amplitude at exact frequencies [Hz at the operating speed], (rows, L, P); harmonics of one frequency are
+    added.
+    """
     line_frequencies, amplitude = signal.line_frequencies, signal.values
     reported = line_frequencies.index_of(frequencies)
     wanted = np.full(line_frequencies.distinct.size + 1, -1)
@@ -209,7 +223,10 @@ _GRID = {1: 128, 2: 48, 3: 32}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Range:
-    """Smallest and largest value of every row (rows, P), and largest length of pairs of rows (pairs, P)."""
+    """Extremes of the rows of a signal.
+
+    low, high : smallest and largest value of every row (rows, P).  length : largest length of pairs of rows (pairs, P).
+    """
 
     low: Array
     high: Array
@@ -217,10 +234,11 @@ class Range:
 
 
 def force_extremes(force: Signal, *, axis: Index) -> tuple[Array, Array]:
-    """Smallest and largest mesh force over the torus of the tone phases with all shaft lines at their worst, (m, P).
+    """Smallest and largest mesh force over the torus of the tone phases with all shaft lines at their worst, (m, P)
+    [N].
 
     max over theta_1 .. theta_D of f + sum |A_s|: reached if the tones and lines take all combinations of phases.
-    axis : (m,) the tone each force follows.
+    axis : (m,) the tone of each force.
     """
     value, reach = _phase_waveforms(force)
     if isinstance(reach, float) and value.ndim == 3:
@@ -229,7 +247,10 @@ def force_extremes(force: Signal, *, axis: Index) -> tuple[Array, Array]:
 
 
 def torus_maximum(own: Index, values: Array) -> Array:
-    """Largest over the torus (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh."""
+    """Largest value over the torus, (m, P, N_1, .., N_D) -> (m, P), refined along the tone of each mesh.
+
+    own : (m,) tone of each mesh.
+    """
     if values.ndim == 3:
         return peak(values)
     result = np.empty(values.shape[:2])
@@ -260,7 +281,9 @@ def ranges(signal: Signal, pairs: Index | None = None) -> Range:
 
 
 def _phase_waveforms(signal: Signal) -> tuple[Array, Array | float]:
-    """Value of the tones over the grid of their phases (rows, P, N_1, ..), and what shaft lines may add to it."""
+    """Value of the tones over the grid of their phases (rows, P, N_1, ..), and the sum of |shaft lines| there (0
+    without).
+    """
     counts = phase_grid(signal.orders)
     value: Array = torus_waveform(signal.orders, counts, signal.cross)[:, :, 0]
     if signal.lines is None:
@@ -269,7 +292,7 @@ def _phase_waveforms(signal: Signal) -> tuple[Array, Array | float]:
 
 
 def _tone_sum_bounds(signal: Signal) -> tuple[Array, Array]:
-    """Smallest and largest values of the tones one by one, added, with everything else at its worst, (rows, P)."""
+    """Sums of the smallest and of the largest values of single tones, everything else at its worst, (rows, P)."""
     orders = signal.orders
     combined = np.count_nonzero(orders.points, axis=1) > 1
     other: Array = np.abs(orders.amplitude[..., combined]).sum(axis=(2, 3))

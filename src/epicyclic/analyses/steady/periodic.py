@@ -1,4 +1,4 @@
-"""The steady response at one speed: mesh orders over a mesh cycle, and one envelope for each other frequency."""
+"""Steady response at one speed over the cycle of a mesh frequency: mesh orders, and an envelope for each other line."""
 
 from __future__ import annotations
 
@@ -15,10 +15,19 @@ from ..static.record import samples_per_cycle
 from .response import Block, Response, respond, response
 from .waveform import Spectrum, alias_free_samples, envelopes, force_spectrum, mesh_axis, motion_spectrum, tone_waveform
 
-__all__ = ["TOLERANCE", "Periodic", "ShaftLine", "checked_samples", "periodic", "periodic_by_tone", "solve_speed"]
+__all__ = [
+    "TOLERANCE",
+    "Periodic",
+    "ShaftLine",
+    "checked_samples",
+    "checked_speed",
+    "periodic",
+    "periodic_by_tone",
+    "solve_speed",
+]
 
 TOLERANCE = 1e-8
-# Beyond this a residual is no answer, whatever tolerance was asked for.
+# A residual above this is refused, whatever tolerance was asked for.
 _ACCEPTED = 1e-4
 
 
@@ -40,13 +49,13 @@ class ShaftLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Periodic:
-    """A steady response, told over the phase of one mesh frequency.
+    """Steady response over the phase of one mesh frequency.
 
-    tone : that mesh frequency [Hz at the operating speed]; relative_speed : s, speed per operating speed.
+    tone : that mesh frequency [Hz at the operating speed].  relative_speed : s, speed per operating speed.
     theta : (Nt,) mesh phase, (tone s t) mod 1.
-    force : (m, Nt) mesh force at multiples of the tone with its mean, k(t) (B^T q - e) + c d/dt(...) [N].
+    force : (m, Nt) mesh force at multiples of the tone with its mean, k(t) (B^T q - e) + c d/dt(B^T q - e) [N].
     displacement : (n, Nt) [m, rad].  lines : all other frequencies, of shafts and of other tones.
-    harmonics : kept; residual : relative, with the harmonics dropped.
+    harmonics : kept.  residual : relative, truncation included.
     """
 
     tone: Fraction
@@ -68,7 +77,7 @@ def periodic(
     ----------
     relative_speed : speed per operating speed, above zero.
     samples : of a mesh cycle; None takes as many as the harmonics need, 64 at least, in a multiple of the branches.
-    tolerance : relative residual of the harmonics kept; those dropped are below 30 times that.  Lines of other tones
+    tolerance : relative residual of the harmonics kept; the truncation is below 30 times that.  Lines of other tones
         that add up to less than it are left out.
 
     Raises
@@ -83,12 +92,13 @@ def periodic(
 def periodic_by_tone(
     system: System, *, relative_speed: float = 1.0, samples: int | None = None, tolerance: float = TOLERANCE
 ) -> tuple[Periodic, ...]:
-    """The same response told once over the mesh cycle of each tone, that of the first mesh first; as `periodic`."""
+    """The steady response once over the mesh cycle of each tone, that of the first mesh first; as `periodic`."""
     ready, block = solve_speed(system, relative_speed, tolerance)
     return tuple(_over_phase(ready, block, axis, samples, tolerance) for axis in range(len(ready.lines.tones)))
 
 
 def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
+    """A solved block (P = 1) over the phase of the tone of one axis."""
     harmonics = block.truncation[axis]
     mine = np.flatnonzero(mesh_axis(ready) == axis)
     least = max(64, alias_free_samples(ready, harmonics))
@@ -112,7 +122,10 @@ def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, t
 
 
 def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, theta: Array) -> list[ShaftLine]:
-    """Everything but the multiples of one tone, a line for each combination of the others and each shaft line."""
+    """All harmonics but the multiples of one tone, a line for each combination of the others and each shaft line.
+
+    theta : (Nt,) phase of the tone [cycles].
+    """
     pushed, moved = envelopes(force, axis, theta), envelopes(motion, axis, theta)
     known = {(s, *rest): i for i, (s, rest) in enumerate(zip(moved.shaft.tolist(), moved.rests.tolist(), strict=True))}
     lines = []
@@ -124,7 +137,7 @@ def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, 
         lines.append(
             _with_positive_frequency(
                 combined + (shaft.frequency if shaft is not None else 0),
-                shaft.causes if shaft is not None else _stages(ready, rest),
+                shaft.causes if shaft is not None else _mesh_causes(ready, rest),
                 pushed.values[:, 0, i],
                 still if at is None else moved.values[:, 0, at],
             )
@@ -135,13 +148,13 @@ def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, 
 def _with_positive_frequency(
     frequency: Fraction, causes: tuple[str, ...], force: ComplexArray, moved: ComplexArray
 ) -> ShaftLine:
-    """A line of positive frequency: Re z = Re conj z."""
+    """A line of positive frequency: Re z = Re conj z; force (m, Nt), moved (n, Nt)."""
     if frequency < 0:
         frequency, force, moved = -frequency, force.conj(), moved.conj()
     return ShaftLine(frequency=frequency, causes=causes, force=force, displacement=moved)
 
 
-def _stages(ready: Response, orders: Sequence[int]) -> tuple[str, ...]:
+def _mesh_causes(ready: Response, orders: Sequence[int]) -> tuple[str, ...]:
     """``<stage> mesh`` of every tone in a combination."""
     stages = zip(ready.lines.axis.tolist(), ready.system.meshes.stage, strict=True)
     return tuple(dict.fromkeys(f"{stage} mesh" for axis, stage in stages if orders[axis]))
@@ -163,13 +176,12 @@ def _significant(ready: Response, lines: list[ShaftLine], tolerance: float) -> l
 
 
 def solve_speed(system: System, relative_speed: float, tolerance: float) -> tuple[Response, Block]:
-    """One speed solved; arguments and errors as of `periodic`."""
-    if not (math.isfinite(relative_speed) and relative_speed > 0):
-        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
+    """Solve one speed; arguments and errors as of `periodic`."""
+    speed = checked_speed(relative_speed)
     if not 0 < tolerance < 1:
         raise ModelError("out of range", path="tolerance", given=tolerance, allowed="between 0 and 1")
     ready = response(system)
-    block = next(respond(ready, np.array([float(relative_speed)]), tolerance=tolerance))
+    block = next(respond(ready, np.array([speed]), tolerance=tolerance))
     if not block.residual[0] <= max(_ACCEPTED, 100 * tolerance):
         frequency = float(ready.lines.tone) * relative_speed
         raise ConvergenceError(
@@ -180,7 +192,24 @@ def solve_speed(system: System, relative_speed: float, tolerance: float) -> tupl
 
 
 def checked_samples(samples: int) -> int:
-    """A number of samples, refused below one."""
+    """A number of samples, one at least.
+
+    Raises
+    ------
+    ModelError : it is below one.
+    """
     if samples < 1:
         raise ModelError("out of range", path="samples", given=samples, allowed="1 or more")
     return samples
+
+
+def checked_speed(relative_speed: float) -> float:
+    """A relative speed above zero [1].
+
+    Raises
+    ------
+    ModelError : it is not a finite number above zero.
+    """
+    if not (math.isfinite(relative_speed) and relative_speed > 0):
+        raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
+    return float(relative_speed)

@@ -1,4 +1,6 @@
-"""Linear steady response of a System at many speeds: chunks, rows raised until what is dropped is small."""
+"""Linear steady response of a System at many speeds: blocks of speeds, harmonics added until the truncation is
+small.
+"""
 
 from __future__ import annotations
 
@@ -31,12 +33,13 @@ __all__ = [
     "respond",
     "response",
     "truncation_increment",
+    "truncation_norm",
 ]
 
 FrameSpeed = Literal["kinematic", "operating"]
 Index = NDArray[np.int64]
 Truncation = tuple[int, ...]
-"""Harmonics of each tone, and the cross order of combinations."""
+"""Truncation of the balance: harmonics of each tone, then the cross order of combinations."""
 
 # Doubles in one batch of modal rows: small enough to stay in the cache with the operator's copies of it.
 _BATCH = 60_000
@@ -44,9 +47,9 @@ _GROUPED = 6
 # Doubles solved for, in all, from which numba pays: some 5 s by numpy, a third of that by numba, whose first use ever
 # compiles for about 10 s, and whose first use in a process takes 0.4 s.
 _WORTH = 20_000_000
-# Forces converge with the square of what is dropped in their RMS, and directly in their waveform.
+# Truncation allowed per tolerance: the RMS of a force converges with its square, the waveform directly.
 _DROPPED = 30.0
-# Cross order |a_1| + .. + |a_D| of combinations of several tones: first, step, and last (by the number of tones).
+# Cross order |a_1| + .. + |a_D| of combinations of several tones: initial, step, and largest by the number of tones.
 _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 
 
@@ -54,7 +57,9 @@ _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 class Response:
     """A System ready to be solved at any speed.
 
-    frame_speed : whether G, Kg follow the speed or stay.  compiled : as of `response`.
+    frame_speed : whether G and Kg follow the speed (``kinematic``) or stay (``operating``).  compiled : as of
+        `response`.
+    kernels, frequencies, line_frequencies_made, operators : what a truncation needs, made on first use.
     """
 
     system: System
@@ -72,8 +77,12 @@ class Response:
         """Angular mesh frequencies at the operating speed, (D,) [rad/s]."""
         return 2 * np.pi * np.array([float(tone) for tone in self.lines.tones])
 
+    def frame_factor(self, speed: Array) -> Array:
+        """Factor of G and Cskew at relative speeds (P,), squared of Kg, (P,) [1]."""
+        return speed if self.frame_speed == "kinematic" else np.ones_like(speed)
+
     def kernel(self, truncation: Truncation, *, shifted: bool) -> Kernel:
-        """The convolution matrices for so many rows, made once."""
+        """Convolution matrices of a truncation; shifted : around shaft frequencies."""
         key = (truncation, shifted)
         if key not in self.kernels:
             *harmonics, cross = truncation
@@ -81,16 +90,17 @@ class Response:
         return self.kernels[key]
 
     def condensed(self, truncation: Truncation, *, shifted: bool) -> CondensedOperators:
-        """The operators for the compiled path, made once."""
+        """Operators of the compiled solver of a truncation; shifted : around shaft frequencies."""
         key = (truncation, shifted)
         if key not in self.operators:
             self.operators[key] = condensed_operators(self.system, self.modal, self.kernel(truncation, shifted=shifted))
         return self.operators[key]
 
     def exact_frequencies(self, truncation: Truncation, *, shifted: bool) -> tuple[Integers, int]:
-        """Frequency of every row, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit Hz.
+        """Frequency of every harmonic, kept ones first, at the operating speed: (S, J + T) whole multiples of 1/unit
+        Hz.
 
-        S = 1 of mesh orders; the unit is the same for all of them.
+        S = 1 of mesh orders; the unit is the same for mesh and shaft orders.
         """
         made = self.kernel(truncation, shifted=shifted)
         shafts = [shaft.frequency for shaft in self.lines.shaft]
@@ -99,9 +109,9 @@ class Response:
         return integer_frequencies(points, self.lines.tones, shafts if shifted else [Fraction(0)], unit), unit
 
     def frequency(self, truncation: Truncation, *, shifted: bool) -> tuple[Array, Array]:
-        """Angular frequency of every row (S, J) and of every row dropped (S, T) at the operating speed [rad/s].
+        """Angular frequency of every harmonic kept (S, J) and truncated (S, T) at the operating speed [rad/s].
 
-        S = 1 of mesh orders.  Exact before the last rounding: a combination that stands still is exactly 0.
+        S = 1 of mesh orders.  Exact before the last rounding: a combination of frequency 0 is exactly 0.
         """
         key = (truncation, shifted)
         if key not in self.frequencies:
@@ -112,7 +122,10 @@ class Response:
         return self.frequencies[key]
 
     def line_frequencies(self, truncation: Truncation, *, shafts: bool, truncated: bool) -> LineFrequencies:
-        """Frequencies of the rows kept, with the rows `truncation_residual` or not, of mesh orders and of `shafts` or not."""
+        """Line frequencies of a truncation: of mesh orders, with `shafts` of shaft orders too.
+
+        truncated : whether the truncated harmonics are among them.
+        """
         key = (truncation, shafts, truncated)
         if key not in self.line_frequencies_made:
             parts, unit = [], 1
@@ -126,11 +139,12 @@ class Response:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Block:
-    """Solved points.
+    """Solved speeds.
 
-    index : (P,) place of each point among the speeds asked for.  speed : (P,) relative.
-    kept : harmonics of each tone and cross order, in all of them.  mesh : mesh orders.
-    shaft : shaft orders, points outermost, None without lines.  residual : (P,) whole relative residual.
+    index : (P,) position of each among the speeds asked for.  speed : (P,) relative.
+    truncation : harmonics of each tone and cross order.  mesh : mesh orders.
+    shaft : shaft orders, speeds outermost, None without lines.  residual : (P,) largest relative residual, truncation
+        too.
     """
 
     index: Index
@@ -151,7 +165,9 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled:
 
     Parameters
     ----------
-    compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is there and the
+    frame_speed : as of `Response`.
+    compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is installed and
+        the
         job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
 
     Raises
@@ -169,19 +185,20 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled:
 
 
 def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bool = True) -> Iterator[Block]:
-    """Solve every relative speed (P,), in blocks as they come out.
+    """Solve relative speeds (P,), in blocks as they come out.
 
-    The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 8; each
-    grows until the forces on the rows dropped, an exact residual, are below 30 x tolerance of the dynamic part.
+    The harmonics of each tone start at the fewest that hold the excitation, the cross order of combinations at 10; each
+    grows until the forces on the truncated harmonics, an exact residual, are below 30 x tolerance of the dynamic part.
+    tolerance : relative residual of the harmonics kept [1].
     """
     start, limit = initial_truncation(ready), largest_truncation(ready, speed)
-    ready = replace(ready, compiled=_by_numba(ready, start, speed.size, shaft_orders=shaft_orders))
-    first = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
-    waiting: list[tuple[Index, Truncation, Block | None]] = [(*chunk, None) for chunk in first]
+    ready = replace(ready, compiled=_use_numba(ready, start, speed.size, shaft_orders=shaft_orders))
+    chunks = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
+    waiting: list[tuple[Index, Truncation, Block | None]] = [(*chunk, None) for chunk in chunks]
     while waiting:
         index, truncation, before = waiting.pop(0)
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others
-            tried = block = _block(
+            first = block = _block(
                 ready, index, speed[index], truncation=truncation, tolerance=tolerance, before=before
             )
             more = truncation_increment(block.mesh.truncation_residual, truncation, limit[index], tolerance)
@@ -195,11 +212,11 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
             yield block if np.all(done) else _select(block, done)
         if np.any(poor):
             again = _chunks(ready, index[poor], (np.array(truncation) + more)[poor], shaft_orders=shaft_orders)
-            waiting[:0] = [(*chunk, _select(tried, np.isin(index, chunk[0]))) for chunk in again]
+            waiting[:0] = [(*chunk, _select(first, np.isin(index, chunk[0]))) for chunk in again]
 
 
-def _by_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:
-    """Whether this job goes to numba: asked for, or there and worth its loading."""
+def _use_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:
+    """Whether a job goes to numba: asked for, or installed and worth its loading.  start : initial truncation."""
     if len(ready.lines.tones) > 1:
         return False
     if ready.compiled is None:
@@ -210,7 +227,7 @@ def _by_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool)
 
 
 def initial_truncation(ready: Response) -> Index:
-    """Harmonics of each tone and cross order to begin with, (D + 1,)."""
+    """Initial harmonics of each tone and cross order, (D + 1,)."""
     varying = bool(ready.system.meshes.variation.any())
     combined = _CROSS if varying and len(ready.lines.tones) > 1 else 0
     return np.array(
@@ -220,7 +237,11 @@ def initial_truncation(ready: Response) -> Index:
 
 
 def largest_truncation(ready: Response, speed: Array) -> Index:
-    """Most that each may grow to, (P, D + 1): four times what reaches beyond the highest mode, 1.7 f_highest / f."""
+    """Largest harmonics and cross order at relative speeds (P,), (P, D + 1): four times what reaches beyond the highest
+    mode.
+
+    The highest mode is reached with 1.7 f_highest / f_mesh harmonics.
+    """
     start = initial_truncation(ready)
     highest = float(np.sqrt(ready.modal.squared.max(initial=0.0)))
     with np.errstate(all="ignore"):
@@ -231,9 +252,12 @@ def largest_truncation(ready: Response, speed: Array) -> Index:
 
 
 def truncation_increment(truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float) -> Index:
-    """By how much each count has to grow, (P, D + 1): 0 where too little is dropped, or no more may be kept."""
+    """Increment of harmonics and cross order, (P, D + 1): 0 where the truncation is small enough, or at its limit.
+
+    truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).
+    """
     enough = _DROPPED * tolerance
-    poor = _size(truncation_residual) > enough
+    poor = truncation_norm(truncation_residual) > enough
     # the kinds that make it too large: those above their part of what is allowed
     large = (truncation_residual > enough / np.sqrt(truncation_residual.shape[1])) & poor[:, None]
     have = np.array(truncation)
@@ -246,6 +270,7 @@ def truncation_increment(truncation_residual: Array, truncation: Truncation, lim
 def _chunks(
     ready: Response, index: Index, truncation: Index, *, shaft_orders: bool
 ) -> Iterator[tuple[Index, Truncation]]:
+    """Parts of the speeds `index` (P,) of one truncation (P, D + 1) each, so small that a batch stays in the cache."""
     lines = len(ready.lines.shaft) if shaft_orders else 0
     for values in np.unique(truncation, axis=0):
         key = tuple(int(value) for value in values)
@@ -263,20 +288,24 @@ def _chunks(
 def _block(
     ready: Response, index: Index, speed: Array, *, truncation: Truncation, tolerance: float, before: Block | None
 ) -> Block:
+    """Mesh orders of relative speeds (P,), without shaft orders; before : solution with fewer harmonics."""
     guess = None if before is None else _guess(ready, before, truncation)
     mesh = _solve(ready, speed, truncation=truncation, tolerance=tolerance, shifted=False, guess=guess)
-    residual = np.maximum(mesh.residual, _size(mesh.truncation_residual))
+    residual = np.maximum(mesh.residual, truncation_norm(mesh.truncation_residual))
     return Block(index=index, speed=speed, truncation=truncation, mesh=mesh, shaft=None, residual=residual)
 
 
 def _with_shaft(ready: Response, block: Block, *, tolerance: float) -> Block:
+    """A block with its shaft orders solved."""
     shaft = _solve(ready, block.speed, truncation=block.truncation, tolerance=tolerance, shifted=True)
-    worst = np.maximum(shaft.residual, _size(shaft.truncation_residual)).reshape(block.speed.size, -1).max(axis=1)
+    worst = (
+        np.maximum(shaft.residual, truncation_norm(shaft.truncation_residual)).reshape(block.speed.size, -1).max(axis=1)
+    )
     return replace(block, shaft=shaft, residual=np.maximum(block.residual, worst))
 
 
 def _guess(ready: Response, before: Block, truncation: Truncation) -> Guess:
-    """A solution with fewer rows among more."""
+    """Solution with fewer harmonics prolonged to a larger truncation."""
     old, new = (ready.kernel(count, shifted=False).lattice.points.tolist() for count in (before.truncation, truncation))
     place = {tuple(point): i for i, point in enumerate(new)}
     P, _, _, n = before.mesh.y.shape
@@ -294,17 +323,17 @@ def _solve(
     shifted: bool,
     guess: Guess | None = None,
 ) -> HarmonicSolution:
+    """Solve mesh orders, or shaft orders (`shifted`), at relative speeds (P,)."""
     made = ready.kernel(truncation, shifted=shifted)
     excite = shaft_order_excitation if shifted else mesh_order_excitation
     error, force = excite(ready.system, ready.lines, speed, made.lattice)
-    frame = speed if ready.frame_speed == "kinematic" else np.ones_like(speed)
     at, truncated_frequency = ready.frequency(truncation, shifted=shifted)
     rows = Batch(
         frequency=np.multiply.outer(speed, at).reshape(speed.size * len(at), at.shape[1]),
         truncated_frequency=np.multiply.outer(speed, truncated_frequency).reshape(
             speed.size * len(at), truncated_frequency.shape[1]
         ),
-        frame=np.repeat(frame, len(at)),
+        frame=np.repeat(ready.frame_factor(speed), len(at)),
         error=error,
         force=force,
     )
@@ -312,14 +341,14 @@ def _solve(
     return solve(ready.system, ready.modal, made, rows, tolerance=tolerance, guess=guess, operators=operators)
 
 
-def _size(truncation_residual: Array) -> Array:
-    """What is dropped in all, (P, D + 1) -> (P,)."""
+def truncation_norm(truncation_residual: Array) -> Array:
+    """Truncation residual over all kinds, (P, D + 1) -> (P,)."""
     size: Array = np.sqrt((truncation_residual**2).sum(axis=1))
     return size
 
 
 def _worst(block: Block) -> Array:
-    """What the worst of a point's solutions dropped, by kind (P, D + 1)."""
+    """Largest truncation residual among the solutions of each speed, by kind (P, D + 1)."""
     if block.shaft is None:
         return block.mesh.truncation_residual
     shaft = block.shaft.truncation_residual.reshape(block.speed.size, -1, block.shaft.truncation_residual.shape[1])
@@ -328,6 +357,7 @@ def _worst(block: Block) -> Array:
 
 
 def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
+    """The speeds of a block marked in `keep` (P,)."""
     if keep.all():
         return block
 

@@ -1,4 +1,4 @@
-"""The steady response at one speed as a labelled Dataset."""
+"""Steady response at one speed as a labelled Dataset."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ..static.tangent import linearised
+from .lattice import on_axis
 from .measures import dynamic_factor, force_extremes, link_measures, mean, mean_square
 from .periodic import TOLERANCE, checked_samples, solve_speed
 from .response import Block, Response
@@ -53,6 +54,10 @@ def steady(
     ----------
     relative_speed : speed per operating speed, above zero.  samples : of the mesh phase in the result.
     method : ``exact``, or ``superposition``: every frequency alone on the mean system, see `superposed`.
+
+    Returns
+    -------
+    Variables and units of docs/response.md: forces [N, N m], displacements [m].
 
     Raises
     ------
@@ -111,7 +116,9 @@ def steady(
 
 
 def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, Any]:
-    """Forces of the links at multiples of the first mesh frequency, and what is told of them with all frequencies."""
+    """Link forces at multiples of the first mesh frequency over theta (Nt,), and their measures over all
+    frequencies.
+    """
     if not ready.system.links.name:
         return {}
     links, pairs = link_signal(ready, block), lateral_pairs(ready.system)
@@ -131,13 +138,17 @@ def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, An
 
 
 def _link_names(system: System) -> dict[Hashable, Any]:
+    """Coordinates of the link rows and of the bearings."""
     links, pairs = system.links, lateral_pairs(system)
     names: dict[Hashable, Any] = {"link_row": list(links.name)} if links.name else {}
     return {**names, "bearing": [links.link[x] for x in pairs[:, 0]]} if len(pairs) else names
 
 
 def tension_warnings(system: System, lowest: Array) -> list[str]:
-    """A warning where the linear model pulls on teeth; lowest : (m, P) smallest force at every point [N]."""
+    """Warning where the linear model pulls on teeth.
+
+    lowest : (m, P) smallest force of every mesh row at every speed [N].
+    """
     pulled = np.nan_to_num(lowest, nan=np.inf) < 0
     if not pulled.any():
         return []
@@ -149,21 +160,18 @@ def tension_warnings(system: System, lowest: Array) -> list[str]:
 
 
 def _stiffness_harmonics(ready: Response) -> int:
+    """Number of harmonics of the mesh stiffness."""
     return int(ready.system.meshes.variation.shape[1])
 
 
 def _by_mesh(ready: Response, spectrum: Spectrum, theta: Array) -> NDArray[Any]:
-    """Multiples of each mesh's own tone over its phase, (m, S, Nt)."""
-    waves = [tone_waveform(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))]
-    axis = mesh_axis(ready)
-    result: NDArray[Any] = np.array(waves)[axis, np.arange(len(axis))]
-    return result
+    """Multiples of each mesh's own tone over its phase theta (Nt,), (m, S, Nt)."""
+    return _own_tone(ready, [tone_waveform(spectrum, axis, theta)[:, 0] for axis in range(len(ready.lines.tones))])
 
 
 def _orders(spectrum: Spectrum, axis: int, harmonics: int) -> ComplexArray:
     """One-sided harmonics 0..H of one tone, (rows, H + 1): value = Re sum harmonic_h exp(2 pi i h theta)."""
-    own = np.count_nonzero(np.delete(spectrum.points, axis, axis=1), axis=1) == 0
-    orders = spectrum.points[:, axis]
+    own, orders = on_axis(spectrum.points, axis), spectrum.points[:, axis]
     result = np.zeros((spectrum.amplitude.shape[0], harmonics + 1), complex)
     known = own & (orders <= harmonics)
     result[:, orders[known]] = spectrum.amplitude[:, 0, 0, known]
@@ -171,10 +179,16 @@ def _orders(spectrum: Spectrum, axis: int, harmonics: int) -> ComplexArray:
 
 
 def _harmonics(ready: Response, force: Spectrum, highest: int) -> ComplexArray:
-    """Harmonics of each mesh force in its own tone, (m, H + L + 1)."""
-    every = [_orders(force, axis, highest + _stiffness_harmonics(ready)) for axis in range(len(ready.lines.tones))]
+    """Harmonics of each mesh force in its own tone, (m, H + L + 1) [N]."""
+    return _own_tone(
+        ready, [_orders(force, axis, highest + _stiffness_harmonics(ready)) for axis in range(len(ready.lines.tones))]
+    )
+
+
+def _own_tone(ready: Response, by_axis: list[NDArray[Any]]) -> NDArray[Any]:
+    """Of arrays (m, ..) of every tone the rows of each mesh's own tone, (m, ..)."""
     axis = mesh_axis(ready)
-    result: ComplexArray = np.array(every)[axis, np.arange(len(axis))]
+    result: NDArray[Any] = np.array(by_axis)[axis, np.arange(len(axis))]
     return result
 
 
@@ -187,8 +201,7 @@ def _combinations(
         return {}, {}
     points = motion.points
     exact = [sum((a * f for a, f in zip(p, tones, strict=True)), Fraction(0)) for p in points.tolist()]
-    axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
-    names = [stages[axes.index(axis)] for axis in range(len(tones))]
+    names = ready.lines.stages(ready.system)
     labels = [" ".join(f"{a:+d} {n}" for a, n in zip(p, names, strict=True) if a) or "mean" for p in points.tolist()]
     radius = ready.system.dofs.radius[:, None]
     return {
@@ -199,7 +212,7 @@ def _combinations(
 
 
 def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, theta: Array) -> dict[str, Any]:
-    """Shaft lines: envelopes over each mesh's own phase, and largest amplitudes over all phases."""
+    """Shaft lines: envelopes over each mesh's own phase theta (Nt,), and largest amplitudes over all phases [N]."""
     m, count = len(mesh_axis(ready)), len(ready.lines.shaft)
     speed = float(block.speed[0])
     force, largest = np.zeros((m, count, theta.size), complex), np.zeros((m, count))

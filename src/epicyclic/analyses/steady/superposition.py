@@ -4,8 +4,8 @@ With dbar the mean gap, K xbar = F, and dk the varying part of a mesh stiffness,
 
     Z(w) X = sum of (k0 + i w c) e B - dk dbar B,    force = k0 (dbar + dX) + dk dbar + c dX'
 
-that is, products of varying stiffness and varying gap are dropped.  This is the mean system with the errors
-e - dbar dk / (k0 + i w c), so that the one solver serves both.
+that is, products of varying stiffness and varying gap are left out.  This is the mean system with the errors
+e - dbar dk / (k0 + i w c), so that one solver serves both (derived here).
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def superposed(system: System, relative_speed: float) -> System:
 
 
 def _error(system: System, gap: Array, order: int, omega: float) -> ComplexArray:
-    """The error that acts as one harmonic of dk dbar, (m,) [m]."""
+    """Error that acts as one harmonic of dk dbar, (m,) [m]; gap : (m,) mean gap [m], omega : [rad/s]."""
     meshes = system.meshes
     force = meshes.stiffness * meshes.variation[:, order - 1] * gap
     error: ComplexArray = -force / (meshes.stiffness + 1j * omega * meshes.damping)
@@ -56,6 +56,7 @@ def _error(system: System, gap: Array, order: int, omega: float) -> ComplexArray
 
 
 def _line(system: System, frequency: Fraction, gap: ComplexArray) -> Line:
+    """Line of mesh errors `gap` (m,) [m] at a frequency [Hz at the operating speed]."""
     return Line(
         frequency=frequency,
         gap=gap,

@@ -1,4 +1,4 @@
-"""The periodic response over a range of speeds, linear contact, shaft orders included."""
+"""Steady response over a range of speeds, linear contact, shaft orders included."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def sweep(
     progress: Callable[[int, int], None] | None = None,
     compiled: bool | None = None,
 ) -> xr.Dataset:
-    """Mesh forces, bearing forces and motion over speed, for linear contact: see `measures` for what each number is.
+    """Mesh forces, bearing forces and motion over speed for linear contact; docs/response.md defines each number.
 
     With shaft orders the RMS is that of all time (Parseval), and the peak and the minimum are bounds over all
     relative phases, max over theta of f0 + sum |A_s|: teeth meet at discrete phases, so a bound may lie up to
     1 - cos(pi/z) of a line above what is reached, and with common tooth factors further.  Amplitudes likewise.
-    Several mesh frequencies take all combinations of their phases too; the amplitude then adds the way of each.
+    Several mesh frequencies take all combinations of their phases too; the amplitude then adds the range of each.
 
     Parameters
     ----------
@@ -53,9 +53,9 @@ def sweep(
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
-    orders : highest mesh order whose amplitude is told, 1 to 100; shaft lines are told around so many mesh orders, and
-        combinations of mesh frequencies up to so many, at most 32 of each.
-    tolerance : relative residual of the harmonics kept [1]; those dropped are below 30 times that.
+    orders : highest mesh order whose amplitude is reported, 1 to 100; shaft lines are reported around so many mesh
+        orders, and combinations of mesh frequencies up to so many, at most 32 of each.
+    tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
     compiled : solve by numba; None leaves that to the size of the job, see `response`.
 
@@ -92,6 +92,12 @@ def sweep(
 
 
 def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
+    """Relative speeds (P,) of the mesh frequencies [Hz] or relative speeds asked for, or the default range.
+
+    Raises
+    ------
+    ModelError : both are given.
+    """
     if mesh_frequency is not None and relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     tone = float(ready.lines.tone)
@@ -106,7 +112,7 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
 
 
 def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: Table, *, accepted: float) -> None:
-    """Write the measures of one block, nan where it found no answer."""
+    """Write the measures of one block at the speeds `place` (P,), nan where it did not converge."""
     face = faces(ready.system.meshes)
     rows = force_signal(ready, block)
     signals = Signals(
@@ -125,6 +131,7 @@ def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: Table,
 
 
 def _status(residual: float, accepted: float) -> str:
+    """Status of a speed from its relative residual."""
     if not np.isfinite(residual):
         return "not finite"
     return "ok" if residual <= accepted else "not converged"

@@ -1,4 +1,4 @@
-"""The table a sweep fills in, speed by speed, and the Dataset made of it: the same for every kind of sweep."""
+"""Table of a sweep, filled speed by speed, and the Dataset made of it: the same for every kind of sweep."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["Table", "empty_table", "layout_of", "reported_lines", "sweep_dataset
 
 Index = NDArray[np.int64]
 
-# every variable of numbers: what its rows are, and what they are told over besides speed
+# Dimensions of every numeric variable besides speed.
 _ROWS: dict[str, tuple[str, ...]] = {
     "mesh_force_mean": ("mesh",),
     "mesh_force_rms": ("mesh",),
@@ -49,13 +49,29 @@ _ROWS: dict[str, tuple[str, ...]] = {
 }
 
 
+# Lines of a kind reported at most: a row of each for every mesh and speed has to stay a small array.
+_MAX_LINES = 32
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportedLines:
+    """Spectral lines reported, in the order of their frequency.
+
+    frequency : exact [Hz at the operating speed].  label : cause, and the mesh orders it is shifted by.
+    """
+
+    frequency: tuple[Fraction, ...]
+    label: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Table:
-    """What a sweep fills in.
+    """Numbers of a sweep over P speeds.
 
     labels : names along every dimension but speed.  values : arrays by name, speeds last, nan where nothing was found.
-    harmonics : (P,) 0 where nothing was found.  status : (P,) what became of the point.
-    lowest : (m, P) smallest force of every mesh row, slices apart [N].  told, layout : what is told.
+    harmonics : (P,) 0 where nothing was found.  status : (P,) text.
+    minimum_force : (m, P) smallest force of every mesh row, slices apart [N].  reported, layout : lines and rows
+        reported.
     tones : (D,) mesh frequencies in orders of the first mesh's.
     """
 
@@ -69,18 +85,16 @@ class Table:
     tones: Array
 
     def store(self, place: Index, found: Mapping[str, Array], good: NDArray[np.bool_]) -> None:
-        """Write the measures of points `place` (P,), nan where they are not good."""
+        """Write the measures of the speeds `place` (P,), nan where `good` (P,) is False."""
         for name, values in found.items():
             if name in self.values:
                 self.values[name][..., place] = np.where(good, values, np.nan)
 
 
 def layout_of(system: System, lines: Excitation, *, orders: int, shafts: bool) -> tuple[Layout, ReportedLines]:
-    """What the rows of the signals of a System are, and the lines told of it."""
+    """Layout of the signals of a System, and the lines reported of it; arguments as of `reported_lines`."""
     face, dofs = faces(system.meshes), system.dofs
-    axes, stages = lines.axis.tolist(), system.meshes.stage
-    names = [stages[axes.index(axis)] for axis in range(len(lines.tones))]
-    reported = reported_lines(lines, names, orders=orders, shafts=shafts)
+    reported = reported_lines(lines, lines.stages(system), orders=orders, shafts=shafts)
     translation = dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3]
     layout = Layout(
         axis=lines.axis[face.first],
@@ -94,7 +108,7 @@ def layout_of(system: System, lines: Excitation, *, orders: int, shafts: bool) -
 
 
 def empty_table(system: System, lines: Excitation, count: int, *, orders: int, shafts: bool) -> Table:
-    """An empty table for `count` speeds; what has no rows (links, lines) is not in it."""
+    """Empty table for `count` speeds; variables without rows (links, lines) are left out."""
     layout, reported = layout_of(system, lines, orders=orders, shafts=shafts)
     labels: dict[str, Sequence[Any]] = {
         "mesh": faces(system.meshes).name,
@@ -129,11 +143,11 @@ def sweep_dataset(
     warnings: Sequence[str],
     further: Mapping[str, tuple[Sequence[str] | str, Any]] | None = None,
 ) -> xr.Dataset:
-    """The Dataset of a filled table.
+    """Dataset of a filled table.
 
     Parameters
     ----------
-    speed : (P,) relative; tone : mesh frequency of the first mesh at the operating speed [Hz].
+    speed : (P,) relative.  tone : mesh frequency of the first mesh at the operating speed [Hz].
     verb, options, warnings : as of `results.dataset`.  further : variables that only this kind of sweep has.
     """
     from ...results.dataset import dataset
@@ -160,26 +174,11 @@ def sweep_dataset(
     )
 
 
-# Lines of a kind told at most: a row of each for every mesh and speed has to stay a small array.
-_MAX_LINES = 32
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReportedLines:
-    """Lines in the order of their frequency.
-
-    frequency : exact [Hz at the operating speed].  label : cause, and the mesh orders it is shifted by.
-    """
-
-    frequency: tuple[Fraction, ...]
-    label: tuple[str, ...]
-
-
 def reported_lines(lines: Excitation, stages: Sequence[str], *, orders: int, shafts: bool) -> ReportedLines:
     """At most 32 combinations of several mesh frequencies, and at most 32 shaft lines around mesh orders.
 
-    With one tone its multiples are no combinations.  If even the shaft lines alone are more, they are all told.
-    stages : (D,) name of each tone.  orders : mesh orders told at most.  shafts : whether shaft lines count.
+    With one tone its multiples are no combinations.  If the shaft lines alone are more, all of them are reported.
+    stages : (D,) name of each tone.  orders : highest mesh order reported.  shafts : whether shaft lines count.
     """
     names = ["mesh"] if len(lines.tones) == 1 else [f"{stage} mesh" for stage in stages]
     found: dict[Fraction, str] = {}
@@ -195,7 +194,7 @@ def reported_lines(lines: Excitation, stages: Sequence[str], *, orders: int, sha
 def _shells_up_to_limit(
     shell_of: Callable[[int], Iterator[tuple[Fraction, str]]], shells: Sequence[int]
 ) -> dict[Fraction, str]:
-    """Frequency -> label, shell after shell, as long as there are not too many."""
+    """Lines by frequency, shell after shell of orders, up to the limit; the first shell with lines is complete."""
     found: dict[Fraction, str] = {}
     for shell in shells:
         more = dict(found)
@@ -208,12 +207,14 @@ def _shells_up_to_limit(
 
 
 def _combinations(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+    """Frequency and label of the combinations of one shell."""
     for point, tone in _shell(lines, shell):
         if tone > 0:
             yield tone, _label("", point, names)
 
 
 def _sidebands(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+    """Frequency and label of the shaft lines shifted by the mesh orders of one shell."""
     for point, tone in _shell(lines, shell):
         for shaft in lines.shaft:
             if shaft.frequency + tone != 0:
@@ -221,12 +222,13 @@ def _sidebands(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[
 
 
 def _shell(lines: Excitation, shell: int) -> Iterator[tuple[Point, Fraction]]:
-    """Points with |a_1| + .. + |a_D| = shell, and their frequencies."""
+    """Lattice points with |a_1| + .. + |a_D| = shell, and their frequencies [Hz at the operating speed]."""
     for point in product(range(-shell, shell + 1), repeat=len(lines.tones)):
         if sum(map(abs, point)) == shell:
             yield point, sum((a * f for a, f in zip(point, lines.tones, strict=True)), Fraction(0))
 
 
 def _label(cause: str, point: Point, names: Sequence[str]) -> str:
+    """Label of a line: its cause and the orders of a lattice point."""
     parts = [cause, *(f"{a:+d} {name}" for a, name in zip(point, names, strict=True) if a)]
     return " ".join(part for part in parts if part)

@@ -1,4 +1,4 @@
-"""From solved rows to what happens in time: spectra of mesh forces and displacements, waves over the mesh phases."""
+"""Spectra of mesh forces, link forces and displacements of a solved block, and their waveforms over the tone phases."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from ...system.faces import Faces, faces
 from ...system.system import Array, ComplexArray, System
 from .balance import HarmonicSolution
-from .kernel import product, truncated_product
-from .lattice import Lattice, LineFrequencies, bundle, integer_frequencies, line_frequencies
+from .excitation import link_errors
+from .kernel import product, to_complex, truncated_product
+from .lattice import Lattice, LineFrequencies, bundle, integer_frequencies, line_frequencies, on_axis
 from .response import Block, Response
 
 __all__ = [
@@ -32,7 +33,6 @@ __all__ = [
     "motion_spectrum",
     "peak",
     "signal_of_samples",
-    "to_complex",
     "tone_waveform",
     "torus_waveform",
     "valley",
@@ -48,7 +48,7 @@ class Spectrum:
     """One-sided amplitudes: value = Re sum_s exp(i w_s t) sum_a amplitude[..., s, a] exp(2 pi i a . theta).
 
     amplitude : (rows, P, S, K) complex; S = 1 without a shaft frequency.
-    points : (K, D) a.  mirrored : a real signal, one of a and -a.
+    points : (K, D) lattice points a.  mirrored : a real signal, one of a and -a.
     """
 
     amplitude: ComplexArray
@@ -58,10 +58,10 @@ class Spectrum:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Signal:
-    """Rows at all their frequencies; whoever solves for them, by whatever method, `measures` reads them from this.
+    """Rows at all their frequencies, whichever method solved for them; `measures` takes its numbers from it.
 
     orders : at the points of the tones, S = 1.  lines : around the shaft frequencies, None without.
-    comb : the frequencies of all of them, the rows of `orders` first, speeds not counted.
+    line_frequencies : of all harmonics, those of `orders` first, at the operating speed.
     cross : combinations of several tones beyond that cross order are left out of values over the phases.
     """
 
@@ -72,7 +72,7 @@ class Signal:
 
     @property
     def values(self) -> ComplexArray:
-        """(rows, P, R) amplitudes in the order of the comb."""
+        """Amplitudes (rows, P, R) in the order of the line frequencies."""
         rows, P = self.orders.amplitude.shape[:2]
         parts = [self.orders] if self.lines is None else [self.orders, self.lines]
         joined: ComplexArray = np.concatenate([part.amplitude.reshape(rows, P, -1) for part in parts], axis=2)
@@ -81,9 +81,9 @@ class Signal:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Envelopes:
-    """Everything but the multiples of one tone, gathered modulo that tone.
+    """All harmonics but the multiples of one tone, gathered modulo that tone.
 
-    rests : (R, D) orders of the other tones.  shaft : (R,) number of the shaft line, -1 of mesh orders.
+    rests : (R, D) orders of the other tones.  shaft : (R,) index of the shaft line, -1 of mesh orders.
     values : (rows, P, R, Nt) complex over the phase of the tone.
     """
 
@@ -93,7 +93,10 @@ class Envelopes:
 
 
 def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
-    """Mesh force k(t) (B^T q - e) + c d/dt(...) [N], rows dropped included."""
+    """Mesh force k(t) (B^T q - e) + c d/dt(B^T q - e) of every mesh row [N], truncated harmonics included.
+
+    Amplitude (m, P, S, J + T); shifted : of the shaft orders.
+    """
     solved = solution_part(block, shifted=shifted)
     made, meshes = ready.kernel(block.truncation, shifted=shifted), ready.system.meshes
     gap = solved.gap
@@ -108,7 +111,7 @@ def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
 
 
 def force_signal(ready: Response, block: Block) -> Signal:
-    """Force of every mesh row [N] at all frequencies."""
+    """Force of every mesh row [N] at all frequencies, truncated ones included."""
     shafts = block.shaft is not None
     return Signal(
         orders=force_spectrum(ready, block, shifted=False),
@@ -119,7 +122,7 @@ def force_signal(ready: Response, block: Block) -> Signal:
 
 
 def motion_signal(ready: Response, block: Block) -> Signal:
-    """Every coordinate [m, rad] at all frequencies kept."""
+    """Every coordinate [m, rad] at the frequencies kept."""
     shafts = block.shaft is not None
     return Signal(
         orders=motion_spectrum(ready, block, shifted=False),
@@ -130,7 +133,7 @@ def motion_signal(ready: Response, block: Block) -> Signal:
 
 
 def signal_of_samples(waves: Array, tone: Fraction) -> Signal:
-    """The signal of samples (rows, P, Nt) over one cycle of a tone [Hz at the operating speed], Nt odd."""
+    """Signal of samples (rows, P, Nt) over one cycle of a tone, Nt odd; tone : [Hz at the operating speed]."""
     count = waves.shape[-1]
     amplitude = np.fft.rfft(waves)[:, :, None] * (2 / count)
     amplitude[..., 0] /= 2
@@ -146,7 +149,7 @@ def signal_of_samples(waves: Array, tone: Fraction) -> Signal:
 
 
 def whole_mesh_signal(rows: Signal, face: Faces) -> Signal:
-    """Forces of whole meshes from those of their slices."""
+    """Forces of whole meshes, the sum of those of their slices."""
     if len(face.first) == len(face.row):
         return rows
     lines = None if rows.lines is None else replace(rows.lines, amplitude=face.total(rows.lines.amplitude))
@@ -154,13 +157,13 @@ def whole_mesh_signal(rows: Signal, face: Faces) -> Signal:
 
 
 def mesh_axis(ready: Response) -> Index:
-    """The tone each whole mesh follows, (w,)."""
+    """Tone of each whole mesh, (w,)."""
     axis: Index = ready.lines.axis[faces(ready.system.meshes).first]
     return axis
 
 
 def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
-    """Coordinates [m, rad]."""
+    """Coordinates [m, rad], amplitude (n, P, S, J); shifted : of the shaft orders."""
     P, _, J, n = solution_part(block, shifted=shifted).y.shape
     q = (ready.modal.shapes @ solution_part(block, shifted=shifted).y.reshape(-1, n).T).reshape(n, P, 2 * J)
     points = ready.kernel(block.truncation, shifted=shifted).lattice.points
@@ -168,31 +171,24 @@ def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum
 
 
 def solution_part(block: Block, *, shifted: bool) -> HarmonicSolution:
-    """The rows of mesh orders, or of shaft orders."""
+    """Solution of the mesh orders, or of the shaft orders (`shifted`)."""
     solved = block.shaft if shifted else block.mesh
     if solved is None:
         raise ValueError("no shaft lines were solved")
     return solved
 
 
-def to_complex(both: Array) -> ComplexArray:
-    """(..., 2 J) real and imaginary parts side by side as (..., J)."""
-    half = both.shape[-1] // 2
-    value: ComplexArray = both[..., :half] + 1j * both[..., half:]
-    return value
-
-
 def per_speed(values: ComplexArray, block: Block) -> ComplexArray:
-    """(rows, P S, K) as (rows, P, S, K)."""
+    """Amplitudes (rows, P S, K) as (rows, P, S, K)."""
     return values.reshape(values.shape[0], block.speed.size, -1, values.shape[-1])
 
 
 def tone_waveform(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:
-    """The multiples of one tone alone, over its phase theta (Nt,): (rows, P, S, Nt), real of a real signal.
+    """The multiples of one tone over its phase theta (Nt,) [cycles]: (rows, P, S, Nt), real of a real signal.
 
     mean : whether order 0 is one of them.
     """
-    own = np.count_nonzero(np.delete(spectrum.points, axis, axis=1), axis=1) == 0
+    own = on_axis(spectrum.points, axis)
     if not mean:
         own &= spectrum.points[:, axis] != 0
     amplitude = spectrum.amplitude if own.all() else spectrum.amplitude[..., own]
@@ -200,7 +196,10 @@ def tone_waveform(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = T
 
 
 def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -> Values:
-    """sum_a amplitude_a exp(2 pi i a theta), (..., Nt), its real part where `real`."""
+    """sum_a amplitude_a exp(2 pi i a theta), its real part where `real`.
+
+    amplitude : (..., K).  orders : (K,).  theta : (Nt,) [cycles].  Returns (..., Nt).
+    """
     angle = 2 * np.pi * np.outer(orders, theta)
     if not real:
         whole: Values = amplitude @ np.exp(1j * angle)
@@ -215,7 +214,7 @@ def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -
 def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
     """Values over a grid of all tone phases, (rows, P, S, N_1, .., N_D), real of a real signal.
 
-    cross : combinations beyond that cross order, which are below what a solution may drop, are left out.
+    counts : N_1 .. N_D.  cross : combinations beyond that cross order, below the truncation allowed, are left out.
     """
     D = len(counts)
     phases = [np.arange(count) / count for count in counts]
@@ -230,7 +229,9 @@ def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Val
 
 
 def _box(amplitude: ComplexArray, points: Index, phases: Sequence[Array], *, real: bool) -> Values:
-    """Combinations of tones on the grid: a sum over one axis after another."""
+    """Combinations (rows, P, S, K) of tones at points (K, D) on the grid of their phases: a sum over one axis after
+    another.
+    """
     low, high = points.min(axis=0, initial=0), points.max(axis=0, initial=0)
     box = np.zeros((*amplitude.shape[:3], *(high - low + 1)), complex)
     box[(..., *(points - low).T)] = amplitude
@@ -242,7 +243,7 @@ def _box(amplitude: ComplexArray, points: Index, phases: Sequence[Array], *, rea
 
 
 def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
-    """All that is no multiple of one tone, modulo that tone, over its phase theta (Nt,)."""
+    """All harmonics but the multiples of one tone, modulo that tone, over its phase theta (Nt,) [cycles]."""
     points, D = spectrum.points, spectrum.points.shape[1]
     lattice = Lattice(points=points, mirrored=spectrum.mirrored, own=())
     lines = bundle(lattice, axis)
@@ -274,12 +275,12 @@ def peak(values: Array) -> Array:
 
 
 def valley(values: Array) -> Array:
-    """Smallest value of a periodic signal, as `peak`."""
+    """Smallest value of a periodic signal (..., Nt) -> (...), as `peak`."""
     return _vertex(values, np.argmin(values, axis=-1))
 
 
 def _vertex(values: Array, place: Index) -> Array:
-    """Top or bottom of the parabola through an extreme sample and its neighbours."""
+    """Extremum of the parabola through the sample `place` (...) of (..., Nt) and its neighbours, (...)."""
     count = values.shape[-1]
     flat, at = values.reshape(-1), np.arange(0, values.size, count).reshape(place.shape)
     before, top, after = (flat[at + (place + step) % count] for step in (-1, 0, 1))
@@ -291,20 +292,22 @@ def _vertex(values: Array, place: Index) -> Array:
 
 
 def link_signal(ready: Response, block: Block) -> Signal:
-    """Force k (B^T q - e) + c d/dt(...) + preload of every link row [N, N m] at all frequencies kept.
+    """Force k (B^T q - e) + c d/dt(B^T q - e) + preload of every link row [N, N m] at the frequencies kept.
 
-    Dampers to the housing in a turning frame act on the absolute velocity; their part s skew B^T q is in it.
+    Dampers to the housing in a turning frame act on the absolute velocity (docs/conventions.md, inertia in a turning
+    frame): their part s skew B^T q is included.
     """
     shafts = block.shaft is not None
     return Signal(
-        orders=_spectrum(ready, block, shifted=False),
-        lines=_spectrum(ready, block, shifted=True) if shafts else None,
+        orders=_link_spectrum(ready, block, shifted=False),
+        lines=_link_spectrum(ready, block, shifted=True) if shafts else None,
         line_frequencies=ready.line_frequencies(block.truncation, shafts=shafts, truncated=False),
         cross=block.truncation[-1],
     )
 
 
-def _spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+    """Force of every link row [N, N m], amplitude (p, P, S, J); shifted : of the shaft orders."""
     links, solved = ready.system.links, solution_part(block, shifted=shifted)
     P, _, J, n = solved.y.shape
     rows = links.B.T @ ready.modal.shapes
@@ -313,9 +316,11 @@ def _spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     stretch = per_speed(to_complex((rows @ solved.y.reshape(-1, n).T).reshape(len(rows), P, 2 * J)), block)
     turned = None
     if links.skew.size:
-        frame = block.speed if ready.frame_speed == "kinematic" else np.ones_like(block.speed)
-        turned = frame[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
-    stretch -= _errors(ready, block, shifted=shifted)[:, None]
+        turned = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
+    lattice = ready.kernel(block.truncation, shifted=shifted).lattice
+    shafts = range(len(ready.lines.shaft)) if shifted else (None,)
+    errors = [link_errors(ready.system, ready.lines, lattice, shaft=shaft) for shaft in shafts]
+    stretch -= np.stack(errors, axis=1)[:, None]
     force = links.stiffness[:, None, None, None] * stretch
     if links.damping.any():
         omega = solved.frequency.reshape(block.speed.size, -1, J)
@@ -324,27 +329,7 @@ def _spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
         force += turned
     if links.preload.size and not shifted:
         force[:, :, 0, 0] += links.preload[:, None]
-    points = ready.kernel(block.truncation, shifted=shifted).lattice.points
-    return Spectrum(amplitude=force, points=points, mirrored=not shifted)
-
-
-def _errors(ready: Response, block: Block, *, shifted: bool) -> ComplexArray:
-    """Errors of the link rows at the points of the lattice, (p, S, J) [m, rad]; no speed changes them."""
-    points = ready.kernel(block.truncation, shifted=shifted).lattice.points.tolist()
-    place = {tuple(point): i for i, point in enumerate(points)}
-    count = len(ready.lines.shaft) if shifted else 1
-    error = np.zeros((len(ready.system.links.name), count, len(points)), complex)
-    if not shifted:
-        for point, line in ready.lines.mesh:
-            error[:, 0, place[point]] += line.link_gap
-        error[:, 0, 0] = error[:, 0, 0].real
-        return error
-    for s, shaft in enumerate(ready.lines.shaft):
-        for point, conjugate, line in shaft.members:
-            # a . f - frequency stands at -a around +frequency once conjugated
-            row = place[tuple(-order for order in point)] if conjugate else place[point]
-            error[:, s, row] += line.link_gap.conj() if conjugate else line.link_gap
-    return error
+    return Spectrum(amplitude=force, points=lattice.points, mirrored=not shifted)
 
 
 def lateral_pairs(system: System) -> Index:

@@ -65,7 +65,7 @@ def test_without_parting_it_is_the_linear_response(made: Any, tones: int) -> Non
     system = made.coupled(tones=tones, load=3000.0, far=False)
     ready = response(system)
     block = next(respond(ready, np.array([0.8]), tolerance=1e-12))
-    given = mesh_problem(ready, harmonics=tuple(block.kept[:-1]), cross=block.kept[-1])
+    given = mesh_problem(ready, harmonics=tuple(block.truncation[:-1]), cross=block.truncation[-1])
     state = evaluate(given, block.mesh.y[0], 0.8)
     assert state.touching.all()
     # the linear solver's own residual 1e-12, and sums over samples that its convolutions do without

@@ -19,9 +19,9 @@ from epicyclic.analyses.sensitivity.adjoint import (
     measure,
     truncated_product_adjoint,
 )
-from epicyclic.analyses.sensitivity.forces import force_derivatives, stiffness_gradient
+from epicyclic.analyses.sensitivity.forces import force_derivatives
 from epicyclic.analyses.sensitivity.gradient import basis_of, gradient
-from epicyclic.analyses.sensitivity.numbers import Numbers, zero_change
+from epicyclic.analyses.sensitivity.numbers import Numbers, combined, numbers
 from epicyclic.analyses.steady import balance
 from epicyclic.analyses.steady.kernel import product, truncated_product
 from epicyclic.analyses.steady.periodic import periodic
@@ -92,6 +92,11 @@ def difference(answer: Callable[[float], Array], h: float = 1e-4) -> Array:
     """Five-point derivative at 0 of a function of a relative step."""
     near, far = (answer(k * h) - answer(-k * h) for k in (1, 2))
     return np.asarray((8 * near - far) / (12 * h))
+
+
+def zero_change(system: System) -> Numbers:
+    """No change: a derivative to which single entries are given."""
+    return combined([0.0], [numbers(system)])
 
 
 def one(system: System, name: str) -> Numbers:
@@ -180,36 +185,8 @@ def test_amplitude_of_one_order(case: Any) -> None:
     assert found.derivative[0, :, 0] == pytest.approx(difference(amplitude), rel=1e-6)  # five-point, see above
 
 
-def test_single_numbers_are_the_same_derivatives(case: Any) -> None:
-    system = system_of(case)
-    meshes = system.meshes
-    b = system.links.B[:, 2]
-    blank = zero_change(system)
-    changes = [
-        replace(blank, stiffness=np.array([1.0, 0.0])),
-        replace(blank, variation=meshes.variation * [[0.0], [1.0]]),
-        replace(blank, K=np.outer(b, b)),
-        replace(blank, C=np.outer(b, b)),
-        replace(blank, M=np.diag([0, 1.0, 0, 0, 0, 0])),
-        replace(blank, zeta=np.array(1.0)),
-        one(system, "speed"),
-        replace(blank, damping=np.array([0.0, 1.0])),
-    ]
-    along = force_derivatives(system, changes, relative_speed=[1.0, SPEED]).derivative
-    found = stiffness_gradient(system, relative_speed=[1.0, SPEED])
-    single = [
-        found.stiffness[..., 0],
-        found.variation[..., 1],
-        found.link_stiffness[..., 2],
-        found.link_damping[..., 2],
-    ]
-    single += [found.mass[..., 1], found.zeta, found.speed_factor, found.mesh_damping[..., 1]]
-    for mine, other in zip(single, along, strict=True):
-        assert mine == pytest.approx(other, rel=1e-10)  # the same sums in another order
-
-
 @pytest.mark.parametrize("name", ["stiffness", "variation", "B", "K"])
-def test_what_the_dropped_rows_feel_counts(case: Any, name: str) -> None:
+def test_forces_on_truncated_harmonics_count(case: Any, name: str) -> None:
     """With three harmonics kept the forces on dropped ones are large, and the derivative is that of all of them."""
     system = system_of(case)
     change = one(system, name)
