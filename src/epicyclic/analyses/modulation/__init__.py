@@ -1,1 +1,1 @@
-"""What a sensor at a fixed place sees of a train whose planets pass it: lines, families, signal."""
+"""Vibration seen by a sensor at a fixed position while planets pass it: lines, families, signal."""

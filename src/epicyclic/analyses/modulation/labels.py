@@ -1,7 +1,7 @@
-"""What a line at the sensor is called and what causes it.
+"""Labels, families and causes of the lines at the sensor.
 
-A line stands at  sum_j l_j f_j + f_shaft + k f_carrier: mesh orders, a shaft line in the axes of the stage, and what
-the planets add that pass the sensor.  With even planets that are alike only sidebands with l z + k a multiple of N
+A line stands at  sum_j l_j f_j + f_shaft + k f_carrier: mesh orders, a shaft line in the axes of the stage, and the
+shift by planets that pass the sensor.  With even planets that are alike only sidebands with l z + k a multiple of N
 survive, z the teeth of the ring, N the planets: asymmetric about the mesh orders, which vanish themselves, where z / N
 is not whole [mcfadden1985].  Uneven or unlike planets bring the others [inalpolat2009].
 """
@@ -28,7 +28,7 @@ _UNEVEN_CAUSE = "fault-free asymmetry: planet angles, mesh phases"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
-    """Frequency = sum_j mesh_j f_j + sign f_shaft + carrier |f_carrier|.  shaft : its number, -1 without."""
+    """Frequency = sum_j mesh_j f_j + sign f_shaft + carrier |f_carrier|.  shaft : its index, -1 without."""
 
     mesh: tuple[int, ...]
     shaft: int
@@ -38,7 +38,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineLabels:
-    """Names lines of one System at one place."""
+    """Labels of the lines of one System at one sensor position."""
 
     system: System
     lines: Excitation
@@ -46,11 +46,11 @@ class LineLabels:
 
     @property
     def own(self) -> int:
-        """The tone of the stage."""
+        """Axis of the tone of the stage."""
         return int(self.lines.axis[self.position.meshes[0]])
 
     def label(self, origin: Origin) -> str:
-        """``2 x mesh + sun run-out - 3 x carrier``."""
+        """Label of a line: ``2 x mesh + sun run-out - 3 x carrier``."""
         terms = [(count, f"{abs(count)} x {self._mesh(j)}") for j, count in enumerate(origin.mesh)]
         if origin.shaft >= 0:
             terms.append((origin.sign, self.shaft_name(origin.shaft)))
@@ -62,7 +62,7 @@ class LineLabels:
         return text.removeprefix(" + ").strip()
 
     def family(self, origin: Origin, *, faulty: bool) -> str:
-        """Which family of lines it belongs to: the one word for its cause; faulty : hardly there without deviations."""
+        """Family of a line, the one word for its cause.  faulty : the line is hardly there without deviations."""
         if origin.shaft >= 0:
             return self.shaft_name(origin.shaft)
         others = [self._mesh(j) for j, count in enumerate(origin.mesh) if count and j != self.own]
@@ -74,29 +74,30 @@ class LineLabels:
         return UNLIKE if faulty or self.position.even else UNEVEN
 
     def causes(self, origins: Sequence[Origin], *, faulty: bool) -> str:
-        """What causes a line, the largest part first, with paths in the file."""
+        """Causes of a line with paths in the file, the largest part first.  faulty : as of `family`."""
         found: dict[str, None] = {}
         for one in origins:
             shaft = self.lines.shaft[one.shaft].causes if one.shaft >= 0 else None
             found.update(dict.fromkeys(self._causes(one, faulty=faulty) if shaft is None else shaft))
         return "; ".join(found)
 
-    def origin(self, rows: StageSpectrum, part: LineSource) -> Origin:
-        """Where a part of a line comes from."""
-        sign, turn = -1 if part.negative else 1, 0 if rows.carrier == 0 else 1 if rows.carrier > 0 else -1
+    def origin(self, spectrum: StageSpectrum, part: LineSource) -> Origin:
+        """Origin of a source of a line."""
+        sign, turn = -1 if part.negative else 1, 0 if spectrum.carrier == 0 else 1 if spectrum.carrier > 0 else -1
         return Origin(
-            mesh=tuple(sign * int(count) for count in rows.point[part.row]),
-            shaft=int(rows.shaft[part.row]),
+            mesh=tuple(sign * int(count) for count in spectrum.point[part.row]),
+            shaft=int(spectrum.shaft[part.row]),
             sign=sign,
             carrier=sign * turn * part.order,
         )
 
     def shaft_name(self, number: int) -> str:
-        """``sun run-out``, ``3 x sun pitch``: from paths and exact orders."""
+        """Name of a shaft line from paths and exact orders: ``sun run-out``, ``3 x sun pitch``."""
         shaft = self.lines.shaft[number]
         return " & ".join(dict.fromkeys(self._shaft_word(shaft, path) for path in shaft.causes)) or "shaft"
 
     def _causes(self, origin: Origin, *, faulty: bool) -> list[str]:
+        """Causes of one origin at mesh orders."""
         family, own = self.family(origin, faulty=faulty), self._at_order(origin.mesh)
         standing = self._at_order((0,) * len(origin.mesh))
         faults = [path for path in standing if path.startswith("deviations.")] if faulty else []
@@ -106,12 +107,12 @@ class LineLabels:
         return [first, *own, *faults]
 
     def _at_order(self, mesh: tuple[int, ...]) -> list[str]:
-        """Paths of the lines that stand at a mesh order, or at 0, of whichever sign."""
+        """Paths of the lines at a mesh order, or at 0, of either sign."""
         mirrored = tuple(-count for count in mesh)
         return [cause for point, line in self.lines.mesh if point in (mesh, mirrored) for cause in line.causes]
 
     def _passes(self, origin: Origin) -> bool:
-        """Whether even planets that are alike leave this line of mesh orders."""
+        """Whether a line of mesh orders survives with even planets that are alike [mcfadden1985]."""
         count, teeth = len(self.position.spacing), self.position.teeth
         if self.position.turn == 0:
             return True
@@ -122,11 +123,10 @@ class LineLabels:
         return (-origin.mesh[self.own] * teeth + forwards * origin.carrier) % count == 0
 
     def _mesh(self, tone: int) -> str:
+        """Name of a tone."""
         if len(self.lines.tones) == 1:
             return "mesh"
-        axes = self.lines.axis.tolist()
-        rows = [row for row, axis in enumerate(axes) if axis == tone]
-        return f"{self.system.meshes.stage[rows[0]]} mesh"
+        return f"{self.lines.stages(self.system)[tone]} mesh"
 
     def _shaft_word(self, shaft: Shaft, path: str) -> str:
         """``deviations.main.sun.run_out`` -> ``sun run-out``, with the order where it is not the first."""
@@ -151,5 +151,5 @@ class LineLabels:
 
 
 def is_fault_free(causes: Sequence[str]) -> bool:
-    """Whether a line of excitation is there in a train as drawn: tooth form and loads, not what manufacturing left."""
+    """Whether a line of excitation belongs to the train as drawn: tooth form and loads, no other deviations."""
     return not causes or any(not cause.startswith("deviations.") or cause.endswith(".profile") for cause in causes)

@@ -1,4 +1,4 @@
-"""The signal of an accelerometer beside the ring, as lines of exact frequency, each with its family and its causes."""
+"""Signal of an accelerometer beside the ring, as lines of exact frequency, each with its family and its causes."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ __all__ = ["modulation"]
 # Highest number of samples of the signal: 2^20 doubles are 8 MB.
 _MAX_SAMPLES = 2**20
 _FEWEST = 2048
-# Deviations are told as the cause of a line that changes by more than this without them.
+# Deviations count as the cause of a line that changes by more than this share without them.
 _REPORTED = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Settings:
-    """What is asked for, checked."""
+    """Checked options."""
 
     position: SensorPosition
     window: Window
@@ -57,9 +57,12 @@ class _Settings:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _SensorSignal:
-    """What the sensor sees: its lines, their frequency at this speed [Hz], signal, acceleration of what it sits on."""
+    """Signal at the sensor by lines.
 
-    rows: StageSpectrum
+    frequency : (L,) at this speed [Hz].  signal : (L,) [N or m/s2].  acceleration : (L,) of the body under it [m/s2].
+    """
+
+    spectrum: StageSpectrum
     lines: SensorLines
     frequency: Array
     signal: ComplexArray
@@ -86,8 +89,8 @@ def modulation(
 ) -> xr.Dataset:
     """Vibration at a fixed place beside the ring: its lines by family and cause, and its signal over time.
 
-    Every mesh force with the ring is heard through a window that depends on the angle between its planet and the
-    sensor, left and right helix together, then through the transfer path.  Without a transfer path the signal is a
+    Every mesh force with the ring passes a window over the angle between its planet and the sensor, left and right
+    helix together, then the transfer path [mcfadden1985] [inalpolat2009].  Without a transfer path the signal is a
     force [N], and the acceleration of the ring as a rigid body stands beside it; a path in m/s2/N makes it an
     acceleration and adds that of the ring.  The steady state of means is left out: the signal has no mean.
 
@@ -97,7 +100,7 @@ def modulation(
     stage, body, sensor, through_planet : as of `sensor_position`.  direction : of the ring's motion, radial,
         tangential or axial.
     window, width : as of `named_window`, or a `Window`.  transfer : path to the sensor, 1 at every frequency if None.
-    mean_load : whether the mean mesh force is heard passing too, at multiples of the carrier's speed.
+    mean_load : whether the mean mesh force counts too, at multiples of the carrier's speed.
     radius : of the sensor from the axis, that of the ring's `rz` if None [m].
     floor : lines below this, relative to the largest one, are not listed; 0 lists all.
     turns : length of the signal in turns of the carrier, where it stands of the fastest body of the stage.
@@ -121,16 +124,16 @@ def modulation(
     ready, block = solve_speed(system, relative_speed, TOLERANCE)
     seen = _sensor_signal(ready, block, settings)
     healthy = _fault_free(system, relative_speed, settings)
-    kept = _listed(seen, floor)
+    listed = _listed(seen, floor)
     duration = _duration(system, position, turns) / relative_speed
-    count = _samples(seen.frequency[kept], duration, samples)
-    signal = synthesised_signal(seen.frequency[kept], seen.signal[kept], duration, count)
+    count = _samples(seen.frequency[listed], duration, samples)
+    signal = synthesised_signal(seen.frequency[listed], seen.signal[listed], duration, count)
     return _labelled(
         ready,
         block,
         settings,
         seen,
-        kept=kept,
+        listed=listed,
         healthy=healthy,
         signal=(duration, signal),
         options={
@@ -151,6 +154,12 @@ def modulation(
 
 
 def _check(settings: _Settings, *, floor: float, turns: int) -> None:
+    """Refuse options out of range.
+
+    Raises
+    ------
+    ModelError : direction, radius, floor or turns.
+    """
     if settings.direction not in DIRECTIONS:
         raise ModelError("no such direction", path="direction", given=settings.direction, allowed=", ".join(DIRECTIONS))
     if settings.radius is not None and not (math.isfinite(settings.radius) and settings.radius > 0):
@@ -162,29 +171,30 @@ def _check(settings: _Settings, *, floor: float, turns: int) -> None:
 
 
 def _sensor_signal(ready: Response, block: Block, settings: _Settings) -> _SensorSignal:
-    rows = stage_spectrum(ready, block, settings.position)
+    """Lines at the sensor of a solved block (P = 1)."""
+    spectrum = stage_spectrum(ready, block, settings.position)
     if not settings.mean_load:
-        rows = replace(rows, force=np.where(rows.step == 0, 0.0, rows.force))
+        spectrum = replace(spectrum, force=np.where(spectrum.step == 0, 0.0, spectrum.force))
     radius = _radius(ready.system, settings.position) if settings.radius is None else settings.radius
-    motion = sensor_motion(rows, settings.position, settings.direction, radius)
-    lines = merged_lines(rows, windowed_forces(rows, settings.position, settings.window), motion)
+    motion = sensor_motion(spectrum, settings.position, settings.direction, radius)
+    lines = merged_lines(spectrum, windowed_forces(spectrum, settings.position, settings.window), motion)
     frequency = float(block.speed[0]) * np.array([float(one) for one in lines.frequency])
     acceleration = -((2 * np.pi * frequency) ** 2) * lines.motion
     signal = lines.force if settings.transfer is None else lines.force * settings.transfer.at(frequency)
     if settings.transfer is not None and settings.transfer.unit == ACCELERATION:
         signal = signal + acceleration
-    return _SensorSignal(rows=rows, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration)
+    return _SensorSignal(spectrum=spectrum, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration)
 
 
 def _radius(system: System, position: SensorPosition) -> float:
-    """Reference radius of what the sensor sits on, 0 where it cannot turn."""
+    """Reference radius of the body under the sensor [m], 0 where it cannot turn."""
     names = {system.dofs.bodies[body] for body in position.bodies}
-    rows = zip(system.dofs.body, system.dofs.direction, system.dofs.radius, strict=True)
-    return next((float(R) for body, direction, R in rows if body in names and direction == "rz"), 0.0)
+    spectrum = zip(system.dofs.body, system.dofs.direction, system.dofs.radius, strict=True)
+    return next((float(R) for body, direction, R in spectrum if body in names and direction == "rz"), 0.0)
 
 
 def _fault_free(system: System, relative_speed: float, settings: _Settings) -> dict[Fraction, complex]:
-    """The signal of the same train without what manufacturing left, by exact frequency."""
+    """Signal of the same train without manufacturing deviations, by exact frequency [Hz at s = 1]."""
     lines = tuple(line for line in system.lines if is_fault_free(line.causes))
     ready, block = solve_speed(replace(system, lines=lines), relative_speed, TOLERANCE)
     seen = _sensor_signal(ready, block, settings)
@@ -192,20 +202,29 @@ def _fault_free(system: System, relative_speed: float, settings: _Settings) -> d
 
 
 def _listed(seen: _SensorSignal, floor: float) -> NDArray[np.int64]:
-    """Lines large enough in the signal; all of them, what the body does without it too, where nothing is too small."""
+    """Indices of the lines above the floor in the signal; all of them, motion without signal too, where the floor is
+    0.
+    """
     size = np.abs(seen.signal)
     return np.flatnonzero((size >= floor * size.max(initial=0.0)) & ((size > 0) | (floor == 0)))
 
 
 def _duration(system: System, position: SensorPosition, turns: int) -> float:
-    """Seconds at the operating speed."""
+    """Length of the signal at the operating speed [s]."""
     speeds = zip(system.dofs.bodies, system.body_turns, strict=True)
     fastest = max(abs(turn) for name, turn in speeds if name.split("/")[0] == position.stage)
     return float(turns / (abs(position.turn) or fastest))
 
 
 def _samples(frequency: Array, duration: float, samples: int | None) -> int:
-    """2.56 samples a cycle of the highest line, as analysers take them, to the next power of two."""
+    """Number of samples: 2.56 a cycle of the highest line, as analysers take them, to the next power of two.
+
+    frequency : (L,) [Hz].  duration : [s].
+
+    Raises
+    ------
+    ModelError : too few for the highest line, or too many.
+    """
     highest = float(frequency.max(initial=0.0)) * duration
     if samples is None:
         wanted = max(_FEWEST, 1 << math.ceil(math.log2(max(2.56 * highest, 1.0))))
@@ -222,6 +241,7 @@ def _samples(frequency: Array, duration: float, samples: int | None) -> int:
 
 
 def _where(system: System, position: SensorPosition) -> str:
+    """Names of the bodies under the sensor."""
     return ", ".join(system.dofs.bodies[body] for body in position.bodies) or "housing"
 
 
@@ -231,31 +251,32 @@ def _labelled(
     settings: _Settings,
     seen: _SensorSignal,
     *,
-    kept: NDArray[np.int64],
+    listed: NDArray[np.int64],
     healthy: dict[Fraction, complex],
     signal: tuple[float, Array],
     options: dict[str, Any],
 ) -> xr.Dataset:
+    """Dataset of the listed lines (indices `listed`), the signal (duration [s], samples) and the settings."""
     from ...results.dataset import dataset
 
     position, system, speed = settings.position, ready.system, float(block.speed[0])
     labels = LineLabels(system=system, lines=ready.lines, position=position)
-    origins = [[labels.origin(seen.rows, part) for part in seen.lines.parts[i]] for i in kept]
-    frequency = [seen.lines.frequency[i] for i in kept]
+    origins = [[labels.origin(seen.spectrum, part) for part in seen.lines.parts[i]] for i in listed]
+    frequency = [seen.lines.frequency[i] for i in listed]
     without = np.array([healthy.get(one, 0j) for one in frequency])
-    faulty = np.abs(seen.signal[kept] - without) > _REPORTED * np.abs(seen.signal[kept])
+    faulty = np.abs(seen.signal[listed] - without) > _REPORTED * np.abs(seen.signal[listed])
     duration, values = signal
     unit = "N" if settings.transfer is None or settings.transfer.unit != ACCELERATION else "m/s2"
     angle = np.linspace(-np.pi, np.pi, 721)
     result = dataset(
         {
-            "line_frequency": ("line", seen.frequency[kept]),
+            "line_frequency": ("line", seen.frequency[listed]),
             "exact_frequency": ("line", _texts([str(one) for one in frequency])),
             "mesh_order": ("line", np.array([float(one / ready.lines.tones[labels.own]) for one in frequency])),
             "carrier_order": ("line", np.array([float(one / abs(position.turn or 1)) for one in frequency])),
-            "signal_amplitude": ("line", seen.signal[kept]),
+            "signal_amplitude": ("line", seen.signal[listed]),
             "fault_free_amplitude": ("line", without),
-            "sensor_acceleration": ("line", seen.acceleration[kept]),
+            "sensor_acceleration": ("line", seen.acceleration[listed]),
             "family": (
                 "line",
                 _texts([labels.family(one[0], faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
@@ -286,21 +307,23 @@ def _labelled(
         carrier_frequency=speed * abs(float(position.turn)),
         stage_mesh_frequency=speed * float(ready.lines.tones[labels.own]),
         common_period=str(_period(frequency)),
-        power_kept=float(_power(seen.signal[kept]) / (_power(seen.signal) or 1.0)),
+        power_kept=float(_power(seen.signal[listed]) / (_power(seen.signal) or 1.0)),
     )
     return result
 
 
 def _texts(values: list[str]) -> NDArray[np.object_]:
+    """Texts as an array of objects, (n,)."""
     return np.array(values, dtype=object)
 
 
 def _power(amplitude: ComplexArray) -> float:
+    """Mean square of a signal of amplitudes (L,)."""
     return float((np.abs(amplitude) ** 2).sum() / 2)
 
 
 def _period(frequency: list[Fraction]) -> Fraction:
-    """Seconds at the operating speed after which all lines are as at the start, exact."""
+    """Common period of all lines at the operating speed, exact [s]."""
     if not frequency:
         return Fraction(0)
     unit = math.lcm(*(one.denominator for one in frequency))
@@ -308,7 +331,7 @@ def _period(frequency: list[Fraction]) -> Fraction:
 
 
 def _passages(position: SensorPosition, speed: float) -> Array:
-    """First time at which each planet passes the sensor [s], nan where none does."""
+    """First time at which each planet passes the sensor, (N,) [s], nan where none does."""
     if position.turn == 0:
         return np.full(len(position.branches), np.nan)
     turn = speed * float(position.turn)
@@ -318,6 +341,7 @@ def _passages(position: SensorPosition, speed: float) -> Array:
 
 
 def _warnings(ready: Response, block: Block, settings: _Settings, seen: _SensorSignal) -> list[str]:
+    """Warnings: teeth that pull, a window cut short, lines outside the transfer function."""
     found = tension_warnings(ready.system, force_extremes(force_signal(ready, block), axis=ready.lines.axis)[0])
     if settings.window.remainder > 1e-2:
         last = len(settings.window.coefficients) - 1

@@ -1,9 +1,11 @@
-"""Windows: how loud a planet is at the sensor, over the angle between them, as a Fourier series.
+"""Path from a mesh to the sensor: the window of a passing planet and the transfer function behind it.
+
+A window is the gain of a planet over the angle between it and the sensor, as a Fourier series:
 
     w(phi) = Re(c_0 + 2 sum_k c_k exp(i k phi)),  phi = angle of the planet's contact less that of the sensor
 
-A Hann window over 2 pi / N hears one planet at a time [inalpolat2009]; one over a whole turn, ``cos2``, falls smoothly
-to the far side of the ring [mcfadden1985].
+A Hann window over 2 pi / N passes one planet at a time [inalpolat2009]; one over a whole turn, ``cos2``, falls smoothly
+to the far side of the ring [mcfadden1985].  The transfer function is a table of gain and phase over frequency.
 """
 
 from __future__ import annotations
@@ -25,7 +27,6 @@ __all__ = [
     "named_window",
     "tabulated_transfer",
     "tabulated_window",
-    "window_of_series",
 ]
 
 WORDS = "hann, gaussian, cos2, cos4, ..., constant, or a table of angles and gains"
@@ -36,10 +37,10 @@ _HIGHEST_POWER = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Window:
-    """One window.
+    """Window as a Fourier series.
 
-    name : for people.  coefficients : (K + 1,) complex c_0 .. c_K, two-sided.
-    remainder : RMS of the harmonics left out per RMS of the window.
+    name : for people.  coefficients : (K + 1,) complex c_0 .. c_K, two-sided, c_0 real [1].
+    remainder : RMS of the harmonics left out per RMS of the window [1].
     """
 
     name: str
@@ -48,12 +49,12 @@ class Window:
 
     @property
     def sides(self) -> ComplexArray:
-        """c_-K .. c_K, (2 K + 1,)."""
+        """Coefficients c_-K .. c_K, (2 K + 1,)."""
         both: ComplexArray = np.concatenate([self.coefficients[:0:-1].conj(), self.coefficients])
         return both
 
     def at(self, angle: ArrayLike) -> Array:
-        """Gain at angles [rad]."""
+        """Gain at angles [rad], of their shape."""
         phi = np.asarray(angle, dtype=float)[..., None]
         orders = np.arange(1, len(self.coefficients))
         wave = (self.coefficients[1:] * np.exp(1j * orders * phi)).real.sum(axis=-1)
@@ -62,7 +63,7 @@ class Window:
 
 
 def named_window(word: str, *, planets: int, width: float | None = None) -> Window:
-    """A window by name, with gain 1 under the sensor.
+    """Window by name, with gain 1 under the sensor.
 
     Parameters
     ----------
@@ -93,31 +94,12 @@ def named_window(word: str, *, planets: int, width: float | None = None) -> Wind
     return _cut(word, _hann(orders, (2 * math.pi / planets if width is None else width) / 2))
 
 
-def window_of_series(cosine: ArrayLike, sine: ArrayLike = ()) -> Window:
-    """A window as w(phi) = sum_k cosine[k] cos(k phi) + sine[k] sin(k phi), k = 0, 1, ...; it may be negative.
-
-    Raises
-    ------
-    ModelError : empty, not finite, or zero everywhere.
-    """
-    a, b = np.atleast_1d(np.asarray(cosine, float)), np.atleast_1d(np.asarray(sine, float))
-    count = max(a.size, b.size)
-    both = np.zeros(count, complex)
-    both[: a.size] += a
-    both[: b.size] -= 1j * b
-    if not count or not np.isfinite(both).all() or not both.any():
-        raise ModelError("a window needs finite coefficients, one of them not zero", path="window")
-    both[1:] /= 2
-    both[0] = both[0].real
-    return Window(name="series", coefficients=both)
-
-
 def tabulated_window(angle: ArrayLike, gain: ArrayLike) -> Window:
-    """A window through given gains, straight between them, round the whole turn.
+    """Window through given gains, linear between them, round the whole turn.
 
     Parameters
     ----------
-    angle : (k,) rising, within one turn [rad].  gain : (k,) none negative, not all zero.
+    angle : (k,) rising, within one turn [rad].  gain : (k,) none negative, not all zero [1].
 
     Raises
     ------
@@ -143,7 +125,12 @@ def tabulated_window(angle: ArrayLike, gain: ArrayLike) -> Window:
 
 
 def _cosine_power(word: str, power: int) -> Window:
-    """cos^2p(phi/2) = 4^-p sum_k binomial(2p, p + k) exp(i k phi)."""
+    """Window cos^2p(phi/2) = 4^-p sum_k binomial(2p, p + k) exp(i k phi).
+
+    Raises
+    ------
+    ModelError : the power is odd or too large.
+    """
     if power < 2 or power % 2 or power > _HIGHEST_POWER:
         raise ModelError(
             "the power must be even", path="window", given=word, allowed=f"cos2, cos4 .. cos{_HIGHEST_POWER}"
@@ -154,7 +141,7 @@ def _cosine_power(word: str, power: int) -> Window:
 
 
 def _hann(orders: Array, half: float) -> Array:
-    """Coefficients of cos^2(pi phi / 2 half) for |phi| < half."""
+    """Fourier coefficients of orders (K,) of cos^2(pi phi / 2 half) for |phi| < half [rad]."""
     edge = math.pi / half
     parts = (np.sinc(half * shift / math.pi) for shift in (orders, orders - edge, orders + edge))
     centre, below, above = parts
@@ -163,7 +150,10 @@ def _hann(orders: Array, half: float) -> Array:
 
 
 def _piecewise(phi: Array, value: Array, orders: Array) -> ComplexArray:
-    """Coefficients of the straight lines through (phi, value): its second derivative is the jumps of the slope."""
+    """Fourier coefficients of orders (K,) of the straight lines through (phi, value), both (k,).
+
+    The second derivative of the lines is the jumps of their slope.
+    """
     result = np.zeros(orders.size, complex)
     step = np.diff(phi, append=phi[0] + 2 * math.pi)
     following = np.roll(value, -1)
@@ -175,6 +165,9 @@ def _piecewise(phi: Array, value: Array, orders: Array) -> ComplexArray:
 
 
 def _cut(name: str, values: Array | ComplexArray) -> Window:
+    """Window of the leading coefficients `values` (K + 1,): the remainder is 1e-8 of the mean square, or 240 are
+    left.
+    """
     power = np.abs(values) ** 2 * np.where(np.arange(len(values)) > 0, 2.0, 1.0)
     left = np.append(np.cumsum(power[::-1])[::-1], 0.0)[1:]  # behind each harmonic
     enough = np.flatnonzero(left <= _REMAINDER * power.sum())
@@ -191,8 +184,11 @@ ACCELERATION = "m/s2/N"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Transfer:
-    """Signal per force.  frequency : (k,) rising [Hz].  gain : (k,).  phase : (k,) unwrapped [rad].
-    unit : ``1``, the signal stays a force; ``m/s2/N``, it becomes an acceleration."""
+    """Transfer function, signal per force.
+
+    frequency : (k,) rising [Hz].  gain : (k,).  phase : (k,) unwrapped [rad].
+    unit : ``1``, the signal stays a force; ``m/s2/N``, it becomes an acceleration.
+    """
 
     frequency: Array
     gain: Array
@@ -200,18 +196,18 @@ class Transfer:
     unit: str
 
     def at(self, frequency: Array) -> ComplexArray:
-        """Values at frequencies [Hz], gain and phase straight between those given; 0 outside the table."""
+        """Complex gain at frequencies [Hz], of their shape; gain and phase linear in the table, 0 outside."""
         size = np.interp(frequency, self.frequency, self.gain, left=0.0, right=0.0)
         value: ComplexArray = size * np.exp(1j * np.interp(frequency, self.frequency, self.phase))
         return value
 
     def covers(self, frequency: Array) -> NDArray[np.bool_]:
-        """Whether each frequency lies within the table."""
+        """Whether each frequency [Hz] lies within the table, of their shape."""
         return np.asarray((frequency >= self.frequency[0]) & (frequency <= self.frequency[-1]), bool)
 
 
 def tabulated_transfer(frequency: ArrayLike, gain: ArrayLike, phase: ArrayLike = 0.0, *, unit: str = "1") -> Transfer:
-    """A transfer path from columns of a measured or computed frequency response.
+    """Transfer function from columns of a measured or computed frequency response.
 
     Parameters
     ----------

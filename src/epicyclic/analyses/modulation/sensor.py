@@ -1,4 +1,4 @@
-"""Where the sensor sits, and which meshes pass it at which angles."""
+"""Position of the sensor, and the meshes that pass it at which angles."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ _EVEN = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SensorPosition:
-    """A sensor and what passes it.
+    """A sensor and the meshes that pass it.
 
-    stage : of the meshes.  bodies : numbers of the bodies whose motion it feels, none on the housing.
+    stage : of the meshes.  bodies : indices of the bodies under the sensor, none on the housing.
     turn : speed of the stage's axes, exact [rev/s at s = 1].  angle : of the sensor, seen from the housing [rad].
-    meshes : (p,) whole meshes heard; share : (p,) of their force; contact : (p,) angle in the stage axes [rad].
-    branches : (N,) which they stand in, with spacing : (N,) their angles [rad].
+    meshes : (p,) whole meshes in the window.  share : (p,) of their force [1].  contact : (p,) angle in the stage axes
+        [rad].
+    branches : (N,) of these meshes.  spacing : (N,) angles of the branches [rad].
     teeth : of the ring, with the sign of the direction in which they pass the planets; None where they do not, or are
         no whole number.  others : the same of all central gears at the same mesh frequency, where they are.
     """
@@ -57,13 +58,13 @@ class SensorPosition:
 def sensor_position(
     system: System, *, stage: str | None, body: str | None, angle: float, through_planet: float = 0.0
 ) -> SensorPosition:
-    """Find the meshes of a stage that a sensor hears.
+    """Find the meshes of a stage that pass a sensor.
 
     Parameters
     ----------
-    stage : None: the first one whose ring stands still.  body : what the sensor sits on, a body or member of the stage
+    stage : None: the first one whose ring stands still.  body : under the sensor, a body or member of the stage
         that does not turn, or ``housing``; None: the ring.  angle : in the axes of the housing, which are those of the
-        stage at t = 0 [rad].  through_planet : share of the other meshes of a branch that its planet passes on.
+        stage at t = 0 [rad].  through_planet : share of the other meshes of a branch that its planet passes on [1].
 
     Raises
     ------
@@ -104,36 +105,53 @@ def sensor_position(
 
 
 def mesh_stages(system: System) -> tuple[str, ...]:
-    """The stage each mesh row stands in; one whose gears turn at two mesh frequencies has two labels of `MeshRows`."""
+    """Stage of each mesh row; a stage whose gears turn at two mesh frequencies has two labels in `MeshRows`."""
     return tuple(name.split("/")[0] for name in system.meshes.name)
 
 
 def _stage(system: System, stage: str | None) -> str:
+    """Name of the stage.
+
+    Raises
+    ------
+    ModelError : no such stage.
+    """
     homes = mesh_stages(system)
     known = tuple(dict.fromkeys(homes))
     if stage is not None:
         if stage not in known:
             raise ModelError("no such stage", path="stage", given=stage, allowed=", ".join(known))
         return stage
-    turns = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
+    turns = _body_turns(system)
     rows = zip(homes, system.meshes.internal, system.meshes.ends, strict=True)
     return next((name for name, internal, ends in rows if internal and turns[ends[1]] == 0), known[0])
+
+
+def _body_turns(system: System) -> dict[str, Fraction]:
+    """Absolute speed of every body, exact [rev/s at s = 1]."""
+    return dict(zip(system.dofs.bodies, system.body_turns, strict=True))
 
 
 def _others(
     system: System, stage: str, first: NDArray[np.int64], rings: list[int], angles: dict[int, float]
 ) -> list[int]:
+    """Whole meshes of the branches that are no ring meshes.  first : (w,) first row of each whole mesh."""
     meshes, homes = system.meshes, mesh_stages(system)
     return [w for w, row in enumerate(first) if w not in rings and homes[row] == stage and meshes.branch[row] in angles]
 
 
 def _bodies(system: System, stage: str, body: str | None, rings: list[str]) -> tuple[str, ...]:
-    """Names of the bodies the sensor sits on; both halves of a member that is split."""
+    """Names of the bodies under the sensor; both halves of a member that is split.
+
+    Raises
+    ------
+    ModelError : no such central body, or it turns.
+    """
     if body == HOUSING:
         return ()
     central = [name for name in system.dofs.bodies if name.split("/")[0] == stage and not _branched(name)]
     wanted = tuple(dict.fromkeys(rings)) if body is None else _named(body, central)
-    turns = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
+    turns = _body_turns(system)
     still = [name for name in central if turns[name] == 0]
     if not wanted:
         raise ModelError("no such central body", path="body", given=body, allowed=", ".join([*still, HOUSING]))
@@ -148,16 +166,18 @@ def _bodies(system: System, stage: str, body: str | None, rings: list[str]) -> t
 
 
 def _named(body: str, central: list[str]) -> tuple[str, ...]:
+    """Bodies of a name, or of a member of that name."""
     return tuple(name for name in central if name == body or name.startswith(f"{body}/"))
 
 
 def _branched(name: str) -> bool:
+    """Whether a body belongs to a branch."""
     return any(part.isdigit() for part in name.split("/"))
 
 
 def _teeth(system: System, row: int, end: int) -> int | None:
     """Teeth of one end of a mesh from its mesh frequency, negative where they pass the planets clockwise."""
-    turns = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
+    turns = _body_turns(system)
     passing = turns[system.meshes.ends[row][end]] - system.stage_turns[mesh_stages(system)[row]]
     teeth = system.tones[system.meshes.tone[row]] / passing if passing and system.tones else Fraction(1, 2)
     return int(teeth) if teeth.denominator == 1 else None

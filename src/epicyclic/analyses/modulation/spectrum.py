@@ -1,4 +1,4 @@
-"""Rows of a solved response with exact frequencies, and what a sensor that they pass makes of them."""
+"""Spectrum in the axes of the stage, and the lines it gives at a fixed sensor that the planets pass."""
 
 from __future__ import annotations
 
@@ -34,15 +34,19 @@ __all__ = [
 
 DIRECTIONS = ("radial", "tangential", "axial")
 Index = NDArray[np.int64]
+# A contribution below this share of the largest of its line is not reported among its origins.
+_REPORTED = 1e-2
+# Lines summed at once when a signal is synthesised.
+_AT_ONCE = 2048
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StageSpectrum:
-    """Rows in the axes of the stage: value = Re sum_r amplitude[:, r] exp(2 pi i frequency_r s t).
+    """Spectrum in the axes of the stage: value = Re sum_r amplitude[:, r] exp(2 pi i frequency_r s t), R harmonics.
 
     step : (R,) whole numbers, frequency = step / unit [Hz].  carrier : the speed of the stage's axes in the same steps.
-    shaft : (R,) number of the shaft line, -1 of mesh orders.  point : (R, D) multiples of the tones beside it.
-    force : (p, R) of the meshes heard [N].  motion : (6, R) of what the sensor sits on [m, rad].
+    shaft : (R,) index of the shaft line, -1 of mesh orders.  point : (R, D) multiples of the tones beside it.
+    force : (p, R) of the meshes in the window [N].  motion : (6, R) of the bodies under the sensor [m, rad].
     """
 
     unit: int
@@ -56,9 +60,10 @@ class StageSpectrum:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SensorContributions:
-    """Contributions to the sensor: step = step of row + order * carrier.
+    """Contributions to the sensor: step = step of the harmonic + order * carrier.
 
-    row, order : (C,) which row, moved by how many turns of the carrier.  amplitude : (C,) complex.
+    row, order : (C,) index of the harmonic, and turns of the carrier by which it is shifted.
+    amplitude : (C,) complex [N or m].
     """
 
     row: Index
@@ -67,7 +72,7 @@ class SensorContributions:
 
 
 def stage_spectrum(ready: Response, block: Block, position: SensorPosition) -> StageSpectrum:
-    """All rows of mesh and shaft orders, one after the other."""
+    """Spectrum of a solved block (P = 1): mesh orders, then shaft orders."""
     kinds = (False,) if block.shaft is None else (False, True)
     parts = [_part(ready, block, position, shifted=shifted) for shifted in kinds]
     units = [unit for _, unit, *_ in parts]
@@ -86,7 +91,11 @@ def stage_spectrum(ready: Response, block: Block, position: SensorPosition) -> S
 def _part(
     ready: Response, block: Block, position: SensorPosition, *, shifted: bool
 ) -> tuple[NDArray[np.object_], int, Index, Index, ComplexArray, ComplexArray]:
-    """Steps, their unit, shaft numbers, points, forces and motion of one kind of rows."""
+    """Steps (S, K), their unit, shaft indices (S K,), points (S K, D), forces (p, S K) [N] and motion (6, S K) [m,
+    rad].
+
+    shifted : of the shaft orders.
+    """
     steps, unit = ready.exact_frequencies(block.truncation, shifted=shifted)
     force = force_spectrum(ready, block, shifted=shifted)
     total = faces(ready.system.meshes).total(force.amplitude)
@@ -105,22 +114,22 @@ def _part(
 
 
 def _body_motion(system: System, motion: Spectrum, position: SensorPosition) -> ComplexArray:
-    """Mean motion of the bodies the sensor sits on, (6, S, K)."""
-    rows = np.zeros((6, len(system.force)))
+    """Mean motion of the bodies under the sensor, (6, S, K) [m, rad]."""
+    expand = np.zeros((6, len(system.force)))
     for body in position.bodies:
-        rows += system.dofs.expand[6 * body : 6 * body + 6] / len(position.bodies)
-    moved: ComplexArray = np.tensordot(rows, motion.amplitude[:, 0], axes=1)
+        expand += system.dofs.expand[6 * body : 6 * body + 6] / len(position.bodies)
+    moved: ComplexArray = np.tensordot(expand, motion.amplitude[:, 0], axes=1)
     return moved
 
 
-def windowed_forces(rows: StageSpectrum, position: SensorPosition, window: Window) -> SensorContributions:
-    """Mesh forces through the window of planets that pass: [mcfadden1985], [mcnames2002] with any rows and any angles.
+def windowed_forces(spectrum: StageSpectrum, position: SensorPosition, window: Window) -> SensorContributions:
+    """Mesh forces [N] through the window of planets that pass [mcfadden1985] [mcnames2002], any frequencies and angles.
 
     w(psi_n + W t - beta) Re(A_n exp(i w t)) = Re sum_k c_k exp(i k (psi_n - beta)) A_n exp(i (w + k W) t)
     """
-    force = position.share[:, None] * rows.force
+    force = position.share[:, None] * spectrum.force
     away = position.contact - position.angle
-    if rows.carrier == 0:
+    if spectrum.carrier == 0:
         amplitude, orders = (window.at(away) @ force)[:, None], np.zeros(1, np.int64)
     else:
         reach = len(window.coefficients) - 1
@@ -129,17 +138,23 @@ def windowed_forces(rows: StageSpectrum, position: SensorPosition, window: Windo
     return _contributions(amplitude, orders)
 
 
-def sensor_motion(rows: StageSpectrum, position: SensorPosition, direction: str, radius: float) -> SensorContributions:
+def sensor_motion(
+    spectrum: StageSpectrum, position: SensorPosition, direction: str, radius: float
+) -> SensorContributions:
     """Motion at the sensor, of the body it sits on, seen from the housing [m].
 
     The stage's axes turn by W t, so the sensor stands at b = beta - W t in them: radial x cos b + y sin b, tangential
-    -x sin b + y cos b + r rz, axial z + r (rx sin b - ry cos b).
+    -x sin b + y cos b + r rz, axial z + r (rx sin b - ry cos b).  Derived from docs/conventions.md, axes.
+
+    Parameters
+    ----------
+    direction : radial, tangential or axial.  radius : of the sensor from the axis [m].
 
     Raises
     ------
     ModelError : no such direction; a body that turns or tilts there, and no radius.
     """
-    x, y, z, rx, ry, rz = rows.motion
+    x, y, z, rx, ry, rz = spectrum.motion
     if direction == "radial":
         c, s, still = x, y, np.zeros_like(x)
     elif direction == "tangential":
@@ -155,6 +170,12 @@ def sensor_motion(rows: StageSpectrum, position: SensorPosition, direction: str,
 
 
 def _arm(radius: float, angle: ComplexArray) -> ComplexArray:
+    """Displacement radius * angle (R,) [m].
+
+    Raises
+    ------
+    ModelError : an angle without a radius.
+    """
     if not angle.any():
         return angle
     if not radius > 0:
@@ -164,18 +185,13 @@ def _arm(radius: float, angle: ComplexArray) -> ComplexArray:
 
 
 def _contributions(amplitude: ComplexArray, orders: Index) -> SensorContributions:
+    """Contributions that are not zero, amplitude (R, orders)."""
     row, column = np.nonzero(amplitude)
     return SensorContributions(row=row, order=orders[column], amplitude=amplitude[row, column])
 
 
-# What adds less than this of the largest part of a line is not told among its origins.
-_REPORTED = 1e-2
-# Lines summed at once when a signal is written out.
-_AT_ONCE = 2048
-
-
 class LineSource(NamedTuple):
-    """Which row, moved by how many turns of the carrier; backwards : its conjugate."""
+    """A harmonic (row), shifted by `order` turns of the carrier.  negative : its conjugate."""
 
     row: int
     order: int
@@ -186,8 +202,8 @@ class LineSource(NamedTuple):
 class SensorLines:
     """Lines at the sensor, frequencies rising, all above 0: value = Re sum_l amplitude_l exp(2 pi i frequency_l s t).
 
-    frequency : exact [Hz at s = 1].  force : (L,) complex, of the meshes heard [N].  motion : (L,) of the body [m].
-    parts : of each what it is made of, the largest part first, one of each shaft line that matters.
+    frequency : exact [Hz at s = 1].  force : (L,) complex, of the meshes [N].  motion : (L,) complex, of the body [m].
+    parts : sources of each line, the largest first, one of each shaft line that matters.
     """
 
     frequency: tuple[Fraction, ...]
@@ -196,45 +212,47 @@ class SensorLines:
     parts: tuple[tuple[LineSource, ...], ...]
 
 
-def merged_lines(rows: StageSpectrum, force: SensorContributions, motion: SensorContributions) -> SensorLines:
-    """Merge what a sensor hears and feels; what stands still is left out."""
+def merged_lines(spectrum: StageSpectrum, force: SensorContributions, motion: SensorContributions) -> SensorLines:
+    """Merge contributions of equal frequency, compared exactly and added as complex numbers; frequency 0 is left
+    out.
+    """
     row, order = np.concatenate([force.row, motion.row]), np.concatenate([force.order, motion.order])
     amplitude = np.concatenate([force.amplitude, motion.amplitude])
-    at = rows.step[row] + order.astype(object) * rows.carrier
+    at = spectrum.step[row] + order.astype(object) * spectrum.carrier
     moves = (at != 0).astype(bool)
     row, order, amplitude, at = row[moves], order[moves], amplitude[moves], _fitting_integers(at[moves])
-    sensor_motion = (np.arange(moves.size) >= force.row.size)[moves]
+    of_motion = (np.arange(moves.size) >= force.row.size)[moves]
     negative = np.asarray(at < 0, bool)
     step, line = np.unique(np.abs(at), return_inverse=True)
     value = np.where(negative, amplitude.conj(), amplitude)
     sums = np.zeros((2, step.size), complex)
-    np.add.at(sums, (sensor_motion.astype(int), line), value)
-    # a part of the motion names a line only where no force does
-    size = np.where(sensor_motion, -1.0 / (1.0 + np.abs(amplitude)), np.abs(amplitude))
+    np.add.at(sums, (of_motion.astype(int), line), value)
+    # a contribution of the motion names a line only where no force does
+    size = np.where(of_motion, -1.0 / (1.0 + np.abs(amplitude)), np.abs(amplitude))
     rank = np.lexsort((-size, line))
     largest = size[rank[np.flatnonzero(np.diff(line[rank], prepend=-1))]]
     reported = rank[(size[rank] >= _REPORTED * largest[line[rank]]) | (size[rank] == largest[line[rank]])]
     return SensorLines(
-        frequency=tuple(Fraction(int(one), rows.unit) for one in step),
+        frequency=tuple(Fraction(int(one), spectrum.unit) for one in step),
         force=sums[0],
         motion=sums[1],
         parts=_parts(
             step.size,
             line[reported],
-            rows.shaft[row[reported]],
+            spectrum.shaft[row[reported]],
             map(LineSource, row[reported].tolist(), order[reported].tolist(), negative[reported].tolist()),
         ),
     )
 
 
 def _fitting_integers(at: NDArray[np.object_]) -> NDArray[np.object_] | Index:
-    """Whole numbers that fit are sorted much faster as such."""
+    """Whole numbers (C,) as 64-bit integers where they fit: these are sorted much faster."""
     fits = at.size == 0 or max(at.max(), -at.min()) < 2**62
     return at.astype(np.int64) if fits else at
 
 
 def _parts(count: int, line: Index, shaft: Index, parts: Iterable[LineSource]) -> tuple[tuple[LineSource, ...], ...]:
-    """The first part of each shaft line in each of `count` lines."""
+    """First source of each shaft line in each of `count` lines; line, shaft : (C,) index of line and shaft line."""
     found: list[dict[int, LineSource]] = [{} for _ in range(count)]
     for where, number, part in zip(line.tolist(), shaft.tolist(), parts, strict=True):
         found[where].setdefault(number, part)
@@ -244,6 +262,7 @@ def _parts(count: int, line: Index, shaft: Index, parts: Iterable[LineSource]) -
 def synthesised_signal(frequency: Array, amplitude: ComplexArray, duration: float, samples: int) -> Array:
     """Re sum_l amplitude_l exp(2 pi i frequency_l t) at `samples` even instants of a duration [s], the end left out.
 
+    frequency : (L,) [Hz].  amplitude : (L,) complex.  Returns (samples,).
     Instants are a start and a step after it, exp(i w (t_a + t_b)) a product: few exponentials and one matrix product.
     """
     steps = max(1, int(np.sqrt(samples)))

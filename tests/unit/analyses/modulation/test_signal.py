@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.analyses.modulation.modulation import modulation
-from epicyclic.analyses.modulation.path import Window, tabulated_transfer, window_of_series
+from epicyclic.analyses.modulation.path import Window, tabulated_transfer
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load
@@ -62,7 +62,7 @@ def lopsided(phi: Array) -> Array:
     ("window", "gain", "speed"),
     [
         ("cos4", lambda phi: np.cos(phi / 2) ** 4, 1.0),
-        (window_of_series([0.6, 0.3], [0.0, 0.2, -0.1]), lopsided, 0.37),
+        (Window(name="series", coefficients=np.array([0.6, 0.15 - 0.1j, 0.05j])), lopsided, 0.37),
     ],
 )
 def test_lines_are_the_fft_of_the_passing_forces(
