@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
-import time
 import tracemalloc
-from collections.abc import Callable
 
 import numpy as np
 import table
+from timing import cpu_seconds
 
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.sweep import sweep
@@ -24,8 +22,8 @@ def rows(quick: bool) -> list[table.Row]:
     system = assemble(load("ren2021"))
     frequency = np.linspace(20, 600, 200)
     repeats = 3 if quick else 7
-    whole = _median(lambda: sweep(system, mesh_frequency=frequency), repeats)
-    solution = _median(lambda: _solved(system, frequency), repeats)
+    whole = cpu_seconds(lambda: sweep(system, mesh_frequency=frequency), repeats=repeats)[0]
+    solution = cpu_seconds(lambda: _solve(system, frequency), repeats=repeats)[0]
     tracemalloc.start()
     result = sweep(system, mesh_frequency=frequency)
     peak = tracemalloc.get_traced_memory()[1]
@@ -39,25 +37,15 @@ def rows(quick: bool) -> list[table.Row]:
             "",
             f"{1 - solution / whole:.0%} measures",
         ),
-        ("  memory, peak above the start", f"{peak / 1e6:.1f} MB", "<= 60 MB", "met" if peak <= 60e6 else "MISSED"),
+        table.judged("  memory, peak above the start", f"{peak / 1e6:.1f} MB", "<= 60 MB", peak <= 60e6),
         ("  result; as JSON", f"{megabytes:.1f} MB", "", f"{len(to_json(result)) / 1e6:.1f} MB"),
     ]
 
 
-def _solved(system: System, frequency: np.ndarray) -> None:
+def _solve(system: System, frequency: np.ndarray) -> None:
     ready = response(system)
     for _ in respond(ready, frequency / float(ready.lines.tone), tolerance=1e-6):
         pass
-
-
-def _median(run: Callable[[], object], repeats: int) -> float:
-    run()
-    spent = []
-    for _ in range(repeats):
-        clock = time.process_time()
-        run()
-        spent.append(time.process_time() - clock)
-    return statistics.median(spent)
 
 
 if __name__ == "__main__":

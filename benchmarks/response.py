@@ -19,13 +19,13 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import baseline
 import numpy as np
 import table
 from known import KNOWN112, MESHES112, bench56, bench112
+from timing import cpu_seconds
 
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.steady.sweep import sweep
@@ -61,7 +61,7 @@ def _bench56(quick: bool) -> list[table.Row]:
 
 
 def _numba(system: System, frequencies: np.ndarray, speeds: np.ndarray) -> list[table.Row]:
-    """The same sweep compiled: loading told apart, numbers against a finer solution by numpy."""
+    """The same sweep compiled: loading counted apart, numbers against a finer solution by numpy."""
     try:
         import numba  # noqa: F401
     except ImportError:
@@ -69,7 +69,7 @@ def _numba(system: System, frequencies: np.ndarray, speeds: np.ndarray) -> list[
     clock = time.process_time()
     rms = sweep(system, mesh_frequency=speeds, compiled=True).mesh_force_rms.values
     loading = time.process_time() - clock
-    took, least = _median(lambda: sweep(system, mesh_frequency=frequencies, compiled=True), repeats=15)
+    took, least = cpu_seconds(lambda: sweep(system, mesh_frequency=frequencies, compiled=True), repeats=15)
     fine = sweep(system, mesh_frequency=speeds, tolerance=1e-11, compiled=False).mesh_force_rms.values
     error = max(baseline.relative(a, b) for a, b in zip(rms.T, fine.T, strict=True))
     return [
@@ -83,10 +83,10 @@ def _bench112() -> list[table.Row]:
     """Two mesh frequencies at once: time, RMS against known forces, waveform against a finer solution."""
     try:
         system = bench112()
-    except FileNotFoundError as error:
-        return [("two tones, bench112", "skipped", "", f"{error}")]
+    except FileNotFoundError as absent:
+        return [("two tones, bench112", "skipped", "", f"{absent}")]
     frequencies = np.linspace(600, 5000, 40)
-    took, _ = _median(lambda: sweep(system, mesh_frequency=frequencies), repeats=3)
+    took, _ = cpu_seconds(lambda: sweep(system, mesh_frequency=frequencies), repeats=3)
     each = 1e3 * took / frequencies.size
     known = np.array(list(KNOWN112.values())).T
     rms = sweep(system, mesh_frequency=list(KNOWN112)).mesh_force_rms.values[MESHES112]
@@ -127,7 +127,7 @@ def _compare(
     """Sweep against the baseline: time, error, ratio."""
     tone = system.tones[0]
     mesh_orders = replace(system, lines=tuple(li for li in system.lines if (li.frequency / tone).denominator == 1))
-    took, _ = _median(lambda: sweep(mesh_orders, mesh_frequency=frequencies))
+    took, _ = cpu_seconds(lambda: sweep(mesh_orders, mesh_frequency=frequencies), repeats=REPEATS)
     rms = sweep(mesh_orders, mesh_frequency=speeds).mesh_force_rms.values
     motions = [baseline.equation(mesh_orders, frequency) for frequency in speeds]
     references = [baseline.shooting(motion) for motion in motions]
@@ -148,7 +148,7 @@ def _compare(
         table.judged("  ratio", f"{whole / took:.0f}x", f">= {times:g}x", whole / took >= times),
     ]
     if len(mesh_orders.lines) < len(system.lines):
-        full, _ = _median(lambda: sweep(system, mesh_frequency=frequencies), repeats=3)
+        full, _ = cpu_seconds(lambda: sweep(system, mesh_frequency=frequencies), repeats=3)
         count = len(system.lines) - len(mesh_orders.lines)
         found.append((f"  the same with its {count} shaft orders", f"{full:.3f} s", "", "no baseline"))
     return found
@@ -162,9 +162,9 @@ def _modes() -> list[table.Row]:
 
     train = load("lin1999-n4")
     system = assemble(train)
-    whole, _ = _median(lambda: eigen(assemble(train)), repeats=201)
-    only, _ = _median(lambda: eigen(system), repeats=201)
-    labelled, _ = _median(lambda: modal(assemble(train)), repeats=51)
+    whole, _ = cpu_seconds(lambda: eigen(assemble(train)), repeats=201)
+    only, _ = cpu_seconds(lambda: eigen(system), repeats=201)
+    labelled, _ = cpu_seconds(lambda: modal(assemble(train)), repeats=51)
     size = system.force.size
     return [
         table.judged(
@@ -197,17 +197,6 @@ def _process() -> list[table.Row]:
         spent.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     took = statistics.median(spent)
     return [table.judged("`epicyclic sweep ren2021`, 200 speeds, fresh process", f"{took:.2f} s", "<= 2 s", took <= 2)]
-
-
-def _median(run: Callable[[], object], *, repeats: int = REPEATS) -> tuple[float, float]:
-    """Median and smallest CPU time of several runs after one to warm up [s]."""
-    run()
-    spent = []
-    for _ in range(repeats):
-        clock = time.process_time()
-        run()
-        spent.append(time.process_time() - clock)
-    return statistics.median(spent), min(spent)
 
 
 if __name__ == "__main__":

@@ -106,7 +106,7 @@ def rows(quick: bool) -> list[table.Row]:
             note = f"{verdict} arrays {arrays:.1f} MB, process {peak:.0f} MB"
             found.append((label, f"{1e3 * took:.2f} ms", target, note.strip()))
         error, reference = _error(system)
-        found.append((f"  error, {reference}", f"{error:.1e}", "<= 1e-04", "met" if error <= 1e-4 else "MISSED"))
+        found.append(table.judged(f"  error, {reference}", f"{error:.1e}", "<= 1e-04", error <= 1e-4))
     return found
 
 

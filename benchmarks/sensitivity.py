@@ -11,15 +11,15 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
 
-import statistics
-import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import table
 from known import bench56
 from numpy.typing import NDArray
+from timing import cpu_seconds
 
 from epicyclic.analyses.sensitivity.forces import force_derivatives
 from epicyclic.analyses.sensitivity.numbers import Numbers, combined, numbers
@@ -40,9 +40,8 @@ def rows(quick: bool) -> list[table.Row]:
     for hertz in ([1646.0], list(np.linspace(300, 5000, 10 if quick else 40))):
         found += _cost(system, np.array(hertz) / float(system.tones[0]))
     off = _error(system, 0.93)
-    found.append(
-        ("  all 16 RMS by all 16 stiffnesses at 930 Hz, largest error", f"{off:.1e}", "<= 1e-07", _met(off <= 1e-7))
-    )
+    label = "  all 16 RMS by all 16 stiffnesses at 930 Hz, largest error"
+    found.append(table.judged(label, f"{off:.1e}", "<= 1e-07", off <= 1e-7))
     return [*found, *_drawing()]
 
 
@@ -58,7 +57,8 @@ def _cost(system: System, speed: NDArray[np.float64]) -> list[table.Row]:
     def gradient(meshes: list[int] | None) -> Callable[[], object]:
         return lambda: force_derivatives(system, changes, relative_speed=speed, meshes=meshes, tolerance=TOLERANCE)
 
-    once, first, every = (_median(run, repeats) for run in (alone, gradient([0]), gradient(None)))
+    runs = (alone, gradient([0]), gradient(None))
+    once, first, every = (cpu_seconds(run, repeats=repeats)[0] for run in runs)
     many = f"{speed.size} speeds" if speed.size > 1 else "one speed"
     return [
         (f"56 DOF, {many}: solution alone", f"{1e3 * once:.1f} ms", "", f"{1e3 * once / speed.size:.2f} ms a speed"),
@@ -66,7 +66,7 @@ def _cost(system: System, speed: NDArray[np.float64]) -> list[table.Row]:
             "  one mesh RMS by all 16 mesh stiffnesses",
             f"+{100 * (first / once - 1):.0f} %",
             "<= 100 %" if speed.size == 1 else "",
-            _met(first <= 2 * once) if speed.size == 1 else "",
+            ("met" if first <= 2 * once else "MISSED") if speed.size == 1 else "",
         ),
         (
             "  all 16 mesh RMS by all 16 mesh stiffnesses",
@@ -108,24 +108,10 @@ def _drawing() -> list[table.Row]:
     train = epicyclic.load("ren2021")
     both = []
     for of in ("frequency", "force"):
-        took = _median(lambda of=of: epicyclic.sensitivity(train, of=of), 3)  # type: ignore[misc]
+        took, _ = cpu_seconds(partial(epicyclic.sensitivity, train, of=of), repeats=3)
         count = epicyclic.sensitivity(train, of=of).sizes["path"]
         both.append((f"ren2021: {of} by every number of the file ({count} paths)", f"{took:.2f} s", "", ""))
     return both
-
-
-def _median(run: Callable[[], object], repeats: int) -> float:
-    run()
-    spent = []
-    for _ in range(repeats):
-        clock = time.process_time()
-        run()
-        spent.append(time.process_time() - clock)
-    return statistics.median(spent)
-
-
-def _met(met: bool) -> str:
-    return "met" if met else "MISSED"
 
 
 if __name__ == "__main__":

@@ -27,7 +27,15 @@ from ..steady.lattice import LineFrequencies
 from ..steady.response import Block, Response
 from ..steady.waveform import force_signal, force_spectrum, mesh_axis, whole_mesh_signal
 
-__all__ = ["AdjointPart", "adjoint_form", "adjoint_parts", "harmonic_weights", "measure", "truncated_product_adjoint"]
+__all__ = [
+    "AdjointPart",
+    "adjoint_form",
+    "adjoint_parts",
+    "energy_weight",
+    "harmonic_weights",
+    "measure",
+    "truncated_product_adjoint",
+]
 
 Index = NDArray[np.int64]
 # Doubles of one batch of adjoint harmonics; larger than the forward one, whose own arrays are not held beside it.

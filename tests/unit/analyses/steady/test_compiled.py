@@ -120,7 +120,7 @@ def test_large_jobs_are_compiled_and_small_ones_not(system: System, monkeypatch:
     seen = []
 
     def spy(*given: Any, **options: Any) -> Any:
-        seen.append(options["shared"] is not None)
+        seen.append(options["operators"] is not None)
         return balance.solve(*given, **options)
 
     monkeypatch.setattr(engine, "solve", spy)
