@@ -122,17 +122,17 @@ def modulation(
     )
     _check(settings, floor=floor, turns=turns)
     ready, block = solve_speed(system, relative_speed, TOLERANCE)
-    seen = _sensor_signal(ready, block, settings)
+    at_sensor = _sensor_signal(ready, block, settings)
     healthy = _fault_free(system, relative_speed, settings)
-    listed = _listed(seen, floor)
+    listed = _listed(at_sensor, floor)
     duration = _duration(system, position, turns) / relative_speed
-    count = _samples(seen.frequency[listed], duration, samples)
-    signal = synthesised_signal(seen.frequency[listed], seen.signal[listed], duration, count)
+    count = _samples(at_sensor.frequency[listed], duration, samples)
+    signal = synthesised_signal(at_sensor.frequency[listed], at_sensor.signal[listed], duration, count)
     return _labelled(
         ready,
         block,
         settings,
-        seen,
+        at_sensor,
         listed=listed,
         healthy=healthy,
         signal=(duration, signal),
@@ -197,15 +197,15 @@ def _fault_free(system: System, relative_speed: float, settings: _Settings) -> d
     """Signal of the same train without manufacturing deviations, by exact frequency [Hz at s = 1]."""
     lines = tuple(line for line in system.lines if is_fault_free(line.causes))
     ready, block = solve_speed(replace(system, lines=lines), relative_speed, TOLERANCE)
-    seen = _sensor_signal(ready, block, settings)
-    return dict(zip(seen.lines.frequency, seen.signal.tolist(), strict=True))
+    at_sensor = _sensor_signal(ready, block, settings)
+    return dict(zip(at_sensor.lines.frequency, at_sensor.signal.tolist(), strict=True))
 
 
-def _listed(seen: _SensorSignal, floor: float) -> NDArray[np.int64]:
+def _listed(at_sensor: _SensorSignal, floor: float) -> NDArray[np.int64]:
     """Indices of the lines above the floor in the signal; all of them, motion without signal too, where the floor is
     0.
     """
-    size = np.abs(seen.signal)
+    size = np.abs(at_sensor.signal)
     return np.flatnonzero((size >= floor * size.max(initial=0.0)) & ((size > 0) | (floor == 0)))
 
 
@@ -249,7 +249,7 @@ def _labelled(
     ready: Response,
     block: Block,
     settings: _Settings,
-    seen: _SensorSignal,
+    at_sensor: _SensorSignal,
     *,
     listed: NDArray[np.int64],
     healthy: dict[Fraction, complex],
@@ -261,22 +261,22 @@ def _labelled(
 
     position, system, speed = settings.position, ready.system, float(block.speed[0])
     labels = LineLabels(system=system, lines=ready.lines, position=position)
-    origins = [[labels.origin(seen.spectrum, part) for part in seen.lines.parts[i]] for i in listed]
-    frequency = [seen.lines.frequency[i] for i in listed]
+    origins = [[labels.origin(at_sensor.spectrum, part) for part in at_sensor.lines.parts[i]] for i in listed]
+    frequency = [at_sensor.lines.frequency[i] for i in listed]
     without = np.array([healthy.get(one, 0j) for one in frequency])
-    faulty = np.abs(seen.signal[listed] - without) > _REPORTED * np.abs(seen.signal[listed])
+    faulty = np.abs(at_sensor.signal[listed] - without) > _REPORTED * np.abs(at_sensor.signal[listed])
     duration, values = signal
     unit = "N" if settings.transfer is None or settings.transfer.unit != ACCELERATION else "m/s2"
     angle = np.linspace(-np.pi, np.pi, 721)
     result = dataset(
         {
-            "line_frequency": ("line", seen.frequency[listed]),
+            "line_frequency": ("line", at_sensor.frequency[listed]),
             "exact_frequency": ("line", _texts([str(one) for one in frequency])),
             "mesh_order": ("line", np.array([float(one / ready.lines.tones[labels.own]) for one in frequency])),
             "carrier_order": ("line", np.array([float(one / abs(position.turn or 1)) for one in frequency])),
-            "signal_amplitude": ("line", seen.signal[listed]),
+            "signal_amplitude": ("line", at_sensor.signal[listed]),
             "fault_free_amplitude": ("line", without),
-            "sensor_acceleration": ("line", seen.acceleration[listed]),
+            "sensor_acceleration": ("line", at_sensor.acceleration[listed]),
             "family": (
                 "line",
                 _texts([labels.family(one[0], faulty=bad) for one, bad in zip(origins, faulty, strict=True)]),
@@ -298,7 +298,7 @@ def _labelled(
         verb="modulation",
         options={**options, "samples": values.size, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *_warnings(ready, block, settings, seen)],
+        warnings=[*system.warnings, *_warnings(ready, block, settings, at_sensor)],
         units={name: unit for name in ("signal", "signal_amplitude", "fault_free_amplitude")},
     )
     result.attrs.update(
@@ -307,7 +307,7 @@ def _labelled(
         carrier_frequency=speed * abs(float(position.turn)),
         stage_mesh_frequency=speed * float(ready.lines.tones[labels.own]),
         common_period=str(_period(frequency)),
-        power_kept=float(_power(seen.signal[listed]) / (_power(seen.signal) or 1.0)),
+        power_kept=float(_power(at_sensor.signal[listed]) / (_power(at_sensor.signal) or 1.0)),
     )
     return result
 
@@ -340,15 +340,15 @@ def _passages(position: SensorPosition, speed: float) -> Array:
     return result
 
 
-def _warnings(ready: Response, block: Block, settings: _Settings, seen: _SensorSignal) -> list[str]:
+def _warnings(ready: Response, block: Block, settings: _Settings, at_sensor: _SensorSignal) -> list[str]:
     """Warnings: teeth that pull, a window cut short, lines outside the transfer function."""
     found = tension_warnings(ready.system, force_extremes(force_signal(ready, block), axis=ready.lines.axis)[0])
     if settings.window.remainder > 1e-2:
         last = len(settings.window.coefficients) - 1
         found.append(f"the window is cut at {last} harmonics: {settings.window.remainder:.1%} of it left out")
     if settings.transfer is not None:
-        outside = ~settings.transfer.covers(seen.frequency)
-        lost, whole = _power(seen.lines.force[outside]), _power(seen.lines.force)
+        outside = ~settings.transfer.covers(at_sensor.frequency)
+        lost, whole = _power(at_sensor.lines.force[outside]), _power(at_sensor.lines.force)
         if lost > 1e-6 * whole:
             low, high = settings.transfer.frequency[0], settings.transfer.frequency[-1]
             found.append(

@@ -113,9 +113,9 @@ def stiffness_samples(
                 [np.maximum(each.residual, truncation_norm(each.truncation_residual)) for each in found], axis=0
             )
             harmonics[at] = max(truncation[:-1])
-        poor = more.any(axis=1)
-        if poor.any():
-            waiting.append((index[poor], tuple((np.array(truncation) + more.max(axis=0)).tolist())))
+        coarse = more.any(axis=1)
+        if coarse.any():
+            waiting.append((index[coarse], tuple((np.array(truncation) + more.max(axis=0)).tolist())))
     values[:, ~(residual <= _ACCEPTED * tolerance)] = np.nan
     return StiffnessSamples(mesh=face.name, values=values, residual=residual, harmonics=harmonics)
 
@@ -225,15 +225,17 @@ def _step(feedback: Array, change: Array, right: Array, target: Array) -> tuple[
     half = np.float32  # takes half the time, and the residual below is not its own
     apply = _operator(feedback.astype(half), change.astype(half))
     size = np.maximum(np.linalg.norm(right, axis=1), np.finfo(half).tiny)[:, None]
-    rough, *_ = gmres(apply, (right / size).astype(half), target=target / size[:, 0], basis=_FEW, restarts=1)
-    step = size * rough
+    step32, *_ = gmres(apply, (right / size).astype(half), target=target / size[:, 0], basis=_FEW, restarts=1)
+    step = size * step32
     rest = right - _operator(feedback, change)(step)
     left = np.linalg.norm(rest, axis=1)
-    hard = np.flatnonzero(~(left <= target))
-    if hard.size:
-        apply, restarts = _operator(feedback, change[hard]), max(2, right.shape[1] // (3 * _MANY))
-        more, left[hard], _ = gmres(apply, rest[hard], target=target[hard], basis=_MANY, restarts=restarts)
-        step[hard] += more
+    unconverged = np.flatnonzero(~(left <= target))
+    if unconverged.size:
+        apply, restarts = _operator(feedback, change[unconverged]), max(2, right.shape[1] // (3 * _MANY))
+        more, left[unconverged], _ = gmres(
+            apply, rest[unconverged], target=target[unconverged], basis=_MANY, restarts=restarts
+        )
+        step[unconverged] += more
     unit = np.eye(right.shape[1])
     for place in np.flatnonzero(~(left <= target)):
         matrix = unit + change[place][:, None] * feedback

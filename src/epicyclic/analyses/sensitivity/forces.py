@@ -72,14 +72,14 @@ def force_derivatives(
     ConvergenceError : an adjoint solution does not converge.
     """
     ready = response(system, frame_speed=frame_speed)
-    wanted, speed = _mesh_indices(ready, meshes), _checked_speeds(relative_speed)
-    names = tuple(np.array(faces(ready.system.meshes).name, object)[wanted])
-    value = np.full((wanted.size, speed.size), np.nan)
-    derivative = np.full((len(changes), wanted.size, speed.size), np.nan)
+    selected, speed = _mesh_indices(ready, meshes), _checked_speeds(relative_speed)
+    names = tuple(np.array(faces(ready.system.meshes).name, object)[selected])
+    value = np.full((selected.size, speed.size), np.nan)
+    derivative = np.full((len(changes), selected.size, speed.size), np.nan)
     constrained = np.zeros(len(changes), bool)
     basis = basis_of(ready)
     for block, rows, square, found in _gradients(
-        ready, basis, speed, wanted, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
+        ready, basis, speed, selected, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
     ):
         size, slope = _roots(square, harmonic)
         value[np.ix_(rows, block.index)] = size
@@ -95,7 +95,7 @@ def _gradients(
     ready: Response,
     basis: Basis,
     speed: Array,
-    wanted: Index,
+    selected: Index,
     *,
     harmonic: int | None,
     shaft_orders: bool,
@@ -106,9 +106,9 @@ def _gradients(
     for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
         known = measure(ready, block, harmonic=harmonic)
         for some, parts in adjoint_parts(
-            ready, adjoint_modal, block, known, meshes=wanted, tolerance=_ADJOINT * tolerance
+            ready, adjoint_modal, block, known, meshes=selected, tolerance=_ADJOINT * tolerance
         ):
-            rows = np.flatnonzero(np.isin(wanted, some))
+            rows = np.flatnonzero(np.isin(selected, some))
             yield block, rows, known.square[some], gradient(ready, basis, block, parts)
 
 

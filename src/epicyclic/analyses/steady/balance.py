@@ -163,17 +163,19 @@ def _side_by_side(
     y, residual, scale, calls = solve_points(
         operators, batch.frequency, batch.frame, right, start=start, tolerance=tolerance, mean=kernel.lattice.mirrored
     )
-    hard = np.flatnonzero(residual > tolerance)
-    if hard.size:
-        some = Batch(
-            frequency=batch.frequency[hard],
-            truncated_frequency=batch.truncated_frequency[hard],
-            frame=batch.frame[hard],
-            error=batch.error[:, hard],
-            force=batch.force[hard],
+    unconverged = np.flatnonzero(residual > tolerance)
+    if unconverged.size:
+        remaining = Batch(
+            frequency=batch.frequency[unconverged],
+            truncated_frequency=batch.truncated_frequency[unconverged],
+            frame=batch.frame[unconverged],
+            error=batch.error[:, unconverged],
+            force=batch.force[unconverged],
         )
-        known = Guess(y=y[hard], scale=scale[hard])
-        y[hard], residual[hard], _, more = _batched(modal, kernel, some, right[hard], known, tolerance=tolerance)
+        initial = Guess(y=y[unconverged], scale=scale[unconverged])
+        y[unconverged], residual[unconverged], _, more = _batched(
+            modal, kernel, remaining, right[unconverged], initial, tolerance=tolerance
+        )
         calls += more
     return y, residual, scale, calls
 

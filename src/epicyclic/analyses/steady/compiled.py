@@ -111,8 +111,11 @@ def _solve_all(
 def _copy(space: Workspace, single_space: Workspace) -> None:
     """Frame factors, frequencies and 1/D in single precision.  Loops: slices would make numba compile an error text."""
     for i in range(2):
-        for x in range(single_space.still.shape[1]):
-            single_space.still[i, x], single_space.turn[i, x] = space.still[i, x], space.turn[i, x]
+        for x in range(single_space.stiffness_factor.shape[1]):
+            single_space.stiffness_factor[i, x], single_space.rate_factor[i, x] = (
+                space.stiffness_factor[i, x],
+                space.rate_factor[i, x],
+            )
             for r in range(single_space.inverse.shape[1]):
                 single_space.inverse[i, r, x] = space.inverse[i, r, x]
 
@@ -136,11 +139,11 @@ def _prepare(operators: CondensedOperators, space: Workspace, frequency: Array, 
         for q in range(_LANES):
             p = min(start + q, P - 1)
             x = a * _LANES + q
-            space.still[0, x], space.still[1, x] = frame[p] * frame[p], frame[p]
-            space.turn[0, x], space.turn[1, x] = frequency[p, a] * frame[p], frequency[p, a]
+            space.stiffness_factor[0, x], space.stiffness_factor[1, x] = frame[p] * frame[p], frame[p]
+            space.rate_factor[0, x], space.rate_factor[1, x] = frequency[p, a] * frame[p], frequency[p, a]
     for r in range(operators.squared.size):
         for x in range(J * _LANES):
-            w = space.turn[1, x]
+            w = space.rate_factor[1, x]
             real, imag = operators.squared[r] - w * w, w * operators.damping[r]
             size = real * real + imag * imag
             over = 0.0 if size == 0 else 1 / size
@@ -161,7 +164,13 @@ def _precondition(inverse: Array, given: Array, out: Array) -> None:
 @compiled
 def _apply(operators: CondensedOperators, space: Workspace, y: Array, out: Array) -> None:
     """out = y + D^-1 coupling y, both (n, X)."""
-    values, forces, work, still, turn = space.values, space.forces, space.work, space.still, space.turn
+    values, forces, work, stiffness_factor, rate_factor = (
+        space.values,
+        space.forces,
+        space.work,
+        space.stiffness_factor,
+        space.rate_factor,
+    )
     m, J2 = operators.own.shape[0], operators.own.shape[1]
     np.dot(operators.read, y, values)
     for k in range(m):
@@ -169,18 +178,18 @@ def _apply(operators: CondensedOperators, space: Workspace, y: Array, out: Array
     forces[m:] = 0.0
     for e in range(operators.row.size):
         given, out_row = values[operators.column[e]], forces[operators.row[e]]
-        _entry(operators.stiff[:, e], operators.rate[:, e], still, turn, given, out_row)
+        _entry(operators.stiff[:, e], operators.rate[:, e], stiffness_factor, rate_factor, given, out_row)
     np.dot(operators.push, forces, work)
     for r in range(y.shape[0]):
-        _finish(work[r], y[r], turn[1], operators.diagonal[r], space.inverse[0, r], space.inverse[1, r], out[r])
+        _finish(work[r], y[r], rate_factor[1], operators.diagonal[r], space.inverse[0, r], space.inverse[1, r], out[r])
 
 
 @compiled
-def _entry(stiff: Array, rate: Array, still: Array, turn: Array, given: Array, out: Array) -> None:
+def _entry(stiff: Array, rate: Array, stiffness_factor: Array, rate_factor: Array, given: Array, out: Array) -> None:
     """Add one entry of the operators to a force (X,): out += (stiffness + i rate) given."""
-    half = still.shape[1]
+    half = stiffness_factor.shape[1]
     s0, s1, r0, r1 = stiff[0], stiff[1], rate[0], rate[1]
-    f2, f1, wf, w = still[0], still[1], turn[0], turn[1]
+    f2, f1, wf, w = stiffness_factor[0], stiffness_factor[1], rate_factor[0], rate_factor[1]
     real, imag = given[:half], given[half:]
     out_real, out_imag = out[:half], out[half:]
     for x in range(half):
@@ -190,9 +199,9 @@ def _entry(stiff: Array, rate: Array, still: Array, turn: Array, given: Array, o
 
 
 @compiled
-def _finish(work: Array, y: Array, turn: Array, diagonal: float, re: Array, im: Array, out: Array) -> None:
+def _finish(work: Array, y: Array, rate_factor: Array, diagonal: float, re: Array, im: Array, out: Array) -> None:
     """out = y + D^-1 (work without the diagonal of the dampers, which D holds), of one mode (X,)."""
-    half = turn.size
+    half = rate_factor.size
     work_real, work_imag, y_real, y_imag, out_real, out_imag = (
         work[:half],
         work[half:],
@@ -202,7 +211,7 @@ def _finish(work: Array, y: Array, turn: Array, diagonal: float, re: Array, im: 
         out[half:],
     )
     for x in range(half):
-        extra = turn[x] * diagonal
+        extra = rate_factor[x] * diagonal
         a, b = work_real[x] + extra * y_imag[x], work_imag[x] - extra * y_real[x]
         out_real[x] = y_real[x] + re[x] * a + im[x] * b
         out_imag[x] = y_imag[x] + re[x] * b - im[x] * a
@@ -275,13 +284,13 @@ def _residual(operators: CondensedOperators, space: Workspace, first: Array, y: 
 @compiled
 def _scale(first: Array, norm: Array, q: int, J: int, mean: bool) -> float:
     """Size of the dynamic part of lane q, as `balance._scale`: first (n, X), norm (8,)."""
-    total, still = 0.0, 0.0
+    total, mean_part = 0.0, 0.0
     for r in range(first.shape[0]):
         for a in range(2 * J):
             total += first[r, a * _LANES + q] ** 2
         if mean:
-            still += first[r, q] ** 2
-    size = np.sqrt(max(max(total - still, 0.0) + norm[q] * norm[q], 1e-12 * total))
+            mean_part += first[r, q] ** 2
+    size = np.sqrt(max(max(total - mean_part, 0.0) + norm[q] * norm[q], 1e-12 * total))
     return 1.0 if size == 0 else size
 
 

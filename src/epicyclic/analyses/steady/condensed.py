@@ -43,7 +43,8 @@ class CondensedOperators(NamedTuple):
 class Workspace(NamedTuple):
     """Arrays for one group of speeds side by side, 8 lanes: H = 8 J, X = 2 H, K Krylov vectors.
 
-    values, forces : (m + r, X).  work : (n, X).  still : (2, H) frame^2 and frame.  turn : (2, H) w frame and w
+    values, forces : (m + r, X).  work : (n, X).
+    stiffness_factor : (2, H) frame^2 and frame, of Kg and Cskew.  rate_factor : (2, H) w frame and w, of G and C
         [rad/s].
     inverse : (2, n, H) 1/D.  vectors : (K + 1, n, X).  rows : (K, X).  triangle : (K, K, 8).  rotations : (2, K, 8).
     projected : (K + 1, 8) right side.  along : (K + 2, 8).  used : (8,) vectors of each lane.
@@ -52,8 +53,8 @@ class Workspace(NamedTuple):
     values: Array
     forces: Array
     work: Array
-    still: Array
-    turn: Array
+    stiffness_factor: Array
+    rate_factor: Array
     inverse: Array
     vectors: Array
     rows: Array
@@ -71,8 +72,8 @@ def workspace(operators: CondensedOperators, J: int, *, lanes: int, basis: int) 
         values=np.empty((c, 2 * half), kind),
         forces=np.empty((c, 2 * half), kind),
         work=np.empty((n, 2 * half), kind),
-        still=np.empty((2, half), kind),
-        turn=np.empty((2, half), kind),
+        stiffness_factor=np.empty((2, half), kind),
+        rate_factor=np.empty((2, half), kind),
         inverse=np.empty((2, n, half), kind),
         vectors=np.empty((basis + 1, n, 2 * half), kind),
         rows=np.empty((basis + 1, 2 * half), kind),

@@ -171,8 +171,8 @@ class LineFrequencies:
     def merged(self, values: ComplexArray) -> ComplexArray:
         """Amplitudes (..., R) with those of equal frequency added, (..., F): value = Re sum A_f exp(i w_f t)."""
         lines = np.zeros((*values.shape[:-1], self.distinct.size), complex)
-        turned = np.where(self.negative, values.conj(), values)
-        np.add.at(np.moveaxis(lines, -1, 0), self.line, np.moveaxis(turned, -1, 0))
+        conjugated = np.where(self.negative, values.conj(), values)
+        np.add.at(np.moveaxis(lines, -1, 0), self.line, np.moveaxis(conjugated, -1, 0))
         return lines
 
 

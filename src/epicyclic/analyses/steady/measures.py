@@ -91,14 +91,14 @@ def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
 def _mesh_measures(force: Signal, layout: Layout) -> dict[str, Array]:
     """Measures of the mesh forces, (w, P) [N] and K_v [1] [iso6336, 6]; amplitudes (w, orders or L, P) [N]."""
     low, high = force_extremes(force, axis=layout.axis)
-    still = mean(force)
+    average = mean(force)
     return {
-        "mesh_force_mean": still,
+        "mesh_force_mean": average,
         "mesh_force_rms": np.sqrt(mean_square(force)),
         "mesh_force_peak": high,
         "mesh_force_minimum": low,
         "mesh_force_peak_to_peak": high - low,
-        "dynamic_factor": dynamic_factor(high, still),
+        "dynamic_factor": dynamic_factor(high, average),
         "mesh_force_order": order_amplitudes(force, layout.axis, layout.orders),
         "mesh_force_line": line_amplitudes(force, layout.frequencies),
     }
@@ -119,14 +119,14 @@ def _motion_measures(motion: Signal, speed: Array, layout: Layout) -> dict[str, 
 
 def link_measures(links: Signal, pairs: Index) -> dict[str, Array]:
     """Measures of the link rows, (p, P), and of the lateral force of the links `pairs` (k, 2), (k, P) [N, N m]."""
-    span, still, square = ranges(links, pairs), mean(links), mean_square(links)
+    span, average, square = ranges(links, pairs), mean(links), mean_square(links)
     x, y = pairs.T
     return {
-        "link_force_mean": still,
+        "link_force_mean": average,
         "link_force_rms": np.sqrt(square),
         "link_force_peak": np.maximum(span.high, -span.low),
         "link_force_peak_to_peak": span.high - span.low,
-        "bearing_force_mean": np.hypot(still[x], still[y]),
+        "bearing_force_mean": np.hypot(average[x], average[y]),
         "bearing_force_rms": np.sqrt(square[x] + square[y]),
         "bearing_force_peak": span.length,
     }
@@ -144,8 +144,8 @@ def dynamic_factor(largest: Array, transmitted: Array) -> Array:
 
 def mean(signal: Signal) -> Array:
     """Mean over all time, (rows, P), in the unit of the signal."""
-    still = signal.line_frequencies.constant
-    total: Array = signal.values[..., still].real.sum(axis=-1)
+    constant = signal.line_frequencies.constant
+    total: Array = signal.values[..., constant].real.sum(axis=-1)
     return total
 
 

@@ -48,7 +48,7 @@ _GROUPED = 6
 # compiles for about 10 s, and whose first use in a process takes 0.4 s.
 _WORTH = 20_000_000
 # Truncation allowed per tolerance: the RMS of a force converges with its square, the waveform directly.
-_DROPPED = 30.0
+_TRUNCATION = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: initial, step, and largest by the number of tones.
 _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 
@@ -202,16 +202,16 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
                 ready, index, speed[index], truncation=truncation, tolerance=tolerance, before=before
             )
             more = truncation_increment(block.mesh.truncation_residual, truncation, limit[index], tolerance)
-            poor = np.any(more, axis=1)
-            if shaft_orders and ready.lines.shaft and not np.all(poor):
-                block = _with_shaft(ready, _select(block, ~poor), tolerance=tolerance)
-                more[~poor] = truncation_increment(_worst(block), truncation, limit[block.index], tolerance)
-                poor = np.any(more, axis=1)
-        done = ~poor[np.isin(index, block.index)]
+            coarse = np.any(more, axis=1)
+            if shaft_orders and ready.lines.shaft and not np.all(coarse):
+                block = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
+                more[~coarse] = truncation_increment(_worst(block), truncation, limit[block.index], tolerance)
+                coarse = np.any(more, axis=1)
+        done = ~coarse[np.isin(index, block.index)]
         if np.any(done):
             yield block if np.all(done) else _select(block, done)
-        if np.any(poor):
-            again = _chunks(ready, index[poor], (np.array(truncation) + more)[poor], shaft_orders=shaft_orders)
+        if np.any(coarse):
+            again = _chunks(ready, index[coarse], (np.array(truncation) + more)[coarse], shaft_orders=shaft_orders)
             waiting[:0] = [(*chunk, _select(first, np.isin(index, chunk[0]))) for chunk in again]
 
 
@@ -256,14 +256,14 @@ def truncation_increment(truncation_residual: Array, truncation: Truncation, lim
 
     truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).
     """
-    enough = _DROPPED * tolerance
-    poor = truncation_norm(truncation_residual) > enough
+    allowed = _TRUNCATION * tolerance
+    coarse = truncation_norm(truncation_residual) > allowed
     # the kinds that make it too large: those above their part of what is allowed
-    large = (truncation_residual > enough / np.sqrt(truncation_residual.shape[1])) & poor[:, None]
-    have = np.array(truncation)
-    step = np.maximum(4, have // 2)
+    excessive = (truncation_residual > allowed / np.sqrt(truncation_residual.shape[1])) & coarse[:, None]
+    current = np.array(truncation)
+    step = np.maximum(4, current // 2)
     step[-1] = _STEP
-    more: Index = np.where(large, np.clip(limit - have, 0, step), 0)
+    more: Index = np.where(excessive, np.clip(limit - current, 0, step), 0)
     return more
 
 

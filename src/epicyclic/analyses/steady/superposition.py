@@ -29,9 +29,10 @@ def superposed(system: System, relative_speed: float) -> System:
     ModelError, ConvergenceError : as of `periodic`, for the mean.
     """
     meshes = system.meshes
-    still = replace(system, meshes=replace(meshes, variation=np.zeros((len(meshes.name), 0), complex)))
+    static = replace(system, meshes=replace(meshes, variation=np.zeros((len(meshes.name), 0), complex)))
     mean = periodic(
-        replace(still, lines=tuple(line for line in system.lines if line.frequency == 0)), relative_speed=relative_speed
+        replace(static, lines=tuple(line for line in system.lines if line.frequency == 0)),
+        relative_speed=relative_speed,
     )
     gap = mean.force.mean(axis=1) / meshes.stiffness
     gaps = {line.frequency: line.gap for line in system.lines}
@@ -44,7 +45,7 @@ def superposed(system: System, relative_speed: float) -> System:
             extra[frequency] = extra.get(frequency, np.zeros(len(gap), complex)) + np.where(mine, part, 0.0)
     known = tuple(replace(line, gap=line.gap + extra.get(line.frequency, 0.0)) for line in system.lines)
     fresh = tuple(_line(system, f, value) for f, value in extra.items() if f not in gaps and value.any())
-    return replace(still, lines=tuple(sorted(known + fresh, key=lambda line: line.frequency)))
+    return replace(static, lines=tuple(sorted(known + fresh, key=lambda line: line.frequency)))
 
 
 def _error(system: System, gap: Array, order: int, omega: float) -> ComplexArray:

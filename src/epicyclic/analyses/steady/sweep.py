@@ -124,8 +124,8 @@ def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: Table,
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
         found, good = sweep_measures(signals, table.layout), block.residual <= accepted
     table.store(place, found, good)
-    lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
-    table.minimum_force[:, place] = np.where(good, lowest, np.nan)
+    minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
+    table.minimum_force[:, place] = np.where(good, minimum, np.nan)
     table.values["residual"][place], table.harmonics[place] = block.residual, block.harmonics
     table.status[place] = [_status(value, accepted) for value in block.residual]
 

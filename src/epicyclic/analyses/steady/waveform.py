@@ -314,9 +314,9 @@ def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     # A rigid mode strains no link: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
     rows[:, ready.modal.rigid] = 0.0
     stretch = per_speed(to_complex((rows @ solved.y.reshape(-1, n).T).reshape(len(rows), P, 2 * J)), block)
-    turned = None
+    skew_force = None
     if links.skew.size:
-        turned = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
+        skew_force = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
     lattice = ready.kernel(block.truncation, shifted=shifted).lattice
     shafts = range(len(ready.lines.shaft)) if shifted else (None,)
     errors = [link_errors(ready.system, ready.lines, lattice, shaft=shaft) for shaft in shafts]
@@ -325,8 +325,8 @@ def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     if links.damping.any():
         omega = solved.frequency.reshape(block.speed.size, -1, J)
         force += 1j * links.damping[:, None, None, None] * omega * stretch
-    if turned is not None:
-        force += turned
+    if skew_force is not None:
+        force += skew_force
     if links.preload.size and not shifted:
         force[:, :, 0, 0] += links.preload[:, None]
     return Spectrum(amplitude=force, points=lattice.points, mirrored=not shifted)
