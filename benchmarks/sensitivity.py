@@ -21,7 +21,9 @@ from known import bench56
 from numpy.typing import NDArray
 from timing import cpu_seconds
 
+from epicyclic.analyses.sensitivity.adjoint import adjoint_form, adjoint_parts, measure
 from epicyclic.analyses.sensitivity.forces import force_derivatives
+from epicyclic.analyses.sensitivity.gradient import Gradient, basis_of, gradient
 from epicyclic.analyses.sensitivity.numbers import Numbers, combined, numbers
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.sweep import sweep
@@ -52,28 +54,41 @@ def _cost(system: System, speed: NDArray[np.float64]) -> list[table.Row]:
     def alone() -> object:
         return list(respond(response(system), speed, tolerance=TOLERANCE))
 
-    changes = _stiffness_changes(system)
+    def by_all(meshes: NDArray[np.int64]) -> Callable[[], object]:
+        return lambda: _gradients(system, speed, meshes)
 
-    def gradient(meshes: list[int] | None) -> Callable[[], object]:
-        return lambda: force_derivatives(system, changes, relative_speed=speed, meshes=meshes, tolerance=TOLERANCE)
+    every_mesh = np.arange(len(system.meshes.name))
 
-    runs = (alone, gradient([0]), gradient(None))
+    runs = (alone, by_all(every_mesh[:1]), by_all(every_mesh))
     once, first, every = (cpu_seconds(run, repeats=repeats)[0] for run in runs)
     many = f"{speed.size} speeds" if speed.size > 1 else "one speed"
     return [
         (f"56 DOF, {many}: solution alone", f"{1e3 * once:.1f} ms", "", f"{1e3 * once / speed.size:.2f} ms a speed"),
         (
-            "  one mesh RMS by all 16 mesh stiffnesses",
+            "  one mesh RMS by all stiffnesses, dampers, masses, errors, speed",
             f"+{100 * (first / once - 1):.0f} %",
             "<= 100 %" if speed.size == 1 else "",
             ("met" if first <= 2 * once else "MISSED") if speed.size == 1 else "",
         ),
         (
-            "  all 16 mesh RMS by all 16 mesh stiffnesses",
+            "  all 16 mesh RMS by all of them",
             f"+{100 * (every / once - 1):.0f} %",
             "",
             f"+{100 * (every / once - 1) / 16:.0f} % a mesh; differences by 16 stiffnesses: +{100 * 32:.0f} %",
         ),
+    ]
+
+
+def _gradients(system: System, speed: NDArray[np.float64], meshes: NDArray[np.int64]) -> list[Gradient]:
+    """RMS of the meshes, derived by every number of the System at once."""
+    ready = response(system)
+    basis, adjoint_modal = basis_of(ready), adjoint_form(ready.modal)
+    return [
+        gradient(ready, basis, block, parts)
+        for block in respond(ready, speed, tolerance=TOLERANCE)
+        for _, parts in adjoint_parts(
+            ready, adjoint_modal, block, measure(ready, block, harmonic=None), meshes=meshes, tolerance=100 * TOLERANCE
+        )
     ]
 
 
