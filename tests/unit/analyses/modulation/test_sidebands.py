@@ -192,7 +192,7 @@ def test_sun_run_out_stands_at_the_predicted_orders(system_of: Make) -> None:
     assert strongest in ("sun run-out + 1 x carrier", "1 x mesh + sun run-out", "3 x carrier - sun run-out")
 
 
-def test_planet_run_out_is_told_by_its_path_and_label(system_of: Make) -> None:
+def test_planet_run_out_is_named_by_its_path_and_label(system_of: Make) -> None:
     result = modulation(system_of("even, in phase", {"deviations.planet.run_out": "[20, 0, 0] um"}), floor=1e-5)
     mine = result.isel(line=result.family.values == "planet run-out")
     assert set(mine.causes.values) == {"deviations.main.planet.run_out"}
@@ -222,7 +222,7 @@ def test_ring_run_out_and_mesh_share_lines_and_causes(system_of: Make) -> None:
     assert both
 
 
-def test_uneven_planets_and_a_pin_are_told_apart(system_of: Make) -> None:
+def test_uneven_planets_and_a_pin_are_distinguished(system_of: Make) -> None:
     """Opposite pairs leave even orders only: what stands at odd ones is the pin's, although the planets are uneven."""
     changes = {"deviations.planet.position.y": "[40, 0, 0, 0] um"}
     result = modulation(system_of("uneven, in opposite phase", changes), floor=1e-4)

@@ -78,7 +78,7 @@ def damped_support(system: System) -> System:
     )
 
 
-def test_the_assembly_says_what_the_turning_frame_adds_to_dampers() -> None:
+def test_the_assembly_holds_the_part_of_the_turning_frame_in_dampers() -> None:
     damping = {"stages.main.sun.support.damping": {"x": "0.1 MN s/m", "y": "0.1 MN s/m"}}
     system = epicyclic.assemble(epicyclic.load("ren2021", overrides=damping))
     links = system.links

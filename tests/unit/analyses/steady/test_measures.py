@@ -165,7 +165,7 @@ def test_without_shaft_lines_the_extremes_are_reached(case: Any) -> None:
 
 
 @pytest.mark.parametrize("build", [with_shafts, with_two_tones])
-def test_one_speed_tells_what_a_sweep_does(case: Any, build: Callable[[Any], System]) -> None:
+def test_one_speed_equals_a_sweep_there(case: Any, build: Callable[[Any], System]) -> None:
     system = build(case)
     alone = steady(system, relative_speed=1.3)
     result = sweep(system, relative_speed=[1.3], tolerance=1e-8).isel(speed=0)

@@ -263,7 +263,7 @@ def _operator(modal: Any, kernel: Any, rows: balance.Batch, y: Array) -> Array:
     return np.asarray(diagonal + balance._coupling(modal, kernel, rows)(y))
 
 
-def test_what_is_refused(case: Any) -> None:
+def test_refused_input(case: Any) -> None:
     undamped = replace(case.pair(zeta=None, mesh_damping=0.0), C=np.zeros((6, 6)))
     with pytest.raises(ModelError, match="no damping"):
         force_derivatives(undamped, [])

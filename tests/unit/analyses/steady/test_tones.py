@@ -88,7 +88,7 @@ def test_integration_stays_on_the_solution_over_a_whole_period(case: Any, speed:
     assert np.all(whole.mesh_force_minimum <= expected.min(axis=1))
 
 
-def test_every_tone_tells_the_same_signal(case: Any) -> None:
+def test_every_tone_gives_the_same_signal(case: Any) -> None:
     told = periodic_by_tone(two_tones(case, shaft=True))
     assert [found.tone for found in told] == [Fraction(137), SLOW]
     times = np.linspace(0, 0.3, 501)
@@ -100,7 +100,7 @@ def test_every_tone_tells_the_same_signal(case: Any) -> None:
 
 
 @pytest.mark.parametrize("ratio", [Fraction(1), Fraction(1, 2)])
-def test_a_tone_told_as_two_gives_the_same_response(case: Any, ratio: Fraction) -> None:
+def test_a_tone_split_in_two_gives_the_same_response(case: Any, ratio: Fraction) -> None:
     """Frequencies of a ratio as simple as 1/2 coincide at the lowest orders: points stay apart, sums must not."""
     slow = 137 * ratio
     if ratio == 1:
