@@ -264,7 +264,7 @@ def test_slow_steady_is_static(build: Any) -> None:
 
 
 def test_floating_sun_of_three_shares_equally(build: Any) -> None:
-    system: System = build.planar(N=3, lateral_pairs=(0.0, 1e8, 1e8, 1e8)).system()
+    system: System = build.planar(N=3, lateral=(0.0, 1e8, 1e8, 1e8)).system()
     columns = [0, 1, 2, 11, 14, 17]
     small: System = build.reduced(
         system,

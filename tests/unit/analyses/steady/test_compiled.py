@@ -132,7 +132,7 @@ def test_large_jobs_are_compiled_and_small_ones_not(system: System, monkeypatch:
     assert set(seen) == {True}
 
 
-def test_points_unconverged_in_single_precision_go_on_in_double(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_points_unconverged_in_single_go_on_in_double(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("numba")
     from epicyclic.analyses.steady import compiled
 

@@ -154,8 +154,8 @@ def test_free_gears_turn_freely_and_modal_damping_follows(case: Any) -> None:
     """A rigid mode, and modal damping alone, whose matrix moves with K and M."""
     system = replace(system_of(case, free=True), C=np.zeros((6, 6)))
     b = system.links.B[:, 1]
-    lateral_pairs = np.outer(b, b) * 2e6
-    changes = [replace(zero_change(system), K=lateral_pairs), one(system, "M"), one(system, "stiffness")]
+    lateral = np.outer(b, b) * 2e6
+    changes = [replace(zero_change(system), K=lateral), one(system, "M"), one(system, "stiffness")]
     found = force_derivatives(system, changes, relative_speed=SPEED, tolerance=1e-11)
     assert not found.constrained.any()
     for change, mine in zip(changes, found.derivative[:, :, 0], strict=True):
