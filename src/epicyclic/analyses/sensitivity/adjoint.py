@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray
-from ..modes.basis import Modal
+from ..modes.basis import Modal, modal_weights
 from ..steady.balance import Batch, HarmonicSolution, solve
 from ..steady.kernel import Gather, Kernel, product, to_complex, to_real
 from ..steady.lattice import LineFrequencies
@@ -31,7 +31,6 @@ __all__ = [
     "AdjointPart",
     "adjoint_form",
     "adjoint_parts",
-    "energy_weight",
     "harmonic_weights",
     "measure",
     "truncated_product_adjoint",
@@ -237,20 +236,12 @@ def adjoint_form(modal: Modal) -> Modal:
 
     Of factors i w of both signs, C^T and G^T change sign; the energy weights of forces and motions change places.
     """
-    weight = energy_weight(np.sqrt(modal.squared), modal.rigid) ** 2
+    weight = modal_weights(modal.squared, modal.rigid) ** 2
     adjoint_modal = {
         name: np.ascontiguousarray(_SIGN[name] * matrix.T * weight / weight[:, None])
         for name, matrix in modal.coupling.items()
     }
     return replace(modal, damping=-modal.damping, coupling=adjoint_modal)
-
-
-def energy_weight(omega: Array, rigid: NDArray[np.bool_]) -> Array:
-    """Weight of the energy-weighted modal coordinates y = weight * x, (n,) [rad/s]: omega, of a rigid mode the lowest.
-
-    omega : (n,) [rad/s].  rigid : (n,).  The same as in `modal_form`.
-    """
-    return np.where(rigid, np.min(omega[~rigid], initial=1.0 if rigid.all() else np.inf), omega)
 
 
 def harmonic_weights(kernel: Kernel) -> Array:

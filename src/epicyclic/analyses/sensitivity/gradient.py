@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
-from ..modes.basis import mean_modes
+from ..modes.basis import mean_modes, modal_weights
 from ..steady.excitation import speed_powers
 from ..steady.kernel import product
 from ..steady.response import Block, Response
-from .adjoint import AdjointPart, energy_weight, harmonic_weights
+from .adjoint import AdjointPart, harmonic_weights
 from .numbers import Numbers, mean_stiffness_change
 
 __all__ = ["Basis", "Gradient", "basis_of", "gradient", "rigid_mode_imbalance"]
@@ -49,7 +49,7 @@ def basis_of(ready: Response) -> Basis:
     squared, shapes = mean_modes(ready.system)
     rigid = squared == 0
     omega = np.sqrt(squared)
-    return Basis(omega=omega, shapes=shapes, rigid=rigid, weight=energy_weight(omega, rigid))
+    return Basis(omega=omega, shapes=shapes, rigid=rigid, weight=modal_weights(squared, rigid))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

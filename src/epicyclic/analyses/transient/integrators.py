@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 from ...errors import ModelError
 from ...system.system import Array
-from ..fast import numba_is_there
+from ..fast import numba_available
 from .motion import Motion, Numbers, from_modal, highest_rate, to_modal
 from .right_hand_side import acceleration, instant_terms
 
@@ -81,7 +81,7 @@ def rk4_states(N: Numbers, state: Array, *, first: int, begin: float, step: floa
     The time of a step is counted from `begin` [s], so that where a run is cut does not change it.  step : [s].
     """
     run: Callable[..., Array] = _numpy
-    if numba_is_there():
+    if numba_available():
         from .compiled import advance as run
     return run(N, state, first=first, begin=begin, step=step, keep=keep, samples=samples)
 
