@@ -25,7 +25,7 @@ import numpy as np
 import table
 from numpy.typing import NDArray
 
-from epicyclic.analyses.fast import numba_is_there
+from epicyclic.analyses.fast import numba_available
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
@@ -160,7 +160,7 @@ def rows(quick: bool) -> list[table.Row]:
     ]
     took, rms = _median(lambda: periodic(system, relative_speed=speed, samples=SAMPLES).force.std(axis=1))
     found.append(("  harmonic balance, one speed", f"{1e3 * took:.1f} ms", "", _said("default", rms, reference)))
-    if numba_is_there():
+    if numba_available():
         rk4_rms(moving, 32, 2, FREQUENCY)
         best = loosest(
             lambda n: rk4_rms(moving, n, cycles, FREQUENCY), reference, LIMIT, [48, 64, 96, 128, 192, 256, 512]

@@ -22,7 +22,7 @@ import numpy as np
 import table
 from known import bench56
 
-from epicyclic.analyses.fast import numba_is_there
+from epicyclic.analyses.fast import numba_available
 from epicyclic.analyses.steady.periodic import periodic
 from epicyclic.analyses.transient.integrators import integrate, steps_for
 from epicyclic.analyses.transient.motion import motion
@@ -47,7 +47,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 def rows(quick: bool) -> list[table.Row]:
     """The table."""
-    if not numba_is_there():
+    if not numba_available():
         return [("time per simulated mesh cycle", "skipped", "", "numba is not installed")]
     found = _cycles("ren2021", problem(), [160.0] if quick else [30.0, 160.0])
     try:

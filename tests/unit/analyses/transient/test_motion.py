@@ -70,7 +70,7 @@ def both(monkeypatch: pytest.MonkeyPatch, run: Any) -> tuple[Any, Any]:
     pytest.importorskip("numba")
     compiled = run()
     with monkeypatch.context() as patch:
-        patch.setattr(integrators, "numba_is_there", lambda: False)
+        patch.setattr(integrators, "numba_available", lambda: False)
         return compiled, run()
 
 
