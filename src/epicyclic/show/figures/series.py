@@ -22,6 +22,7 @@ __all__ = [
     "short_names",
     "texts",
     "thinned",
+    "unbroken",
 ]
 
 Array = NDArray[np.float64]
@@ -160,3 +161,8 @@ def engineering(value: float, digits: int = 4) -> str:
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:.{places}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def unbroken(mesh: str) -> str:
+    """Short name of a mesh that does not break over a line."""
+    return short_names([mesh])[0].replace(" ", "\u00a0").replace("-", "\u2011")

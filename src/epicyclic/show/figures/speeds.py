@@ -6,9 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .frequencies import groups
 from .series import Array, numbers, texts
 from .style import INK, WARNING, mode_colour, translucent
+from .summaries import mode_groups
 
 __all__ = ["abscissa", "mark_failed", "mark_natural", "mark_operating"]
 
@@ -45,7 +45,7 @@ def mark_natural(drawn: go.Figure, modes: xr.Dataset | None, x: Array) -> None:
     if modes is None or not len(x):
         return
     seen: set[str] = set()
-    for one in groups(modes):
+    for one in mode_groups(modes):
         if not float(x.min()) <= one.frequency <= float(x.max()):
             continue
         colour = translucent(mode_colour(one.kind), 0.75)

@@ -10,10 +10,10 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from .frequencies import groups
 from .series import Array, compact, engineering, numbers, texts
 from .speeds import abscissa, mark_operating
 from .style import GRID, INK, figure, mode_colour, note, translucent
+from .summaries import mode_groups
 
 __all__ = ["Crest", "Ray", "crests", "rays", "waterfall"]
 
@@ -120,7 +120,7 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[
 
     modes : Dataset of `modes`; only maxima within 5 % of a natural frequency count then.
     """
-    natural = np.array([one.frequency for one in groups(modes)]) if modes is not None else None
+    natural = np.array([one.frequency for one in mode_groups(modes)]) if modes is not None else None
     found = []
     rank = np.argsort(x)
     for ray in shown:
@@ -143,7 +143,7 @@ def _highest(shown: list[Ray], x: Array, top: float, modes: xr.Dataset | None) -
     strong = [
         float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
     ]
-    natural = [one.frequency for one in groups(modes)] if modes is not None else []
+    natural = [one.frequency for one in mode_groups(modes)] if modes is not None else []
     reach = max(strong, default=0.0)
     return 1.08 * (min(max(reach, 1.0), 1.15 * max(natural)) if natural else max(reach, 1.0))
 
@@ -216,7 +216,7 @@ def _ticks(low: float, high: float) -> list[float]:
 def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None:
     """Natural frequencies as lines in the colour of their kind."""
     seen: set[str] = set()
-    for one in groups(modes) if modes is not None else []:
+    for one in mode_groups(modes) if modes is not None else []:
         if not 0 < one.frequency <= highest:
             continue
         line = {"color": translucent(mode_colour(one.kind), 0.6), "width": 1.1, "dash": "dot"}

@@ -12,10 +12,10 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 import xarray as xr
+from epicyclic.show.figures.tables import mode_table, table
 from plotly.offline import get_plotlyjs
 
 from epicyclic.errors import ModelError
-from epicyclic.show.figures.tables import mode_table, table
 from epicyclic.show.report import report, write_report
 
 Datasets = dict[str, xr.Dataset]
