@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["rich_table", "show", "show_pairs", "stdout_console", "warnings_of"]
 
 _STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
+# signs that do not break over a line of a page, as they are typed
+_PLAIN = str.maketrans("\u00a0\u2011", " -")
 
 
 def stdout_console() -> Console:
@@ -70,4 +72,4 @@ def show_pairs(pairs: Mapping[str, str], console: Console) -> None:
     """Print names and what they are, one a line."""
     width = max(map(len, pairs), default=0)
     for name, text in pairs.items():
-        console.print(f"[bold]{escape(name):{width}}[/bold]  {escape(text)}", soft_wrap=True)
+        console.print(f"[bold]{escape(name.translate(_PLAIN)):{width}}[/bold]  {escape(text)}", soft_wrap=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .elements import Details, Listing, Part, Section, Table
@@ -20,7 +21,7 @@ def provenance(results: Mapping[str, xr.Dataset]) -> Section:
     parts: list[Part] = [] if assumed is None else [*assumed_tables(assumed)]
     parts.append(_runs(results))
     if values is not None:
-        parts += [Details(summary="Every resolved value", parts=[one]) for one in value_tables(values)]
+        parts += [Details(summary=one.title, parts=[replace(one, title="")]) for one in value_tables(values)]
     if model is not None:
         parts.append(Details(summary="Resolved model", parts=[Listing(text=_indented(str(model.attrs["model"])))]))
     return Section(anchor="model", title="Model and provenance", parts=parts)
@@ -47,7 +48,7 @@ def value_tables(result: xr.Dataset) -> list[Table]:
         "unit": [unit or "" for _, _, unit, _ in values],
         "from": [origin or "" for *_, origin in values],
     }
-    return [Table(title="Every resolved value and where it came from", columns=columns, digits=7)] if values else []
+    return [Table(title="Every resolved value", columns=columns, digits=7)] if values else []
 
 
 def _number(value: Any) -> Any:

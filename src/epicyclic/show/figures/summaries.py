@@ -128,7 +128,7 @@ def largest_coefficients(sharing: xr.Dataset) -> list[tuple[str, float, str]]:
     for definition, row in zip(texts(sharing, "definition"), values, strict=True):
         if np.isfinite(row).any():
             place = int(np.nanargmax(row))
-            found.append((readable(definition), float(row[place]), names[place]))
+            found.append((definition, float(row[place]), names[place]))
     return found
 
 

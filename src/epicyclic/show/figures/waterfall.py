@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .series import Array, compact, engineering, numbers, texts
 from .speeds import abscissa, mark_operating
-from .style import GRID, INK, figure, mode_colour, note, translucent
+from .style import GRID, INK, figure, lines_across, mode_colour, note, translucent
 from .summaries import mode_groups
 
 __all__ = ["Crest", "Ray", "crests", "rays", "waterfall"]
@@ -215,15 +215,14 @@ def _ticks(low: float, high: float) -> list[float]:
 
 def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None:
     """Natural frequencies as lines in the colour of their kind."""
-    seen: set[str] = set()
-    for one in mode_groups(modes) if modes is not None else []:
-        if not 0 < one.frequency <= highest:
-            continue
-        line = {"color": translucent(mode_colour(one.kind), 0.6), "width": 1.1, "dash": "dot"}
-        drawn.add_hline(y=one.frequency, line=line, layer="below")
-        if one.kind not in seen:
-            drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{one.kind} mode"))
-            seen.add(one.kind)
+    inside = [one for one in mode_groups(modes) if 0 < one.frequency <= highest] if modes is not None else []
+    looks = {
+        kind: {"color": translucent(mode_colour(kind), 0.6), "width": 1.1, "dash": "dot"}
+        for kind in dict.fromkeys(one.kind for one in inside)
+    }
+    lines_across(drawn, [(one.frequency, {"line": looks[one.kind], "layer": "below"}) for one in inside], along="y")
+    for kind, line in looks.items():
+        drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{kind} mode"))
 
 
 def _label(drawn: go.Figure, found: list[Crest], x: Array, highest: float) -> None:

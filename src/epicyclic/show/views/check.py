@@ -83,10 +83,13 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     powers = [one.power for one in members if np.isfinite(one.power) and one.power > 0]
     found = [(f"{engineering(sum(powers) / 1e3)} kW", "power through the train")] if powers else []
     found += [(f"{engineering(tone, 6)} Hz", f"mesh frequency, {stage}") for stage, tone in mesh_tones(result).items()]
-    turning = [one for one in members if one.count == 1 and np.isfinite(one.speed) and one.speed != 0]
+    turning: dict[float, list[str]] = {}
+    for one in members:
+        if one.count == 1 and np.isfinite(one.speed) and one.speed != 0:
+            turning.setdefault(one.speed, []).append(one.name)
     return found + [
-        (f"{engineering(one.speed, 6)} rpm", f"speed of {one.name}, {engineering(one.speed * np.pi / 30, 5)} rad/s")
-        for one in turning
+        (f"{engineering(speed, 6)} rpm", f"speed of {', '.join(names)}: {engineering(speed * np.pi / 30, 5)} rad/s")
+        for speed, names in turning.items()
     ]
 
 
@@ -155,7 +158,7 @@ def _stages(check: xr.Dataset) -> Table:
 def _members(check: xr.Dataset) -> Table:
     """Speed, torque, power, mass and inertia of every member."""
     found = members_of(check)
-    columns = {
+    columns: dict[str, Any] = {
         "member": [one.name for one in found],
         "kind": [one.kind for one in found],
         "bodies": [one.count for one in found],
