@@ -57,11 +57,11 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
         found += [(f"{value:.3f}", f"load sharing, {name}: {unbroken(mesh)}") for name, value, mesh in shown]
     if "mesh_force_bound" in result.variables and np.isfinite(result.mesh_force_bound.values).any():
         at = int(np.nanargmax(result.mesh_force_bound.values))
-        words = f"largest mesh force over all shaft phases: {unbroken(str(result.mesh.values[at]))}"
+        words = f"largest mesh force at the operating point, any shaft phases: {unbroken(str(result.mesh.values[at]))}"
         found.append((f"{engineering(float(result.mesh_force_bound.values[at]) / 1e3)} kN", words))
     if "contact_lost" in result.variables:
         lost = int(np.sum(result.contact_lost.values > 0))
-        found.append((f"{lost or 'none'} of {result.sizes['mesh']}", "meshes whose teeth part"))
+        found.append((f"{lost or 'none'} of {result.sizes['mesh']}", "meshes whose teeth part at the operating point"))
     return found
 
 
