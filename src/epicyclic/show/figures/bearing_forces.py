@@ -21,12 +21,15 @@ _PANELS = (
 
 
 def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
-    """Largest radial force of every bearing, support and coupling, and its dynamic part [kN], over mesh frequency [Hz].
+    """Radial force of every bearing, support and coupling over speed: largest and dynamic RMS [kN].
+
+    Links whose curves coincide share one; natural frequencies and the operating point are lines.
 
     Parameters
     ----------
-    sweep : Dataset of `sweep` with bearing_force_peak, bearing_force_rms (bearing, speed).
-    modes : Dataset of `modes`, whose frequencies are drawn as lines.
+    sweep : Dataset of `sweep`: bearing_force_peak, bearing_force_rms (bearing, speed) [N], mesh_frequency (speed) [Hz],
+        status (speed).
+    modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
     """
     x, unit = abscissa(sweep)
     rank = np.argsort(x)

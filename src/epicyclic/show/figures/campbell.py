@@ -26,12 +26,12 @@ class Crossing:
 
 
 def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
-    """Natural frequencies [Hz] over relative speed [%], rays of mesh orders, crossings, operating point.
+    """Campbell diagram: natural frequencies [Hz] over speed [% of the operating speed], rays of mesh orders.
 
     Parameters
     ----------
-    data : Dataset with whirl_frequency(relative_speed, mode), mesh_frequency([stage,] relative_speed).
-    orders : mesh orders drawn; not said, as many as reach the highest natural frequency, but 3 to 8.
+    data : Dataset of `campbell`: whirl_frequency (relative_speed, mode) [Hz], mesh_frequency ([stage,] relative_speed).
+    orders : mesh orders drawn; where None as many as reach the highest natural frequency, but 3 to 8.
     """
     speed, whirl, rays = _arrays(data)
     percent = 100 * speed

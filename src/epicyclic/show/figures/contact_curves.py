@@ -13,11 +13,14 @@ __all__ = ["contact_curves"]
 
 
 def contact_curves(result: xr.Dataset) -> go.Figure:
-    """Loaded transmission error over the mesh cycle, its peak to peak over the load (Harris map), and stiffness.
+    """Loaded transmission error [um] over the mesh cycle, its peak to peak over load (Harris map), stiffness [N/um].
 
     Parameters
     ----------
-    result : Dataset of `contact`.
+    result : Dataset of `contact`: loaded_transmission_error (mesh_load, mesh_phase) [m],
+        transmission_error_peak_to_peak (mesh_load) [m], transmission_error_harmonic (mesh_load, harmonic) [m],
+        tangent_stiffness, secant_stiffness (side, mesh_load, mesh_phase) [N/m]; attribute force [N], the operating
+        load.
     """
     names = [
         "loaded transmission error less its mean (Harris map): darker, more load",

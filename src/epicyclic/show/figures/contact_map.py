@@ -18,9 +18,13 @@ _SCALE = [[0.0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8
 def contact_map(result: xr.Dataset) -> go.Figure:
     """Load per length [N/mm] over the flank of one tooth, a panel a helix, with the contact lines of one instant.
 
+    Abscissa: place along the face [mm]; ordinate: path of contact from the pitch point [base pitches].
+
     Parameters
     ----------
-    result : Dataset of `contact`.
+    result : Dataset of `contact`: flank_load_per_length (side, width, path_place) [N/m], width (width) [1],
+        shared_face (side) [m], line_place (side, ..., width) [base pitches]; attributes force [N], mesh, gear_a,
+        gear_b.
     """
     sides = texts(result, "side")
     load = result["flank_load_per_length"].transpose("side", "width", "path_place").values / 1e3

@@ -21,9 +21,14 @@ _LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1
 def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
     """RMS of the dynamic force of one mesh [kN] over mesh frequency [Hz], its branches, and the part of time apart [%].
 
+    Branches are solid where stable and dashed where not; large marks are motions in place of an unstable one, rings folds.
+
     Parameters
     ----------
-    sweep : Dataset of `sweep` with contact loss.  mesh : name; the one with the largest force where None.
+    sweep : Dataset of `contact_sweep`: mesh_force_rms (direction, mesh, speed) [N], contact_open (direction, mesh,
+        speed), motion (direction, speed), path_frequency, path_instability, path_part (path), path_force_rms (mesh,
+        path) [N], fold_frequency (fold) [Hz].
+    mesh : name; the one with the largest force where None.
     """
     name = mesh or _loudest(sweep)
     drawn = panels(

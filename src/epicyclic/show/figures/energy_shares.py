@@ -16,11 +16,13 @@ _SCALE = [[0.0, "#FFFFFF"], [0.15, "#DCE9F5"], [0.4, "#8FBCE0"], [0.7, "#3B86C2"
 
 
 def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
-    """Strain-energy shares of the connections and kinetic-energy shares of the bodies, branches added up [%].
+    """Strain-energy shares of the connections and kinetic-energy shares of the bodies [%] in every mode.
 
     Parameters
     ----------
-    modes : Dataset of `modes`.  most : modes shown at most, the lowest.
+    modes : Dataset of `modes`: strain_energy_share (connection, mode), kinetic_energy_share (body, mode) [1],
+        frequency (mode) [Hz].
+    most : modes shown at most, the lowest.
     """
     shown = modes.isel(mode=slice(0, most))
     strain = summed_shares(

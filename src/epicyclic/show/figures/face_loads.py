@@ -14,11 +14,12 @@ __all__ = ["face_loads"]
 
 
 def face_loads(result: xr.Dataset) -> go.Figure:
-    """Load per face width [N/mm] along the faces at the operating torque, a panel a pair and side.
+    """Load per face width [N/mm] along the faces at the operating torque, a panel a pair and side, a curve a branch.
 
     Parameters
     ----------
-    result : Dataset of `train_contact`.
+    result : Dataset of `train_contact`: face_load (torque_factor, mesh, width) [N/m], face_load_factor
+        (torque_factor, mesh) [1], width (width) [1].
     """
     now = _now(result)
     groups = by_pair_and_side(texts(result, "mesh"))

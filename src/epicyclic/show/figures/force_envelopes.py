@@ -16,11 +16,12 @@ _MOST = 4
 
 
 def force_envelopes(result: xr.Dataset) -> go.Figure:
-    """Force of the most loaded mesh of every pair over its mesh phase [kN], with all that slow phases make of it.
+    """Force of the most loaded mesh of every pair [kN] over its mesh phase [mesh cycles]: mean and band.
 
     Parameters
     ----------
-    result : Dataset of `steady` with contact loss.
+    result : Dataset of `steady` with contact loss: mesh_force, mesh_force_least, mesh_force_most (mesh, mesh_phase)
+        [N], open_share (mesh) [1].
     """
     drawn = figure(
         "Mesh force, mean and range over all shaft phases", x="mesh phase [mesh cycles]", y="force [kN]", height=440

@@ -13,11 +13,12 @@ __all__ = ["frequencies"]
 
 
 def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure:
-    """Natural frequencies [Hz] with kind and multiplicity, mesh frequencies as lines.
+    """Natural frequencies [Hz] as stems over the number of the mode, with kind and multiplicity.
 
     Parameters
     ----------
-    modes : Dataset of `modes`.  check : Dataset of `check`, for the mesh frequencies.
+    modes : Dataset of `modes`: frequency [Hz], mode_kind, multiplicity (mode).
+    check : Dataset of `check`: mesh_frequency (stage) [Hz].
     """
     found = mode_groups(modes)
     drawn = figure("Natural frequencies", x="mode", y="natural frequency [Hz]", height=440)

@@ -13,11 +13,12 @@ __all__ = ["load_factors"]
 
 
 def load_factors(result: xr.Dataset) -> go.Figure:
-    """K_gamma of every pair and the largest K_Hbeta of every pair and side, over the torque.
+    """K_gamma of every pair and the largest K_Hbeta of every pair and side [1] over the relative torque [1].
 
     Parameters
     ----------
-    result : Dataset of `train_contact`.
+    result : Dataset of `train_contact`: branch_load_factor (torque_factor, mesh_pair), face_load_factor
+        (torque_factor, mesh) [1].
     """
     drawn = panels(
         "Load factors over the torque",

@@ -16,11 +16,11 @@ __all__ = ["load_sharing"]
 
 
 def load_sharing(sharing: xr.Dataset) -> go.Figure:
-    """Load-sharing coefficient of each mesh by every definition, branches that share equally at the line 1.
+    """Load-sharing coefficient of each mesh [1] by every definition, as bars about 1.
 
     Parameters
     ----------
-    sharing : Dataset of `sharing`.
+    sharing : Dataset of `sharing`: load_sharing (definition, mesh) [1].
     """
     values = sharing["load_sharing"].transpose("mesh", "definition").values
     definitions = [readable(name) for name in texts(sharing, "definition")]

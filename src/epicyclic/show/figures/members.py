@@ -19,11 +19,11 @@ def member_label(name: str, several: bool) -> str:
 
 
 def members(check: xr.Dataset) -> go.Figure:
-    """Speed [rpm], external torque [kN m] and power [kW] of every member.
+    """Speed [rpm], external torque [N m or kN m] and power into the train [kW] of every member, as bars about zero.
 
     Parameters
     ----------
-    check : Dataset of `check`.
+    check : Dataset of `check`: member, kind, speed [rpm], torque [N m], power [W] (body).
     """
     found = members_of(check)
     several = len({one.name.split(".")[0] for one in found}) > 1

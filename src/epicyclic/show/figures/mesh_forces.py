@@ -14,11 +14,11 @@ __all__ = ["mesh_forces"]
 
 
 def mesh_forces(result: xr.Dataset) -> go.Figure:
-    """Mesh force of each branch over time [kN]; a line at 0 where teeth come near to lifting off.
+    """Mesh force of each branch [kN] over time, a panel a pair of gears, a line at 0 where that is near.
 
     Parameters
     ----------
-    result : Dataset of `sharing`, `static` or `steady`.
+    result : Dataset of `sharing`, `static` or `steady`: mesh_force (mesh, time or mesh_phase) [N], contact_lost (mesh).
     """
     drawn = over_time(result, "mesh_force", "Mesh forces over time", "force [kN]", 1e-3)
     forces = result["mesh_force"].values

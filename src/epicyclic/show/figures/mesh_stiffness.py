@@ -13,11 +13,11 @@ __all__ = ["mesh_stiffness"]
 
 
 def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
-    """Mesh stiffness along the tooth normal [N/um] over one mesh cycle, all branches and sides, means dotted.
+    """Mesh stiffness along the tooth normal [N/um] over one mesh cycle, a panel a pair of gears, a curve a branch.
 
     Parameters
     ----------
-    stiffness : Dataset of `stiffness`.
+    stiffness : Dataset of `stiffness`: mesh_stiffness (mesh, mesh_phase) [N/m].
     """
     values = stiffness["mesh_stiffness"].transpose("mesh", "mesh_phase").values
     phase = numbers(stiffness, "mesh_phase")

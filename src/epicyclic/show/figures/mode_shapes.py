@@ -46,11 +46,13 @@ class Sketch:
 
 
 def mode_shapes(check: xr.Dataset, modes: xr.Dataset, *, most: int = 30) -> go.Figure:
-    """Animated mode shapes: a slider chooses the mode, which then swings; a button plays all of them.
+    """Animated mode shapes, exaggerated: a slider chooses the mode, which then swings; a button plays all of them.
 
     Parameters
     ----------
-    check : Dataset of `check` (the bodies).  modes : Dataset of `modes` (full_shape).  most : modes shown at most.
+    check : Dataset of `check`: what `parts.parts` reads (body), (gear).
+    modes : Dataset of `modes`: full_shape (body, direction, mode), frequency [Hz], mode_kind (mode).
+    most : modes shown at most.
     """
     known = texts(modes, "body")
     found = [part for part in parts(check) if part.name in set(known)]

@@ -26,11 +26,15 @@ _NAMED = 6
 
 
 def modulation(result: xr.Dataset) -> go.Figure:
-    """Signal over time with the passages of the planets; order spectrum in families; the same round the mesh frequency.
+    """Vibration beside the ring: signal over a turn of the carrier, and its lines [dB re largest] over their order.
+
+    The third panel shows the lines round the mesh frequency.  Lines are coloured by family; rings are the lines of the train without deviations.
 
     Parameters
     ----------
-    result : Dataset of `modulation`.
+    result : Dataset of `modulation`: signal (sample_time), signal_amplitude, fault_free_amplitude, line_frequency [Hz],
+        carrier_order, family, causes (line), passage (planet) [s]; attributes carrier_frequency, stage_mesh_frequency
+        [Hz].
     """
     unit = str(result["signal"].attrs["units"]).replace("s2", "s²")
     names = [

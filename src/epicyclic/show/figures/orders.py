@@ -13,11 +13,11 @@ __all__ = ["orders"]
 
 
 def orders(check: xr.Dataset) -> go.Figure:
-    """Shaft and mesh frequencies at the operating point [Hz], with their orders of the mesh frequency.
+    """Shaft and mesh frequencies [Hz] at the operating point, with their orders of the mesh frequency.
 
     Parameters
     ----------
-    check : Dataset of `check`.
+    check : Dataset of `check`: order_frequency [Hz], order (order_name) [1].
     """
     names, hertz = _unstaged(texts(check, "order_name")), numbers(check, "order_frequency", "order_name")
     order = numbers(check, "order", "order_name")

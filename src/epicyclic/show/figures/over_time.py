@@ -12,6 +12,13 @@ __all__ = ["over_time"]
 
 
 def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float) -> go.Figure:
+    """One quantity of every mesh over time, a panel a pair of gears, a curve a branch.
+
+    Parameters
+    ----------
+    result : Dataset with a variable `name` (mesh, time or mesh_phase).
+    title : of the figure.  unit : title of the ordinate, with its unit.  scale : factor from SI to that unit.
+    """
     along = next(str(dim) for dim in result[name].dims if dim != "mesh")
     values = scale * result[name].transpose("mesh", along).values
     time = numbers(result, along, along)

@@ -13,11 +13,11 @@ __all__ = ["phases"]
 
 
 def phases(check: xr.Dataset) -> go.Figure:
-    """Phase lead of every mesh on a dial: one turn is one mesh cycle, in the sense of rotation.
+    """Phase lead of every mesh [mesh cycles] on a dial a pair of gears: one turn is one mesh cycle.
 
     Parameters
     ----------
-    check : Dataset of `check`.
+    check : Dataset of `check`: phase_lead (mesh) [mesh cycles].
     """
     series = merged(texts(check, "mesh"), numbers(check, "phase_lead", "mesh")[:, None])
     dials = pairs(series)

@@ -15,11 +15,15 @@ _BEFORE, _AFTER = PALE, PALETTE[1]
 
 
 def relief_effect(result: xr.Dataset) -> go.Figure:
-    """Transmission error, Harris map, load along the path and, where it was computed, dynamic force: before and after.
+    """Transmission error [um], Harris map, load along the path [N/mm], dynamic force [N]: before and after relief.
 
     Parameters
     ----------
-    result : Dataset of `relief`.
+    result : Dataset of `relief`: relieved_error (state, relieved_mesh, load_factor, mesh_phase) [m],
+        relieved_peak_to_peak (state, relieved_mesh, load_factor) [m], relieved_load (state, relieved_mesh, place)
+        [N/m],
+        relieved_place (relieved_mesh, place) [base pitches], relieved_force (relieved_mesh) [N];
+        mesh_force_rms (state, speed) [N].
     """
     names = [
         "loaded transmission error less its mean, operating load",

@@ -24,11 +24,14 @@ _AFTER = PALETTE[1]
 
 
 def relief_search(result: xr.Dataset) -> go.Figure:
-    """The Pareto set over the first two objectives with every candidate, or with one the best over the generations.
+    """The Pareto set over the first two objectives with every candidate, or of one objective the best over the
+    generations.
 
     Parameters
     ----------
-    result : Dataset of `relief`.
+    result : Dataset of `relief`: evaluated_objective (evaluation, objective), evaluated_generation (evaluation),
+        solution_objective (solution, objective), best_so_far (generation, objective), objective_before,
+        objective_after (objective); lengths are drawn in [um], loads per length in [N/mm].
     """
     return _front(result) if result.sizes["objective"] > 1 else _progress(result)
 

@@ -17,13 +17,15 @@ _ORDERS = 5
 
 
 def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
-    """Amplitude of a mesh force [kN] over time [s] and frequency [Hz], multiples of the mesh frequency as lines.
+    """Amplitude of a mesh force [kN, logarithmic] over time [s] and frequency [Hz], multiples of the mesh frequency as
+    lines.
 
     Where a horizontal band is crossed by an order and lights up, a natural frequency is passed.
 
     Parameters
     ----------
-    result : Dataset of `transient`.  mesh : its name; that with the largest swing where not said.
+    result : Dataset of `transient`: mesh_force (mesh, time) [N], mesh_frequency (time) [Hz].
+    mesh : its name; that with the largest swing where not said.
     """
     from scipy.signal import spectrogram as windows
 

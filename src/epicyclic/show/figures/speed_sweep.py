@@ -14,11 +14,15 @@ __all__ = ["speed_sweep"]
 
 
 def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
-    """RMS of the dynamic mesh force, largest mesh force [kN] and dynamic factor K_v [-] over mesh frequency [Hz].
+    """RMS of the dynamic mesh force, largest mesh force [kN] and dynamic factor K_v [1] over mesh frequency [Hz].
+
+    Natural frequencies and the operating point are lines; speeds without a solution are crosses.
 
     Parameters
     ----------
-    sweep : Dataset of `sweep`.  modes : Dataset of `modes`, whose frequencies are drawn as lines.
+    sweep : Dataset of `sweep`: mesh_force_rms, mesh_force_peak [N], dynamic_factor (mesh, speed), mesh_frequency,
+        status (speed).
+    modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
     """
     x, unit = abscissa(sweep)
     rank = np.argsort(x)

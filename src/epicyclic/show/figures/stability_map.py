@@ -22,7 +22,8 @@ def stability_map(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `stability` with a second parameter.
+    result : Dataset of `stability` with a second parameter: growth_rate, instability (value, speed),
+        mesh_frequency (speed) [Hz], resonance_low, resonance_high (value, resonance) [Hz].
     """
     x, name = numbers(result, "mesh_frequency"), str(result.attrs.get("over", "value"))
     unit = str(result["value"].attrs.get("units", ""))

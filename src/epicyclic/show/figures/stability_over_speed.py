@@ -14,11 +14,14 @@ __all__ = ["stability_over_speed"]
 
 
 def stability_over_speed(result: xr.Dataset) -> go.Figure:
-    """Largest multiplier [1] and growth rate [1/s] over mesh frequency [Hz], unstable speeds in colour.
+    """Largest Floquet multiplier [1] and growth rate [1/s] over mesh frequency [Hz], unstable speeds in colour.
+
+    Ranges predicted by averaging are bands.
 
     Parameters
     ----------
-    result : Dataset of `stability` without a second parameter.
+    result : Dataset of `stability` without a second parameter: largest_multiplier, growth_rate, instability,
+        taking_part, mesh_frequency (speed), resonance_low, resonance_high, resonance_growth (resonance).
     """
     x = numbers(result, "mesh_frequency")
     rank = np.argsort(x)

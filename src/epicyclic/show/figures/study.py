@@ -16,11 +16,11 @@ __all__ = ["drawable", "study"]
 
 
 def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
-    """Curves of a Dataset whose variable runs over one parameter, and at most over names besides.
+    """Curves of one variable over one parameter, and at most over names besides; unit and long name stand on the axes.
 
     Parameters
     ----------
-    result : Dataset of a study; attribute ``study`` is the title, unit and long name stand on the axes.
+    result : Dataset of any kind with a variable of numbers of one or two dims; attribute ``study`` is the title.
     name : the variable, the first of numbers where not said.
     """
     values = result[name or _first(result)]

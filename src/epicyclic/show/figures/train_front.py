@@ -21,11 +21,11 @@ _ORDER = {"carrier": 0, "ring": 1, "body": 2, "gear": 3, "planet": 4, "sun": 5}
 
 
 def train_front(check: xr.Dataset) -> go.Figure:
-    """Front view of every stage, seen from the right end (counter-clockwise positive), to scale [mm].
+    """Front view of every stage to scale [mm], seen from the right end (counter-clockwise positive), teeth in mesh.
 
     Parameters
     ----------
-    check : Dataset of `check`.
+    check : Dataset of `check`: what `parts.parts` and `parts.matings` read (body), (gear), (mesh).
     """
     found = [part for part in one_per_place(parts(check)) if part.stage in stages(parts(check))]
     turned = turns(check, found)

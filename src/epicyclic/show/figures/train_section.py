@@ -41,11 +41,12 @@ class Column:
 
 
 def train_section(check: xr.Dataset) -> go.Figure:
-    """Half section through the axis and branch 1 (branches turned into the plane), to scale [mm].
+    """Axial half section to scale [mm] through the axis and branch 1, branches turned into the plane.
 
     Parameters
     ----------
-    check : Dataset of `check`.
+    check : Dataset of `check`: what `parts.parts` reads (body), (gear); link_stiffness (link, direction) [N/m, N
+        m/rad], link_first, link_second (link).
     """
     title = "Axial section, to scale" if widths_given(check) else "Axial section (face widths are not given)"
     drawn = figure(title, x="z [mm]", y="radius [mm]", height=620)

@@ -17,11 +17,11 @@ _MOST = 3000
 
 
 def transient_forces(result: xr.Dataset) -> go.Figure:
-    """Mesh forces [kN] over time [s], a panel for each pair, with the mesh frequency below where it changes.
+    """Mesh forces [kN] over time [s], a panel a pair of gears, with the mesh frequency [Hz] below where it changes.
 
     Parameters
     ----------
-    result : Dataset of `transient`.
+    result : Dataset of `transient`: mesh_force (mesh, time) [N], mesh_frequency (time) [Hz].
     """
     time = np.asarray(result["time"].values, dtype=np.float64)
     curves = merged(texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values / 1e3)

@@ -48,8 +48,9 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
 
     Parameters
     ----------
-    sweep : Dataset of `sweep` with mesh_force_order (mesh, order, speed), and mesh_force_line where there are lines.
-    modes : Dataset of `modes`, whose frequencies are drawn as lines.
+    sweep : Dataset of `sweep`: mesh_force_order (mesh, order, speed) [N], mesh_force_line (mesh, line, speed) where
+        there are lines, line_order (line), mesh_tone (mesh), mesh_frequency (speed) [Hz].
+    modes : Dataset of `modes`, whose frequencies (mode) are drawn as lines.
     mesh : the mesh shown, the largest amplitude of all where not said.
     """
     x, unit = abscissa(sweep)

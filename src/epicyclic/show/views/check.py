@@ -62,7 +62,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     if result.sizes.get("order_name"):
         orders = {"order_frequency": ("frequency [Hz]", 1), "order": ("mesh orders", 1)}
         found.append(Table(title="Shaft and mesh frequencies", columns=columns_of(result, "order_name", orders)))
-    if any(str(path).startswith("couplings.") for path in result.path.values):
+    if "path" in result.variables and any(path.startswith("couplings.") for path in texts(result, "path")):
         title = "Power paths (from first to second, seen from the housing)"
         found.append(Table(title=title, columns=columns_of(result, "path", _PATHS)))
     return [*found, _links(result), *assumed_tables(result), *value_tables(result)]
