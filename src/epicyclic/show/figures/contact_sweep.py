@@ -21,7 +21,8 @@ _LOOK = {"up": ("#F2B184", 5.0, "triangle-up", "run-up"), "down": (PALETTE[0], 1
 def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
     """RMS of the dynamic force of one mesh [kN] over mesh frequency [Hz], its branches, and the part of time apart [%].
 
-    Branches are solid where stable and dashed where not; large marks are motions in place of an unstable one, rings folds.
+    Branches are solid where stable and dashed where not, rings are folds; large marks are motions
+    in place of an unstable one.
 
     Parameters
     ----------

@@ -28,7 +28,8 @@ _NAMED = 6
 def modulation(result: xr.Dataset) -> go.Figure:
     """Vibration beside the ring: signal over a turn of the carrier, and its lines [dB re largest] over their order.
 
-    The third panel shows the lines round the mesh frequency.  Lines are coloured by family; rings are the lines of the train without deviations.
+    The third panel shows the lines round the mesh frequency.  Lines are coloured by family, rings are the lines of the
+    train without deviations.
 
     Parameters
     ----------

@@ -24,8 +24,7 @@ _AFTER = PALETTE[1]
 
 
 def relief_search(result: xr.Dataset) -> go.Figure:
-    """The Pareto set over the first two objectives with every candidate, or of one objective the best over the
-    generations.
+    """The Pareto set over the first two objectives with every candidate, or the best over the generations.
 
     Parameters
     ----------

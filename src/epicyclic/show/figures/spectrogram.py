@@ -17,8 +17,7 @@ _ORDERS = 5
 
 
 def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
-    """Amplitude of a mesh force [kN, logarithmic] over time [s] and frequency [Hz], multiples of the mesh frequency as
-    lines.
+    """Amplitude of a mesh force [kN, logarithmic] over time [s] and frequency [Hz], with mesh orders.
 
     Where a horizontal band is crossed by an order and lights up, a natural frequency is passed.
 
