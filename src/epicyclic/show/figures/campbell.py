@@ -90,13 +90,14 @@ def _arrays(data: xr.Dataset) -> tuple[Array, Array, dict[str, Array]]:
 
 
 def _lines(percent: Array, whirl: Array) -> tuple[list[float | None], list[float | None]]:
-    """All natural frequencies as one trace, a gap between two modes."""
+    """All natural frequencies (P, modes) [Hz] over speed (P,) [%] as one trace, a gap between two modes."""
     gap = np.full((whirl.shape[1], 1), np.nan)
     x = np.hstack([np.tile(percent, (whirl.shape[1], 1)), gap])
     return compact(x), compact(np.hstack([whirl.T, gap]))
 
 
 def _ray(drawn: go.Figure, percent: Array, ray: Array, dash: str, top: float) -> None:
+    """One ray of a mesh order (P,) [Hz] over speed (P,) [%], as far as the diagram reaches."""
     line = {"color": PALE, "width": 1.3, "dash": dash}
     shown = np.where(ray <= 1.2 * top, ray, np.nan)
     drawn.add_trace(
@@ -105,7 +106,7 @@ def _ray(drawn: go.Figure, percent: Array, ray: Array, dash: str, top: float) ->
 
 
 def _ray_names(drawn: go.Figure, rays: dict[str, Array], count: int, top: float) -> None:
-    """Names of the rays at the right edge of the diagram, those left out that would lie on another."""
+    """Names of the rays (P,) [Hz] at the right edge of the diagram, those left out that would lie on another."""
     taken: list[float] = []
     for stage, ray in rays.items():
         for order in range(1, count + 1):

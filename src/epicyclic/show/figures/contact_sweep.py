@@ -45,7 +45,7 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
     x = np.asarray(sweep["mesh_frequency"].values, dtype=np.float64)[rank]
     for direction in map(str, sweep["direction"].values):
         part = sweep.sel(direction=direction, mesh=name)
-        _walked(drawn, part, direction, x, rank)
+        _direction(drawn, part, direction, x, rank)
     _folds(drawn, sweep, name)
     drawn.update_yaxes(title_text="force [kN]", rangemode="tozero", row=1, col=1)
     drawn.update_yaxes(title_text="time [%]", rangemode="tozero", row=2, col=1)
@@ -88,7 +88,7 @@ def _branches(drawn: go.Figure, sweep: xr.Dataset, name: str) -> None:
 
 
 def _runs(unstable: NDArray[np.bool_], part: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """First and last places of runs of one kind, not across a break of the way."""
+    """First and last places of runs of one kind (P,), not across a break of the branch."""
     if not len(unstable):
         return []
     cut = (unstable[1:] != unstable[:-1]) | (np.abs(np.diff(part)) > 1)
@@ -96,7 +96,8 @@ def _runs(unstable: NDArray[np.bool_], part: NDArray[np.int64]) -> list[tuple[in
     return [(first, last - 1) for first, last in pairwise(edges)]
 
 
-def _walked(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, rank: NDArray[np.int64]) -> None:
+def _direction(drawn: go.Figure, part: xr.Dataset, direction: str, x: Array, rank: NDArray[np.int64]) -> None:
+    """The motions of one sweep direction over mesh frequency (P,) [Hz]: force above, part of time apart below."""
     colour, width, symbol, label = _LOOK[direction]
     motion = np.array(texts(part, "motion"), dtype=object)[rank]
     own = np.isin(motion, ("symmetry broken", "period 2", "integrated"))

@@ -55,6 +55,7 @@ def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
 
 
 def _map(names: list[str], shares: Array, hertz: Array) -> go.Heatmap:
+    """Heat map of shares (g, modes) [1] in percent over the modes, whose frequencies (modes,) [Hz] are named."""
     percent = np.round(100 * shares, 1)
     words = [[f"{value:.0f}" if value >= 4.5 else "" for value in row] for row in percent]
     return go.Heatmap(

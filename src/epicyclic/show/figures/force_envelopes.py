@@ -64,7 +64,7 @@ def force_envelopes(result: xr.Dataset) -> go.Figure:
 
 
 def _worst(names: list[str], most: np.ndarray) -> list[int]:
-    """Row of the largest force of each pair: names without branch and side."""
+    """Row of the largest force (m, phases) of each pair: names without branch and side."""
     found: dict[str, int] = {}
     for row in np.argsort(-np.nanmax(most, axis=1)):
         found.setdefault("/".join(names[int(row)].split("/")[:2]), int(row))

@@ -19,7 +19,7 @@ LABELS = 8
 
 
 def apart(order: np.ndarray, centre: Array, distance: float, x: Array) -> list[int]:
-    """The first few places in order whose labels do not stand on each other."""
+    """The first few places in order (r,) whose centres (r,) stand `distance` apart within x (P,), all [Hz]."""
     kept: list[int] = []
     for place in order:
         inside = x.min() <= centre[place] <= x.max()

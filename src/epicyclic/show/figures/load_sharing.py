@@ -50,7 +50,7 @@ def _gap(groups: Sequence[object]) -> float:
 
 
 def _limits(values: Array) -> tuple[float, float]:
-    """Range of the axis: 1 in it, deviations from 1 to be seen, room for numbers on the bars."""
+    """Range of the axis of coefficients (m, definitions) [1]: 1 in it, room for numbers on the bars."""
     finite = values[np.isfinite(values)]
     low, high = min(1.0, float(finite.min(initial=1.0))), max(1.0, float(finite.max(initial=1.0)))
     span = max(high - low, 0.02)

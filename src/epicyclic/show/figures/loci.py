@@ -58,6 +58,7 @@ def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:
 
 
 def _locus(x: np.ndarray, row: np.ndarray, mode: int, kind: str, multiplicity: int, first: bool) -> go.Scatter:
+    """Frequencies (P,) [Hz] of one mode along the parameter (P,)."""
     return go.Scatter(
         x=compact(x),
         y=compact(row),

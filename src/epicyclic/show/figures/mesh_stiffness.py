@@ -57,7 +57,7 @@ def _over(one: Series, before: list[Series]) -> int:
 
 
 def _curve(one: Series, phase: Array, legend: bool, over: int) -> go.Scatter:
-    """A curve; one that lies over others is broken, so that theirs show through."""
+    """A curve over the phase (P,) [mesh cycles]; one that lies over others is broken, so that theirs show through."""
     closed = len(phase) > 1 and phase[-1] < 1 - 1e-9 and abs(phase[0]) < 1e-9
     x = np.append(phase, 1.0) if closed else phase
     y = np.append(one.values, one.values[0]) if closed else one.values

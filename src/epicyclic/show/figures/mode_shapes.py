@@ -106,23 +106,25 @@ def _swing(shape: NDArray[Any], bodies: Sequence[str], found: Sequence[Part]) ->
 
 
 def _axial(swings: Sequence[NDArray[Any]]) -> bool:
-    """Whether any mode moves along or tilts about the axis."""
+    """Whether any mode (bodies, 6) moves along or tilts about the axis."""
     largest = max((float(np.abs(swing[:, :3]).max(initial=0.0)) for swing in swings), default=0.0)
     return any(float(np.abs(swing[:, 2:5]).max(initial=0.0)) > 1e-6 * largest for swing in swings)
 
 
 def _affordable(sketches: Sequence[Sketch], swings: Sequence[NDArray[Any]]) -> int:
-    """Number of modes whose frames stay within the size of a page that is passed on by mail."""
+    """Number of modes (bodies, 6) whose frames stay within the size of a page that is passed on by mail."""
     points = sum(len(sketch.points) for sketch in sketches)
     frames = max((len(_phases(swing)) for swing in swings), default=1)
     return max(6, _BYTES // (13 * points * frames))
 
 
 def _phase(swing: NDArray[Any], phase: float) -> Array:
+    """Displacements (bodies, 6) at one phase [rad] of a swing."""
     return np.asarray((swing * np.exp(1j * phase)).real, dtype=np.float64)
 
 
 def _phases(swing: NDArray[Any]) -> Array:
+    """Phases (frames,) [rad] of half a swing, or of a turn where the shape (bodies, 6) is complex."""
     turning = np.iscomplexobj(swing)
     return math.pi * np.arange(2 * _STEPS if turning else _STEPS + 1) / _STEPS
 
@@ -166,6 +168,7 @@ def _sketches(found: Sequence[Part], *, axial: bool) -> list[Sketch]:
 
 
 def _strokes(pieces: Sequence[NDArray[np.complex128]]) -> NDArray[np.complex128]:
+    """Lines (k,) [m] one after the other, a gap after each."""
     gap = np.array([complex(math.nan, math.nan)])
     return np.concatenate([part for piece in pieces for part in (piece, gap)])
 
@@ -201,7 +204,7 @@ def _box(half: float, tall: float) -> NDArray[np.complex128]:
 def _traces(
     sketches: Sequence[Sketch], moved: Array, *, ghost: bool = False, data_only: bool = False
 ) -> list[dict[str, Any]]:
-    """One trace a kind of body and view; of a frame the coordinates alone."""
+    """One trace a kind of body and view, moved (bodies, 6) [m, rad]; of a frame the coordinates alone."""
     groups = dict.fromkeys((sketch.view, sketch.kind, sketch.closed) for sketch in sketches)
     traces = []
     for view, kind, closed in groups:

@@ -123,7 +123,7 @@ def _stems(
     family: str,
     row: int,
 ) -> None:
-    """Lines of one family, from the bottom up."""
+    """Lines of one family at x (lines,), from the bottom up to their level (lines,) [dB]."""
     if not len(lines):
         return
     floor = -_DECIBELS
@@ -155,7 +155,7 @@ def _stems(
 
 
 def _without(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, row: int) -> None:
-    """Rings at the level that each line has in the train as drawn."""
+    """Rings at x (lines,) and the level [dB] that each line has in the train as drawn."""
     level = _level(result, "fault_free_amplitude")
     there = [i for i in shown if level[i] > -_DECIBELS]
     drawn.add_trace(
@@ -175,7 +175,7 @@ def _without(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, row: 
 
 
 def _zoom(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, level: Array) -> None:
-    """The third panel: as far as the sidebands of three passages of all planets, the largest lines named."""
+    """The third panel: lines x (lines,) round the mesh frequency, the highest of `level` (lines,) [dB] named."""
     mesh = float(result.attrs["stage_mesh_frequency"])
     carrier = float(result.attrs["carrier_frequency"])
     centre = mesh / carrier if carrier else mesh

@@ -51,6 +51,7 @@ def _time_unit(result: xr.Dataset, along: str) -> str:
 
 
 def _curve(one: Series, time: Array, legend: bool) -> go.Scatter:
+    """One curve over time (k,) [s or mesh cycles], thinned."""
     x, y = thinned(time, one.values)
     return go.Scatter(
         x=compact(x),

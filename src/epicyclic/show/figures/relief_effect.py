@@ -60,7 +60,7 @@ def relief_effect(result: xr.Dataset) -> go.Figure:
 
 
 def _pair(drawn: go.Figure, x: Array, values: Array, mesh: str, number: int, *, row: int) -> None:
-    """Both states of one mesh: a colour for the state, a dash for the mesh."""
+    """Both states (2, k) of one mesh over x (k,): a colour for the state, a dash for the mesh."""
     for i, (state, colour) in enumerate((("before", _BEFORE), ("after", _AFTER))):
         look = {"color": colour, "width": 1.6 + 0.8 * i, "dash": DASHES[number % len(DASHES)]}
         name = ", ".join(text for text in (mesh, state) if text)

@@ -81,7 +81,7 @@ def _front(result: xr.Dataset) -> go.Figure:
 
 
 def _view(drawn: go.Figure, front: list[Array], before: list[float]) -> None:
-    """Show the Pareto set and what is drawn; poor candidates may lie far outside."""
+    """Show the Pareto set (solutions,) of two objectives and what is drawn; poor candidates may lie far outside."""
     for values, at, update in zip(front, before, (drawn.update_xaxes, drawn.update_yaxes), strict=True):
         low, high = min(float(values.min()), at), max(float(values.max()), at)
         room = 0.12 * (high - low) or 0.1 * abs(high) or 1.0

@@ -60,6 +60,7 @@ _PANELS = (
 
 
 def _curve(one: Series, x: Array, kinds: list[str], legend: bool, unit: str) -> go.Scatter:
+    """One curve over mesh frequency x (P,) [Hz]."""
     dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
     side = one.label.split(" ", 2)[-1] if one.label.startswith("branch") and one.label.count(" ") > 1 else ""
     name = " ".join(word for word in (one.pair, str(one.branch or ""), side) if word)

@@ -23,7 +23,7 @@ def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
 
 
 def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
-    """Points that did not converge, as crosses on the axis."""
+    """Points that did not converge, as crosses on the axis x (speed,) [Hz]."""
     bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
     if bad:
         look = {"symbol": "x", "size": 9, "color": WARNING}
@@ -41,7 +41,7 @@ def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
 
 
 def mark_natural(drawn: go.Figure, modes: xr.Dataset | None, x: Array) -> None:
-    """Natural frequencies in range, as lines behind the curves, in the colour of their kind."""
+    """Natural frequencies within x (speed,) [Hz], as lines behind the curves, in the colour of their kind."""
     if modes is None or not len(x):
         return
     inside = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
@@ -56,7 +56,7 @@ def mark_natural(drawn: go.Figure, modes: xr.Dataset | None, x: Array) -> None:
 
 
 def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
-    """The operating speed, where it lies in the range, as a line."""
+    """The operating speed, where it lies within x (speed,) [Hz], as a line."""
     speed = numbers(sweep, "speed", "speed")
     if not len(speed) or not speed.min() <= 1 <= speed.max():
         return

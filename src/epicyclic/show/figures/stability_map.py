@@ -44,7 +44,7 @@ def stability_map(result: xr.Dataset) -> go.Figure:
 
 
 def _cells(x: Array, y: Array, rate: Array, grows: np.ndarray) -> go.Heatmap:
-    """Cells by growth rate: pale where vibration decays, from yellow to red where it grows, blank where it failed."""
+    """Growth rate (values, P) [1/s] over x (P,) [Hz] and y (values,): pale where it decays, blank where it failed."""
     top = float(np.max(rate[grows], initial=0.0)) or 1.0
     shown = np.where(np.isfinite(rate), np.where(grows, rate, -_DECAYS * top), np.nan)
     edge = _DECAYS / (1 + _DECAYS)
@@ -67,7 +67,7 @@ def _cells(x: Array, y: Array, rate: Array, grows: np.ndarray) -> go.Heatmap:
 
 
 def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
-    """Both ends of every predicted range over the parameter, one line that turns where it closes."""
+    """Both ends [Hz] of every predicted range over the parameter y (values,), one line that turns where it closes."""
     low, high = (result[f"resonance_{name}"].transpose("value", "resonance").values for name in ("low", "high"))
     names = texts(result, "resonance")
     order = np.argsort(-np.nansum(high - low, axis=0), kind="stable")[:_CURVES]
@@ -105,7 +105,7 @@ def _boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
 
 
 def _outline(low: Array, high: Array, y: Array, open_: np.ndarray) -> tuple[Array, Array]:
-    """Up the lower ends and down the upper ends of each run of values at which a range is open."""
+    """Up the lower and down the upper ends (values,) [Hz] of each run of values at which a range is open."""
     xs: list[float] = []
     ys: list[float] = []
     runs = np.split(np.arange(len(y)), np.flatnonzero(open_[1:] != open_[:-1]) + 1)

@@ -47,7 +47,7 @@ def stability_over_speed(result: xr.Dataset) -> go.Figure:
 def _marks(
     drawn: go.Figure, result: xr.Dataset, x: Array, values: Array, kind: np.ndarray, rank: np.ndarray, row: int
 ) -> None:
-    """Unstable speeds, a colour for each kind."""
+    """Unstable speeds x (P,) [Hz] at their values (P,), a colour for each kind."""
     taking = np.array(texts(result, "taking_part"))[rank]
     for name, (colour, words) in KINDS.items():
         at = kind == name
@@ -67,7 +67,7 @@ def _marks(
 
 
 def _bands(drawn: go.Figure, result: xr.Dataset, x: Array) -> None:
-    """Predicted ranges as bands behind, the fastest ones named."""
+    """Predicted ranges within x (P,) [Hz] as bands behind, the fastest ones named."""
     low, high, rate = (numbers(result, f"resonance_{name}") for name in ("low", "high", "growth"))
     if not low.size:
         return

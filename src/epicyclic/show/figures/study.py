@@ -79,6 +79,7 @@ def _labels(result: xr.Dataset, dims: Sequence[Hashable]) -> list[str]:
 
 
 def _quantity(values: xr.DataArray) -> str:
+    """Long name of a variable with its unit [1 as -]."""
     name = str(values.attrs.get("long_name", "") or readable(str(values.name)))
     unit = str(values.attrs.get("units", ""))
     return f"{name} [{unit if unit != '1' else '-'}]" if unit else name

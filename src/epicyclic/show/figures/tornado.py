@@ -57,6 +57,7 @@ def _spans(data: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _bars(chosen: list[tuple[str, int]], low: Array, high: Array, colour: str, words: str) -> go.Bar:
+    """Bars of one sign, from the least to the most (paths,) [% per %]."""
     ends = [(float(low[i]), float(high[i])) for _, i in chosen]
     one = [abs(b - a) <= 1e-6 * max(abs(a), abs(b)) for a, b in ends]
     base = [0.0 if same else a for (a, _), same in zip(ends, one, strict=True)]

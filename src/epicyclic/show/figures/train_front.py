@@ -44,6 +44,7 @@ def _circle(x: float, y: float, radius: float, points: int = 121) -> tuple[Array
 
 
 def _line(x: Array, y: Array, options: Mapping[str, Any]) -> go.Scatter:
+    """A line through x, y (k,) [m], drawn in [mm]."""
     plain = {"mode": "lines", "hoverinfo": "skip", "showlegend": False}
     return go.Scatter(x=compact(1e3 * x), y=compact(1e3 * y), **{**plain, **options})
 
@@ -91,6 +92,7 @@ def _arms(part: Part, pins: Sequence[Part]) -> tuple[Array, Array]:
 
 
 def _joined(pieces: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Lines (k,) [m] as one, a gap after each."""
     gap = np.array([np.nan])
     empty = np.zeros(0)
     return (

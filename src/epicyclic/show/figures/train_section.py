@@ -98,6 +98,7 @@ def _pins(part: Part, column: Column) -> list[Part]:
 
 
 def _trace(z: Sequence[float] | Array, r: Sequence[float] | Array, options: Mapping[str, Any]) -> go.Scatter:
+    """A line through z, r (k,) [m], drawn in [mm]."""
     plain = {"mode": "lines", "hoverinfo": "skip", "showlegend": False}
     return go.Scatter(x=compact(1e3 * np.asarray(z)), y=compact(1e3 * np.asarray(r)), **{**plain, **options})
 
@@ -231,6 +232,7 @@ def _marks(name: str, found: Sequence[tuple[float, float, str]], first: bool) ->
 
 
 def _spring(name: str, values: Array) -> str:
+    """The stiffness of a link (6,) [N/m, N m/rad] in words."""
     rows = [
         f"{direction}: {'rigid' if np.isinf(value) else f'{engineering(float(value))} {unit}'}"
         for direction, unit, value in zip(_DIRECTIONS, _UNITS, values, strict=True)

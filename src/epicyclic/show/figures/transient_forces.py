@@ -50,6 +50,7 @@ def transient_forces(result: xr.Dataset) -> go.Figure:
 
 
 def _curve(one: Series, time: Array) -> go.Scatter:
+    """One curve over time (k,) [s], thinned."""
     x, y = thinned(time, one.values, most=_MOST)
     dash = "solid" if not one.side or one.side.startswith("l") else DASHES[2]
     return go.Scatter(

@@ -92,6 +92,7 @@ def rays(sweep: xr.Dataset) -> list[Ray]:
 
 
 def _ray(order: float, same: list[tuple[str, Array, list[str]]]) -> Ray:
+    """Amplitude (P,) [N] of lines of one order, the largest of them at every speed."""
     values = np.stack([np.nan_to_num(largest, nan=-1.0) for _, largest, _ in same])
     best = values.argmax(axis=0)
     amplitude = np.array([same[i][1][k] for k, i in enumerate(best)])
@@ -117,7 +118,7 @@ def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray
 
 
 def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[Crest]:
-    """The strongest local maxima along the rays, in order of their amplitude; of neighbours only the stronger one.
+    """Local maxima along the rays over mesh frequency x (P,) [Hz], the strongest first, neighbours left out.
 
     modes : Dataset of `modes`; only maxima within 5 % of a natural frequency count then.
     """
@@ -140,7 +141,7 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[
 
 
 def _highest(shown: list[Ray], x: Array, top: float, modes: xr.Dataset | None) -> float:
-    """Where the axis ends: above the natural frequencies, or what is strong."""
+    """Where the axis ends [Hz]: above the natural frequencies, or what is strong over x (P,) [Hz]."""
     strong = [
         float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
     ]
@@ -150,7 +151,7 @@ def _highest(shown: list[Ray], x: Array, top: float, modes: xr.Dataset | None) -
 
 
 def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> None:
-    """A thin line all along, and marks where there is something, larger and darker with the amplitude."""
+    """A thin line along x (P,) [Hz], and marks where there is something, larger and darker with the amplitude."""
     rank = np.argsort(x)
     ends = np.array([x.min(), x.max()])
     ray_line = {"color": GRID, "width": 1}
@@ -227,7 +228,7 @@ def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None
 
 
 def _label(drawn: go.Figure, found: list[Crest], x: Array, highest: float) -> None:
-    """The strongest resonances, ringed and named."""
+    """The strongest resonances within x (P,) [Hz], ringed and named."""
     shown = [one for one in found if one.y <= highest]
     if not shown:
         return

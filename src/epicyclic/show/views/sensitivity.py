@@ -53,6 +53,7 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
 
 def _span(values: np.ndarray) -> str:
+    """Least and most of values (k,) as text, one number where they are equal to 1e-6."""
     low, high = float(np.min(values)), float(np.max(values))
     if not np.isfinite(low):
         return ""
@@ -61,6 +62,7 @@ def _span(values: np.ndarray) -> str:
 
 
 def _most(row: np.ndarray, names: np.ndarray) -> str:
+    """Name of the largest of a row (k,) [%], and how much it is."""
     if not np.isfinite(row).any() or not np.nanmax(np.abs(row)) > 0:
         return ""
     at = int(np.nanargmax(np.abs(row)))

@@ -7,6 +7,7 @@ import re
 import sys
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -128,7 +129,11 @@ def test_key_figures_are_values_with_words(ren: dict[str, xr.Dataset], lin: dict
 
 
 def test_a_table_for_terminal_and_page() -> None:
-    columns = {"[x]": ["<a>", Styled(text="[b]", tone="bad")], "empty": [np.nan, np.nan], "y": [1.23456789, 2e7]}
+    columns: dict[str, Any] = {
+        "[x]": ["<a>", Styled(text="[b]", tone="bad")],
+        "empty": [np.nan, np.nan],
+        "y": [1.23456789, 2e7],
+    }
     table = Table(title="t", columns=columns, lead="lead", notes=("n",), digits=3)
     assert [heading for heading, *_ in shown_columns(table, number)] == ["[x]", "y"]
     html = html_table(table)
