@@ -62,6 +62,6 @@ def contact_map(result: xr.Dataset) -> go.Figure:
         drawn.update_xaxes(title_text="along the face from the left end [mm]", row=1, col=i + 1)
     first, second = str(result.attrs["gear_a"]), str(result.attrs["gear_b"])
     drawn.update_yaxes(
-        title_text=f"path of contact [base pitches]: tip of {second} below, of {first} above", row=1, col=1
+        title_text=f"path of contact [base pitches]<br>tip of {second} below, of {first} above", row=1, col=1
     )
     return drawn
