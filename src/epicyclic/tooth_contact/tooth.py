@@ -14,17 +14,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 
 from ..errors import ModelError
 from ..gears.outline import GearForm, Outline, tooth_outline
 from . import body
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
 
 __all__ = ["NEIGHBOURS", "Parts", "ToothCompliance", "tooth_compliance"]
 
@@ -118,8 +116,6 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
     ------
     ModelError : pointed or undercut teeth, no body under them (see `outline.tooth_outline`), a fit for a ring.
     """
-    from scipy.interpolate import CubicSpline  # half a second, for elastic teeth alone
-
     shape = tooth_outline(gear, path=path)
     low, high = sorted((shape.form_radius, shape.tip))
     radius = low + (high - low) * 0.5 * (1 - np.cos(np.pi * np.arange(_KNOTS) / (_KNOTS - 1)))
