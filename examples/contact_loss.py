@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 import epicyclic
-from epicyclic.show.figures import contact_sweep
+from epicyclic.show.figures.contact_sweep import contact_sweep
 
 MODEL = {
     "format": 1,

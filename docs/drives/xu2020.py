@@ -14,7 +14,7 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.figures import modulation
+from epicyclic.show.figures.modulation import modulation
 from epicyclic.show.figures.style import DASHES, INK, PALETTE, WARNING, figure, note, panels, translucent
 
 Array = NDArray[np.float64]

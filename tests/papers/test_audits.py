@@ -15,7 +15,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.audits.data import audited_drives, read_audit
-from epicyclic.show.terminal.audit import tally
+from epicyclic.show.views.audit import tally
 
 PAGES = Path(__file__).parents[2] / "docs" / "drives"
 SLOW: tuple[str, ...] = ()  # drives whose audit takes more than ten seconds

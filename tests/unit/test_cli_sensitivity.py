@@ -11,7 +11,8 @@ from typer.testing import CliRunner, Result
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.show.figures import loci, tornado
+from epicyclic.show.figures.loci import loci
+from epicyclic.show.figures.tornado import tornado
 
 PINS = "stages.main.planet.bearing.radial"
 

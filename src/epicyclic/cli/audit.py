@@ -52,10 +52,9 @@ def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
 
         typer.echo(to_json(result))
     elif output is None:
-        from ..show.terminal import stdout_console
-        from ..show.terminal.audit import show_audit
+        from ..show.console import show, stdout_console
 
-        show_audit(result, stdout_console())
+        show(result, stdout_console())
     for text in wrong if as_json or output is not None else ():
         complain(text)
     if wrong:

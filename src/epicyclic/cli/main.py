@@ -275,13 +275,14 @@ def _report(model: str, sets: list[str] | None, output: Path) -> None:
 
 
 def _print_report(results: dict[str, Any], output: Path) -> None:
-    from ..show.terminal import key_figures, show_pairs, stdout_console, warnings_of
+    from ..show.console import show_pairs, stdout_console, warnings_of
+    from ..show.views import key_figures_of
 
     console = stdout_console()
     console.print(results["check"].attrs["title"], style="bold", markup=False)
     for text in dict.fromkeys(text for result in results.values() for text in warnings_of(result)):
         console.print(f"warning: {text}", markup=False, style="yellow", soft_wrap=True)
-    show_pairs(key_figures(results), console)
+    show_pairs({words: value for value, words in key_figures_of(results)}, console)
     console.print(f"written: {output}", markup=False, soft_wrap=True)
 
 
@@ -311,6 +312,6 @@ def systems(as_json: Annotated[bool, typer.Option("--json", help="Print names an
         if as_json:
             typer.echo(json.dumps(titles))
         else:
-            from ..show.terminal import show_pairs, stdout_console
+            from ..show.console import show_pairs, stdout_console
 
             show_pairs(titles, stdout_console())

@@ -105,7 +105,7 @@ def run_verb(
                 complain(f"warning: {text}")
             typer.echo(to_json(result))
         elif output is None or output.suffix.lower() == ".toml":
-            from ..show.terminal import show, stdout_console
+            from ..show.console import show, stdout_console
 
             show(result, stdout_console())
         return result

@@ -1,1 +1,4 @@
-"""Datasets for people: figures, tables, and the report.  Computes nothing."""
+"""Datasets for people: figures, views (tables and report section of each kind of result), terminal, report.
+
+Computes nothing.  Depends on: results.
+"""

@@ -15,7 +15,8 @@ from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.show import figures as plots
+from epicyclic.show.figures.contact_curves import contact_curves
+from epicyclic.show.figures.contact_map import contact_map
 from epicyclic.studies.tooth_contact import factors_of, meshes_named
 
 
@@ -137,11 +138,11 @@ def test_saved_and_reopened(result: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_figures(result: xr.Dataset) -> None:
-    flank = plots.contact_map(result)
+    flank = contact_map(result)
     assert [trace.type for trace in flank.data].count("heatmap") == 2
     peak = max(float(np.nanmax(np.array(t.z, dtype=float))) for t in flank.data if t.type == "heatmap")
     assert peak == pytest.approx(float(np.nanmax(result.flank_load_per_length)) / 1e3, rel=1e-3)
-    curves = plots.contact_curves(result)
+    curves = contact_curves(result)
     names = [trace.name for trace in curves.data]
     assert "peak to peak" in names
     assert sum("operation" in str(name) for name in names) == 1

@@ -14,8 +14,9 @@ import epicyclic
 from epicyclic.audits.audit import audit
 from epicyclic.cli.main import app
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.show import figures as plots
-from epicyclic.show.terminal.train_contact import train_contact_tables
+from epicyclic.show.figures.face_loads import face_loads
+from epicyclic.show.figures.load_factors import load_factors
+from epicyclic.show.views.train_contact import tables
 
 
 @pytest.fixture(scope="module")
@@ -55,15 +56,15 @@ def test_a_slide_that_is_held_loads_one_side() -> None:
 
 
 def test_table_figures_and_file(result: xr.Dataset, tmp_path: Path) -> None:
-    meshes, torques = train_contact_tables(result)
-    assert meshes.row_count == 12
-    assert torques.row_count == 2
+    meshes, torques = tables(result)
+    assert len(meshes.columns["mesh"]) == 12
+    assert len(torques.columns["torque per operating"]) == 2
     save_result(result, tmp_path / "train.nc")
     again = load_result(tmp_path / "train.nc")
     xr.testing.assert_identical(again.face_load, result.face_load)
-    drawn = plots.face_loads(result)
+    drawn = face_loads(result)
     assert len(drawn.data) == 12
-    factors = plots.load_factors(result)
+    factors = load_factors(result)
     assert [len(trace.x) for trace in factors.data] == [2] * 6
 
 

@@ -26,12 +26,12 @@ class Crossing:
 
 
 def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
-    """Natural frequencies [Hz] over relative speed [%], rays of mesh orders, crossings, operating point.
+    """Campbell diagram: natural frequencies [Hz] over speed [% of the operating speed], rays of mesh orders.
 
     Parameters
     ----------
-    data : Dataset with whirl_frequency(relative_speed, mode), mesh_frequency([stage,] relative_speed).
-    orders : mesh orders drawn; not said, as many as reach the highest natural frequency, but 3 to 8.
+    data : Dataset of `campbell`: whirl_frequency (relative_speed, mode) [Hz], mesh_frequency ([stage,] relative_speed).
+    orders : mesh orders drawn; where None as many as reach the highest natural frequency, but 3 to 8.
     """
     speed, whirl, rays = _arrays(data)
     percent = 100 * speed
@@ -90,13 +90,14 @@ def _arrays(data: xr.Dataset) -> tuple[Array, Array, dict[str, Array]]:
 
 
 def _lines(percent: Array, whirl: Array) -> tuple[list[float | None], list[float | None]]:
-    """All natural frequencies as one trace, a gap between two modes."""
+    """All natural frequencies (P, modes) [Hz] over speed (P,) [%] as one trace, a gap between two modes."""
     gap = np.full((whirl.shape[1], 1), np.nan)
     x = np.hstack([np.tile(percent, (whirl.shape[1], 1)), gap])
     return compact(x), compact(np.hstack([whirl.T, gap]))
 
 
 def _ray(drawn: go.Figure, percent: Array, ray: Array, dash: str, top: float) -> None:
+    """One ray of a mesh order (P,) [Hz] over speed (P,) [%], as far as the diagram reaches."""
     line = {"color": PALE, "width": 1.3, "dash": dash}
     shown = np.where(ray <= 1.2 * top, ray, np.nan)
     drawn.add_trace(
@@ -105,7 +106,7 @@ def _ray(drawn: go.Figure, percent: Array, ray: Array, dash: str, top: float) ->
 
 
 def _ray_names(drawn: go.Figure, rays: dict[str, Array], count: int, top: float) -> None:
-    """Names of the rays at the right edge of the diagram, those left out that would lie on another."""
+    """Names of the rays (P,) [Hz] at the right edge of the diagram, those left out that would lie on another."""
     taken: list[float] = []
     for stage, ray in rays.items():
         for order in range(1, count + 1):

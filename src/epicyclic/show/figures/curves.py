@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import plotly.graph_objects as go
-import xarray as xr
 from numpy.typing import ArrayLike
 
-from .series import Array, compact, short_names
-from .sharing import readable
+from .series import compact
 from .style import DASHES, INK, PALETTE, figure
 
-__all__ = ["curves", "drawable", "study"]
+__all__ = ["curves"]
 
 
 def curves(
@@ -46,72 +44,3 @@ def curves(
         drawn.update_xaxes(type="log", dtick=1, exponentformat="power", separatethousands=False)
     drawn.update_layout(showlegend=True)
     return drawn
-
-
-def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
-    """Curves of a Dataset whose variable runs over one parameter, and at most over names besides.
-
-    Parameters
-    ----------
-    result : Dataset of a study; attribute ``study`` is the title, unit and long name stand on the axes.
-    name : the variable, the first of numbers where not said.
-    """
-    values = result[name or _first(result)]
-    along = next((dim for dim in values.dims if _abscissa(result, dim) is not None), values.dims[0])
-    others = [dim for dim in values.dims if dim != along]
-    table = values.transpose(*others, along).values.reshape(-1, values.sizes[along])
-    x, x_title = _abscissa(result, along) or (np.arange(values.sizes[along], dtype=np.float64), str(along))
-    ys = dict(zip(_labels(result, others), table, strict=True)) if others else {_quantity(values): table[0]}
-    drawn = curves(
-        x,
-        ys,
-        title=str(result.attrs.get("study", "")) or _quantity(values),
-        x_title=x_title,
-        y_title=_quantity(values),
-        log_x=len(x) > 2 and bool((x > 0).all()) and float(x.max() / x.min()) >= 100,
-        reference=1.0 if "load_sharing" in str(values.name) else None,
-    )
-    return drawn.update_layout(showlegend=bool(others))
-
-
-def drawable(result: xr.Dataset) -> bool:
-    """Whether `study` has something to draw."""
-    return any(result[name].dtype.kind == "f" and 1 <= result[name].ndim <= 2 for name in result.data_vars)
-
-
-def _first(result: xr.Dataset) -> str:
-    named = [str(name) for name in result.data_vars if result[name].dtype.kind == "f" and 1 <= result[name].ndim <= 2]
-    return named[0]
-
-
-def _abscissa(result: xr.Dataset, dim: Hashable) -> tuple[Array, str] | None:
-    """Numbers along a dimension and their title: a coordinate besides its index first, quantities as text too."""
-    names = [name for name in result.coords if result[name].dims == (dim,)]
-    for name in sorted(names, key=lambda one: one == dim):
-        values = result[name]
-        if values.dtype.kind in "fiu":
-            return np.asarray(values.values, dtype=np.float64), _quantity(values)
-        split = [str(text).split(" ", 1) for text in values.values]
-        try:
-            x = np.array([float(parts[0]) for parts in split])
-        except ValueError:
-            continue
-        units = {parts[1] for parts in split if len(parts) > 1}
-        if len(units) <= 1:
-            return x, f"{name} [{units.pop()}]" if units else str(name)
-    return None
-
-
-def _labels(result: xr.Dataset, dims: Sequence[Hashable]) -> list[str]:
-    names = [""]
-    for dim in dims:
-        words = [str(value) for value in result[dim].values] if dim in result.variables else []
-        words = words or [f"{dim} {place + 1}" for place in range(result.sizes[dim])]
-        names = [f"{name}, {word}".lstrip(", ") for name in names for word in short_names(words)]
-    return names
-
-
-def _quantity(values: xr.DataArray) -> str:
-    name = str(values.attrs.get("long_name", "") or readable(str(values.name)))
-    unit = str(values.attrs.get("units", ""))
-    return f"{name} [{unit if unit != '1' else '-'}]" if unit else name

@@ -2,58 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .series import engineering, numbers, texts
+from .series import engineering
 from .style import PALE, figure, mode_colour, mode_symbol, note
+from .summaries import ModeGroup, mesh_tones, mode_groups
 
-__all__ = ["Group", "frequencies", "groups", "mesh_tones"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Group:
-    """Modes of one frequency: first mode (from 1), frequency [Hz], kind, multiplicity."""
-
-    first: int
-    frequency: float
-    kind: str
-    multiplicity: int
-
-
-def groups(modes: xr.Dataset) -> list[Group]:
-    """Modes of equal frequency put together, as their multiplicity says."""
-    hertz, kinds = numbers(modes, "frequency"), texts(modes, "mode_kind", "mode")
-    counts = np.nan_to_num(numbers(modes, "multiplicity", "mode"), nan=1.0)
-    found: list[Group] = []
-    place = 0
-    while place < len(hertz):
-        several = max(1, int(counts[place]))
-        one = Group(first=place + 1, frequency=float(hertz[place]), kind=kinds[place], multiplicity=several)
-        found.append(one)
-        place += several
-    return found
-
-
-def mesh_tones(check: xr.Dataset | None) -> dict[str, float]:
-    """Mesh frequency of each stage that turns [Hz]."""
-    if check is None or "mesh_frequency" not in check.variables:
-        return {}
-    tones = zip(texts(check, "stage"), numbers(check, "mesh_frequency"), strict=True)
-    return {stage: float(tone) for stage, tone in tones if np.isfinite(tone) and tone > 0}
+__all__ = ["frequencies"]
 
 
 def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure:
-    """Natural frequencies [Hz] with kind and multiplicity, mesh frequencies as lines.
+    """Natural frequencies [Hz] as stems over the number of the mode, with kind and multiplicity.
 
     Parameters
     ----------
-    modes : Dataset of `modes`.  check : Dataset of `check`, for the mesh frequencies.
+    modes : Dataset of `modes`: frequency [Hz], mode_kind, multiplicity (mode).
+    check : Dataset of `check`: mesh_frequency (stage) [Hz].
     """
-    found = groups(modes)
+    found = mode_groups(modes)
     drawn = figure("Natural frequencies", x="mode", y="natural frequency [Hz]", height=440)
     for kind in dict.fromkeys(one.kind for one in found):
         own = [one for one in found if one.kind == kind]
@@ -67,7 +34,7 @@ def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure
     return drawn.update_layout(margin={"r": 150}, legend=legend, showlegend=True)
 
 
-def _stems(own: list[Group], kind: str, words: bool) -> list[go.Scatter]:
+def _stems(own: list[ModeGroup], kind: str, words: bool) -> list[go.Scatter]:
     colour = mode_colour(kind)
     stems = go.Scatter(
         x=[value for one in own for value in (one.first, one.first, None)],

@@ -17,11 +17,13 @@ _MARKS = {"crossing": ("circle-open", INK, "crossing"), "veering": ("diamond", W
 
 
 def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:
-    """Natural frequencies [Hz] over the number, one curve a mode in the colour of its kind; double roots thicker.
+    """Natural frequencies [Hz] over a number of the model file, a curve a mode in the colour of its kind.
 
     Parameters
     ----------
-    data : Dataset of `track`.  most : loci shown at most, the lowest.
+    data : Dataset of `track`: frequency (mode, parameter) [Hz], mode_kind, multiplicity (mode), event_kind,
+        event_value, event_frequency, event_gap, veering_index, event_first, event_second (event).
+    most : loci shown at most, the lowest.
     """
     options = json.loads(str(data.attrs["options"]))
     unit = f" [{options['unit']}]" if options["unit"] else ""
@@ -56,6 +58,7 @@ def loci(data: xr.Dataset, *, most: int = 24) -> go.Figure:
 
 
 def _locus(x: np.ndarray, row: np.ndarray, mode: int, kind: str, multiplicity: int, first: bool) -> go.Scatter:
+    """Frequencies (P,) [Hz] of one mode along the parameter (P,)."""
     return go.Scatter(
         x=compact(x),
         y=compact(row),

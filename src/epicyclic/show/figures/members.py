@@ -2,55 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .series import engineering, numbers, texts
+from .series import engineering
 from .style import PALE, kind_colour, panels
+from .summaries import members_of
 
-__all__ = ["Member", "members", "members_of"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Member:
-    """One member: all bodies of one name in the model file.
-
-    count : bodies.  speed [rpm]; torque [N m] and power [W] all bodies together; mass [kg] of one body.
-    """
-
-    name: str
-    kind: str
-    count: int
-    speed: float
-    torque: float
-    power: float
-    mass: float
-    inertia: float
-
-
-def members_of(check: xr.Dataset) -> list[Member]:
-    """Members in the order of their first body."""
-    names, kinds = texts(check, "member", "body"), texts(check, "kind", "body")
-    values = {name: numbers(check, name, "body") for name in ("speed", "torque", "power", "mass", "inertia")}
-    found = []
-    for name in dict.fromkeys(names):
-        own = [place for place, other in enumerate(names) if other == name]
-        found.append(
-            Member(
-                name=name,
-                kind=kinds[own[0]],
-                count=len(own),
-                speed=float(values["speed"][own[0]]),
-                torque=float(values["torque"][own].sum()),
-                power=float(values["power"][own].sum()),
-                mass=float(values["mass"][own[0]]),
-                inertia=float(values["inertia"][own[0]]),
-            )
-        )
-    return found
+__all__ = ["members"]
 
 
 def member_label(name: str, several: bool) -> str:
@@ -59,11 +19,11 @@ def member_label(name: str, several: bool) -> str:
 
 
 def members(check: xr.Dataset) -> go.Figure:
-    """Speed [rpm], external torque [kN m] and power [kW] of every member.
+    """Speed [rpm], external torque [N m or kN m] and power into the train [kW] of every member, as bars about zero.
 
     Parameters
     ----------
-    check : Dataset of `check`.
+    check : Dataset of `check`: member, kind, speed [rpm], torque [N m], power [W] (body).
     """
     found = members_of(check)
     several = len({one.name.split(".")[0] for one in found}) > 1

@@ -26,11 +26,16 @@ _NAMED = 6
 
 
 def modulation(result: xr.Dataset) -> go.Figure:
-    """Signal over time with the passages of the planets; order spectrum in families; the same round the mesh frequency.
+    """Vibration beside the ring: signal over a turn of the carrier, and its lines [dB re largest] over their order.
+
+    The third panel shows the lines round the mesh frequency.  Lines are coloured by family, rings are the lines of the
+    train without deviations.
 
     Parameters
     ----------
-    result : Dataset of `modulation`.
+    result : Dataset of `modulation`: signal (sample_time), signal_amplitude, fault_free_amplitude, line_frequency [Hz],
+        carrier_order, family, causes (line), passage (planet) [s]; attributes carrier_frequency, stage_mesh_frequency
+        [Hz].
     """
     unit = str(result["signal"].attrs["units"]).replace("s2", "s²")
     names = [
@@ -118,7 +123,7 @@ def _stems(
     family: str,
     row: int,
 ) -> None:
-    """Lines of one family, from the bottom up."""
+    """Lines of one family at x (lines,), from the bottom up to their level (lines,) [dB]."""
     if not len(lines):
         return
     floor = -_DECIBELS
@@ -150,7 +155,7 @@ def _stems(
 
 
 def _without(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, row: int) -> None:
-    """Rings at the level that each line has in the train as drawn."""
+    """Rings at x (lines,) and the level [dB] that each line has in the train as drawn."""
     level = _level(result, "fault_free_amplitude")
     there = [i for i in shown if level[i] > -_DECIBELS]
     drawn.add_trace(
@@ -170,7 +175,7 @@ def _without(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, row: 
 
 
 def _zoom(drawn: go.Figure, result: xr.Dataset, shown: Index, x: Array, level: Array) -> None:
-    """The third panel: as far as the sidebands of three passages of all planets, the largest lines named."""
+    """The third panel: lines x (lines,) round the mesh frequency, the highest of `level` (lines,) [dB] named."""
     mesh = float(result.attrs["stage_mesh_frequency"])
     carrier = float(result.attrs["carrier_frequency"])
     centre = mesh / carrier if carrier else mesh

@@ -22,6 +22,7 @@ __all__ = [
     "short_names",
     "texts",
     "thinned",
+    "unbroken",
 ]
 
 Array = NDArray[np.float64]
@@ -108,13 +109,14 @@ def merged(names: Sequence[str], values: Array) -> list[Series]:
 
 
 def _series(stage: str, pair: str, branch: int, side: str, row: Array, note: str = "") -> Series:
+    """One curve (k,) with its label."""
     who = f"branch {branch}" if branch else pair
     suffix = note or (f" {side[0].upper()}" if side else "")
     return Series(label=who + suffix, stage=stage, pair=pair, branch=branch, side=side, values=row)
 
 
 def _coincide(one: Array, other: Array) -> bool:
-    # closer than a line is wide on any screen
+    """Whether two curves (k,) lie closer than a line is wide on any screen."""
     scale = float(np.nanmax(np.abs(one), initial=0.0))
     return bool(np.allclose(one, other, rtol=0, atol=1e-4 * scale, equal_nan=True))
 
@@ -138,7 +140,7 @@ def thinned(x: Array, y: Array, *, most: int = 1200) -> tuple[Array, Array]:
 
 
 def compact(values: Array, *, digits: int = 5) -> list[float | None]:
-    """Rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap)."""
+    """Values (k,) rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap)."""
     array = np.asarray(values, dtype=np.float64).ravel()
     finite = np.abs(array[np.isfinite(array)])
     largest = float(finite.max()) if finite.size else 0.0
@@ -160,3 +162,8 @@ def engineering(value: float, digits: int = 4) -> str:
     places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
     text = f"{value:.{places}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def unbroken(mesh: str) -> str:
+    """Short name of a mesh that does not break over a line."""
+    return short_names([mesh])[0].replace(" ", "\u00a0").replace("-", "\u2011")

@@ -6,9 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .frequencies import groups
 from .series import Array, numbers, texts
-from .style import INK, WARNING, mode_colour, translucent
+from .style import INK, WARNING, lines_across, mode_colour, translucent
+from .summaries import mode_groups
 
 __all__ = ["abscissa", "mark_failed", "mark_natural", "mark_operating"]
 
@@ -23,7 +23,7 @@ def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
 
 
 def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
-    """Points that did not converge, as crosses on the axis."""
+    """Points that did not converge, as crosses on the axis x (speed,) [Hz]."""
     bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
     if bad:
         look = {"symbol": "x", "size": 9, "color": WARNING}
@@ -41,30 +41,28 @@ def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
 
 
 def mark_natural(drawn: go.Figure, modes: xr.Dataset | None, x: Array) -> None:
-    """Natural frequencies in range, as lines behind the curves, in the colour of their kind."""
+    """Natural frequencies within x (speed,) [Hz], as lines behind the curves, in the colour of their kind."""
     if modes is None or not len(x):
         return
-    seen: set[str] = set()
-    for one in groups(modes):
-        if not float(x.min()) <= one.frequency <= float(x.max()):
-            continue
-        colour = translucent(mode_colour(one.kind), 0.75)
-        line = {"color": colour, "width": 1.1, "dash": "dot"}
-        drawn.add_vline(x=one.frequency, line=line, layer="below", row="all", col="all")
-        if one.kind not in seen:
-            key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{one.kind} mode", legendgroup="marks")
-            drawn.add_trace(key)
-            seen.add(one.kind)
+    inside = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
+    looks = {
+        kind: {"color": translucent(mode_colour(kind), 0.75), "width": 1.1, "dash": "dot"}
+        for kind in dict.fromkeys(one.kind for one in inside)
+    }
+    lines_across(drawn, [(one.frequency, {"line": looks[one.kind], "layer": "below"}) for one in inside])
+    for kind, line in looks.items():
+        key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{kind} mode", legendgroup="marks")
+        drawn.add_trace(key)
 
 
 def mark_operating(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
-    """The operating speed, where it lies in the range, as a line."""
+    """The operating speed, where it lies within x (speed,) [Hz], as a line."""
     speed = numbers(sweep, "speed", "speed")
     if not len(speed) or not speed.min() <= 1 <= speed.max():
         return
     rank = np.argsort(speed)
     at = float(np.interp(1.0, speed[rank], x[rank]))
     line = {"color": INK, "width": 1.5}
-    drawn.add_vline(x=at, line=line, row="all", col="all")
+    lines_across(drawn, [(at, {"line": line})])
     key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name="operating point", legendgroup="marks")
     drawn.add_trace(key)

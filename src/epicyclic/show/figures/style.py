@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import plotly.graph_objects as go
@@ -22,6 +22,7 @@ __all__ = [
     "branch_colour",
     "figure",
     "kind_colour",
+    "lines_across",
     "mode_colour",
     "mode_symbol",
     "note",
@@ -123,6 +124,23 @@ def panels(title: str, names: Sequence[str], *, height: int, columns: int = 1, *
 def note(drawn: go.Figure, text: str, **where: Any) -> None:
     """Write a plain text without an arrow into the figure; `where` as of a plotly annotation."""
     drawn.add_annotation({"text": text, "showarrow": False, "font": {"size": 12, "color": PALE}, **where})
+
+
+def lines_across(drawn: go.Figure, lines: Sequence[tuple[float, Mapping[str, Any]]], *, along: str = "x") -> None:
+    """Straight lines through every panel that has a curve, all at once: plotly's `add_vline` takes 10 ms a line.
+
+    Parameters
+    ----------
+    lines : place on the axis, and the look of the line as of a plotly shape.  along : axis they are placed on, x or y.
+    """
+    axes = list(dict.fromkeys((trace.xaxis or "x", trace.yaxis or "y") for trace in drawn.data))
+    shapes = []
+    for at, look in lines:
+        for x, y in axes:
+            ends = {"x0": at, "x1": at, "y0": 0, "y1": 1} if along == "x" else {"x0": 0, "x1": 1, "y0": at, "y1": at}
+            refs = {"xref": x, "yref": f"{y} domain"} if along == "x" else {"xref": f"{x} domain", "yref": y}
+            shapes.append({"type": "line", **ends, **refs, **look})
+    drawn.update_layout(shapes=[*(shape.to_plotly_json() for shape in drawn.layout.shapes), *shapes])
 
 
 def wide_height(across: float, tall: float) -> int:

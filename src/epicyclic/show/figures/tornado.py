@@ -15,11 +15,15 @@ _UP, _DOWN = "#D55E00", "#0072B2"
 
 
 def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
-    """Bars of percent per percent, the strongest first; of a repeated root from the least to the most of its set.
+    """Change of a frequency or force per 1 % more of each number [%], the strongest first, as bars about zero.
+
+    A bar between two values is a repeated root that splits.
 
     Parameters
     ----------
-    data : Dataset of `sensitivity`.  most : bars at most; numbers below a thousandth of the strongest are left out.
+    data : Dataset of `sensitivity`: sensitivity (path, mode or mesh) [1], ranked_by (mode or mesh), parameter_value,
+        parameter_unit (path).
+    most : bars at most; numbers below a thousandth of the strongest are left out.
     """
     low, high = _spans(data)
     size = np.maximum(np.abs(low), np.abs(high))
@@ -53,6 +57,7 @@ def _spans(data: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _bars(chosen: list[tuple[str, int]], low: Array, high: Array, colour: str, words: str) -> go.Bar:
+    """Bars of one sign, from the least to the most (paths,) [% per %]."""
     ends = [(float(low[i]), float(high[i])) for _, i in chosen]
     one = [abs(b - a) <= 1e-6 * max(abs(a), abs(b)) for a, b in ends]
     base = [0.0 if same else a for (a, _), same in zip(ends, one, strict=True)]

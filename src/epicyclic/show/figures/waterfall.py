@@ -10,10 +10,10 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from .frequencies import groups
 from .series import Array, compact, engineering, numbers, texts
 from .speeds import abscissa, mark_operating
-from .style import GRID, INK, figure, mode_colour, note, translucent
+from .style import GRID, INK, figure, lines_across, mode_colour, note, translucent
+from .summaries import mode_groups
 
 __all__ = ["Crest", "Ray", "crests", "rays", "waterfall"]
 
@@ -48,8 +48,9 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
 
     Parameters
     ----------
-    sweep : Dataset of `sweep` with mesh_force_order (mesh, order, speed), and mesh_force_line where there are lines.
-    modes : Dataset of `modes`, whose frequencies are drawn as lines.
+    sweep : Dataset of `sweep`: mesh_force_order (mesh, order, speed) [N], mesh_force_line (mesh, line, speed) where
+        there are lines, line_order (line), mesh_tone (mesh), mesh_frequency (speed) [Hz].
+    modes : Dataset of `modes`, whose frequencies (mode) are drawn as lines.
     mesh : the mesh shown, the largest amplitude of all where not said.
     """
     x, unit = abscissa(sweep)
@@ -91,6 +92,7 @@ def rays(sweep: xr.Dataset) -> list[Ray]:
 
 
 def _ray(order: float, same: list[tuple[str, Array, list[str]]]) -> Ray:
+    """Amplitude (P,) [N] of lines of one order, the largest of them at every speed."""
     values = np.stack([np.nan_to_num(largest, nan=-1.0) for _, largest, _ in same])
     best = values.argmax(axis=0)
     amplitude = np.array([same[i][1][k] for k, i in enumerate(best)])
@@ -116,11 +118,11 @@ def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray
 
 
 def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[Crest]:
-    """The strongest local maxima along the rays, in order of their amplitude; of neighbours only the stronger one.
+    """Local maxima along the rays over mesh frequency x (P,) [Hz], the strongest first, neighbours left out.
 
     modes : Dataset of `modes`; only maxima within 5 % of a natural frequency count then.
     """
-    natural = np.array([one.frequency for one in groups(modes)]) if modes is not None else None
+    natural = np.array([one.frequency for one in mode_groups(modes)]) if modes is not None else None
     found = []
     rank = np.argsort(x)
     for ray in shown:
@@ -139,17 +141,17 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[
 
 
 def _highest(shown: list[Ray], x: Array, top: float, modes: xr.Dataset | None) -> float:
-    """Where the axis ends: above the natural frequencies, or what is strong."""
+    """Where the axis ends [Hz]: above the natural frequencies, or what is strong over x (P,) [Hz]."""
     strong = [
         float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
     ]
-    natural = [one.frequency for one in groups(modes)] if modes is not None else []
+    natural = [one.frequency for one in mode_groups(modes)] if modes is not None else []
     reach = max(strong, default=0.0)
     return 1.08 * (min(max(reach, 1.0), 1.15 * max(natural)) if natural else max(reach, 1.0))
 
 
 def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> None:
-    """A thin line all along, and marks where there is something, larger and darker with the amplitude."""
+    """A thin line along x (P,) [Hz], and marks where there is something, larger and darker with the amplitude."""
     rank = np.argsort(x)
     ends = np.array([x.min(), x.max()])
     ray_line = {"color": GRID, "width": 1}
@@ -215,19 +217,18 @@ def _ticks(low: float, high: float) -> list[float]:
 
 def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None:
     """Natural frequencies as lines in the colour of their kind."""
-    seen: set[str] = set()
-    for one in groups(modes) if modes is not None else []:
-        if not 0 < one.frequency <= highest:
-            continue
-        line = {"color": translucent(mode_colour(one.kind), 0.6), "width": 1.1, "dash": "dot"}
-        drawn.add_hline(y=one.frequency, line=line, layer="below")
-        if one.kind not in seen:
-            drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{one.kind} mode"))
-            seen.add(one.kind)
+    inside = [one for one in mode_groups(modes) if 0 < one.frequency <= highest] if modes is not None else []
+    looks = {
+        kind: {"color": translucent(mode_colour(kind), 0.6), "width": 1.1, "dash": "dot"}
+        for kind in dict.fromkeys(one.kind for one in inside)
+    }
+    lines_across(drawn, [(one.frequency, {"line": looks[one.kind], "layer": "below"}) for one in inside], along="y")
+    for kind, line in looks.items():
+        drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{kind} mode"))
 
 
 def _label(drawn: go.Figure, found: list[Crest], x: Array, highest: float) -> None:
-    """The strongest resonances, ringed and named."""
+    """The strongest resonances within x (P,) [Hz], ringed and named."""
     shown = [one for one in found if one.y <= highest]
     if not shown:
         return

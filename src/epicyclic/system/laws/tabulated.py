@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 __all__ = ["Curves", "MeshTable", "curves_at"]
 
@@ -84,6 +83,8 @@ def curves_at(tables: Sequence[MeshTable], cycles: Array) -> Curves | None:
 
 def _interpolated(table: MeshTable, cycles: Array) -> tuple[Array, Array]:
     """Gaps and slopes at the knots (T, c, L)."""
+    from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
+
     sigma = np.mod(table.sense * (cycles[:, table.rows] + table.lead), 1.0)
     L = len(table.force)
     # first touch, and how much further each load goes: what is positive in the table stays positive

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.show import figures as plots
+from epicyclic.show.figures.contact_sweep import contact_sweep
 from epicyclic.show.report import report
 
 
@@ -41,7 +41,7 @@ def swept() -> xr.Dataset:
 
 
 def test_run_up_coast_down_and_branches() -> None:
-    drawn = plots.contact_sweep(swept())
+    drawn = contact_sweep(swept())
     assert "planet-ring" in drawn.layout.title.text  # the louder one
     assert drawn.layout.yaxis.title.text == "force [kN]"
     assert drawn.layout.xaxis2.title.text == "mesh frequency [Hz]"
@@ -54,7 +54,7 @@ def test_run_up_coast_down_and_branches() -> None:
     assert up.y[1] == pytest.approx(2.6)
     assert down.y[1] == pytest.approx(4.8)
     assert down.marker.size[2] > 0 == down.marker.size[0]
-    other = plots.contact_sweep(swept(), mesh="main/sun-planet/1")
+    other = contact_sweep(swept(), mesh="main/sun-planet/1")
     assert "sun-planet" in other.layout.title.text
 
 

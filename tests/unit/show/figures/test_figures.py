@@ -11,13 +11,27 @@ import plotly.graph_objects as go
 import pytest
 import xarray as xr
 
-from epicyclic.show import figures as plots
-from epicyclic.show.figures.campbell import crossings
-from epicyclic.show.figures.energy import gathered
-from epicyclic.show.figures.frequencies import groups
+from epicyclic.show.figures.bearing_forces import bearing_forces
+from epicyclic.show.figures.campbell import campbell, crossings
+from epicyclic.show.figures.curves import curves
+from epicyclic.show.figures.energy_shares import energy_shares
+from epicyclic.show.figures.frequencies import frequencies
+from epicyclic.show.figures.load_history import load_history
+from epicyclic.show.figures.load_sharing import load_sharing
+from epicyclic.show.figures.members import members
+from epicyclic.show.figures.mesh_forces import mesh_forces
+from epicyclic.show.figures.mesh_stiffness import mesh_stiffness
+from epicyclic.show.figures.mode_shapes import mode_shapes
+from epicyclic.show.figures.orders import orders
 from epicyclic.show.figures.parts import faces, parts
+from epicyclic.show.figures.phases import phases
+from epicyclic.show.figures.speed_sweep import speed_sweep
+from epicyclic.show.figures.study import study
 from epicyclic.show.figures.style import DASHES, PALETTE, branch_colour
-from epicyclic.show.figures.waterfall import crests, rays
+from epicyclic.show.figures.summaries import mode_groups, summed_shares
+from epicyclic.show.figures.train_front import train_front
+from epicyclic.show.figures.train_section import train_section
+from epicyclic.show.figures.waterfall import crests, rays, waterfall
 
 Datasets = dict[str, xr.Dataset]
 
@@ -25,24 +39,24 @@ Datasets = dict[str, xr.Dataset]
 def every_figure(datasets: Datasets) -> dict[str, go.Figure]:
     check, modes = datasets["check"], datasets["modes"]
     found = {
-        "front": plots.train_front(check),
-        "section": plots.train_section(check),
-        "members": plots.members(check),
-        "phases": plots.phases(check),
-        "orders": plots.orders(check),
-        "stiffness": plots.mesh_stiffness(datasets["stiffness"]),
-        "frequencies": plots.frequencies(modes, check),
-        "shapes": plots.mode_shapes(check, modes),
-        "energy": plots.energy_shares(modes),
+        "front": train_front(check),
+        "section": train_section(check),
+        "members": members(check),
+        "phases": phases(check),
+        "orders": orders(check),
+        "stiffness": mesh_stiffness(datasets["stiffness"]),
+        "frequencies": frequencies(modes, check),
+        "shapes": mode_shapes(check, modes),
+        "energy": energy_shares(modes),
     }
     if "sharing" in datasets:
-        found["campbell"] = plots.campbell(datasets["campbell"])
-        found["sharing"] = plots.load_sharing(datasets["sharing"])
-        found["history"] = plots.load_history(datasets["sharing"])
-        found["forces"] = plots.mesh_forces(datasets["sharing"])
-        found["sweep"] = plots.speed_sweep(datasets["sweep"], modes)
-        found["waterfall"] = plots.waterfall(datasets["sweep"], modes)
-        found["bearings"] = plots.bearing_forces(datasets["sweep"], modes)
+        found["campbell"] = campbell(datasets["campbell"])
+        found["sharing"] = load_sharing(datasets["sharing"])
+        found["history"] = load_history(datasets["sharing"])
+        found["forces"] = mesh_forces(datasets["sharing"])
+        found["sweep"] = speed_sweep(datasets["sweep"], modes)
+        found["waterfall"] = waterfall(datasets["sweep"], modes)
+        found["bearings"] = bearing_forces(datasets["sweep"], modes)
     return found
 
 
@@ -73,7 +87,7 @@ def test_branch_colours_differ() -> None:
 
 
 def test_the_front_view_has_the_teeth_of_every_gear(ren: Datasets) -> None:
-    drawn = plots.train_front(ren["check"])
+    drawn = train_front(ren["check"])
     text = next(trace for trace in drawn.data if trace.mode == "text").text
     assert sum("z = 17" in word for word in text) == 3
     assert "ring, z = 57, held" in text
@@ -96,7 +110,7 @@ def test_herringbone_faces_lie_on_either_side_of_the_gap(ren: Datasets) -> None:
 
 
 def test_sense_of_rotation_arrows_follow_the_signs(ren: Datasets) -> None:
-    drawn = plots.train_front(ren["check"])
+    drawn = train_front(ren["check"])
     arcs = next(trace for trace in drawn.data if trace.name == "sense of rotation")
     x, y = numbers(arcs.x), numbers(arcs.y)
     ends = np.flatnonzero(np.isnan(x))
@@ -110,7 +124,7 @@ def test_sense_of_rotation_arrows_follow_the_signs(ren: Datasets) -> None:
 
 
 def test_member_bars_balance(ren: Datasets) -> None:
-    drawn = plots.members(ren["check"])
+    drawn = members(ren["check"])
     torque, power = numbers(drawn.data[1].x), numbers(drawn.data[2].x)
     # torques of all members in equilibrium and power in = power out, to rounding
     assert torque.sum() == pytest.approx(0, abs=1e-9)
@@ -119,7 +133,7 @@ def test_member_bars_balance(ren: Datasets) -> None:
 
 
 def test_dials_show_the_leads(ren: Datasets) -> None:
-    drawn = plots.phases(ren["check"])
+    drawn = phases(ren["check"])
     shown = {(trace.subplot, trace.name): trace.theta[1] for trace in drawn.data}
     # leads of 23 teeth and three planets: 0, 1/3, 2/3; of 57 teeth: all 0; input is rounded to 1e-9
     assert [shown["polar", f"branch {branch} L, R"] for branch in (1, 2, 3)] == pytest.approx([0, 120, 240], abs=1e-6)
@@ -127,7 +141,7 @@ def test_dials_show_the_leads(ren: Datasets) -> None:
 
 
 def test_stiffness_curves_that_coincide_are_broken(ren: Datasets) -> None:
-    drawn = plots.mesh_stiffness(ren["stiffness"])
+    drawn = mesh_stiffness(ren["stiffness"])
     ring = [trace for trace in drawn.data if trace.yaxis == "y2"]
     assert [trace.line.dash for trace in ring] == ["solid", "dash", "dot"]
     sun = [trace for trace in drawn.data if trace.yaxis == "y"]
@@ -137,14 +151,14 @@ def test_stiffness_curves_that_coincide_are_broken(ren: Datasets) -> None:
 
 def test_frequency_groups_add_up(ren: Datasets, lin: Datasets) -> None:
     for datasets in (ren, lin):
-        found = groups(datasets["modes"])
+        found = mode_groups(datasets["modes"])
         assert sum(one.multiplicity for one in found) == datasets["modes"].sizes["mode"]
         assert [one.frequency for one in found] == sorted(one.frequency for one in found)
 
 
 def test_energy_shares_of_a_group_are_summed(ren: Datasets) -> None:
     shares = ren["modes"].strain_energy_share
-    names, total = gathered([str(name) for name in shares.connection.values], shares.values)
+    names, total = summed_shares([str(name) for name in shares.connection.values], shares.values)
     assert "sun-planet" in names
     expected = shares.sel(connection=[n for n in shares.connection.values if "sun-planet" in n]).sum("connection")
     np.testing.assert_allclose(total[names.index("sun-planet")], expected, atol=1e-12)  # a sum in another order
@@ -176,7 +190,7 @@ def frame_of(drawn: go.Figure, name: str) -> list[np.ndarray[tuple[int, ...], np
 
 
 def test_a_mode_swings_about_its_place_at_rest(lin: Datasets) -> None:
-    drawn = plots.mode_shapes(lin["check"], lin["modes"])
+    drawn = mode_shapes(lin["check"], lin["modes"])
     rest = [numbers(trace.x) + 1j * numbers(trace.y) for trace in drawn.data[: len(drawn.frames[0].data)]]
     for mode in (1, 5):
         high, middle, low = (frame_of(drawn, f"{mode}.{step}") for step in (0, 4, 8))
@@ -194,7 +208,7 @@ def test_planets_move_in_their_own_axes(lin: Datasets, direction: str, expected:
     modes = lin["modes"].copy(deep=True)
     modes["full_shape"][:] = 0.0
     modes["full_shape"].loc[{"body": "main/planet/2", "direction": direction, "mode": 1}] = 1.0
-    drawn = plots.mode_shapes(lin["check"], modes.isel(mode=slice(0, 1)))
+    drawn = mode_shapes(lin["check"], modes.isel(mode=slice(0, 1)))
     count = len(drawn.frames[0].data)
     rest = [numbers(trace.x) + 1j * numbers(trace.y) for trace in drawn.data[:count]]
     moved = [a - b for a, b in zip(frame_of(drawn, "0.0"), rest, strict=True)]
@@ -206,7 +220,7 @@ def test_planets_move_in_their_own_axes(lin: Datasets, direction: str, expected:
 
 
 def test_the_slider_has_a_step_for_each_mode_and_frames_exist(ren: Datasets) -> None:
-    drawn = plots.mode_shapes(ren["check"], ren["modes"])
+    drawn = mode_shapes(ren["check"], ren["modes"])
     names = {frame.name for frame in drawn.frames}
     steps = drawn.layout.sliders[0].steps
     assert len(steps) == 28
@@ -220,7 +234,7 @@ def test_whirling_shapes_go_all_the_way_round(lin: Datasets) -> None:
     shape = np.zeros(modes["full_shape"].shape, dtype=complex)
     shape[0, 0], shape[0, 1] = 1.0, -1j
     modes["full_shape"] = modes["full_shape"].astype(complex).copy(data=shape)
-    drawn = plots.mode_shapes(lin["check"], modes)
+    drawn = mode_shapes(lin["check"], modes)
     count = len(drawn.frames[0].data)
     sun = [trace.name for trace in drawn.data[:count]].index("sun")
     rest = numbers(drawn.data[sun].x) + 1j * numbers(drawn.data[sun].y)
@@ -231,12 +245,12 @@ def test_whirling_shapes_go_all_the_way_round(lin: Datasets) -> None:
 
 def test_a_page_can_be_passed_on_by_mail(synthetic: ModuleType) -> None:
     gears = synthetic.lin_gears(8)
-    text = plots.mode_shapes(synthetic.check(gears), synthetic.modes(gears)).to_json()
+    text = mode_shapes(synthetic.check(gears), synthetic.modes(gears)).to_json()
     assert len(text) < 2.3e6
 
 
 def test_sharing_bars_start_at_one(ren: Datasets) -> None:
-    drawn = plots.load_sharing(ren["sharing"])
+    drawn = load_sharing(ren["sharing"])
     first = drawn.data[0]
     expected = ren["sharing"].load_sharing.sel(mesh="main/sun-planet/1/left").values
     np.testing.assert_allclose(1 + numbers(first.y), expected, atol=5.1e-6)  # written to six digits of the largest
@@ -246,7 +260,7 @@ def test_sharing_bars_start_at_one(ren: Datasets) -> None:
 
 def test_histories_keep_their_peaks(synthetic: ModuleType) -> None:
     data = synthetic.sharing(synthetic.REN, cycles=200)
-    drawn = plots.load_history(data)
+    drawn = load_history(data)
     peak = data.load_sharing_history.sel(mesh="main/planet-ring/3/left").values.max()
     shown = [trace for trace in drawn.data if trace.yaxis == "y2" and trace.name.startswith("branch 3")]
     # written to five digits
@@ -257,7 +271,7 @@ def test_histories_keep_their_peaks(synthetic: ModuleType) -> None:
 def test_lost_contact_is_said(ren: Datasets) -> None:
     data = ren["sharing"].copy()
     data["contact_lost"] = data.contact_lost.copy(data=np.arange(12) < 2)
-    notes = [note.text for note in plots.mesh_forces(data).layout.annotations]
+    notes = [note.text for note in mesh_forces(data).layout.annotations]
     assert "contact lost in 2 of 12 meshes" in notes
 
 
@@ -272,18 +286,18 @@ def test_the_waterfall_has_a_ray_for_every_line(ren: Datasets) -> None:
     at = int(np.nanargmax(expected))
     assert first.mesh[at] == str(sweep.mesh.values[sweep.mesh_force_order.sel(order=1).values[:, at].argmax()])
     found = crests(every, sweep.mesh_frequency.values, ren["modes"])
-    natural = np.array([one.frequency for one in groups(ren["modes"])])
+    natural = np.array([one.frequency for one in mode_groups(ren["modes"])])
     assert 1 <= len(found) <= 5
     assert found[0].amplitude == max(one.amplitude for one in found)
     for one in found:
         assert np.abs(natural / one.y - 1).min() < 0.06
         assert one.y / one.x == pytest.approx(float(one.label.partition("×")[0])) or "run_out" in one.label
-    drawn = plots.waterfall(sweep, ren["modes"])
+    drawn = waterfall(sweep, ren["modes"])
     shades = [trace for trace in drawn.data if trace.marker.coloraxis == "coloraxis"]
     strongest = max(shades, key=lambda trace: max(trace.marker.color))
     # in kN, as a logarithm, to four digits
     assert 10 ** max(strongest.marker.color) == pytest.approx(float(np.nanmax(expected)) / 1e3, rel=1e-2)
-    alone = plots.waterfall(sweep, mesh=str(sweep.mesh.values[0]))
+    alone = waterfall(sweep, mesh=str(sweep.mesh.values[0]))
     assert "main/" in alone.layout.title.text
 
 
@@ -303,7 +317,7 @@ def test_a_mesh_of_another_tone_has_its_own_rays(ren: Datasets) -> None:
 
 
 def test_bearings_that_carry_the_same_are_one_curve(ren: Datasets) -> None:
-    drawn = plots.bearing_forces(ren["sweep"], ren["modes"])
+    drawn = bearing_forces(ren["sweep"], ren["modes"])
     names = [trace.name for trace in drawn.data if trace.showlegend is not False and trace.y[0] is not None]
     assert [name for name in names if "bearing" in name] == ["planet 1, 2, 3 bearing"]
     assert "ring left, right support" in names
@@ -313,9 +327,9 @@ def test_bearings_that_carry_the_same_are_one_curve(ren: Datasets) -> None:
 
 
 def test_sweep_marks_natural_frequencies_operating_point_and_failures(ren: Datasets) -> None:
-    drawn = plots.speed_sweep(ren["sweep"], ren["modes"])
+    drawn = speed_sweep(ren["sweep"], ren["modes"])
     at = {round(float(shape.x0), 6) for shape in drawn.layout.shapes}
-    inside = [one.frequency for one in groups(ren["modes"]) if 20 <= one.frequency <= 600]
+    inside = [one.frequency for one in mode_groups(ren["modes"]) if 20 <= one.frequency <= 600]
     assert {round(value, 6) for value in inside} < at
     assert 27.3125 in at
     failed = next(trace for trace in drawn.data if trace.name == "no convergence")
@@ -324,7 +338,7 @@ def test_sweep_marks_natural_frequencies_operating_point_and_failures(ren: Datas
 
 def test_curves_and_studies(synthetic: ModuleType) -> None:
     stiffness = [1e8, 1e9, 1e10]
-    drawn = plots.curves(
+    drawn = curves(
         stiffness,
         {"sun": [1.1, 1.2, 1.3], "carrier": [1.1, 1.3, 1.5]},
         title="Float",
@@ -340,7 +354,7 @@ def test_curves_and_studies(synthetic: ModuleType) -> None:
         coords={"mesh": ["m/a-b/1", "m/a-b/2"], "point": [0, 1, 2], "k": ("point", ["1e8 N/m", "1e9 N/m", "1e10 N/m"])},
         verb="vary",
     )
-    again = plots.study(data)
+    again = study(data)
     assert list(again.data[0].x) == stiffness
     assert again.layout.xaxis.title.text == "k [N/m]"
     assert [trace.name for trace in again.data] == ["a-b 1", "a-b 2"]
@@ -351,6 +365,6 @@ def test_trains_without_speeds_or_widths_are_drawn(lin: Datasets) -> None:
     for name in ("face_width", "tip_radius", "root_radius", "module", "pressure_angle"):
         check[name] = check[name] * np.nan
     check["outer_radius"] = check["outer_radius"] * np.nan
-    front, section = plots.train_front(check), plots.train_section(check)
+    front, section = train_front(check), train_section(check)
     assert "not given" in section.layout.title.text
     assert sum("z = 35" in word for trace in front.data if trace.mode == "text" for word in trace.text) == 4

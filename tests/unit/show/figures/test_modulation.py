@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.show import figures as plots
+from epicyclic.show.figures.modulation import modulation
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def result() -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def drawn(result: xr.Dataset) -> go.Figure:
-    return plots.modulation(result)
+    return modulation(result)
 
 
 def test_axes_have_units_and_no_nan(drawn: go.Figure) -> None:
@@ -59,7 +59,7 @@ def test_passages_are_marked(drawn: go.Figure, result: xr.Dataset) -> None:
 
 def test_a_star_drive_is_drawn_over_hertz(tmp_path: Path) -> None:
     star = epicyclic.modulation("dong2019", body="housing", floor=1e-2)
-    drawn = plots.modulation(star)
+    drawn = modulation(star)
     assert {axis.title.text for axis in drawn.select_xaxes()} == {"time [s]", "frequency [Hz]"}
     epicyclic.write_report(tmp_path / "report.html", {"modulation": star})
     assert "Vibration at the ring" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from epicyclic.show import figures as plots
-from epicyclic.show.figures.transient import ramps
+from epicyclic.show.figures.spectrogram import spectrogram
+from epicyclic.show.figures.summaries import ramps
+from epicyclic.show.figures.transient_forces import transient_forces
 from epicyclic.show.report import report
 
 
@@ -25,21 +26,21 @@ def run(first: float, last: float) -> xr.Dataset:
 
 
 def test_forces_over_time() -> None:
-    drawn = plots.transient_forces(run(50, 200))
+    drawn = transient_forces(run(50, 200))
     assert [text.text for text in drawn.layout.annotations[:3]] == ["sun-planet", "planet-ring", "mesh frequency"]
     assert drawn.layout.yaxis.title.text == "force [kN]"
     assert drawn.layout.xaxis3.title.text == "time [s]"
     assert max(drawn.data[1].y) == pytest.approx(5 + 3.3, abs=0.02)  # peaks survive the thinning
     assert len(drawn.data[1].x) <= 3100
     assert sum(trace.showlegend is not False for trace in drawn.data) == 1
-    steady = plots.transient_forces(run(100, 100))
+    steady = transient_forces(run(100, 100))
     assert len(steady.data) == 2
     assert ramps(run(50, 200))
     assert not ramps(run(100, 100))
 
 
 def test_the_spectrogram_shows_orders_and_bands() -> None:
-    drawn = plots.spectrogram(run(50, 200))
+    drawn = spectrogram(run(50, 200))
     heat = drawn.data[0]
     level, time, frequency = np.array(heat.z, float), np.array(heat.x), np.array(heat.y)
     assert "planet-ring" in drawn.layout.title.text  # the stronger of the two
@@ -48,7 +49,7 @@ def test_the_spectrogram_shows_orders_and_bands() -> None:
     band = level[np.abs(frequency - 300).argmin()]
     assert 10 ** (np.median(band) / 20) == pytest.approx(0.3, rel=0.1)  # 3 x 100 N in kN
     assert frequency.max() <= 1000  # what the samples resolve
-    assert "sun-planet" in plots.spectrogram(run(50, 200), "main/sun-planet/1").layout.title.text
+    assert "sun-planet" in spectrogram(run(50, 200), "main/sun-planet/1").layout.title.text
 
 
 def test_a_report_of_a_run() -> None:

@@ -96,7 +96,7 @@ def campbell(gears: Gears, found: xr.Dataset, tone: float = 27.3125) -> xr.Datas
             "mesh_frequency": (("stage", "relative_speed"), tone * speed[None, :]),
         },
         coords={"relative_speed": speed, "mode": np.arange(1, len(hertz) + 1), "stage": np.array(["main"])},
-        verb="modes",
+        verb="campbell",
         provenance=provenance(gears),
     )
 

@@ -1,0 +1,75 @@
+"""Results for people in a terminal: title, warnings, tables with units; names and what they are."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table as RichTable
+
+from .elements import Table, number, shown_columns
+from .views import tables_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["rich_table", "show", "show_pairs", "stdout_console", "warnings_of"]
+
+_STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
+# signs that do not break over a line of a page, as they are typed
+_PLAIN = str.maketrans("\u00a0\u2011", " -")
+
+
+def stdout_console() -> Console:
+    """The console for results: as wide as the terminal, or 160 columns in a pipe."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=160)
+
+
+def show(result: xr.Dataset, console: Console) -> None:
+    """Print a result of any kind: title, warnings, then its tables."""
+    title, doi = result.attrs.get("title", ""), result.attrs.get("doi")
+    if title or doi:
+        console.print(f"[bold]{escape(title)}[/bold]" + (f"  doi {escape(doi)}" if doi else ""))
+    for warning in warnings_of(result):
+        console.print(f"[yellow]warning:[/yellow] {escape(warning)}", soft_wrap=True)
+    for table in tables_of(result):
+        console.print()
+        if table.lead:
+            console.print(f"[bold]{escape(table.title)}[/bold]", soft_wrap=True)
+            console.print(escape(table.lead), soft_wrap=True)
+        console.print(rich_table(table))
+        for place, text in enumerate(table.notes, start=1):
+            console.print(f"  [bold]{place:2d}[/bold]  {escape(text)}", soft_wrap=True)
+
+
+def rich_table(table: Table) -> RichTable:
+    """A table as rich draws it; its title stands on it unless a lead stands between them."""
+    title = None if table.lead else table.title
+    drawn = RichTable(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    columns = shown_columns(table, number)
+    for heading, numeric, _ in columns:
+        drawn.add_column(escape(heading), justify="right" if numeric else "left", overflow="fold")
+    for row in zip(*(cells for _, _, cells in columns), strict=True):
+        drawn.add_row(*(_cell(text, tone) for text, tone in row))
+    return drawn
+
+
+def _cell(text: str, tone: str) -> str:
+    return f"[{_STYLES[tone]}]{escape(text)}[/]" if tone else escape(text)
+
+
+def warnings_of(result: xr.Dataset) -> list[str]:
+    """The physical warnings of a result."""
+    return [str(text) for text in json.loads(result.attrs.get("warnings", "[]"))]
+
+
+def show_pairs(pairs: Mapping[str, str], console: Console) -> None:
+    """Print names and what they are, one a line."""
+    width = max(map(len, pairs), default=0)
+    for name, text in pairs.items():
+        console.print(f"[bold]{escape(name.translate(_PLAIN)):{width}}[/bold]  {escape(text)}", soft_wrap=True)

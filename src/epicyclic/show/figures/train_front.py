@@ -1,0 +1,195 @@
+"""The train from the front, to scale: every gear with its true teeth in mesh, circles, names, senses of rotation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+import xarray as xr
+
+from .parts import Part, matings, one_per_place, parts, stages, turns
+from .series import Array, compact, engineering
+from .style import INK, PALE, WARNING, figure, kind_colour, tint, wide_height
+from .teeth import Mating, outline
+
+__all__ = ["train_front"]
+
+_ORDER = {"carrier": 0, "ring": 1, "body": 2, "gear": 3, "planet": 4, "sun": 5}
+
+
+def train_front(check: xr.Dataset) -> go.Figure:
+    """Front view of every stage to scale [mm], seen from the right end (counter-clockwise positive), teeth in mesh.
+
+    Parameters
+    ----------
+    check : Dataset of `check`: what `parts.parts` and `parts.matings` read (body), (gear), (mesh).
+    """
+    found = [part for part in one_per_place(parts(check)) if part.stage in stages(parts(check))]
+    turned = turns(check, found)
+    drawn = figure("Front view, to scale", x="x [mm]", y="y [mm]", height=620)
+    for part in sorted(found, key=lambda one: _ORDER.get(one.kind, 2)):
+        for trace in _body(part, turned.get(part.name, 0.0), found):
+            drawn.add_trace(trace)
+    drawn.add_traces([_circles(found), *_hidden(found), *_actions(check, found), *_senses(found), _names(found)])
+    _frame(drawn, found)
+    return drawn
+
+
+def _circle(x: float, y: float, radius: float, points: int = 121) -> tuple[Array, Array]:
+    angle = np.linspace(0, 2 * math.pi, points)
+    return x + radius * np.cos(angle), y + radius * np.sin(angle)
+
+
+def _line(x: Array, y: Array, options: Mapping[str, Any]) -> go.Scatter:
+    """A line through x, y (k,) [m], drawn in [mm]."""
+    plain = {"mode": "lines", "hoverinfo": "skip", "showlegend": False}
+    return go.Scatter(x=compact(1e3 * x), y=compact(1e3 * y), **{**plain, **options})
+
+
+def _describe(part: Part) -> str:
+    teeth = f"{part.form.teeth} teeth" if part.form else ""
+    speed = f"{engineering(part.speed)} rpm" if np.isfinite(part.speed) else ""
+    mass = f"{engineering(part.mass)} kg" if np.isfinite(part.mass) and part.mass > 0 else ""
+    return "<br>".join(text for text in (f"<b>{part.short}</b>", teeth, speed, mass) if text)
+
+
+def _body(part: Part, turn: float, found: Sequence[Part]) -> list[go.Scatter]:
+    """Opaque in a tint of its colour, the carrier behind the gears with its hidden edges dashed over them."""
+    colour, x, y = kind_colour(part.kind), part.x + part.offset, part.y
+    line = {"line": {"color": colour, "width": 1.2}}
+    filled = {"fillcolor": tint(colour, 0.78), "fill": "toself", "hoverinfo": "text", "text": _describe(part)}
+    look = {**line, **filled, "hoveron": "fills"}
+    if part.form is None:
+        pins = [other for other in found if other.carried_by == part.name]
+        return [_line(*(_arms(part, pins) if pins else _circle(x, y, part.outer)), look)]
+    teeth = outline(part.form, turn)
+    edge = (teeth[0] + x, teeth[1] + y)
+    if not part.form.internal:
+        return [_line(*edge, look)]
+    rim = _circle(x, y, part.outer)
+    band = np.concatenate([rim[0], edge[0][::-1]]), np.concatenate([rim[1], edge[1][::-1]])
+    return [_line(*band, {**look, "line": {"width": 0, "color": colour}}), _line(*edge, line), _line(*rim, line)]
+
+
+def _hidden(found: Sequence[Part]) -> list[go.Scatter]:
+    carriers = [(part, [pin for pin in found if pin.carried_by == part.name]) for part in found]
+    pieces = [_arms(part, pins) for part, pins in carriers if pins]
+    look = {"line": {"color": PALE, "width": 1, "dash": "dash"}}
+    return [_line(*_joined(pieces), look)] if pieces else []
+
+
+def _arms(part: Part, pins: Sequence[Part]) -> tuple[Array, Array]:
+    """Outline of a carrier: a plate whose lobes hold the pins."""
+    angle = np.linspace(0, 2 * math.pi, 361)
+    reach = np.full(angle.shape, 0.62 * part.outer)
+    for pin in pins:
+        away = np.angle(np.exp(1j * (angle - math.atan2(pin.y, pin.x))))
+        reach = np.maximum(reach, part.outer * (0.62 + 0.38 * np.exp(-((away / 0.42) ** 4))))
+    return part.x + part.offset + reach * np.cos(angle), part.y + reach * np.sin(angle)
+
+
+def _joined(pieces: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Lines (k,) [m] as one, a gap after each."""
+    gap = np.array([np.nan])
+    empty = np.zeros(0)
+    return (
+        np.concatenate([part for x, _ in pieces for part in (x, gap)] or [empty]),
+        np.concatenate([part for _, y in pieces for part in (y, gap)] or [empty]),
+    )
+
+
+def _circles(found: Sequence[Part]) -> go.Scatter:
+    gears = [(part, part.form) for part in found if part.form is not None]
+    pieces = [_circle(part.x + part.offset, part.y, form.reference_radius, 73) for part, form in gears]
+    line = {"color": PALE, "width": 1, "dash": "dashdot"}
+    return _line(*_joined(pieces), {"name": "reference circles", "showlegend": True, "line": line})
+
+
+def _actions(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
+    """Line of action of every mesh through its pitch point, where the working angle is known."""
+    place = {part.name: part for part in found}
+    pairs = [(mating, place.get(mating.a), place.get(mating.b)) for mating in matings(check)]
+    pieces = [_action(one, a, b) for one, a, b in pairs if a and b and np.isfinite(one.pressure_angle)]
+    if not pieces:
+        return []
+    x, y = (np.array([piece[axis].mean() for piece in pieces]) for axis in (0, 1))
+    group = {"legendgroup": "action"}
+    line = {"line": {"color": WARNING, "width": 1.6}, "name": "lines of action", "showlegend": True}
+    marks = {"mode": "markers", "marker": {"color": WARNING, "size": 5}}
+    return [_line(*_joined(pieces), {**group, **line}), _line(x, y, {**group, **marks})]
+
+
+def _action(mating: Mating, a: Part, b: Part) -> tuple[Array, Array]:
+    assert a.form is not None
+    assert b.form is not None
+    e = np.array([math.cos(mating.direction), math.sin(mating.direction)])
+    t = np.array([-e[1], e[0]])
+    pitch = np.array([a.x + a.offset, a.y]) + a.form.base_radius / math.cos(mating.pressure_angle) * e
+    normal = math.sin(mating.pressure_angle) * e + mating.flank * math.cos(mating.pressure_angle) * t
+    reach = 0.42 * min(a.form.reference_radius, b.form.reference_radius)
+    ends = np.stack([pitch - reach * normal, pitch + reach * normal])
+    return ends[:, 0], ends[:, 1]
+
+
+def _senses(found: Sequence[Part]) -> list[go.Scatter]:
+    """Arc arrows of the absolute speeds."""
+    arcs, heads = [], []
+    for part in found:
+        if part.form is None or not np.isfinite(part.speed) or part.speed == 0:
+            continue
+        rim = (part.form.root_radius + part.outer) / 2
+        radius = rim if part.form.internal else 0.72 * part.form.root_radius
+        half = 16 if part.form.internal else 38
+        angles = np.radians(np.linspace(90 - half, 90 + half, 20))
+        path = angles if part.speed > 0 else angles[::-1]
+        x, y = part.x + part.offset + radius * np.cos(path), part.y + radius * np.sin(path)
+        arcs.append((x, y))
+        along = math.degrees(path[-1]) + (90 if part.speed > 0 else -90)
+        heads.append((x[-1], y[-1], 90 - along))
+    if not arcs:
+        return []
+    at = np.array(heads)
+    head = {"mode": "markers", "marker": {"symbol": "arrow", "size": 11, "color": INK, "angle": compact(at[:, 2])}}
+    arc = {"line": {"color": INK, "width": 1.8}, "name": "sense of rotation", "showlegend": True}
+    group = {"legendgroup": "sense"}
+    return [_line(*_joined(arcs), {**arc, **group}), _line(at[:, 0], at[:, 1], {**head, **group})]
+
+
+def _names(found: Sequence[Part]) -> go.Scatter:
+    """Names in the gears; that of a ring above and that of a carrier below the stage."""
+    x, y, words, places = [], [], [], []
+    for part in found:
+        gear, height, place = part.form, part.y, "middle center"
+        if gear is None or gear.internal:
+            reach = max(other.radius + other.outer for other in found if other.stage == part.stage)
+            height += (1 if gear else -1) * 1.03 * reach
+            place = "top center" if gear else "bottom center"
+        x.append(part.x + part.offset)
+        y.append(height)
+        words.append(_name(part))
+        places.append(place)
+    look = {"size": 12, "color": INK}
+    options = {"mode": "text", "text": words, "textposition": places, "textfont": look}
+    return _line(np.array(x), np.array(y), options)
+
+
+def _name(part: Part) -> str:
+    teeth = f"z = {part.form.teeth}" if part.form else ""
+    if part.form is not None and not part.form.internal:
+        return f"{part.short}<br>{teeth}"
+    speed = "held" if part.speed == 0 else f"{engineering(abs(part.speed))} rpm {'↺' if part.speed > 0 else '↻'}"
+    return ", ".join(text for text in (part.short, teeth, speed if np.isfinite(part.speed) else "") if text)
+
+
+def _frame(drawn: go.Figure, found: Sequence[Part]) -> None:
+    low = min((part.offset - part.radius - part.outer for part in found), default=-1.0)
+    high = max((part.offset + part.radius + part.outer for part in found), default=1.0)
+    tall = max((part.radius + part.outer for part in found), default=1.0)
+    drawn.update_xaxes(range=[1.04e3 * low, 1.04e3 * high], constrain="domain", showgrid=False)
+    drawn.update_yaxes(range=[-1.18e3 * tall, 1.18e3 * tall], scaleanchor="x", constrain="domain", showgrid=False)
+    if len(stages(found)) > 1:
+        drawn.update_layout(height=wide_height(high - low, 2.36 * tall))
+    drawn.update_layout(legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.13, "yanchor": "top"})

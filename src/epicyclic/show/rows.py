@@ -1,0 +1,86 @@
+"""Rows that tables of several kinds of result share: mesh forces, largest values over speed, counts of a status."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .elements import Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["columns_of", "force_table", "largest_over_speed", "loaded", "named_columns", "status_table"]
+
+
+def named_columns(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> dict[str, list[Any]]:
+    """Columns of rows of equal length."""
+    return {heading: [row[i] for row in rows] for i, heading in enumerate(headings)}
+
+
+def columns_of(result: xr.Dataset, dim: str, names: Mapping[str, tuple[str, float]]) -> dict[str, Any]:
+    """Columns of a table over `dim`: variable -> (heading, factor from SI to the heading's unit)."""
+    columns: dict[str, Any] = {dim: list(map(str, result[dim].values))}
+    for name, (heading, factor) in names.items():
+        if name in result:
+            values = result[name].values
+            columns[heading] = list(values * factor) if values.dtype.kind == "f" else [_plain(one) for one in values]
+    return columns
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else ""
+    return str(value) if isinstance(value, str) else value
+
+
+def force_table(result: xr.Dataset) -> Table:
+    """Mean, least and most of every mesh force [N], of mesh_force(mesh, ...), and what else is known of each mesh."""
+    force = result.mesh_force.transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+    columns: dict[str, Any] = {
+        "mesh": list(map(str, result.mesh.values)),
+        "mean [N]": list(force.mean(axis=1)),
+        "least [N]": list(force.min(axis=1)),
+        "most [N]": list(force.max(axis=1)),
+    }
+    further = {
+        "mesh_force_bound": "bound over all shaft phases [N]",
+        "dynamic_factor": "K_v",
+        "face_load_factor": "largest per mean along the face",
+        "dynamic_face_load_factor": "largest at any time per mean",
+        "open_share": "apart, share of time",
+    }
+    columns |= {heading: list(result[name].values) for name, heading in further.items() if name in result}
+    if "contact_lost" in result:
+        columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
+    return Table(title="Mesh forces along the tooth normal", columns=columns)
+
+
+def largest_over_speed(
+    result: xr.Dataset, dim: str, variable: str, heading: str, at: str = "at mesh frequency [Hz]"
+) -> dict[str, Any]:
+    """Names, largest value of a variable (dim, speed) over the speeds, and where it is; nan where no speed has one."""
+    values = result[variable].transpose(dim, "speed").values
+    known = np.isfinite(values).any(axis=1)
+    place = np.where(np.isfinite(values), values, -np.inf).argmax(axis=1)
+    frequency = result.mesh_frequency.values.ravel()
+    return {
+        dim: list(map(str, result[dim].values)),
+        heading: list(np.where(known, values[range(len(values)), place], np.nan)),
+        at: list(np.where(known, frequency[place], np.nan)),
+    }
+
+
+def loaded(columns: dict[str, Any], heading: str) -> dict[str, Any]:
+    """The rows of a table whose value is more than rounding, 1e-9 of the largest."""
+    values = np.nan_to_num(np.array(columns[heading], dtype=float))
+    shown = np.flatnonzero(values > 1e-9 * values.max(initial=0.0))
+    return {name: [column[i] for i in shown] for name, column in columns.items()}
+
+
+def status_table(result: xr.Dataset) -> Table:
+    """How many points have which status, of status with any dims."""
+    names, counts = np.unique(result.status.values.astype(str), return_counts=True)
+    return Table(title="Points", columns={"status": list(map(str, names)), "points": [int(one) for one in counts]})

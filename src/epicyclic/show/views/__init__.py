@@ -1,0 +1,91 @@
+"""How each kind of result is shown: one file a kind, named by the attribute ``verb`` of its Datasets.
+
+A view has an ``ORDER``, its place in the report, and of these functions those that it has something for:
+
+    tables(result) -> Sequence[Table]               # what a terminal shows
+    sections(result, company) -> Sequence[Section]  # what the report shows; company: kind -> the first result of it
+    key_figures(result) -> Sequence[KeyFigure]      # what is read first, in both
+
+A kind without a view, or a view without a function, is shown by `general`.  Views import figures inside `sections`, so
+that a terminal does not wait for plotly.
+
+Depends on: results (as Datasets only).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Any
+
+from ..elements import Company, KeyFigure, Section, Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["key_figures_of", "kind_of", "sections_of", "tables_of"]
+
+Datasets = Mapping[str, "xr.Dataset"]
+
+
+def kind_of(result: xr.Dataset, name: str = "") -> str:
+    """Kind of a result: its attribute ``verb``, or the name it goes by where it has none."""
+    return str(result.attrs.get("verb") or name)
+
+
+def tables_of(result: xr.Dataset) -> Sequence[Table]:
+    """Tables of one result for a terminal."""
+    found: Sequence[Table] = _function(kind_of(result), "tables")(result)
+    return found
+
+
+def sections_of(results: Datasets) -> list[Section]:
+    """Sections of a report, in the order of their views; of a kind that comes more than once each with its name.
+
+    Parameters
+    ----------
+    results : name -> Dataset.
+    """
+    company = _company(results)
+    count = Counter(kind_of(result, name) for name, result in results.items())
+    found: list[Section] = []
+    for name, result in _ordered(results):
+        kind = kind_of(result, name)
+        own: Sequence[Section] = _function(kind, "sections")(result, company)
+        several = count[kind] > 1 and has_view(kind)
+        found += [replace(one, title=f"{one.title}: {name}") if several else one for one in own]
+    return found
+
+
+def key_figures_of(results: Datasets) -> list[KeyFigure]:
+    """Values with their units and what they are, in the order of the views."""
+    return [
+        pair for name, result in _ordered(results) for pair in _function(kind_of(result, name), "key_figures")(result)
+    ]
+
+
+def has_view(kind: str) -> bool:
+    """Whether a kind of result has a view of its own."""
+    return kind in {module.name for module in iter_modules(__path__)}
+
+
+def _view(kind: str) -> Any:
+    return import_module(f"{__name__}.{kind if has_view(kind) else 'general'}")
+
+
+def _function(kind: str, name: str) -> Any:
+    return getattr(_view(kind), name, None) or getattr(_view("general"), name)
+
+
+def _ordered(results: Datasets) -> list[tuple[str, xr.Dataset]]:
+    return sorted(results.items(), key=lambda item: _view(kind_of(item[1], item[0])).ORDER)
+
+
+def _company(results: Datasets) -> Company:
+    found: dict[str, xr.Dataset] = {}
+    for name, result in results.items():
+        found.setdefault(kind_of(result, name), result)
+    return found

@@ -1,0 +1,218 @@
+"""`check`: what a train is: bodies, gears, meshes, speeds, torques and power, links, every value with its origin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..elements import Company, Drawing, KeyFigure, Part, Section, SideBySide, Table
+from ..figures.series import engineering, numbers, short_names, texts
+from ..figures.summaries import members_of, mesh_tones
+from ..provenance import assumed_tables, value_tables
+from ..rows import columns_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ORDER", "key_figures", "sections", "tables"]
+
+ORDER = 10
+_DEGREES = 180 / np.pi
+_UNITS = {"x": "N/m", "y": "N/m", "z": "N/m", "rx": "N m/rad", "ry": "N m/rad", "rz": "N m/rad"}
+_BODIES = {
+    "kind": ("kind", 1),
+    "speed": ("speed [rpm]", 1),
+    "torque": ("torque [N m]", 1),
+    "power": ("power [kW]", 1e-3),
+    "mass": ("mass [kg]", 1),
+    "inertia": ("inertia [kg m2]", 1),
+    "station": ("station [mm]", 1e3),
+    "axes_angle": ("angle [deg]", _DEGREES),
+}
+_GEARS = {
+    "module": ("module [mm]", 1e3),
+    "helix_angle": ("helix [deg]", _DEGREES),
+    "profile_shift": ("shift [-]", 1.0),
+    "face_width": ("face width [mm]", 1e3),
+    "base_radius": ("base radius [mm]", 1e3),
+    "reference_radius": ("reference [mm]", 1e3),
+    "tip_radius": ("tip [mm]", 1e3),
+    "root_radius": ("root [mm]", 1e3),
+}
+_PATHS = {
+    "path_from": ("from", 1),
+    "path_to": ("to", 1),
+    "path_torque": ("torque [N m]", 1),
+    "path_power": ("power [kW]", 1e-3),
+    "path_share": ("share of the input [%]", 100),
+    "path_circulating": ("circulates", 1),
+}
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Stages, bodies, gears, meshes; frequencies, power paths and links where there are any; every resolved value."""
+    found = [
+        _stages(result),
+        Table(title="Bodies", columns=columns_of(result, "body", _BODIES)),
+        _gears(result, texts(result, "gear")),
+        _meshes(result, texts(result, "mesh")),
+    ]
+    if result.sizes.get("order_name"):
+        orders = {"order_frequency": ("frequency [Hz]", 1), "order": ("mesh orders", 1)}
+        found.append(Table(title="Shaft and mesh frequencies", columns=columns_of(result, "order_name", orders)))
+    if "path" in result.variables and any(path.startswith("couplings.") for path in texts(result, "path")):
+        title = "Power paths (from first to second, seen from the housing)"
+        found.append(Table(title=title, columns=columns_of(result, "path", _PATHS)))
+    return [*found, _links(result), *assumed_tables(result), *value_tables(result)]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The drawings with stages and gears; speeds, torques and power; meshes, with their stiffness where it is known."""
+    return [
+        Section(anchor="train", title="Train", parts=_train(result)),
+        Section(anchor="operation", title="Speeds and torques", parts=_operation(result)),
+        Section(anchor="meshes", title="Meshes", parts=_mesh_parts(result, company.get("stiffness"))),
+    ]
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """Power through the train [kW], mesh frequencies [Hz], speeds of the members that turn about the axis [rpm]."""
+    members = members_of(result)
+    powers = [one.power for one in members if np.isfinite(one.power) and one.power > 0]
+    found = [(f"{engineering(sum(powers) / 1e3)} kW", "power through the train")] if powers else []
+    found += [(f"{engineering(tone, 6)} Hz", f"mesh frequency, {stage}") for stage, tone in mesh_tones(result).items()]
+    turning: dict[float, list[str]] = {}
+    for one in members:
+        if one.count == 1 and np.isfinite(one.speed) and one.speed != 0:
+            turning.setdefault(one.speed, []).append(one.name)
+    return found + [
+        (f"{engineering(speed, 6)} rpm", f"speed of {', '.join(names)}: {engineering(speed * np.pi / 30, 5)} rad/s")
+        for speed, names in turning.items()
+    ]
+
+
+def _train(check: xr.Dataset) -> list[Part]:
+    from ..figures.train_front import train_front
+    from ..figures.train_section import train_section
+
+    if "gear" not in check.dims or not check.sizes["gear"]:
+        return []
+    front = Drawing(
+        anchor="front",
+        figure=train_front(check),
+        caption="Seen from the right end; teeth as they stand at time zero.",
+    )
+    section = Drawing(
+        anchor="section", figure=train_section(check), caption="Half section, branch 1 turned into the plane."
+    )
+    drawings: list[Part] = (
+        [front, section] if check.sizes.get("stage", 1) > 1 else [SideBySide(left=front, right=section)]
+    )
+    return [
+        *drawings,
+        _stages(check),
+        _gears(check, _by_member(check), "Gears; hand of the left helix, width of one helix"),
+    ]
+
+
+def _operation(check: xr.Dataset) -> list[Part]:
+    from ..figures.members import members
+    from ..figures.orders import orders
+
+    parts: list[Part] = []
+    if np.isfinite(check["speed"].values).any() or np.isfinite(check["torque"].values).any():
+        caption = "Counter-clockwise positive; power into the train positive."
+        parts.append(Drawing(anchor="members", figure=members(check), caption=caption))
+    parts.append(_members(check))
+    if check.sizes.get("order_name", 0):
+        parts.append(Drawing(anchor="orders", figure=orders(check)))
+    return parts
+
+
+def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:
+    from ..figures.mesh_stiffness import mesh_stiffness
+    from ..figures.phases import phases
+
+    parts: list[Part] = []
+    if "phase_lead" in check.variables and np.isfinite(check["phase_lead"].values).any():
+        caption = "One turn of a dial is one mesh cycle; a branch that points clockwise of another meshes earlier."
+        parts.append(Drawing(anchor="phases", figure=phases(check), caption=caption))
+    if stiffness is not None:
+        parts.append(Drawing(anchor="stiffness", figure=mesh_stiffness(stiffness)))
+    names = short_names(texts(check, "mesh"))
+    return [*parts, _meshes(check, names, stiffness, "Meshes; stiffness along the tooth normal")]
+
+
+def _stages(check: xr.Dataset) -> Table:
+    columns = {
+        "planets": ("branches", 1),
+        "mesh_frequency": ("mesh frequency [Hz]", 1),
+        "centre_distance": ("centre distance [mm]", 1e3),
+        "hunting_period": ("hunting period [mesh cycles]", 1),
+    }
+    return Table(title="Stages", columns=columns_of(check, "stage", columns), digits=7)
+
+
+def _members(check: xr.Dataset) -> Table:
+    """Speed, torque, power, mass and inertia of every member."""
+    found = members_of(check)
+    columns: dict[str, Any] = {
+        "member": [one.name for one in found],
+        "kind": [one.kind for one in found],
+        "bodies": [one.count for one in found],
+        "speed [rpm]": [one.speed for one in found],
+        "external torque [kN m]": [one.torque * 1e-3 for one in found],
+        "power [kW]": [one.power * 1e-3 for one in found],
+        "mass [kg]": [one.mass for one in found],
+        "inertia [kg m²]": [one.inertia for one in found],
+    }
+    return Table(title="Members (mass of one body)", columns=columns)
+
+
+def _by_member(check: xr.Dataset) -> list[str]:
+    """Member of every gear, the name of the gear where no body is known."""
+    member = dict(zip(texts(check, "body"), texts(check, "member", "body"), strict=True))
+    return [member.get(name, name) for name in texts(check, "gear")]
+
+
+def _gears(check: xr.Dataset, names: Sequence[str], title: str = "Gears") -> Table:
+    """Geometry of the first gear of every name."""
+    rows = [names.index(name) for name in dict.fromkeys(names)]
+    hand = np.nan_to_num(numbers(check, "hand", "gear"))[rows]
+    columns: dict[str, Any] = {
+        "gear": [names[row] for row in rows],
+        "hand": [{1: "right", -1: "left"}.get(int(value), "spur") for value in hand],
+        "teeth": [int(value) for value in numbers(check, "teeth", "gear")[rows]],
+    }
+    for name, (heading, factor) in _GEARS.items():
+        columns[heading] = list(factor * numbers(check, name, "gear")[rows])
+    return Table(title=title, columns=columns)
+
+
+def _meshes(
+    check: xr.Dataset, names: Sequence[str], stiffness: xr.Dataset | None = None, title: str = "Meshes"
+) -> Table:
+    """Phase, contact ratios and mean stiffness of every mesh, that of `stiffness` where it is known."""
+    mean = numbers(check, "mean_mesh_stiffness", "mesh")
+    if stiffness is not None and "mean_mesh_stiffness" in stiffness.variables:
+        given = dict(zip(texts(stiffness, "mesh"), numbers(stiffness, "mean_mesh_stiffness"), strict=True))
+        mean = np.array([given.get(name, value) for name, value in zip(texts(check, "mesh"), mean, strict=True)])
+    columns = {
+        "mesh": list(names),
+        "phase lead [cycles]": list(numbers(check, "phase_lead", "mesh")),
+        "working angle [deg]": list(_DEGREES * numbers(check, "working_pressure_angle", "mesh")),
+        "contact ratio [-]": list(numbers(check, "contact_ratio", "mesh")),
+        "overlap ratio [-]": list(numbers(check, "overlap_ratio", "mesh")),
+        "mean stiffness [N/µm]": list(1e-6 * mean),
+    }
+    return Table(title=title, columns=columns)
+
+
+def _links(result: xr.Dataset) -> Table:
+    stiffness = np.atleast_2d(result.link_stiffness.values)
+    columns: dict[str, Any] = {"link": list(map(str, result.link.values))}
+    for at, direction in enumerate(result.direction.values):
+        columns[f"{direction} [{_UNITS[str(direction)]}]"] = list(stiffness[:, at]) if columns["link"] else []
+    return Table(title="Supports, bearings, couplings (inf = rigid)", columns=columns)

@@ -1,0 +1,70 @@
+"""`contact`: loaded tooth contact of one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..elements import Company, Drawing, Section, Table, number
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ORDER", "sections", "tables"]
+
+ORDER = 140
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Both helices at the operating load, then all loads."""
+    return [_sides(result), _loads(result)]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Load over the flank; transmission error over mesh cycle and load, and stiffness."""
+    from ..figures.contact_curves import contact_curves
+    from ..figures.contact_map import contact_map
+
+    parts = [
+        Drawing(anchor="flanks", figure=contact_map(result)),
+        Drawing(anchor="contact", figure=contact_curves(result)),
+    ]
+    return [Section(anchor="contact", title="Teeth in contact", parts=parts)]
+
+
+def _sides(result: xr.Dataset) -> Table:
+    force = float(result.attrs["force"])
+    now = int(np.argmin(np.abs(result.mesh_load.values - force)))
+    at = result.isel(mesh_load=now)
+    title = (
+        f"Mesh {result.attrs['mesh']}, {number(force)} N a helix, {number(float(at.load_torque))} N m on its first gear"
+    )
+    columns: dict[str, Any] = {
+        "side": [str(side) for side in result.side.values],
+        "shared face [mm]": list(result.shared_face.values * 1e3),
+        "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
+        "largest pressure [MPa]": list(at.largest_pressure.values / 1e6),
+        "largest over mean across the face": list(at.face_factor.values),
+        "stiffness, tangent [N/um]": list(at.average_stiffness.values / 1e6),
+        "stiffness, secant [N/um]": list(at.average_secant_stiffness.values / 1e6),
+        "tip overlap before [um]": list(at.corner_overlap.sel(end="before").values * 1e6),
+        "tip overlap behind [um]": list(at.corner_overlap.sel(end="behind").values * 1e6),
+    }
+    return Table(title=title, columns=columns)
+
+
+def _loads(result: xr.Dataset) -> Table:
+    error = result.transmission_error_harmonic.values
+    columns: dict[str, Any] = {
+        "force of a helix [N]": list(result.mesh_load.values),
+        "torque [N m]": list(result.load_torque.values),
+        "mean error [um]": list(error[:, 0].real * 1e6),
+        "peak to peak [um]": list(result.transmission_error_peak_to_peak.values * 1e6),
+        **{f"order {k} [um]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
+        "stiffness, tangent [N/um]": list(result.average_stiffness.values.mean(axis=0) / 1e6),
+        "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=0) / 1e3),
+        "largest pressure [MPa]": list(result.largest_pressure.values.max(axis=0) / 1e6),
+    }
+    return Table(title="Loaded transmission error", columns=columns)

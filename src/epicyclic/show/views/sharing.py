@@ -1,0 +1,75 @@
+"""`sharing`: load-sharing coefficients by their definitions, and the mesh forces that they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ..figures.series import engineering, short_names, texts, unbroken
+from ..figures.summaries import largest_coefficients, readable
+from ..rows import force_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ORDER", "key_figures", "sections", "tables"]
+
+ORDER = 70
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Coefficients [1] of every mesh by every definition, the train's in the last row; mesh forces [N]."""
+    return [
+        _coefficients(result, texts(result, "mesh"), texts(result, "definition"), "Load sharing"),
+        force_table(result),
+    ]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Coefficients as bars and as a table, the ratio of each branch and the mesh forces over time."""
+    from ..figures.load_history import load_history
+    from ..figures.load_sharing import load_sharing
+    from ..figures.mesh_forces import mesh_forces
+
+    parts: list[Part] = []
+    if "load_sharing" in result.variables:
+        words = "1: every branch carries the same."
+        parts.append(Drawing(anchor="sharing", figure=load_sharing(result), caption=words))
+        definitions = [readable(name) for name in texts(result, "definition")]
+        title = "Load-sharing coefficients by definition"
+        parts.append(_coefficients(result, short_names(texts(result, "mesh")), definitions, title))
+    if "load_sharing_history" in result.variables:
+        parts.append(Drawing(anchor="history", figure=load_history(result)))
+    if "mesh_force" in result.variables:
+        parts.append(Drawing(anchor="forces", figure=mesh_forces(result)))
+    return [Section(anchor="sharing", title="Load sharing", parts=parts)]
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """The largest coefficient [1], by the first definition and by all; the bound of a mesh force [kN]; contact loss."""
+    found: list[KeyFigure] = []
+    if "load_sharing" in result.variables:
+        rows = largest_coefficients(result)
+        shown = dict.fromkeys([*rows[:1], *sorted(rows, key=lambda row: -row[1])[:1]])
+        found += [(f"{value:.3f}", f"load sharing, {name}: {unbroken(mesh)}") for name, value, mesh in shown]
+    if "mesh_force_bound" in result.variables and np.isfinite(result.mesh_force_bound.values).any():
+        at = int(np.nanargmax(result.mesh_force_bound.values))
+        words = f"largest mesh force at the operating point, any shaft phases: {unbroken(str(result.mesh.values[at]))}"
+        found.append((f"{engineering(float(result.mesh_force_bound.values[at]) / 1e3)} kN", words))
+    if "contact_lost" in result.variables:
+        lost = int(np.sum(result.contact_lost.values > 0))
+        found.append((f"{lost or 'none'} of {result.sizes['mesh']}", "meshes whose teeth part at the operating point"))
+    return found
+
+
+def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequence[str], title: str) -> Table:
+    values = result.load_sharing.transpose("definition", "mesh").values
+    whole = result.system_load_sharing.values
+    columns: dict[str, Any] = {"mesh": [*meshes, "whole train"]}
+    columns |= {name: [*row, one] for name, row, one in zip(definitions, values, whole, strict=True)}
+    if "contact_lost" in result.variables:
+        columns["contact"] = [*("lost" if lost else "" for lost in result.contact_lost.values), ""]
+    return Table(title=title, columns=columns, decimals=4)

@@ -1,0 +1,51 @@
+"""`steady`: mesh and bearing forces of the periodic motion at one speed, with or without contact loss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..elements import Company, Drawing, Section, Table
+from ..rows import force_table, loaded
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ORDER", "sections", "tables"]
+
+ORDER = 60
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Mesh forces, radial forces in bearings [N], shaft frequencies [Hz] with their largest amplitude [N]."""
+    found = [force_table(result)]
+    if "bearing_force_peak" in result:
+        bearings: dict[str, Any] = {
+            "bearing": list(map(str, result.bearing.values)),
+            "mean [N]": list(result.bearing_force_mean.values),
+            "dynamic rms [N]": list(result.bearing_force_rms.values),
+            "largest [N]": list(result.bearing_force_peak.values),
+        }
+        title = "Radial forces in bearings, supports and couplings"
+        found.append(Table(title=title, columns=loaded(bearings, "largest [N]")))
+    if result.sizes.get("line"):
+        columns: dict[str, Any] = {
+            "cause": list(map(str, result.line.values)),
+            "frequency [Hz]": list(result.line_frequency.values),
+            "largest amplitude of a mesh force [N]": list(result.line_amplitude.max("mesh").values),
+        }
+        found.append(Table(title="Shaft frequencies", columns=columns))
+    return found
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Mesh forces over the mesh cycle; with contact loss also their range over all shaft phases."""
+    from ..figures.force_envelopes import force_envelopes
+    from ..figures.mesh_forces import mesh_forces
+
+    parts = []
+    if "mesh_force" in result.variables:
+        parts.append(Drawing(anchor="steady-forces", figure=mesh_forces(result)))
+        if "mesh_force_most" in result.variables:
+            parts.append(Drawing(anchor="steady-range", figure=force_envelopes(result)))
+    return [Section(anchor="steady", title="Steady response", parts=parts)]

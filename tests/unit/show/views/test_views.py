@@ -1,0 +1,178 @@
+"""Views: found by the kind of a result, one source of tables and key figures for terminal and report."""
+
+from __future__ import annotations
+
+import io
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from rich.console import Console
+
+from epicyclic.show import figures, views
+from epicyclic.show.console import show
+from epicyclic.show.elements import Styled, Table, number, shown_columns
+from epicyclic.show.report import html_table, report
+from epicyclic.show.views import audit, key_figures_of, kind_of, sections_of, tables_of
+
+FIGURES = [path.stem for path in sorted(Path(figures.__path__[0]).glob("*.py"))]
+_VIEWS = [path.stem for path in sorted(Path(views.__path__[0]).glob("[a-z]*.py"))]
+VIEWS = {name: import_module(f"{views.__name__}.{name}") for name in _VIEWS}
+MANY = xr.Dataset({"mesh_force_rms": ("point", [1.0, 2.0])}, {"point": [1.0, 2.0]}, {"verb": "never_seen"})
+
+
+def printed(result: xr.Dataset) -> str:
+    stream = io.StringIO()
+    show(result, Console(file=stream, width=200))
+    return stream.getvalue()
+
+
+def read(name: str) -> str:
+    return Path(figures.__path__[0], f"{name}.py").read_text(encoding="utf-8")
+
+
+def draws(name: str) -> bool:
+    return bool(re.search(rf"^def {name}\([^)]*\) -> go.Figure:", read(name), re.MULTILINE))
+
+
+@pytest.mark.parametrize("name", [name for name in FIGURES if draws(name)])
+def test_every_figure_is_shown_by_a_view_or_drawn_by_another_figure(name: str) -> None:
+    users = [Path(module.__file__ or "").read_text(encoding="utf-8") for module in VIEWS.values()]
+    users += [read(other) for other in FIGURES if other != name]
+    assert any(re.search(rf"from \.(?:\.figures\.)?{name} import .*\b{name}\b", text) for text in users)
+
+
+def test_every_view_has_its_own_place() -> None:
+    order = [module.ORDER for module in VIEWS.values()]
+    assert len(set(order)) == len(order)
+    assert max(VIEWS, key=lambda name: int(VIEWS[name].ORDER)) == "general"
+    for name, module in VIEWS.items():
+        assert {"tables", "sections"} <= set(module.__all__), name
+
+
+def test_a_view_is_found_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A new kind is one file: no list is told of it."""
+    (tmp_path / "never_seen.py").write_text(
+        "from epicyclic.show.elements import Section, Table\n"
+        "ORDER = 5\n"
+        "def tables(result):\n"
+        "    return [Table(title='seen', columns={'a': [1.0]})]\n"
+        "def sections(result, company):\n"
+        "    return [Section(anchor='seen', title='Seen', parts=tables(result))]\n"
+        "def key_figures(result):\n"
+        "    return [('7 Hz', 'seen first')]\n"
+    )
+    assert tables_of(MANY)[0].title == "Variables"
+    assert [one.title for one in sections_of({"x": MANY})] == ["Studies"]
+    monkeypatch.setattr(views, "__path__", [*views.__path__, str(tmp_path)])
+    monkeypatch.delitem(sys.modules, f"{views.__name__}.never_seen", raising=False)
+    try:
+        assert tables_of(MANY)[0].title == "seen"
+        assert key_figures_of({"x": MANY}) == [("7 Hz", "seen first")]
+        page = report({"x": MANY})
+        assert page.index('<section id="seen">') < page.index('<section id="model">')
+        assert "7 Hz" in page
+    finally:
+        sys.modules.pop(f"{views.__name__}.never_seen", None)
+        vars(views).pop("never_seen", None)
+
+
+def test_the_kind_is_the_verb_not_the_name(lin: dict[str, xr.Dataset]) -> None:
+    assert kind_of(lin["modes"], "soft") == "modes"
+    assert kind_of(lin["modes"].drop_attrs(), "modes") == "modes"
+    assert [one.title for one in sections_of({"soft": lin["modes"]})] == ["Vibration modes"]
+
+
+def test_a_kind_that_comes_twice_is_named_and_has_ids_of_its_own(lin: dict[str, xr.Dataset]) -> None:
+    both = {"soft": lin["modes"], "stiff": lin["modes"]}
+    assert [one.title for one in sections_of(both)] == ["Vibration modes: soft", "Vibration modes: stiff"]
+    ids = re.findall(r'\bid="((?:figure-|modes)[a-z0-9-]*)"', report(both))
+    assert len(ids) == len(set(ids))
+    assert {"modes", "modes-2", "figure-frequencies", "figure-frequencies-2"} <= set(ids)
+
+
+def test_sections_keep_their_order_whatever_comes_first(ren: dict[str, xr.Dataset]) -> None:
+    titles = [one.title for one in sections_of(dict(reversed(ren.items())))]
+    assert titles == [one.title for one in sections_of(ren)]
+    assert titles[:3] == ["Train", "Speeds and torques", "Meshes"]
+
+
+def test_terminal_and_report_say_the_same_of_every_mode(ren: dict[str, xr.Dataset]) -> None:
+    (table,) = tables_of(ren["modes"])
+    text, html = printed(ren["modes"]), html_table(table)
+    for heading, _, cells in shown_columns(table, number):
+        assert heading in text
+        assert f">{heading}</th>" in html
+        if "energy" in heading:
+            assert all(words in text and words in html for words, _ in cells)
+
+
+@pytest.mark.parametrize("name", ["check", "modes", "stiffness", "campbell", "sharing"])
+def test_every_made_up_result_prints(ren: dict[str, xr.Dataset], name: str) -> None:
+    text = printed(ren[name])
+    assert all(table.title.split(",")[0] in text for table in tables_of(ren[name]))
+    assert "nan" not in text
+
+
+def test_key_figures_are_values_with_words(ren: dict[str, xr.Dataset], lin: dict[str, xr.Dataset]) -> None:
+    found = {words: value for value, words in key_figures_of(ren)}
+    assert found["mesh frequency, main"] == "27.3125 Hz"
+    assert found["speed of main.sun: 10.472 rad/s"] == "100 rpm"
+    assert found["meshes whose teeth part at the operating point"] == "none of 12"
+    assert key_figures_of({"study": MANY}) == []
+    assert len(key_figures_of(lin)) < len(found)  # no speeds
+
+
+def test_a_table_for_terminal_and_page() -> None:
+    columns: dict[str, Any] = {
+        "[x]": ["<a>", Styled(text="[b]", tone="bad")],
+        "empty": [np.nan, np.nan],
+        "y": [1.23456789, 2e7],
+    }
+    table = Table(title="t", columns=columns, lead="lead", notes=("n",), digits=3)
+    assert [heading for heading, *_ in shown_columns(table, number)] == ["[x]", "y"]
+    html = html_table(table)
+    assert "&lt;a&gt;" in html
+    assert '<span class="bad">[b]</span>' in html
+    assert ">1.23<" in html
+    assert "<li>n</li>" in html
+    assert ">1.2346<" in html_table(Table(title="", columns=columns, decimals=4))
+
+
+def audited() -> xr.Dataset:
+    rows = {
+        "quantity": ["f1", "f2", "f3"],
+        "place": ["Table 1"] * 3,
+        "published_text": ["1", "2", "3"],
+        "published_unit": ["Hz", "1", "Hz"],
+        "ours": [1.0, 2.5, np.nan],
+        "difference": [0.0, 0.123456, np.nan],
+        "verdict": ["reproduced", "under a reading", "not reproducible"],
+        "outcome": ["holds", "does not hold", "holds"],
+        "fitted": [False, True, False],
+        "reading": ["", "as a mean", ""],
+        "reason": ["", "", "not printed"],
+        "because": ["print", "print", ""],
+        "drive": ["one", "one", "two"],
+    }
+    attrs = {"verb": "audit", "sources": '{"one": "A", "two": "B"}', "notes": '{"one": "a  note", "two": ""}'}
+    return xr.Dataset({name: ("row", np.array(cells, dtype=object)) for name, cells in rows.items()}, attrs=attrs)
+
+
+def test_an_audit_is_a_table_a_drive_and_the_verdicts() -> None:
+    first, second, verdicts = tables_of(audited())
+    assert (first.title, first.lead, second.title) == ("one: A", "a note", "two: B")
+    assert first.notes == ("tolerance: print", "reading: as a mean")
+    assert first.columns["remark"] == ["1", "2 1"]
+    assert [cell.tone for cell in first.columns["verdict"]] == ["good", "bad"]
+    assert "fitted (contradicted)" in str(first.columns["verdict"][1])
+    assert first.columns["difference"][1] == 0.12
+    assert verdicts.columns["contradicted"] == [1, 0]
+    assert audit.tally(audited())["one"] == "1 reproduced, 1 under a reading, 0 not reproducible, 1 contradicted"
+    assert "Published numbers beside ours" in report({"audit": audited()})
+    assert "1  tolerance: print" in printed(audited())
