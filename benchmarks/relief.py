@@ -16,9 +16,9 @@ from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.gears.flank import Flank, Relief
 from epicyclic.resolve import load
 from epicyclic.studies.relief import relief
-from epicyclic.tooth_contact.many import shapes_loaded
-from epicyclic.tooth_contact.pair import loaded
-from epicyclic.tooth_contact.pieces import Pieces, pieces_of
+from epicyclic.tooth_contact.loaded_contact import loaded_contact
+from epicyclic.tooth_contact.microgeometries import microgeometry_contact
+from epicyclic.tooth_contact.segments import ContactSegments, contact_segments
 
 __all__ = ["rows"]
 
@@ -52,7 +52,7 @@ def rows(quick: bool) -> list[table.Row]:
         told = "ok" if value <= least + _MISSED else "MISSED"
         answer = ", ".join(map(str, result.solution_text.values[0]))
         found.append((f"  {answer}", f"{1e6 * value:.3f} um", f"{1e6 * least:.3f} um by grid and scipy", told))
-    one, _ = _timed(lambda: loaded(replace(pieces.pair, slices=20), force, pieces.sigma), 5)
+    one, _ = _timed(lambda: loaded_contact(replace(pieces.pair, slices=20), force, pieces.sigma), 5)
     many, _ = _timed(lambda: _swing(pieces, force, np.tile([6e-6, 2.4e-3], (size, 1))), 5)
     told = f"{one * size / many:.0f} times"
     found.append(("  a candidate by itself, 20 pieces across the face", f"{1e3 * one:.1f} ms", "", ""))
@@ -60,12 +60,12 @@ def rows(quick: bool) -> list[table.Row]:
     return found
 
 
-def _pieces() -> tuple[Pieces, float]:
+def _pieces() -> tuple[ContactSegments, float]:
     train = load("yue2014-i")
     mesh = next(mesh for mesh in train.meshes if mesh.name == "main/p-d/1")
     force = 43.0 / 34.5e-3  # N m, base radius as printed
     phase = mesh.sense * (np.arange(_SAMPLES) / _SAMPLES + float(mesh.lead))
-    return pieces_of(pair_of(train, mesh, slices=1), phase), force
+    return contact_segments(pair_of(train, mesh, slices=1), phase), force
 
 
 def _search(bounds: tuple[tuple[float, float], ...], size: int) -> object:
@@ -74,15 +74,15 @@ def _search(bounds: tuple[tuple[float, float], ...], size: int) -> object:
     return relief("yue2014-i", vary=vary, **options)
 
 
-def _swing(pieces: Pieces, force: float, places: Array) -> Array:
+def _swing(pieces: ContactSegments, force: float, places: Array) -> Array:
     """Peak to peak (S,) at amounts and lengths (S, 2)."""
     pair = pieces.pair
     shapes = [Flank(tip_relief=Relief(amount=float(d), length=float(h))) for d, h in places]
     pairs = [replace(pair, flank_a=shape, flank_b=shape) for shape in shapes]
-    return np.ptp(shapes_loaded(pieces, pairs, force).approach[:, 0], axis=1)
+    return np.ptp(microgeometry_contact(pieces, pairs, force).approach[:, 0], axis=1)
 
 
-def _grid(pieces: Pieces, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
+def _grid(pieces: ContactSegments, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
     """Least of 81 x 81 places, and of as many around it."""
     low, high = np.array(bounds).T
     for _ in range(2):
@@ -94,7 +94,7 @@ def _grid(pieces: Pieces, force: float, bounds: tuple[tuple[float, float], ...])
     return float(swing.min())
 
 
-def _evolved(pieces: Pieces, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
+def _evolved(pieces: ContactSegments, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
     found = differential_evolution(
         lambda x: _swing(pieces, force, np.atleast_2d(x.T)), bounds, rng=1, vectorized=True, updating="deferred"
     )

@@ -23,7 +23,7 @@ from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, Co
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.record import excitation
 from epicyclic.assemble import assemble
-from epicyclic.assemble.faces import contacts_of, three_rows
+from epicyclic.assemble.faces import face_laws, with_three_rows
 from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.resolve import load
 from epicyclic.tooth_contact.table import contact_table
@@ -39,11 +39,11 @@ def rows(quick: bool) -> list[table.Row]:
 
 def _train(name: str, repeats: int) -> list[table.Row]:
     train = load(name)
-    system = assemble(three_rows(train))
+    system = assemble(with_three_rows(train))
     flexible, index = compliance_of(system), np.arange(_INSTANTS)
     acting = excitation(system, system.tones[0], index, _INSTANTS)
     cycles = np.repeat((index / _INSTANTS)[:, None], len(train.meshes), axis=1)
-    models = contacts_of(train)
+    models = face_laws(train)
     clock = time.process_time()
     ready = [(one.at(cycles[:, list(one.meshes)]), np.array(one.meshes)) for one in models]
     built = time.process_time() - clock

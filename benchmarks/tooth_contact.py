@@ -25,9 +25,10 @@ from epicyclic.gears import geometry
 from epicyclic.gears.flank import Flank, Relief
 from epicyclic.gears.outline import GearForm
 from epicyclic.tooth_contact import compiled, solve
-from epicyclic.tooth_contact.lines import Plane
-from epicyclic.tooth_contact.pair import loaded, loaded_pieces
-from epicyclic.tooth_contact.pieces import Pair, Pieces, pieces_of
+from epicyclic.tooth_contact.lines import PlaneOfAction
+from epicyclic.tooth_contact.loaded_contact import loaded_contact, loaded_segments
+from epicyclic.tooth_contact.pair import ContactPair
+from epicyclic.tooth_contact.segments import ContactSegments, contact_segments
 from epicyclic.tooth_contact.tooth import tooth_compliance
 
 __all__ = ["rows"]
@@ -39,7 +40,7 @@ LOADS = np.linspace(1e3, FORCE, 20)
 _KKT, _SUM = 1e-12, 1e-9
 
 
-def pair(**more: float) -> Pair:
+def pair(**more: float) -> ContactPair:
     """The pair that is measured."""
     module, alpha, beta, width = 5e-3, math.radians(20), math.radians(20), 30e-3
     forms = [
@@ -51,7 +52,7 @@ def pair(**more: float) -> Pair:
     limits = geometry.contact_limits(
         base[0], forms[0].tip, base[1], forms[1].tip, working_pressure_angle=angle, base_pitch=pitch
     )
-    plane = Plane(
+    plane = PlaneOfAction(
         base_a=base[0],
         base_b=base[1],
         pressure_angle=angle,
@@ -62,7 +63,7 @@ def pair(**more: float) -> Pair:
         face_a=(-width / 2, width / 2),
         face_b=(-width / 2, width / 2),
     )
-    return Pair(
+    return ContactPair(
         plane=plane,
         tooth_a=tooth_compliance(forms[0]),
         tooth_b=tooth_compliance(forms[1]),
@@ -78,16 +79,19 @@ def pair(**more: float) -> Pair:
 def rows(quick: bool) -> list[table.Row]:
     """Times, residuals, targets.  quick : fewer repeats."""
     times = 3 if quick else 9
-    hertz, linear = pieces_of(pair(), PHASES), pieces_of(pair(linear_at=5e5), PHASES)
+    hertz, linear = contact_segments(pair(), PHASES), contact_segments(pair(linear_at=5e5), PHASES)
     size = f"50 phases x {linear.valid.sum(axis=1).max()} pieces"
     load, count = np.full(50, FORCE), linear.valid.sum(axis=1)
     given = linear.compliance, linear.gap, linear.valid
     found = {
         f"nnls with a heavy row, linear, {size}": (lambda: _nnls(linear), math.inf),
-        "active sets, numpy, linear": (lambda: _of(solve.linear(*given, load)), math.inf),
-        "active sets, numba, linear": (lambda: compiled.settles(*given[:2], count, load, linear.valid, 40)[:2], 3e-3),
+        "active sets, numpy, linear": (lambda: _of(solve.solve_linear(*given, load)), math.inf),
+        "active sets, numba, linear": (
+            lambda: compiled.active_set_batch(*given[:2], count, load, linear.valid, 40)[:2],
+            3e-3,
+        ),
         "Newton, numpy, Hertz": (
-            lambda: _of(solve.hertzian(hertz.compliance, hertz.gap, hertz.valid, load, hertz.law)),
+            lambda: _of(solve.solve_hertzian(hertz.compliance, hertz.gap, hertz.valid, load, hertz.law)),
             25e-3,
         ),
     }
@@ -97,26 +101,30 @@ def rows(quick: bool) -> list[table.Row]:
     return [*table, _many(linear, count, times), *_table(times)]
 
 
-def _of(found: solve.Loaded) -> tuple[Array, Array]:
+def _of(found: solve.ContactSolution) -> tuple[Array, Array]:
     return found.force, found.approach
 
 
-def _row(name: str, run: Callable[[], tuple[Array, Array]], limit: float, pieces: Pieces, times: int) -> table.Row:
+def _row(
+    name: str, run: Callable[[], tuple[Array, Array]], limit: float, pieces: ContactSegments, times: int
+) -> table.Row:
     took = _median(run, times)
     force, approach = run()
     own = _own(pieces, force, approach) if pieces.line is not None else None
-    judged = solve.judged(pieces.compliance, pieces.gap, pieces.valid, np.full(50, FORCE), force, approach, own=own)
+    checked = solve.with_residuals(
+        pieces.compliance, pieces.gap, pieces.valid, np.full(50, FORCE), force, approach, own=own
+    )
     short = float(np.abs(force.sum(axis=1) / FORCE - 1).max())
-    residual = float(judged.residual.max())
+    residual = float(checked.residual.max())
     here = f"{1e3 * took:.2f} ms, contact {residual:.0e}, force {short:.0e}"
     if "nnls" in name:
         return name, here, "", "baseline"
-    good = took <= limit and residual <= _KKT and short <= _SUM and not any(judged.status)
+    good = took <= limit and residual <= _KKT and short <= _SUM and not any(checked.status)
     target = f"{1e3 * limit:g} ms, 1e-12, 1e-9" if math.isfinite(limit) else "1e-12, 1e-9"
     return name, here, target, "ok" if good else "MISSED"
 
 
-def _own(pieces: Pieces, force: Array, approach: Array) -> Array:
+def _own(pieces: ContactSegments, force: Array, approach: Array) -> Array:
     """Own approach that the Hertz law has at the forces found."""
     from epicyclic.tooth_contact import hertz
 
@@ -125,7 +133,7 @@ def _own(pieces: Pieces, force: Array, approach: Array) -> Array:
     return np.where(force > 0, bears, np.minimum(level, 0.0))
 
 
-def _nnls(pieces: Pieces) -> tuple[Array, Array]:
+def _nnls(pieces: ContactSegments) -> tuple[Array, Array]:
     force, approach = np.zeros(pieces.gap.shape), np.zeros(50)
     for t in range(50):
         have = pieces.valid[t]
@@ -139,15 +147,15 @@ def _nnls(pieces: Pieces) -> tuple[Array, Array]:
     return force, approach
 
 
-def _many(pieces: Pieces, count: NDArray[np.int64], times: int) -> table.Row:
+def _many(pieces: ContactSegments, count: NDArray[np.int64], times: int) -> table.Row:
     def run() -> tuple[Array, Array]:
-        return compiled.climbs(pieces.compliance, pieces.gap, count, LOADS)
+        return compiled.principal_pivoting_batch(pieces.compliance, pieces.gap, count, LOADS)
 
     took = _median(run, times)
     force, approach = run()
     worst = max(
         float(
-            solve.judged(
+            solve.with_residuals(
                 pieces.compliance, pieces.gap, pieces.valid, np.full(50, load), force[i], approach[i]
             ).residual.max()
         )
@@ -162,8 +170,8 @@ def _table(times: int) -> list[table.Row]:
     """Mesh stiffness over 20 loads and 50 phases, from the drawing on, without numba."""
     found = []
     for name, one in (("Hertz", pair()), ("linear", pair(linear_at=5e5))):
-        took = _median(lambda one=one: loaded(one, LOADS, PHASES), max(3, times // 3))  # type: ignore[misc]
-        worst = float(loaded_pieces(pieces_of(one, PHASES), LOADS).residual.max())
+        took = _median(lambda one=one: loaded_contact(one, LOADS, PHASES), max(3, times // 3))  # type: ignore[misc]
+        worst = float(loaded_segments(contact_segments(one, PHASES), LOADS).residual.max())
         good = took <= 0.5 and worst <= _KKT
         what = f"stiffness table, 20 loads x 50 phases, {name}, numpy"
         found.append((what, f"{1e3 * took:.0f} ms, contact {worst:.0e}", "500 ms, 1e-12", "ok" if good else "MISSED"))

@@ -12,8 +12,8 @@ import table
 
 from epicyclic.gears import geometry
 from epicyclic.gears.outline import GearForm
-from epicyclic.tooth_contact.energy import Meshing, energy_series, section_stiffness
-from epicyclic.tooth_contact.kernel import coupling
+from epicyclic.tooth_contact.energy import MeshedTeeth, energy_series, section_stiffness
+from epicyclic.tooth_contact.kernel import face_coupling
 from epicyclic.tooth_contact.tooth import tooth_compliance
 
 REPEATS = 9
@@ -33,14 +33,14 @@ def rows(quick: bool) -> list[table.Row]:
         base_pitch=geometry.base_pitch(4e-3, math.radians(20), 0.0),
     )
     a, b = (tooth_compliance(form) for form in forms)
-    mesh = Meshing(a=a, b=b, working_angle=math.radians(20), limits=limits)
+    mesh = MeshedTeeth(a=a, b=b, working_angle=math.radians(20), limits=limits)
     mean = energy_series(mesh, 2e5)[0]
     even = section_stiffness(mesh, (np.arange(200_000) + 0.5) / 200_000, 2e5).mean()
     zeta = np.linspace(-0.5, 0.5, 41)[:-1] + 0.0125
     took = {
         "compliance of one gear's teeth, body and neighbours": _median(lambda: tooth_compliance(forms[0]), repeats),
         "energy stiffness of a pair, mean and 12 harmonics": _median(lambda: energy_series(mesh, 2e5), repeats),
-        "coupling of 40 slices": _median(lambda: coupling(zeta, 1.0, 0.1, np.full(40, 0.025)), repeats),
+        "coupling of 40 slices": _median(lambda: face_coupling(zeta, 1.0, 0.1, np.full(40, 0.025)), repeats),
     }
     found = [(name, f"{1e3 * seconds:.2f} ms", "", "") for name, seconds in took.items()]
     return [*found, ("energy stiffness, mean against 200 000 places", f"{abs(mean / even - 1):.0e}", "", "")]

@@ -17,8 +17,8 @@ import epicyclic
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.gears.flank import Flank, Relief
 from epicyclic.show.figures.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
-from epicyclic.tooth_contact.many import shapes_loaded
-from epicyclic.tooth_contact.pieces import pieces_of
+from epicyclic.tooth_contact.microgeometries import microgeometry_contact
+from epicyclic.tooth_contact.segments import contact_segments
 
 Array = NDArray[np.float64]
 
@@ -249,8 +249,8 @@ def relief_map() -> go.Figure:
     amount, length = np.linspace(0, 40e-6, 61), np.linspace(0.04e-3, 2.6e-3, 65)
     shapes = [Flank(tip_relief=Relief(amount=float(d), length=float(h))) for h in length for d in amount]
     force = float(relieved("amount free").relieved_force[0])
-    found = shapes_loaded(
-        pieces_of(pair, np.arange(256) / 256), [replace(pair, flank_a=one, flank_b=one) for one in shapes], force
+    found = microgeometry_contact(
+        contact_segments(pair, np.arange(256) / 256), [replace(pair, flank_a=one, flank_b=one) for one in shapes], force
     )
     swing = np.ptp(found.approach[:, 0], axis=1).reshape(len(length), len(amount)) * 1e6
     title = "Peak to peak of the transmission error over the relief of both tips: the bounds miss the valley"

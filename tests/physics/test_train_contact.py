@@ -15,16 +15,16 @@ import epicyclic
 from epicyclic.analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.record import excitation
-from epicyclic.assemble.faces import contacts_of, three_rows
+from epicyclic.assemble.faces import face_laws, with_three_rows
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
 from epicyclic.system.faces import faces
-from epicyclic.system.laws.face import Pressed
+from epicyclic.system.laws.face import FaceForce
 from epicyclic.system.system import System
-from epicyclic.tooth_contact.pair import loaded
-from epicyclic.tooth_contact.pieces import pieces_of
-from epicyclic.tooth_contact.rows import Stations, answer, weights
+from epicyclic.tooth_contact.face_rows import RowStations, row_response, row_weights
+from epicyclic.tooth_contact.loaded_contact import loaded_contact
+from epicyclic.tooth_contact.segments import contact_segments
 from epicyclic.train.train import Train
 
 Array = NDArray[np.float64]
@@ -88,10 +88,10 @@ class Springs:
         """(K, 3): ends of the face at -1/2 and 1/2."""
         return np.stack([0.5 - self.places, 0.5 + self.places, np.zeros(len(self.places))], axis=1)
 
-    def press(self, rows: Array, instants: NDArray[np.int64], start: Array | None) -> Pressed:
+    def press(self, rows: Array, instants: NDArray[np.int64], start: Array | None) -> FaceForce:
         way = np.maximum(rows @ self.weight.T, 0.0)
         on = np.where(way > 0, self.stiffness, 0.0)
-        return Pressed(
+        return FaceForce(
             force=self.stiffness * way @ self.weight,
             tangent=np.einsum("tgk,ki,kj->tgij", on, self.weight, self.weight),
             energy=self.stiffness * (way**2).sum(axis=2) / 2,
@@ -102,10 +102,10 @@ class Springs:
 
 def solved(train: Train, contacts: Any = None, samples: int = 8) -> tuple[System, ContactEquilibrium, Any]:
     """The train with three rows a mesh, its equilibrium over one mesh cycle, and the contacts."""
-    system = epicyclic.assemble(three_rows(train))
+    system = epicyclic.assemble(with_three_rows(train))
     index = np.arange(samples)
     acting = excitation(system, system.tones[0], index, samples)
-    models = contacts_of(train, slices=8) if contacts is None else contacts
+    models = face_laws(train, slices=8) if contacts is None else contacts
     cycles = np.repeat((index / samples)[:, None], len(train.meshes), axis=1)
     ready = [(one.at(cycles[:, list(one.meshes)]), np.array(one.meshes)) for one in models]
     flexible = compliance_of(system)
@@ -176,7 +176,7 @@ def test_where_nothing_tilts_a_mesh_is_the_pair_alone_under_its_force(helix: flo
         for i, number in enumerate(numbers.tolist()):
             mesh = train.meshes[number]
             sigma = mesh.sense * (np.arange(samples) / samples + float(mesh.lead))
-            alone = loaded(pair_of(train, mesh, slices=8), force[None, :, number], sigma)
+            alone = loaded_contact(pair_of(train, mesh, slices=8), force[None, :, number], sigma)
             # rigid bodies without tilt: every place of the face approaches alike
             np.testing.assert_allclose(rows[:, i], alone.approach[0][:, None] * np.ones(3), rtol=1e-8)
             lines = face.force[:, i]
@@ -247,15 +247,15 @@ def test_rows_are_the_gradient_of_their_energy() -> None:
     train = load(document())
     for linear_at in (None, 200e3):
         pair = pair_of(train, train.meshes[0], slices=6, linear_at=linear_at)
-        pieces = pieces_of(pair, np.array([0.1, 0.7]))
-        weight = weights(pieces, Stations(left=-WIDTH / 2, right=WIDTH / 2, along=pair.plane.base_pitch))
+        pieces = contact_segments(pair, np.array([0.1, 0.7]))
+        weight = row_weights(pieces, RowStations(left=-WIDTH / 2, right=WIDTH / 2, along=pair.plane.base_pitch))
         np.testing.assert_allclose(weight.sum(axis=2), 1.0, rtol=1e-12)
         rows = np.array([[20e-6, 26e-6, 22e-6], [24e-6, -10e-6, 8e-6]])
         phases, step = np.arange(2), 2e-9
-        at = answer(pieces, weight, rows, phases)
-        assert ((at.piece > 0) != pieces.valid).any()  # a part of the face is open
+        at = row_response(pieces, weight, rows, phases)
+        assert ((at.segment > 0) != pieces.valid).any()  # a part of the face is open
         for k in range(3):
-            ahead, back = (answer(pieces, weight, rows + s * step * np.eye(3)[k], phases) for s in (1, -1))
+            ahead, back = (row_response(pieces, weight, rows + s * step * np.eye(3)[k], phases) for s in (1, -1))
             # differences of second order over steps of 1e-4 of the approach
             np.testing.assert_allclose(at.force[:, k], (ahead.energy - back.energy) / (2 * step), rtol=2e-6)
             slope = (ahead.force - back.force) / (2 * step)
@@ -264,18 +264,18 @@ def test_rows_are_the_gradient_of_their_energy() -> None:
 
 def test_weights_give_back_any_straight_field() -> None:
     pair = pair_of(load(document()), load(document()).meshes[0], slices=5)
-    pieces = pieces_of(pair, np.array([0.2, 0.9]))
-    at = Stations(left=-0.02, right=0.03, along=7e-3)
+    pieces = contact_segments(pair, np.array([0.2, 0.9]))
+    at = RowStations(left=-0.02, right=0.03, along=7e-3)
     place = np.take_along_axis(pieces.lines.sigma.reshape(2, -1), pieces.index, axis=1) * pair.plane.base_pitch
     expected = 1e-5 + 3e-4 * pieces.zeta - 2e-3 * place
     rows = np.array([1e-5 + 3e-4 * at.left, 1e-5 + 3e-4 * at.right, 1e-5 - 2e-3 * at.along])
-    np.testing.assert_allclose((weights(pieces, at) @ rows)[pieces.valid], expected[pieces.valid], rtol=1e-12)
+    np.testing.assert_allclose((row_weights(pieces, at) @ rows)[pieces.valid], expected[pieces.valid], rtol=1e-12)
 
 
 def test_rows_are_the_velocities_of_points_of_the_plane_of_action() -> None:
     """n . (u + theta x r) at the ends of the face and one base pitch along n_t, written out for the sun."""
     train = load(tilting(document()))
-    system = epicyclic.assemble(three_rows(train))
+    system = epicyclic.assemble(with_three_rows(train))
     mesh, pair = train.meshes[1], pair_of(train, train.meshes[1])
     psi, alpha, beta = mesh.direction, mesh.pressure_angle, mesh.base_helix
     e = np.array([math.cos(psi), math.sin(psi), 0.0])
@@ -292,7 +292,7 @@ def test_rows_are_the_velocities_of_points_of_the_plane_of_action() -> None:
 def test_a_row_along_the_line_of_action_turns_with_the_bodies() -> None:
     """Rigid turning at the ratio opens no place of the plane of action; tilt turns the normal's arm along the path."""
     train = load(tilting(document()))
-    system = epicyclic.assemble(three_rows(train))
+    system = epicyclic.assemble(with_three_rows(train))
     free = compliance_of(system).free
     assert free.shape[1] == 1
     np.testing.assert_allclose(system.meshes.B.T @ free, 0.0, atol=1e-12)

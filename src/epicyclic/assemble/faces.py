@@ -8,20 +8,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..system.laws.face import ROWS, Pressed
-from ..tooth_contact.pieces import Pair, Pieces, pieces_of
-from ..tooth_contact.rows import Stations, answer, weights
+from ..system.laws.face import ROWS, FaceForce
+from ..tooth_contact.face_rows import RowStations, row_response, row_weights
+from ..tooth_contact.pair import ContactPair
+from ..tooth_contact.segments import ContactSegments, contact_segments
 from ..train.connections import Mesh, MeshSlice
 from ..train.train import Train
-from .tooth_pairs import pair_of, slides_of
+from .tooth_pairs import axial_offsets, pair_of
 
-__all__ = ["FaceLoad", "MeshContacts", "contacts_of", "three_rows"]
+__all__ = ["FaceLoad", "MeshFaceLaw", "face_laws", "with_three_rows"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def three_rows(train: Train) -> Train:
+def with_three_rows(train: Train) -> Train:
     """The train with every mesh cut into the rows of `system.contact`: both ends of the face, and one along the path.
 
     Raises
@@ -34,7 +35,7 @@ def three_rows(train: Train) -> Train:
     return replace(train, meshes=meshes, mesh_errors=errors)
 
 
-def _cut(mesh: Mesh, at: Stations) -> Mesh:
+def _cut(mesh: Mesh, at: RowStations) -> Mesh:
     none = np.zeros(0, complex)
     places = ((at.left, 0.0), (at.right, 0.0), (0.0, at.along))
     rows = (
@@ -43,9 +44,9 @@ def _cut(mesh: Mesh, at: Stations) -> Mesh:
     return replace(mesh, slices=tuple(rows), variation=none, table=None)
 
 
-def _stations(pair: Pair) -> Stations:
+def _stations(pair: ContactPair) -> RowStations:
     left, right = pair.plane.face
-    return Stations(left=left, right=right, along=pair.plane.base_pitch)
+    return RowStations(left=left, right=right, along=pair.plane.base_pitch)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,18 +64,18 @@ class FaceLoad:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _At:
-    """Alike meshes at T instants: pieces of all T g of them, instant by instant."""
+    """Alike meshes at T instants: segments of all T g of them, instant by instant."""
 
-    pieces: Pieces
+    segments: ContactSegments
     weight: Array
 
-    def press(self, rows: Array, instants: Index, start: Array | None) -> Pressed:
+    def press(self, rows: Array, instants: Index, start: Array | None) -> FaceForce:
         """As `system.contact.Contact` says."""
         t, g = rows.shape[:2]
         phases = (instants[:, None] * g + np.arange(g)).ravel()
         begin = None if start is None else start.reshape(t * g, -1)
-        found = answer(self.pieces, self.weight, rows.reshape(t * g, ROWS), phases, start=begin)
-        return Pressed(
+        found = row_response(self.segments, self.weight, rows.reshape(t * g, ROWS), phases, start=begin)
+        return FaceForce(
             force=found.force.reshape(t, g, ROWS),
             tangent=found.tangent.reshape(t, g, ROWS, ROWS),
             energy=found.energy.reshape(t, g),
@@ -86,8 +87,10 @@ class _At:
         """Load along the face at approaches (T, g, 3) that have been pressed before, to `start`."""
         T, g = rows.shape[:2]
         phases = np.arange(T * g)
-        found = answer(self.pieces, self.weight, rows.reshape(T * g, ROWS), phases, start=start.reshape(T * g, -1))
-        force, lines = self.pieces.spread(found.piece), self.pieces.lines
+        found = row_response(
+            self.segments, self.weight, rows.reshape(T * g, ROWS), phases, start=start.reshape(T * g, -1)
+        )
+        force, lines = self.segments.spread(found.segment), self.segments.lines
         whole = lines.length >= 0.5 * lines.length.max() * (1 - 1e-9)
         shape = (T, g, *force.shape[1:])
         return FaceLoad(
@@ -98,30 +101,30 @@ class _At:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MeshContacts:
+class MeshFaceLaw:
     """Meshes that are alike: the same pair of gears, side and place of the faces; only their phases differ.
 
     meshes : their numbers.  pair : what is in contact.  lead, sense : (g,) of each.
     """
 
     meshes: tuple[int, ...]
-    pair: Pair
+    pair: ContactPair
     lead: Array
     sense: Array
 
     def at(self, cycles: Array) -> _At:
         """As `system.contact.ContactModel` says."""
         sigma = self.sense * (cycles + self.lead)
-        pieces = pieces_of(self.pair, sigma.ravel())
-        return _At(pieces=pieces, weight=weights(pieces, _stations(self.pair)))
+        segments = contact_segments(self.pair, sigma.ravel())
+        return _At(segments=segments, weight=row_weights(segments, _stations(self.pair)))
 
 
-def contacts_of(
+def face_laws(
     train: Train, *, slices: int = 20, linear_at: float | None = None, corner: bool = False
-) -> tuple[MeshContacts, ...]:
+) -> tuple[MeshFaceLaw, ...]:
     """Full contact of every mesh of a train, meshes that are alike together.
 
-    slices, linear_at, corner : as of `Pair`.
+    slices, linear_at, corner : as of `ContactPair`.
 
     Raises
     ------
@@ -129,7 +132,7 @@ def contacts_of(
     """
     alike: dict[object, list[int]] = {}
     for number, mesh in enumerate(train.meshes):
-        alike.setdefault((mesh.pair, mesh.side, slides_of(train, mesh)), []).append(number)
+        alike.setdefault((mesh.pair, mesh.side, axial_offsets(train, mesh)), []).append(number)
     return tuple(
         _alike(
             [train.meshes[i] for i in numbers],
@@ -140,8 +143,8 @@ def contacts_of(
     )
 
 
-def _alike(meshes: Sequence[Mesh], numbers: Sequence[int], pair: Pair) -> MeshContacts:
-    return MeshContacts(
+def _alike(meshes: Sequence[Mesh], numbers: Sequence[int], pair: ContactPair) -> MeshFaceLaw:
+    return MeshFaceLaw(
         meshes=tuple(numbers),
         pair=pair,
         lead=np.array([float(mesh.lead) for mesh in meshes]),

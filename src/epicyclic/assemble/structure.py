@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..system.rows import gap_rows
 from ..train.connections import Link, Mesh
 from ..train.train import Train
 from .isotropy import check_isotropy
-from .slices import MeshRow, mesh_rows
 
-__all__ = ["LinkRow", "Structure", "structure_of"]
+__all__ = ["LinkRow", "MeshRow", "Structure", "gap_rows", "mesh_rows", "structure_of"]
 
 Array = NDArray[np.float64]
 LATERAL = (0, 1, 3, 4)
@@ -36,6 +34,14 @@ class LinkRow(NamedTuple):
     damping: float
     to_housing: bool
     law: bool
+
+
+class MeshRow(NamedTuple):
+    """One row.  whole : the mesh it belongs to; number : of the slice, 0 = the whole; mesh : what is in the row."""
+
+    whole: str
+    number: int
+    mesh: Mesh
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -272,3 +278,64 @@ def _matrix(count: int, ends: list[_Ends], axes: Array) -> Array:
         block = sign[:, None] * gap_rows(normal, point, axes[body], rotation=rotation)
         matrix[row[:, None], 6 * body[:, None] + np.arange(6)] = block
     return matrix
+
+
+# mesh rows and columns of the bodies ----------------------------------------------------------------------------------
+
+
+def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
+    """Every row of the meshes, in order; a slice has its part of stiffness and damping, and its own place and phase."""
+    return tuple(row for mesh in meshes for row in _rows(mesh))
+
+
+def _rows(mesh: Mesh) -> list[MeshRow]:
+    if not mesh.slices:
+        return [MeshRow(mesh.name, 0, mesh)]
+    count = len(mesh.slices)
+    return [
+        MeshRow(
+            mesh.name,
+            number,
+            replace(
+                mesh,
+                name=f"{mesh.name}/{number}",
+                station=piece.station,
+                along=piece.along,
+                lead=piece.lead,
+                variation=piece.variation,
+                stiffness=mesh.stiffness / count,
+                damping=mesh.damping / count,
+            ),
+        )
+        for number, piece in enumerate(mesh.slices, start=1)
+    ]
+
+
+def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.bool_]) -> Array:
+    """The six coefficients a gap row has in one body.
+
+    A force along the unit vector n at the point r of a body does the work n . (u + theta x r), so the row is
+    [n, r x n]; a moment along n gives [0, n].
+
+    Parameters
+    ----------
+    normal : (R, 3) unit vectors in frame axes.
+    point : (R, 3) from the body's origin, in frame axes [m].
+    axes : (R,) polar angle of the body's own x axis in frame axes [rad].
+    rotation : (R,) True where the row is an angle (rx, ry, rz), not a displacement.
+
+    Returns
+    -------
+    (R, 6) in the body's own axes, order x y z rx ry rz.
+    """
+    moment = np.empty_like(normal)
+    moment[:, 0] = point[:, 1] * normal[:, 2] - point[:, 2] * normal[:, 1]
+    moment[:, 1] = point[:, 2] * normal[:, 0] - point[:, 0] * normal[:, 2]
+    moment[:, 2] = point[:, 0] * normal[:, 1] - point[:, 1] * normal[:, 0]
+    turned = rotation[:, None]
+    rows = np.hstack([np.where(turned, 0.0, normal), np.where(turned, normal, moment)])
+    c, s = np.cos(axes), np.sin(axes)
+    for i in (0, 3):
+        x, y = rows[:, i].copy(), rows[:, i + 1].copy()
+        rows[:, i], rows[:, i + 1] = c * x + s * y, c * y - s * x
+    return rows

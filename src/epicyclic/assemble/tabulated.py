@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..gears.series import ComplexArray, mesh_phasor, series_in_time, table_series
 from ..system.system import Line, System
-from ..tooth_contact.pair import harmonics
+from ..tooth_contact.loaded_contact import harmonics
 from ..train.connections import Mesh
 from ..train.train import Train
 
-__all__ = ["History", "with_contact"]
+__all__ = ["ContactHistory", "with_contact_tangent"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class History:
+class ContactHistory:
     """Contact of one mesh over its cycle, at times 0, 1/T, ... of its own mesh cycle.
 
     force : along the normal [N].  approach : (T,) of the teeth along the normal under that force [m].
@@ -34,7 +34,7 @@ class History:
     tangent: Array
 
 
-def with_contact(train: Train, system: System, histories: Mapping[str, History]) -> System:
+def with_contact_tangent(train: Train, system: System, histories: Mapping[str, ContactHistory]) -> System:
     """A System whose meshes have the tangent of the contact at its load, and the error that makes it bear just that.
 
         f = F + k(t) (delta - d_F(t)) = k(t) (delta - e(t)),    e(t) = d_F(t) - F/k(t)
@@ -72,7 +72,7 @@ def with_contact(train: Train, system: System, histories: Mapping[str, History])
     return replace(system, meshes=meshes, lines=_lines(system, gaps))
 
 
-def _series(history: History) -> tuple[float, ComplexArray, ComplexArray]:
+def _series(history: ContactHistory) -> tuple[float, ComplexArray, ComplexArray]:
     """Mean stiffness [N/m], relative series (L,) and error of orders 0 .. L [m], over mesh time."""
     if not (np.isfinite(history.tangent).all() and (history.tangent > 0).all()):
         raise ModelError("the teeth do not keep contact over the mesh cycle", given=float(np.min(history.tangent)))

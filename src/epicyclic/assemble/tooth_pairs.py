@@ -9,19 +9,18 @@ from typing import Literal
 
 from ..errors import ModelError
 from ..gears.outline import GearForm
-from ..tooth_contact.drawn import pair_of_teeth
-from ..tooth_contact.energy import Meshing, interference
-from ..tooth_contact.pieces import Pair, Torsion, check_pair
+from ..tooth_contact.energy import MeshedTeeth, interference_warnings
+from ..tooth_contact.pair import ContactPair, Torsion, check_pair, drawn_pair
 from ..tooth_contact.tooth import ToothCompliance
 from ..train.connections import Mesh
 from ..train.train import Train
 
 __all__ = [
     "End",
+    "axial_offsets",
     "mean_force",
     "pair_of",
-    "slides_of",
-    "tooth_messages",
+    "tooth_warnings",
 ]
 
 
@@ -37,12 +36,12 @@ def pair_of(
     corner: bool = False,
     misalignment: float = 0.0,
     torque_ends: tuple[End | None, End | None] = (None, None),
-) -> Pair:
+) -> ContactPair:
     """The pair of gears of one mesh as drawn, on its loaded flank; deviations `position.z` slide the faces.
 
     Parameters
     ----------
-    slices, linear_at, corner, misalignment : as of `Pair`.
+    slices, linear_at, corner, misalignment : as of `ContactPair`.
     torque_ends : end of the face at which the torque leaves gear a, and b: their bodies, solid from where they are
         held to the root circle, twist along the face.  None: rigid.
 
@@ -55,12 +54,12 @@ def pair_of(
         raise ModelError(
             "is missing: tooth contact needs it", path=f"stages.{mesh.stage}.face_width", allowed="of both gears [m]"
         )
-    plain = pair_of_teeth(
+    plain = drawn_pair(
         teeth,
         internal=mesh.internal,
         base_helix=mesh.base_helix,
         lean=mesh.flank * mesh.hand,
-        slides=slides_of(train, mesh),
+        slides=axial_offsets(train, mesh),
     )
     pair = replace(
         plain,
@@ -72,18 +71,18 @@ def pair_of(
         corner=corner,
     )
     check_pair(pair, path=mesh.pair, paths=teeth.paths)
-    interference(_meshing(pair), path=mesh.pair)
+    interference_warnings(_meshing(pair), path=mesh.pair)
     return pair
 
 
-def _meshing(pair: Pair) -> Meshing:
+def _meshing(pair: ContactPair) -> MeshedTeeth:
     a, b = pair.tooth_a, pair.tooth_b
     assert isinstance(a, ToothCompliance)
     assert isinstance(b, ToothCompliance)
-    return Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
+    return MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
 
 
-def slides_of(train: Train, mesh: Mesh) -> tuple[float, float]:
+def axial_offsets(train: Train, mesh: Mesh) -> tuple[float, float]:
     """How far both gears of a mesh stand off their drawing along the axis, from deviations that stand still [m]."""
     return _slide(train, mesh.a), _slide(train, mesh.b)
 
@@ -112,7 +111,7 @@ def mean_force(train: Train, mesh: Mesh) -> float:
     return abs(torques[mesh.pair]) / (alike * lever)
 
 
-def tooth_messages(pair: Pair) -> Sequence[str]:
+def tooth_warnings(pair: ContactPair) -> Sequence[str]:
     """What lies outside the limits of the formulas behind the teeth of a pair of `pair_of`, and tips that dig."""
     meshing = _meshing(pair)
-    return tuple(dict.fromkeys([*meshing.a.warnings, *meshing.b.warnings, *interference(meshing)]))
+    return tuple(dict.fromkeys([*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing)]))

@@ -1,7 +1,7 @@
 """Micro-geometry of a flank: material missing along the tooth normal, over the profile and over the face.
 
 Lengths along the profile are heights of the tooth, radial: from the tip circle inward (a ring's outward), or from the
-lowest point that the mate touches.  A drawing that gives a length of roll instead: `height_of_roll`.
+lowest point that the mate touches.  A drawing that gives a length of roll instead: `relief_height`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 
-__all__ = ["PLAIN", "Flank", "Relief", "Wave", "check_flank", "height_of_roll", "lead_missing", "profile_missing"]
+__all__ = [
+    "PLAIN",
+    "Flank",
+    "Relief",
+    "Wave",
+    "check_flank",
+    "lead_modification",
+    "profile_modification",
+    "relief_height",
+]
 
 Array = NDArray[np.float64]
 
@@ -63,7 +72,7 @@ class Flank:
 PLAIN = Flank()
 
 
-def profile_missing(flank: Flank, *, below_tip: ArrayLike, above_root: ArrayLike, sigma: ArrayLike) -> Array:
+def profile_modification(flank: Flank, *, below_tip: ArrayLike, above_root: ArrayLike, sigma: ArrayLike) -> Array:
     """Material missing over the profile [m], of the common shape of the places.
 
     below_tip : height below the tip circle.  above_root : height above the lowest point that the mate touches [m].
@@ -80,7 +89,7 @@ def profile_missing(flank: Flank, *, below_tip: ArrayLike, above_root: ArrayLike
     return np.asarray(missing)
 
 
-def lead_missing(flank: Flank, zeta: ArrayLike, face: tuple[float, float]) -> Array:
+def lead_modification(flank: Flank, zeta: ArrayLike, face: tuple[float, float]) -> Array:
     """Material missing over the face [m]; zeta, and the ends of the gear's own face, along the axis [m]."""
     left, right = face
     along = np.asarray(zeta, dtype=float)
@@ -97,7 +106,7 @@ def _relieved(relief: Relief | None, distance: Array) -> Array:
     return np.asarray(relief.amount * (part**2 if relief.shape == "parabolic" else part))
 
 
-def height_of_roll(roll: float, edge: float, base: float, *, root: bool = False) -> float:
+def relief_height(roll: float, edge: float, base: float, *, root: bool = False) -> float:
     """Radial height of a relief of which the length is given along the line of action [m].
 
     roll : length of roll, from the edge towards the middle of the profile [m].  edge : radius at which it starts;

@@ -21,11 +21,11 @@ __all__ = [
     "Limit",
     "contact_line_length",
     "contact_line_series",
+    "face_average",
     "iso6336_mesh_stiffness",
     "iso6336_single_stiffness",
     "normal_from_transverse",
     "outside_limits",
-    "over_face",
 ]
 
 Array = NDArray[np.float64]
@@ -170,10 +170,10 @@ def contact_line_series(
     """
     order = np.arange(1, harmonics + 1)
     size = 2.0 * np.sinc(order * (limits[1] - limits[0]))
-    return over_face(size * np.exp(-1j * np.pi * order * (limits[0] + limits[1])), overlap_ratio)
+    return face_average(size * np.exp(-1j * np.pi * order * (limits[0] + limits[1])), overlap_ratio)
 
 
-def over_face(series: ComplexArray, overlap_ratio: float) -> ComplexArray:
+def face_average(series: ComplexArray, overlap_ratio: float) -> ComplexArray:
     """Mean over a helical face of a series (L,) of a narrow slice of it, v_l sinc(l eps_beta) [1]."""
     order = np.arange(1, np.size(series) + 1)
     return np.asarray(series * np.sinc(order * overlap_ratio), dtype=np.complex128)

@@ -1,13 +1,19 @@
-"""The teeth of one pair of gears as drawn: what tooth contact starts from."""
+"""Tooth contact as data of a train: the teeth of one pair of gears as drawn, and the table of their force."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .flank import PLAIN, Flank
 from .outline import GearForm
+from .series import ComplexArray
 
-__all__ = ["ToothPair"]
+__all__ = ["ContactTable", "ToothPair"]
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,3 +39,22 @@ class ToothPair:
     flank_a: Flank = PLAIN
     flank_b: Flank = PLAIN
     paths: tuple[str, str] = ("", "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContactTable:
+    """Contact of a helix over S places of a mesh cycle and L loads, the first of them zero.
+
+    load : the operating one [N].  stiffness : mean tangent there [N/m].  variation : (12,) relative series over sigma.
+    missing : (13,) complex one-sided amplitudes of e over sigma, the mean first [m].
+    force : (L,) [N].  gap : (S, L) d - e at sigma = 0, 1/S, ...; in the first column where the teeth first touch [m].
+    slope : (S, L) dF/dd [N/m].
+    """
+
+    load: float
+    stiffness: float
+    variation: ComplexArray
+    missing: ComplexArray
+    force: Array
+    gap: Array
+    slope: Array

@@ -18,7 +18,7 @@ from ..errors import ModelError
 from ..resolve import load
 from ..results.dataset import dataset
 from ..system.system import System
-from ..tooth_contact.pieces import check_pair
+from ..tooth_contact.pair import check_pair
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance

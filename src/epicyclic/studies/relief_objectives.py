@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from ..analyses.static.record import reference_tone
 from ..analyses.steady.sweep import sweep
-from ..assemble.tabulated import History, with_contact
+from ..assemble.tabulated import ContactHistory, with_contact_tangent
 from ..assemble.tooth_pairs import pair_of
 from ..errors import ModelError
 from ..system.system import System
-from ..tooth_contact.many import Shapes, even_across, shapes_loaded
-from ..tooth_contact.pieces import Pair, Pieces, pieces_of
+from ..tooth_contact.microgeometries import MicrogeometryContact, microgeometry_contact
+from ..tooth_contact.pair import ContactPair, uniform_along_face
+from ..tooth_contact.segments import ContactSegments, contact_segments
 from ..train.connections import Mesh
 from ..train.train import Train
 from .relief_variables import Setting, Variable, applied, lead_varies, settings_of
@@ -52,10 +53,10 @@ class Helix:
     """One helix of a mesh: where it is in the train, its pieces as drawn, its load in operation [N]."""
 
     mesh: Mesh
-    pieces: Pieces
+    pieces: ContactSegments
     force: float
 
-    def shaped(self, settings: Mapping[str, Setting]) -> Pair:
+    def shaped(self, settings: Mapping[str, Setting]) -> ContactPair:
         """The pair with what is set on its flanks."""
         pair, teeth = self.pieces.pair, self.mesh.teeth
         assert teeth is not None
@@ -105,9 +106,9 @@ def helices(
         own = []
         for mesh, force in sides:
             pair = pair_of(train, mesh, slices=cut.slices, corner=cut.corner, misalignment=cut.misalignment)
-            if even_across(pair) and not lead_varies(variables, fixed):
+            if uniform_along_face(pair) and not lead_varies(variables, fixed):
                 pair = replace(pair, slices=1)
-            pieces = pieces_of(pair, mesh.sense * (phase + float(mesh.lead)))
+            pieces = contact_segments(pair, mesh.sense * (phase + float(mesh.lead)))
             own.append(Helix(mesh=mesh, pieces=pieces, force=force))
         found.append(tuple(own))
     return tuple(found)
@@ -149,13 +150,13 @@ def judged(judge: Judge, settings: Sequence[Mapping[str, Setting]]) -> Array:
     return values
 
 
-def _contacts(judge: Judge, settings: Sequence[Mapping[str, Setting]]) -> list[list[Shapes]]:
+def _contacts(judge: Judge, settings: Sequence[Mapping[str, Setting]]) -> list[list[MicrogeometryContact]]:
     """Contact of every helix; with a dynamic objective the operating load comes last, with its tangents."""
     dynamic = judge.system is not None
     loads = np.append(judge.factors, 1.0) if dynamic else judge.factors
     return [
         [
-            shapes_loaded(
+            microgeometry_contact(
                 one.pieces, [one.shaped(setting) for setting in settings], one.force * loads, tangents=dynamic
             )
             for one in sides
@@ -164,7 +165,7 @@ def _contacts(judge: Judge, settings: Sequence[Mapping[str, Setting]]) -> list[l
     ]
 
 
-def _swing(judge: Judge, mesh: int, sides: Sequence[Shapes], loads: slice) -> Array:
+def _swing(judge: Judge, mesh: int, sides: Sequence[MicrogeometryContact], loads: slice) -> Array:
     """Largest peak to peak over the loads, both helices together, (S,) [m]."""
     planes = [one.pieces.pair.plane for one in judge.meshes[mesh]]
     error = np.mean(
@@ -173,24 +174,24 @@ def _swing(judge: Judge, mesh: int, sides: Sequence[Shapes], loads: slice) -> Ar
     return np.asarray(np.ptp(error, axis=2).max(axis=1))
 
 
-def histories(judge: Judge, settings: Mapping[str, Setting]) -> dict[str, History]:
+def histories(judge: Judge, settings: Mapping[str, Setting]) -> dict[str, ContactHistory]:
     """Contact of every mesh looked at, at the operating load, with what is set on the flanks."""
     return _histories(judge, _contacts(judge, [settings]), 0)
 
 
-def _histories(judge: Judge, found: Sequence[Sequence[Shapes]], i: int) -> dict[str, History]:
+def _histories(judge: Judge, found: Sequence[Sequence[MicrogeometryContact]], i: int) -> dict[str, ContactHistory]:
     return {
-        helix.mesh.name: History(force=helix.force, approach=one.approach[i, -1], tangent=one.tangent[i, -1])
+        helix.mesh.name: ContactHistory(force=helix.force, approach=one.approach[i, -1], tangent=one.tangent[i, -1])
         for sides, own in zip(judge.meshes, found, strict=True)
         for helix, one in zip(sides, own, strict=True)
     }
 
 
-def speed_curves(judge: Judge, histories: Mapping[str, History]) -> dict[str, Array]:
+def speed_curves(judge: Judge, histories: Mapping[str, ContactHistory]) -> dict[str, Array]:
     """Largest of the meshes looked at over the speeds, (P,) [N]: RMS and peak; nan where a speed failed."""
     assert judge.system is not None
     assert judge.speeds is not None
-    system = with_contact(judge.train, judge.system, histories)
+    system = with_contact_tangent(judge.train, judge.system, histories)
     result = sweep(system, relative_speed=judge.speeds)
     pairs = {helix.mesh.pair for sides in judge.meshes for helix in sides}
     mine = [mesh.name for mesh in judge.train.meshes if mesh.pair in pairs]

@@ -11,10 +11,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..assemble.tooth_pairs import End, mean_force, pair_of, tooth_messages
+from ..assemble.tooth_pairs import End, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
 from ..results.dataset import dataset
-from ..tooth_contact.pair import PairResult, harmonics, loaded
+from ..tooth_contact.loaded_contact import LoadedContact, harmonics, loaded_contact
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
@@ -80,9 +80,12 @@ def contact(
         )
         for one in sides
     ]
-    found = [loaded(pair, loads, one.sense * (phase + float(one.lead))) for pair, one in zip(pairs, sides, strict=True)]
+    found = [
+        loaded_contact(pair, loads, one.sense * (phase + float(one.lead)))
+        for pair, one in zip(pairs, sides, strict=True)
+    ]
     now = int(np.argmin(np.abs(loads - force)))
-    messages = [text for pair in pairs for text in tooth_messages(pair)]
+    messages = [text for pair in pairs for text in tooth_warnings(pair)]
     result = dataset(
         {**_over_loads(found), **_curves(found, now), **_over_faces(found, now), **_facts(sides, found, loads)},
         coords={
@@ -193,7 +196,7 @@ def _end(name: str | None) -> End | None:
     return "left" if name == "left" else "right"
 
 
-def _over_loads(found: Sequence[PairResult]) -> dict[str, tuple[Any, Array]]:
+def _over_loads(found: Sequence[LoadedContact]) -> dict[str, tuple[Any, Array]]:
     """Variables over side and load."""
     whole = np.mean([one.transmission_error for one in found], axis=0)
     sided = ("side", "mesh_load")
@@ -213,14 +216,14 @@ def _over_loads(found: Sequence[PairResult]) -> dict[str, tuple[Any, Array]]:
     }
 
 
-def _face_factor(one: PairResult) -> Array:
+def _face_factor(one: LoadedContact) -> Array:
     """Largest over mean load per width, loads averaged over the phases, (F,); nan without load."""
     over = one.force.sum(axis=2).mean(axis=1)
     mean = over.mean(axis=1)
     return np.where(mean > 0, over.max(axis=1) / np.where(mean > 0, mean, 1.0), np.nan)
 
 
-def _curves(found: Sequence[PairResult], now: int) -> dict[str, tuple[Any, Array]]:
+def _curves(found: Sequence[LoadedContact], now: int) -> dict[str, tuple[Any, Array]]:
     """Variables over the phase, at the operating load."""
     sided = np.array([one.transmission_error[now] for one in found])
     most = max(one.force.shape[2] for one in found)
@@ -235,7 +238,7 @@ def _curves(found: Sequence[PairResult], now: int) -> dict[str, tuple[Any, Array
     }
 
 
-def _over_faces(found: Sequence[PairResult], now: int) -> dict[str, tuple[Any, Array]]:
+def _over_faces(found: Sequence[LoadedContact], now: int) -> dict[str, tuple[Any, Array]]:
     """Variables over the face, at the operating load."""
     load = [np.where(one.whole, one.load_per_length()[now], 0.0) for one in found]
     stress = [np.where(one.whole, one.pressure()[now], 0.0) for one in found]
@@ -256,16 +259,16 @@ def _over_faces(found: Sequence[PairResult], now: int) -> dict[str, tuple[Any, A
     }
 
 
-def _places(found: Sequence[PairResult]) -> Array:
+def _places(found: Sequence[LoadedContact]) -> Array:
     """Places along the path of contact on which flanks are shown, (places,) [base pitches]."""
-    lines = found[0].pieces.lines
+    lines = found[0].segments.lines
     touched = lines.sigma[lines.length > 0]
     return np.linspace(float(touched.min()), float(touched.max()), _PLACES)
 
 
-def _on_flank(one: PairResult, values: Array, place: Array) -> Array:
+def _on_flank(one: LoadedContact, values: Array, place: Array) -> Array:
     """Values (T, J, K) of all phases, laid on the flank of one tooth, (K, places); nan where nothing touches."""
-    lines = one.pieces.lines
+    lines = one.segments.lines
     flank = np.full((lines.length.shape[2], len(place)), np.nan)
     for k in range(len(flank)):
         touched = one.whole[:, :, k]
@@ -275,22 +278,22 @@ def _on_flank(one: PairResult, values: Array, place: Array) -> Array:
     return flank
 
 
-def _first_lines(one: PairResult) -> Array:
+def _first_lines(one: LoadedContact) -> Array:
     """Contact lines of the first phase, (lines, K) [base pitches]; nan where they leave the path."""
-    lines = one.pieces.lines
+    lines = one.segments.lines
     return np.where(lines.length[0] > 0, lines.sigma[0], np.nan)
 
 
-def _facts(sides: Sequence[Mesh], found: Sequence[PairResult], loads: Array) -> dict[str, tuple[Any, Array]]:
+def _facts(sides: Sequence[Mesh], found: Sequence[LoadedContact], loads: Array) -> dict[str, tuple[Any, Array]]:
     one = sides[0]
     lever = one.radius_a * math.cos(one.pressure_angle) * math.cos(one.base_helix)
     return {
         "load_torque": ("mesh_load", loads * len(sides) * lever),
-        "shared_face": ("side", np.array([result.pieces.pair.plane.width for result in found])),
+        "shared_face": ("side", np.array([result.segments.pair.plane.width for result in found])),
     }
 
 
-def _warnings(found: Sequence[PairResult], now: int, corner: bool) -> list[str]:
+def _warnings(found: Sequence[LoadedContact], now: int, corner: bool) -> list[str]:
     lost = sorted({str(text) for one in found for text in one.status.ravel() if text})
     said = [f"contact: {text} at some phases" for text in lost]
     overlap = max(float(one.corner[now].max()) for one in found)

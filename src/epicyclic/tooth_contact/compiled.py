@@ -9,9 +9,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from .pivots import climb
+from .pivoting import principal_pivoting
 
-__all__ = ["climbs", "settles"]
+__all__ = ["active_set_batch", "principal_pivoting_batch"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -22,12 +22,12 @@ def _compiled(function: F) -> F:
     return cast(F, numba.njit(cache=True, error_model="numpy")(function))
 
 
-_climb = _compiled(climb)
+_climb = _compiled(principal_pivoting)
 
 
 @_compiled
-def climbs(compliance: Array, gap: Array, count: Index, loads: Array) -> tuple[Array, Array]:
-    """Contact at L rising loads in T phases, of which the first `count` pieces exist.
+def principal_pivoting_batch(compliance: Array, gap: Array, count: Index, loads: Array) -> tuple[Array, Array]:
+    """Contact at L rising loads in T phases, of which the first `count` segments exist.
 
     compliance (T, n, n), gap (T, n), count (T,), loads (L,).  Returns forces (L, T, n) and approaches (L, T).
     """
@@ -74,7 +74,7 @@ def _backsolve(L: Array, x: Array) -> None:
 
 
 @_compiled
-def settles(
+def active_set_batch(
     compliance: Array, gap: Array, count: Index, load: Array, start: NDArray[np.bool_], sweeps: int
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Contact at one load (T,) by active sets from `start` (T, n): forces, approaches, and whether it settled."""

@@ -12,14 +12,14 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .lines import Plane
+from .lines import PlaneOfAction
 
-__all__ = ["reach", "separation"]
+__all__ = ["corner_reach", "tip_separation"]
 
 Array = NDArray[np.float64]
 
 
-def separation(plane: Plane, sigma: ArrayLike) -> Array:
+def tip_separation(plane: PlaneOfAction, sigma: ArrayLike) -> Array:
     """Gap along the tooth normal between a tip and the flank of the mate, beyond the path of contact [m].
 
     sigma : place on the path continued [base pitches], any shape; 0 on the path itself, inf where there is no flank.
@@ -32,19 +32,19 @@ def separation(plane: Plane, sigma: ArrayLike) -> Array:
     return np.asarray(total * math.cos(plane.base_helix))
 
 
-def reach(plane: Plane, gap: float) -> tuple[float, float]:
+def corner_reach(plane: PlaneOfAction, gap: float) -> tuple[float, float]:
     """How far beyond the ends of the path of contact the separation stays below a gap [m], [base pitches]."""
     found = []
     for edge, away in ((plane.limits[0], -1.0), (plane.limits[1], 1.0)):
         low, high = 0.0, 1.0
         for _ in range(50):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if float(separation(plane, edge + away * middle)) < gap else (low, middle)
+            low, high = (middle, high) if float(tip_separation(plane, edge + away * middle)) < gap else (low, middle)
         found.append(high)
     return found[0], found[1]
 
 
-def _of_tip(plane: Plane, past: Array, *, tip_of_b: bool) -> Array:
+def _of_tip(plane: PlaneOfAction, past: Array, *, tip_of_b: bool) -> Array:
     """Transverse gap at a distance past the end of the path [base pitches], in axes of e and t with d = +1 [m]."""
     alpha, base_a, base_b = plane.pressure_angle, plane.base_a, plane.base_b
     centre = complex((base_b - base_a) * -1 if plane.internal else base_a + base_b) / math.cos(alpha)

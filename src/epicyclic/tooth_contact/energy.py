@@ -24,7 +24,7 @@ from ..gears.stiffness import DEFAULT_HARMONICS
 from . import hertz
 from .tooth import ToothCompliance
 
-__all__ = ["Meshing", "energy_series", "interference", "section_stiffness"]
+__all__ = ["MeshedTeeth", "energy_series", "interference_warnings", "section_stiffness"]
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ _POINTS = 24  # of Gauss' rule between two jumps, and two more for every order
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Meshing:
+class MeshedTeeth:
     """Two gears in mesh, a external.
 
     working_angle : transverse [rad].  limits : (sigma_min, sigma_max) between which a pair of teeth touches.
@@ -65,7 +65,7 @@ class Meshing:
         return np.hypot(_base(self.a), on_a), np.hypot(_base(self.b), on_b)
 
 
-def section_stiffness(mesh: Meshing, sigma: Array, load: float) -> Array:
+def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
     """Stiffness along the normal per length of contact line of one plane section [N/m^2], at places sigma (n,).
 
     load : per length of contact line, at which the contact is taken [N/m].  Zero where no pair touches.
@@ -97,7 +97,7 @@ def section_stiffness(mesh: Meshing, sigma: Array, load: float) -> Array:
 
 
 def energy_series(
-    mesh: Meshing, load: float, *, harmonics: int = DEFAULT_HARMONICS, path: str = ""
+    mesh: MeshedTeeth, load: float, *, harmonics: int = DEFAULT_HARMONICS, path: str = ""
 ) -> tuple[float, ComplexArray]:
     """Mean stiffness of a plane section over a mesh cycle [N/m^2] and its relative coefficients v_l (L,) over sigma.
 
@@ -106,13 +106,13 @@ def energy_series(
 
     Raises
     ------
-    ModelError : a load that is not positive, a contact ratio below 1, tips that interfere (see `interference`).
+    ModelError : a load that is not positive, a contact ratio below 1, tips that interfere (see `interference_warnings`).
     """
     low, high = mesh.limits
     if not high - low >= 1:
         given = f"contact ratio {high - low:.3g}"
         raise ModelError("contact is lost between tooth pairs", path=path, given=given, allowed="1 or more")
-    interference(mesh, path=path)
+    interference_warnings(mesh, path=path)
     jumps = np.unique(np.concatenate([[0.0, 1.0], np.mod([low, high], 1.0)]))
     middle, half = 0.5 * (jumps[1:] + jumps[:-1]), 0.5 * np.diff(jumps)
     points, weights = np.polynomial.legendre.leggauss(_POINTS + 2 * harmonics)
@@ -135,7 +135,7 @@ def _beams(tooth: ToothCompliance, radius: Array) -> Array:
     return parts.bending + parts.shear + parts.compression
 
 
-def _contact(mesh: Meshing, sigma: Array, radius_a: Array, radius_b: Array, load: float) -> Array:
+def _contact(mesh: MeshedTeeth, sigma: Array, radius_a: Array, radius_b: Array, load: float) -> Array:
     """Tangent of the approach of two flanks at a load, du/dp [m^2/N]."""
     on_a, on_b = mesh.rolled(sigma)
     # at the very end of an involute the curvature is endless; there the tooth is thicker than any contact is wide
@@ -151,7 +151,7 @@ def _contact(mesh: Meshing, sigma: Array, radius_a: Array, radius_b: Array, load
     return np.asarray(line.A * (line.B - math.log(load) - 1))
 
 
-def interference(mesh: Meshing, *, path: str = "") -> tuple[str, ...]:
+def interference_warnings(mesh: MeshedTeeth, *, path: str = "") -> tuple[str, ...]:
     """What is to be told of tips that reach below the involute of their mate.
 
     path : of the mesh in the model file, for the message.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Line", "approach", "half_width", "line_contact", "load", "pressure"]
+__all__ = ["LineContact", "approach", "half_width", "line_contact", "load", "pressure"]
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ _STEPS = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Line:
+class LineContact:
     """Line contact at places of any shape.
 
     A [m^2/N], B [1] of the approach.  radius : relative radius of curvature [m].  modulus : 1/E' = (pi/2) A, [1/Pa].
@@ -40,7 +40,7 @@ class Line:
 
 def line_contact(
     radius: Array, depth_a: Array, depth_b: Array, *, youngs_modulus: tuple[float, float], poisson: tuple[float, float]
-) -> Line:
+) -> LineContact:
     """Line contact of two bodies.
 
     Parameters
@@ -54,17 +54,17 @@ def line_contact(
     shares = [value / A for value in each]
     constant = sum(share * nu / (1 - nu) for share, nu in zip(shares, poisson, strict=True))
     logs = 2 * (shares[0] * np.log(2 * depth_a) + shares[1] * np.log(2 * depth_b))
-    return Line(A=A, B=logs - np.log(4 * A * radius) - constant, radius=np.asarray(radius, dtype=float))
+    return LineContact(A=A, B=logs - np.log(4 * A * radius) - constant, radius=np.asarray(radius, dtype=float))
 
 
-def approach(line: Line, p: Array) -> Array:
+def approach(line: LineContact, p: Array) -> Array:
     """u at a load per length p >= 0 [m]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         value = line.A * p * (line.B - np.log(p))
     return np.where(p > 0, value, 0.0)
 
 
-def load(line: Line, u: Array) -> tuple[Array, Array]:
+def load(line: LineContact, u: Array) -> tuple[Array, Array]:
     """p and dp/du at an approach u [N/m, N/m^2]; 0 where u <= 0."""
     pressed = np.maximum(u, 0.0)
     y = np.minimum(pressed / line.A * np.exp(-line.B), (1 - 1e-9) / np.e)
@@ -82,12 +82,12 @@ def load(line: Line, u: Array) -> tuple[Array, Array]:
     return np.where(pressed > 0, p, 0.0), np.where(pressed > 0, slope, 0.0)
 
 
-def half_width(line: Line, p: Array) -> Array:
+def half_width(line: LineContact, p: Array) -> Array:
     """Half the width of the contact a = sqrt(4 p rho / (pi E*)) [m]."""
     return np.sqrt(4 * line.A * np.maximum(p, 0.0) * line.radius)
 
 
-def pressure(line: Line, p: Array) -> Array:
+def pressure(line: LineContact, p: Array) -> Array:
     """Largest contact pressure 2 p / (pi a) [Pa]."""
     width = half_width(line, p)
     return np.where(width > 0, 2 * p / (np.pi * np.where(width > 0, width, 1.0)), 0.0)

@@ -15,26 +15,26 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PLATE_DECAY", "coupling"]
+__all__ = ["PLATE_DECAY", "face_coupling"]
 
 Array = NDArray[np.float64]
 
 # lambda over the height of a long cantilever plate (nu = 0.3) loaded at its free edge
 PLATE_DECAY = 1 / (6 * 0.1665)
 
-# Below this share of the decay length a piece counts as a point: the closed mean over it would cancel.
+# Below this share of the decay length a segment counts as a point: the closed mean over it would cancel.
 _POINT = 1e-6
 
 
-def coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Array:
-    """Mean of G over pairs of pieces of the face, (n, n) [1/m]: symmetric, positive definite.
+def face_coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Array:
+    """Mean of G over pairs of segments of the face, (n, n) [1/m]: symmetric, positive definite.
 
-    With loads P_j = p_j l_j on pieces of plane compliance q [m^2/N] the mean deflection is u_i = q K_ij P_j.  Where the
-    pieces cover the face, K l = 1.
+    With loads P_j = p_j l_j on segments of plane compliance q [m^2/N] the mean deflection is u_i = q K_ij P_j.  Where the
+    segments cover the face, K l = 1.
 
     Parameters
     ----------
-    zeta : (n,) middles of the pieces from the middle of the face [m].  lengths : (n,) of the pieces, within the face
+    zeta : (n,) middles of the segments from the middle of the face [m].  lengths : (n,) of the segments, within the face
         and apart [m].  width : of the face [m].  decay : lambda [m].
     """
     half = np.asarray(lengths, dtype=float) / (2 * decay)
@@ -49,7 +49,7 @@ def coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Array:
 
 
 def _own(place: Array, half: Array, total: float) -> Array:
-    """Mean of lambda G over a piece and itself: 1 less what its load lifts elsewhere."""
+    """Mean of lambda G over a segment and itself: 1 less what its load lifts elsewhere."""
     point = 2 * half < _POINT
     wide = np.where(point, 1.0, half)
     spread = _log_mean_cosh(wide)

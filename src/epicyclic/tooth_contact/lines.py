@@ -1,7 +1,7 @@
-"""Contact lines of one helix: pairs of teeth and pieces of the face on the plane of action.
+"""Contact lines of one helix: pairs of teeth and segments of the face on the plane of action.
 
 Pair j at zeta along the face touches at sigma + j + d h zeta/p_x base pitches from the pitch point, as long as that is
-on the path of contact.  A piece that the end of the path cuts counts with the part that is left, so that the length of
+on the path of contact.  A segment that the end of the path cuts counts with the part that is left, so that the length of
 all lines is exact at every phase; its mean is eps_alpha b/cos beta_b.  Spur teeth touch over the whole face at once.
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Lines", "Plane", "contact_lines", "mean_length"]
+__all__ = ["ContactLines", "PlaneOfAction", "contact_lines", "mean_length"]
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ _LEAST_ROLL = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plane:
+class PlaneOfAction:
     """Plane of action of one helix; lengths [m], angles [rad].
 
     base_a, base_b : base radii.  internal : b is a ring.  pressure_angle : working transverse.  base_helix : beta_b,
@@ -83,13 +83,13 @@ class Plane:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Lines:
-    """Contact lines at T phases: J pairs of teeth, K pieces of the face from left to right.
+class ContactLines:
+    """Contact lines at T phases: J pairs of teeth, K segments of the face from left to right.
 
-    zeta : (T, J, K) middle of what is left of each piece along the axis [m].  sigma : (T, J, K) its place on the path
+    zeta : (T, J, K) middle of what is left of each segment along the axis [m].  sigma : (T, J, K) its place on the path
     of contact [base pitches].  length : (T, J, K) of contact line [m], 0 where nothing touches.
     pair : (T, J) number of the pair of teeth, one more for each that comes into mesh as sigma rises.
-    centre, span : (K,) middles and (,) width of the pieces along the axis [m].
+    centre, span : (K,) middles and (,) width of the segments along the axis [m].
     """
 
     zeta: Array
@@ -100,7 +100,9 @@ class Lines:
     span: float
 
 
-def contact_lines(plane: Plane, sigma: ArrayLike, slices: int, *, beyond: tuple[float, float] = (0.0, 0.0)) -> Lines:
+def contact_lines(
+    plane: PlaneOfAction, sigma: ArrayLike, slices: int, *, beyond: tuple[float, float] = (0.0, 0.0)
+) -> ContactLines:
     """Contact lines at places of one pair at mid-face.
 
     Parameters
@@ -130,7 +132,7 @@ def contact_lines(plane: Plane, sigma: ArrayLike, slices: int, *, beyond: tuple[
     zeta = centre + (inside - middle) / plane.per_pitch if half > 0 else np.broadcast_to(centre, middle.shape)
     seen = np.flatnonzero(touched.any(axis=(0, 2)))
     kept = slice(int(seen[0]), int(seen[-1]) + 1) if seen.size else slice(0, 1)
-    return Lines(
+    return ContactLines(
         zeta=zeta[:, kept],
         sigma=inside[:, kept],
         length=part[:, kept] * span / math.cos(plane.base_helix),
@@ -140,6 +142,6 @@ def contact_lines(plane: Plane, sigma: ArrayLike, slices: int, *, beyond: tuple[
     )
 
 
-def mean_length(plane: Plane) -> float:
+def mean_length(plane: PlaneOfAction) -> float:
     """Mean length of all contact lines over a mesh cycle, eps_alpha b/cos beta_b [m]."""
     return (plane.limits[1] - plane.limits[0]) * plane.width / math.cos(plane.base_helix)

@@ -1,244 +1,176 @@
-"""Loaded tooth contact of one pair of gears on one helix: over a mesh cycle, at several loads.
-
-    result = loaded(pair, [10e3, 20e3], np.arange(50) / 50)
-    result.transmission_error, result.tangent, result.load_per_length()
-
-Forces are normal to the teeth.  Stiffness is along the normal too: `tangent` dF/dd at the load, `secant` F/(d - d_0)
-from where the teeth first touch; `mean_stiffness` averages the tangent over the phases.
-"""
+"""One pair of gears on one helix as loaded contact sees it: plane of action, compliance, micro-geometry."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
-from . import hertz
-from .corner import reach, separation
-from .lines import contact_lines
-from .pieces import Pair, Pieces, missing, pieces_of
-from .solve import Loaded, hertzian, judged, linear, tangent_stiffness
+from ..gears.flank import PLAIN, Flank, check_flank
+from ..gears.outline import GearForm
+from ..gears.tooth_pair import ToothPair
+from .lines import PlaneOfAction
+from .tooth import ToothCompliance, tooth_compliance
 
-__all__ = [
-    "PairResult",
-    "harmonics",
-    "loaded",
-    "loaded_pieces",
-    "pressed",
-]
+__all__ = ["ContactPair", "ElasticTooth", "Torsion", "check_pair", "drawn_pair", "uniform_along_face"]
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PairResult:
-    """Contact of one pair: F loads, T phases, J pairs of teeth, K pieces of the face.
+class ElasticTooth(Protocol):
+    """Compliance of the teeth of one gear, as `tooth.tooth_compliance` gives it.
 
-    pieces : what was solved.  load : (F, T) sum of the forces [N].  force : (F, T, J, K) normal to the tooth [N].
-    approach : (F, T) d along the normal [m].  no_load : (T,) d at which the teeth first touch [m].
-    tangent : (F, T) dF/dd [N/m].  residual : (F, T) of the contact conditions [1].  status : (F, T) "" where solved.
-    corner : (F, 2) how far teeth before and behind the path of contact would overlap, largest over the cycle [m];
-        0 where they stay apart or are let bear.
+    height : of the tooth [m].  shared : what every tooth gets from the load of one, of its compliance [m^2/N].
     """
 
-    pieces: Pieces
-    load: Array
-    force: Array
-    approach: Array
-    no_load: Array
-    tangent: Array
-    residual: Array
-    status: NDArray[np.object_]
-    corner: Array
+    @property
+    def height(self) -> float: ...
 
     @property
-    def sigma(self) -> Array:
-        """Places of the phases, (T,) [base pitches]."""
-        return self.pieces.sigma
+    def shared(self) -> float: ...
 
-    @property
-    def transmission_error(self) -> Array:
-        """Loaded transmission error in the transverse plane, lag of the driven gear positive, (F, T) [m]."""
-        return self.approach / math.cos(self.pieces.pair.plane.base_helix)
+    def bending(self, radius: ArrayLike) -> Array:
+        """Compliance of tooth and body per load per length at radii of the load [m^2/N]."""
+        ...
 
-    @property
-    def no_load_error(self) -> Array:
-        """Transmission error of the unloaded flanks in the transverse plane, (T,) [m]."""
-        return self.no_load / math.cos(self.pieces.pair.plane.base_helix)
+    def depth(self, radius: ArrayLike) -> Array:
+        """From the flank to the middle of the tooth along the normal [m]."""
+        ...
 
-    @property
-    def secant(self) -> Array:
-        """F/(d - d_0), (F, T) [N/m]; without load what it tends to, the tangent."""
-        way = self.approach - self.no_load
-        return np.where(way > 0, self.load / np.where(way > 0, way, 1.0), self.tangent)
-
-    @property
-    def mean_stiffness(self) -> Array:
-        """Tangent stiffness averaged over the phases, (F,) [N/m]."""
-        return np.asarray(self.tangent.mean(axis=1))
-
-    @property
-    def share(self) -> Array:
-        """Part of the load on each pair of teeth, (F, T, J) [1]; 0 without load."""
-        whole = np.where(self.load > 0, self.load, 1.0)
-        return np.asarray(self.force.sum(axis=3) / whole[:, :, None])
-
-    def load_per_length(self) -> Array:
-        """Force per length of contact line, (F, T, J, K) [N/m]; 0 where nothing touches."""
-        length = self.pieces.lines.length
-        return np.asarray(self.force / np.where(length > 0, length, np.inf))
-
-    @property
-    def whole(self) -> NDArray[np.bool_]:
-        """Pieces of which at least half is on the path of contact, (T, J, K).
-
-        A line that begins at a corner of the flank is short, and its tooth not yet deflected: the load per length of
-        such slivers says more about the cut than about the tooth, and they carry next to nothing.
-        """
-        lines = self.pieces.lines
-        full = lines.span / math.cos(self.pieces.pair.plane.base_helix)
-        return np.asarray(lines.length >= 0.5 * full * (1 - 1e-9))
-
-    @property
-    def largest_load(self) -> Array:
-        """Largest force per length of the phases, (F,) [N/m], slivers left out (`whole`)."""
-        return np.asarray(np.where(self.whole, self.load_per_length(), 0.0).max(axis=(1, 2, 3)))
-
-    @property
-    def largest_pressure(self) -> Array:
-        """Largest contact pressure of the phases, (F,) [Pa], slivers left out (`whole`)."""
-        return np.asarray(np.where(self.whole, self.pressure(), 0.0).max(axis=(1, 2, 3)))
-
-    def pressure(self) -> Array:
-        """Largest contact pressure, (F, T, J, K) [Pa] [weber1953]."""
-        pieces = self.pieces
-        places = np.take_along_axis(
-            self.load_per_length().reshape(*self.load.shape, -1),
-            np.broadcast_to(pieces.index, (*self.load.shape[:1], *pieces.index.shape)),
-            axis=-1,
-        )
-        return pieces.spread(hertz.pressure(pieces.contact, places))
+    def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
+        """What the body gives a tooth per load per length on another, `ahead` pitches on; 0 is itself [m^2/N]."""
+        ...
 
 
-def loaded(pair: Pair, loads: ArrayLike, phases: ArrayLike, *, compiled: bool = False) -> PairResult:
-    """Contact at given loads.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Torsion:
+    """Twist of the body of a gear along its face, under the load it carries itself.
+
+    rigidity : G I_p [N m^2].  end : where the torque leaves it.
+    """
+
+    rigidity: float
+    end: Literal["left", "right"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContactPair:
+    """One pair of gears on one helix, as far as its teeth are concerned.
+
+    plane : geometry.  tooth_a, tooth_b : compliance.  flank_a, flank_b : micro-geometry of the flanks that touch.
+    youngs_modulus [Pa], poisson [1] : of a and b.  teeth : numbers of teeth, for pitch deviations.
+    misalignment : gap per length along the axis, about the middle of the mesh [1], positive opens the right end.
+    gap : further gap over the face, ((zeta, gap), ...) from left to right, linear between [m].
+    torsion_a, torsion_b : twist of the bodies along the face; None: rigid.
+    slices : segments of the face.  linear_at : load per length [N/m] whose secant stands for the contact of the flanks
+        at every load; None: Hertz.  corner : let tips bear beyond the path of contact.
+    """
+
+    plane: PlaneOfAction
+    tooth_a: ElasticTooth
+    tooth_b: ElasticTooth
+    flank_a: Flank = PLAIN
+    flank_b: Flank = PLAIN
+    youngs_modulus: tuple[float, float] = (206e9, 206e9)
+    poisson: tuple[float, float] = (0.3, 0.3)
+    teeth: tuple[int, int] = (1, 1)
+    misalignment: float = 0.0
+    gap: tuple[tuple[float, float], ...] = ()
+    torsion_a: Torsion | None = None
+    torsion_b: Torsion | None = None
+    slices: int = 20
+    linear_at: float | None = None
+    corner: bool = False
+
+
+def drawn_pair(
+    teeth: ToothPair, *, internal: bool, base_helix: float, lean: int, slides: tuple[float, float] = (0.0, 0.0)
+) -> ContactPair:
+    """The pair as drawn, bodies rigid along the face.
 
     Parameters
     ----------
-    loads : (F,) or (F, T) forces normal to the tooth, 0 or more [N].  phases : (T,) places sigma of one pair of teeth
-        at mid-face [base pitches]; the cycle of the flanks is 1.  compiled : with a linear law, all loads in one go by
-        numba (extra ``fast``), the same numbers; of a load for every phase and with Hertz it makes no difference.
+    teeth, internal, base_helix : as of `Mesh`.  lean : d h of gear a.  slides : of both faces along the axis [m].
 
     Raises
     ------
-    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load; `compiled` without numba.
+    ModelError : pointed or undercut teeth, no body under them.
     """
-    return loaded_pieces(pieces_of(pair, phases), loads, compiled=compiled)
-
-
-def loaded_pieces(pieces: Pieces, loads: ArrayLike, *, compiled: bool = False) -> PairResult:
-    """Contact of pieces at given loads, as `loaded`; `reshaped` pieces keep what another flank does not change."""
-    given = np.atleast_1d(np.asarray(loads, dtype=float))
-    wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(pieces.sigma)))
-    if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
-        raise ModelError("a load on the teeth", path="loads", given=given.tolist(), allowed="0 or more [N]")
-    if compiled and pieces.line is None and given.ndim == 1:
-        return _result(pieces, _compiled(pieces, given))
-    found: dict[int, Loaded] = {}
-    start: Array | None = None
-    for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
-        found[i] = _solved(pieces, load=wanted[i], start=start)
-        start = _own_approach(pieces, found[i]) if (wanted[i] > 0).all() else None
-    return _result(pieces, [found[i] for i in range(len(wanted))])
-
-
-def pressed(pair: Pair, approaches: ArrayLike, phases: ArrayLike) -> PairResult:
-    """Contact at given approaches d (D,) along the normal [m]; otherwise as `loaded`, the load is a result."""
-    pieces = pieces_of(pair, phases)
-    ways = np.atleast_1d(np.asarray(approaches, dtype=float))
-    found = [_solved(pieces, approach=np.full(len(pieces.sigma), way)) for way in ways]
-    return _result(pieces, found)
-
-
-def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
-    """One-sided complex amplitudes of orders 0 .. count of samples over whole cycles, last axis -> orders.
-
-    values = Re sum_l c_l exp(2 pi i l sigma); orders that the samples do not show are 0.
-    """
-    spectrum = np.fft.rfft(values, axis=-1) / values.shape[-1]
-    found = np.zeros((*values.shape[:-1], count + 1), complex)
-    most = min(count + 1, (values.shape[-1] + 1) // 2)
-    found[..., :most] = spectrum[..., :most]
-    found[..., 1:] *= 2
-    return found
-
-
-def _solved(
-    pieces: Pieces, *, load: Array | None = None, approach: Array | None = None, start: Array | None = None
-) -> Loaded:
-    what = (pieces.compliance, pieces.gap, pieces.valid)
-    if pieces.line is None:
-        return linear(*what, load, approach=approach)
-    return hertzian(*what, load, pieces.law, approach=approach, start=start)
-
-
-def _compiled(pieces: Pieces, loads: Array) -> list[Loaded]:
-    """Contact at loads (F,) of a linear law, by numba."""
-    try:
-        from .compiled import climbs
-    except ImportError:
-        raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
-    order = np.argsort(loads, kind="stable")
-    force, approach = climbs(pieces.compliance, pieces.gap, pieces.valid.sum(axis=1), loads[order])
-    back = np.argsort(order, kind="stable")
-    return [
-        judged(pieces.compliance, pieces.gap, pieces.valid, np.full(len(pieces.sigma), load), force[i], approach[i])
-        for load, i in zip(loads, back, strict=True)
-    ]
-
-
-def _own_approach(pieces: Pieces, found: Loaded) -> Array:
-    shared = np.matmul(pieces.compliance, found.force[:, :, None])[:, :, 0]
-    return np.asarray(found.approach[:, None] - pieces.gap - shared)
-
-
-def _result(pieces: Pieces, found: list[Loaded]) -> PairResult:
-    force = np.array([one.force for one in found])
-    approach = np.array([one.approach for one in found])
-    return PairResult(
-        pieces=pieces,
-        load=force.sum(axis=2),
-        force=pieces.spread(force),
-        approach=approach,
-        no_load=pieces.no_load,
-        tangent=np.array([_tangent(pieces, one) for one in found]),
-        residual=np.array([one.residual for one in found]),
-        status=np.array([one.status for one in found]),
-        corner=_corner(pieces, approach),
+    paths = tuple(path.removesuffix(".flank") for path in teeth.paths)
+    return ContactPair(
+        plane=PlaneOfAction(
+            base_a=teeth.base_a,
+            base_b=teeth.base_b,
+            internal=internal,
+            pressure_angle=teeth.pressure_angle,
+            base_helix=base_helix,
+            base_pitch=teeth.base_pitch,
+            limits=teeth.limits,
+            lean=lean,
+            face_a=(teeth.face_a[0] + slides[0], teeth.face_a[1] + slides[0]),
+            face_b=(teeth.face_b[0] + slides[1], teeth.face_b[1] + slides[1]),
+        ),
+        tooth_a=_tooth(teeth.form_a, paths[0]),
+        tooth_b=_tooth(teeth.form_b, paths[1]),
+        flank_a=teeth.flank_a,
+        flank_b=teeth.flank_b,
+        youngs_modulus=(teeth.form_a.youngs_modulus, teeth.form_b.youngs_modulus),
+        poisson=(teeth.form_a.poisson, teeth.form_b.poisson),
+        teeth=(teeth.form_a.teeth, teeth.form_b.teeth),
     )
 
 
-def _tangent(pieces: Pieces, found: Loaded) -> Array:
-    if pieces.line is None:
-        return tangent_stiffness(pieces.compliance, found.active)
-    slope = pieces.law(_own_approach(pieces, found), np.arange(len(found.force)))[1]
-    return tangent_stiffness(pieces.compliance, found.active, slope)
+@lru_cache(maxsize=64)
+def _tooth(form: GearForm, path: str) -> ToothCompliance:
+    return tooth_compliance(form, path=path)
 
 
-def _corner(pieces: Pieces, approach: Array) -> Array:
-    """Overlap of teeth that stand before and behind the path of contact, largest over the phases, (F, 2) [m]."""
-    pair = pieces.pair
-    overlap = np.zeros((len(approach), 2))
-    if pair.corner:
-        return overlap
+def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("a.flank", "b.flank")) -> None:
+    """Refuse a pair that does not mesh.
+
+    path : of the mesh in the model file; paths : of the flanks of a and b.
+
+    Raises
+    ------
+    ModelError : faces that do not overlap, a contact ratio below 1, contact inside a base circle, micro-geometry that
+        does not fit (`flank.check_flank`), no slices.
+    """
     plane = pair.plane
-    most = max(float(np.nanmax(approach, initial=0.0) - pieces.no_load.min()), 0.0)
-    lines = contact_lines(plane, pieces.sigma, pair.slices, beyond=reach(plane, most))
-    apart = missing(pair, lines) + separation(plane, lines.sigma)
-    for side, there in enumerate((lines.sigma < plane.limits[0], lines.sigma > plane.limits[1])):
-        nearest = np.where(there & (lines.length > 0), apart, np.inf).min(axis=(1, 2))
-        overlap[:, side] = np.maximum(np.nanmax(approach - nearest, axis=1), 0.0)
-    return overlap
+    if not plane.width > 0:
+        raise ModelError(
+            "the faces do not overlap", path=path or "face_width", given=f"{plane.width * 1e3:.4g} mm", allowed="> 0"
+        )
+    ratio = plane.limits[1] - plane.limits[0]
+    if not ratio >= 1:
+        raise ModelError("the teeth do not keep contact", path=path, given=f"contact ratio {ratio:.4g}", allowed=">= 1")
+    for name, roll in (
+        ("a", plane.roll_a(plane.limits[0])),
+        ("b", plane.roll_b(plane.limits[0 if plane.internal else 1])),
+    ):
+        if float(roll) < -1e-9 * plane.base_pitch:
+            raise ModelError(f"interference: the mate's tip reaches inside the base circle of gear {name}", path=path)
+    if pair.slices < 1:
+        raise ModelError("pieces of the face", path=path, given=pair.slices, allowed="1 or more")
+    for flank, radius, face, teeth, where in (
+        (pair.flank_a, plane.radius_a, plane.face_a, pair.teeth[0], paths[0]),
+        (pair.flank_b, plane.radius_b, plane.face_b, pair.teeth[1], paths[1]),
+    ):
+        height = abs(float(radius(plane.limits[1]) - radius(plane.limits[0])))
+        check_flank(flank, height=height, width=face[1] - face[0], teeth=teeth, path=where)
+
+
+def uniform_along_face(pair: ContactPair) -> bool:
+    """Whether nothing differs along the face, so that one segment is as good as many."""
+    plane = pair.plane
+    even = all(flank.crown == 0 and flank.slope == 0 and flank.end_relief is None for flank in _flanks(pair))
+    same = plane.base_helix == 0 and plane.face_a == plane.face_b
+    stiff = pair.torsion_a is None and pair.torsion_b is None
+    return even and same and stiff and pair.misalignment == 0 and not pair.gap
+
+
+def _flanks(pair: ContactPair) -> tuple[Flank, Flank]:
+    return pair.flank_a, pair.flank_b

@@ -1,12 +1,12 @@
-"""Unilateral contact of pieces that share a compliance: exact, many phases at once.
+"""Unilateral contact of segments that share a compliance: exact, many phases at once.
 
-Pieces i bear forces P_i >= 0 with an own approach u_i(P_i) and a shared compliance C:
+Segments i bear forces P_i >= 0 with an own approach u_i(P_i) and a shared compliance C:
 
     u + C P + g - d = 0 where P > 0,   g + C P - d >= 0 where P = 0,   sum P = F
 
 with either F or d given: the least of a convex energy, so there is one answer.  A linear law goes through the active
-set: solved with the right sides 1 and g, pieces that pull are taken out, pieces that overlap are taken in; where that
-goes round in a circle, one piece at a time (`pivots`).  A Hertzian law is solved for the approach u of every piece,
+set: solved with the right sides 1 and g, segments that pull are taken out, segments that overlap are taken in; where that
+goes round in a circle, one segment at a time (`pivots`).  A Hertzian law is solved for the approach u of every segment,
 whose load P(u+) is smooth, by Newton's method: y = D^1/2 keeps the matrix symmetric.
 """
 
@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .pivots import climb
+from .pivoting import principal_pivoting
 
-__all__ = ["Loaded", "hertzian", "judged", "linear", "tangent_stiffness"]
+__all__ = ["ContactSolution", "solve_hertzian", "solve_linear", "tangent_stiffness", "with_residuals"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -35,10 +35,10 @@ _FAILED = 1e-8  # what is missed by more than rounding of the worst conditioned 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Loaded:
-    """Contact at T phases of n pieces.
+class ContactSolution:
+    """Contact at T phases of n segments.
 
-    force : (T, n) [N].  approach : (T,) d [m].  active : (T, n) pieces that bear load.
+    force : (T, n) [N].  approach : (T,) d [m].  active : (T, n) segments that bear load.
     residual : (T,) largest violation: gap over the approach, force over the load.  status : (T,) "" where solved.
     """
 
@@ -49,13 +49,15 @@ class Loaded:
     status: NDArray[np.object_]
 
 
-def linear(compliance: Array, gap: Array, valid: Mask, load: Array | None, *, approach: Array | None = None) -> Loaded:
+def solve_linear(
+    compliance: Array, gap: Array, valid: Mask, load: Array | None, *, approach: Array | None = None
+) -> ContactSolution:
     """Contact with a linear compliance, own and shared together.
 
     Parameters
     ----------
-    compliance : (T, n, n) [m/N], symmetric positive definite on the valid pieces.  gap : (T, n) g [m].
-    valid : (T, n) pieces that exist in a phase.  load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
+    compliance : (T, n, n) [m/N], symmetric positive definite on the valid segments.  gap : (T, n) g [m].
+    valid : (T, n) segments that exist in a phase.  load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
     """
     load, d = _given(len(gap), load, approach)
     T, n = gap.shape
@@ -75,12 +77,12 @@ def linear(compliance: Array, gap: Array, valid: Mask, load: Array | None, *, ap
         changed = (on & ~pulls) | overlaps
         active[todo] = changed
         todo = todo[(changed != on).any(axis=1) & (changed.any(axis=1) | held[todo])]
-    for t in todo:  # the sets go round in a circle: one piece at a time, from the first touch on
+    for t in todo:  # the sets go round in a circle: one segment at a time, from the first touch on
         have = np.flatnonzero(valid[t])
-        found = climb(compliance[t][np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
+        found = principal_pivoting(compliance[t][np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
         force[t] = 0.0
         force[t, have], d[t] = found[0][0], found[1][0]
-    return judged(compliance, gap, valid, load, force, d, own=None)
+    return with_residuals(compliance, gap, valid, load, force, d, own=None)
 
 
 def _given(count: int, load: Array | None, approach: Array | None) -> tuple[Array, Array]:
@@ -93,13 +95,13 @@ def _given(count: int, load: Array | None, approach: Array | None) -> tuple[Arra
 
 
 def _touch(gap: Array, valid: Mask, load: Array, d: Array) -> None:
-    """Put the approach of phases without load where the first piece just touches."""
+    """Put the approach of phases without load where the first segment just touches."""
     idle = load <= 0
     d[idle] = np.where(valid[idle], gap[idle], np.inf).min(axis=1, initial=np.inf)
 
 
 def _pressed(compliance: Array, gap: Array, on: Mask, load: Array, d: Array) -> tuple[Array, Array]:
-    """Forces (t, n) on the pieces that are on, and approach (t,), pulling forces included."""
+    """Forces (t, n) on the segments that are on, and approach (t,), pulling forces included."""
     matrix = np.where(on[:, :, None] & on[:, None, :], compliance, np.eye(on.shape[1]))
     right = np.stack([on.astype(float), np.where(on, gap, 0.0)], axis=2)
     unit, held = np.moveaxis(np.linalg.solve(matrix, right), 2, 0)
@@ -110,13 +112,13 @@ def _pressed(compliance: Array, gap: Array, on: Mask, load: Array, d: Array) -> 
 
 
 def _wrong(compliance: Array, gap: Array, valid: Mask, on: Mask, force: Array, d: Array) -> tuple[Mask, Mask]:
-    """Pieces that pull, and pieces left out that overlap."""
+    """Segments that pull, and segments left out that overlap."""
     open_ = np.matmul(compliance, np.maximum(force, 0.0)[:, :, None])[:, :, 0] + gap - d[:, None]
     slack = _TOLERANCE * np.maximum(np.abs(d), np.abs(gap).max(axis=1))[:, None]
     return on & (force < 0), valid & ~on & (open_ < -slack)
 
 
-def hertzian(
+def solve_hertzian(
     compliance: Array,
     gap: Array,
     valid: Mask,
@@ -125,8 +127,8 @@ def hertzian(
     *,
     approach: Array | None = None,
     start: Array | None = None,
-) -> Loaded:
-    """Contact with a load-dependent law of every piece beside the shared compliance.
+) -> ContactSolution:
+    """Contact with a load-dependent law of every segment beside the shared compliance.
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ def hertzian(
     idle = load <= 0
     u[idle] = d[idle, None] - gap[idle]
     force = np.where(valid & ~idle[:, None], law(u, np.arange(len(load)))[0], 0.0)
-    return judged(compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo)
+    return with_residuals(compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -211,7 +213,7 @@ def _descended(
 def _begin(
     compliance: Array, gap: Array, valid: Mask, load: Array, d: Array, law: Law, start: Array | None
 ) -> tuple[Array, Array]:
-    """Where to begin: the linear contact whose pieces have the secant of an evenly shared load."""
+    """Where to begin: the linear contact whose segments have the secant of an evenly shared load."""
     held = np.isnan(load)
     if start is not None:
         return start.copy(), np.where(held, d, _approach_of(compliance, gap, valid, law, start))
@@ -225,7 +227,7 @@ def _begin(
     rows = np.arange(n)
     whole = compliance.copy()
     whole[:, rows, rows] += _inverse(law, even) / even
-    found = linear(whole, gap, valid, np.where(held, 0.0, load))
+    found = solve_linear(whole, gap, valid, np.where(held, 0.0, load))
     u = found.approach[:, None] - gap - np.matmul(compliance, found.force[:, :, None])[:, :, 0]
     return np.where(held[:, None], np.where(way > 0, way / 2, way), u), np.where(held, d, found.approach)
 
@@ -254,7 +256,7 @@ def _inverse(law: Law, force: Array) -> Array:
     return (low + high) / 2
 
 
-def judged(
+def with_residuals(
     compliance: Array,
     gap: Array,
     valid: Mask,
@@ -264,7 +266,7 @@ def judged(
     *,
     own: Array | None = None,
     todo: Index | None = None,
-) -> Loaded:
+) -> ContactSolution:
     """Residuals of what was found, and a word on what was not; loads are nan where the approach was given.
 
     own : (T, n) own approaches; None: they are in the compliance.  todo : phases that were given up.
@@ -283,11 +285,11 @@ def judged(
     status[~valid.any(axis=1)] = "no tooth in contact"
     status[(force < 0).any(axis=1)] = "not converged"
     status[np.maximum(gaps, sums) > _FAILED] = "not converged"
-    return Loaded(force=force, approach=d, active=active, residual=np.maximum(gaps, sums), status=status)
+    return ContactSolution(force=force, approach=d, active=active, residual=np.maximum(gaps, sums), status=status)
 
 
 def tangent_stiffness(compliance: Array, active: Mask, slope: Array | None = None) -> Array:
-    """dF/dd at a contact, (T,) [N/m]: 1' C_t^-1 1 over the pieces that bear load.
+    """dF/dd at a contact, (T,) [N/m]: 1' C_t^-1 1 over the segments that bear load.
 
     slope : (T, n) of the own law [N/m]; None where `compliance` holds everything.
     """

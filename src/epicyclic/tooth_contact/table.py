@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.force_table import ContactTable
 from ..gears.series import ComplexArray, evaluate_series, table_series
 from ..gears.stiffness import DEFAULT_HARMONICS
-from .pair import harmonics, loaded
-from .pieces import Pair
+from ..gears.tooth_pair import ContactTable
+from .loaded_contact import harmonics, loaded_contact
+from .pair import ContactPair
 
 __all__ = ["contact_table"]
 
@@ -29,20 +29,20 @@ Array = NDArray[np.float64]
 _STEPS, _OPERATING = 20, 12
 
 
-def contact_table(pair: Pair, load: float, *, samples: int = 50, count: int = DEFAULT_HARMONICS) -> ContactTable:
+def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: int = DEFAULT_HARMONICS) -> ContactTable:
     """Tabulate a pair around an operating load [N].
 
     samples : places of a mesh cycle.  count : orders of the linear model.
 
     Raises
     ------
-    ModelError : a load that is not positive, and what `pair.loaded` refuses; a phase that has no solution.
+    ModelError : a load that is not positive, and what `pair.loaded_contact` refuses; a phase that has no solution.
     """
     if not (load > 0 and math.isfinite(load)):
         raise ModelError("is no mesh force to take the stiffness at", given=load, allowed="above 0 N")
     sigma = np.arange(samples) / samples
     force = load * (np.arange(_STEPS + 1) / _OPERATING) ** 2
-    found = loaded(pair, force[1:], sigma)
+    found = loaded_contact(pair, force[1:], sigma)
     if (found.status != "").any():
         raise ModelError("tooth contact found no solution", given=str(found.status[found.status != ""][0]))
     tangent = found.tangent

@@ -22,9 +22,9 @@ from scipy.interpolate import CubicSpline
 
 from ..errors import ModelError
 from ..gears.outline import GearForm, Outline, tooth_outline
-from . import body
+from . import foundation
 
-__all__ = ["NEIGHBOURS", "Parts", "ToothCompliance", "tooth_compliance"]
+__all__ = ["NEIGHBOURS", "ComplianceParts", "ToothCompliance", "tooth_compliance"]
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ _LEAN, _LEAN_RING = math.radians(30), math.radians(60)  # of the tangent in the 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Parts:
+class ComplianceParts:
     """Compliance of a tooth by cause, all of one shape [m^2/N]: displacement along the normal per load per length."""
 
     bending: Array
@@ -78,11 +78,11 @@ class ToothCompliance:
         found = self.parts(radius)
         return found.bending + found.shear + found.compression + found.body
 
-    def parts(self, radius: ArrayLike) -> Parts:
+    def parts(self, radius: ArrayLike) -> ComplianceParts:
         """The same by cause."""
         at = self._at(radius)
         under = np.einsum("...i,ij,...j->...", at[..., 4:], self.roots[0], at[..., 4:])
-        return Parts(bending=at[..., 0], shear=at[..., 1], compression=at[..., 2], body=under)
+        return ComplianceParts(bending=at[..., 0], shear=at[..., 1], compression=at[..., 2], body=under)
 
     def depth(self, radius: ArrayLike) -> Array:
         """From the flank to the middle of the tooth along the normal [m]."""
@@ -148,9 +148,9 @@ def _critical(shape: Outline) -> int:
     return int(shape.form + np.searchsorted(shape.slope[shape.form :], lean))
 
 
-def _root(gear: GearForm, shape: Outline, section: int) -> body.Root:
+def _root(gear: GearForm, shape: Outline, section: int) -> foundation.ToothRoot:
     """The tooth's stand on the body of the virtual gear, whose radii are to each other as those of the gear."""
-    return body.Root(
+    return foundation.ToothRoot(
         circle=float(shape.radius[section]),
         held=gear.bore * shape.root / gear.root,
         thickness=2 * float(shape.x[section]),
@@ -159,15 +159,15 @@ def _root(gear: GearForm, shape: Outline, section: int) -> body.Root:
 
 
 def _body(
-    gear: GearForm, shape: Outline, root: body.Root, under: str, path: str
+    gear: GearForm, shape: Outline, root: foundation.ToothRoot, under: str, path: str
 ) -> tuple[Array, float, tuple[str, ...]]:
     E, nu = gear.youngs_modulus, gear.poisson
-    shared = body.winding(root, shape.base, youngs_modulus=E, poisson=nu)
+    shared = foundation.torsional_compliance(root, shape.base, youngs_modulus=E, poisson=nu)
     if under == "ring":
-        return body.root_compliance(root, NEIGHBOURS, youngs_modulus=E, poisson=nu), shared, ()
+        return foundation.root_compliance(root, NEIGHBOURS, youngs_modulus=E, poisson=nu), shared, ()
     if shape.internal:
         raise ModelError("the fit is for external teeth", path=path, given=under, allowed="ring")
-    own, messages = body.fitted(root, youngs_modulus=E)
+    own, messages = foundation.sainsot_compliance(root, youngs_modulus=E)
     return np.concatenate([own[None], np.zeros((NEIGHBOURS, 3, 3))]), shared, messages
 
 

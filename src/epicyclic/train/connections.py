@@ -8,8 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gears.force_table import ContactTable
-from ..gears.tooth_pair import ToothPair
+from ..gears.tooth_pair import ContactTable, ToothPair
 
 __all__ = ["Link", "Mesh", "MeshSlice"]
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from epicyclic.gears import geometry
 from epicyclic.gears.outline import GearForm
 from epicyclic.tooth_contact import hertz
-from epicyclic.tooth_contact.energy import Meshing
-from epicyclic.tooth_contact.solve import hertzian
+from epicyclic.tooth_contact.energy import MeshedTeeth
+from epicyclic.tooth_contact.solve import solve_hertzian
 from epicyclic.tooth_contact.tooth import tooth_compliance
 
 from .gear import Load, solve
@@ -35,7 +35,7 @@ class Elements:
     """What the finite elements say of a pair at one place; n contacts.
 
     compliance : (n, n) of both gears with pressures over `half_width` (n,) [m^2/N, m].  A [m^2/N] and radius (n,) [m]
-    of `hertz.Line`.
+    of `hertz.LineContact`.
     """
 
     compliance: Array
@@ -44,7 +44,7 @@ class Elements:
     radius: Array
 
 
-def spur_pair(teeth: tuple[int, int], module: float, pressure_angle: float, *, internal: bool = False) -> Meshing:
+def spur_pair(teeth: tuple[int, int], module: float, pressure_angle: float, *, internal: bool = False) -> MeshedTeeth:
     """Spur gears without shift; hubs of half the root diameter, a rim of 3.5 modules.  module [m], angle in degrees."""
     alpha = math.radians(pressure_angle)
     root = geometry.root_radius
@@ -65,16 +65,16 @@ def spur_pair(teeth: tuple[int, int], module: float, pressure_angle: float, *, i
         base_pitch=geometry.base_pitch(module, alpha, 0.0),
         internal=internal,
     )
-    return Meshing(a=tooth_compliance(a), b=tooth_compliance(b), working_angle=alpha, limits=limits)
+    return MeshedTeeth(a=tooth_compliance(a), b=tooth_compliance(b), working_angle=alpha, limits=limits)
 
 
-def pairs_at(mesh: Meshing, sigma: float) -> Index:
+def pairs_at(mesh: MeshedTeeth, sigma: float) -> Index:
     """Whole pitches by which the pairs in contact stand ahead of the one at sigma."""
     low, high = mesh.limits
     return np.arange(math.ceil(low - sigma - 1e-9), math.floor(high - sigma + 1e-9) + 1)
 
 
-def elements(mesh: Meshing, sigma: float, load: float, *, pairs: Index | None = None) -> Elements:
+def elements(mesh: MeshedTeeth, sigma: float, load: float, *, pairs: Index | None = None) -> Elements:
     """Solve both gears at a place; load : per face width, for the width of the contacts [N/m]."""
     pairs = pairs_at(mesh, sigma) if pairs is None else pairs
     line, radii = _line(mesh, sigma + pairs.astype(float))
@@ -101,7 +101,7 @@ def by_elements(found: Elements, load: float) -> tuple[float, Array]:
     return float(load / unit.sum()), share
 
 
-def by_energy(mesh: Meshing, sigma: float, load: float, *, pairs: Index | None = None) -> tuple[float, Array]:
+def by_energy(mesh: MeshedTeeth, sigma: float, load: float, *, pairs: Index | None = None) -> tuple[float, Array]:
     """The same with the package's compliance."""
     pairs = pairs_at(mesh, sigma) if pairs is None else pairs
     line, (radius_a, radius_b) = _line(mesh, sigma + pairs.astype(float))
@@ -111,7 +111,7 @@ def by_energy(mesh: Meshing, sigma: float, load: float, *, pairs: Index | None =
     for tooth, radius in ((mesh.a, radius_a), (mesh.b, radius_b)):
         parts = tooth.parts(radius)
         shared = shared + np.diag(parts.bending + parts.shear + parts.compression)
-    found = hertzian(
+    found = solve_hertzian(
         shared[None],
         np.zeros((1, len(pairs))),
         np.ones((1, len(pairs)), dtype=bool),
@@ -121,7 +121,7 @@ def by_energy(mesh: Meshing, sigma: float, load: float, *, pairs: Index | None =
     return float(found.approach[0]), found.force[0]
 
 
-def _line(mesh: Meshing, place: Array) -> tuple[hertz.Line, tuple[Array, Array]]:
+def _line(mesh: MeshedTeeth, place: Array) -> tuple[hertz.LineContact, tuple[Array, Array]]:
     on_a, on_b = mesh.rolled(place)
     radii = mesh.radii(place)
     curvature = 1 / on_a + (-1 / on_b if mesh.b.gear.internal else 1 / on_b)

@@ -15,7 +15,7 @@ from epicyclic.gears.geometry import contact_limits
 from epicyclic.gears.outline import GearForm
 from epicyclic.model.toml_writer import to_toml
 from epicyclic.resolve.resolved_document import resolved_document
-from epicyclic.tooth_contact.energy import Meshing, section_stiffness
+from epicyclic.tooth_contact.energy import MeshedTeeth, section_stiffness
 from epicyclic.tooth_contact.tooth import tooth_compliance
 from epicyclic.train.train import Train
 
@@ -69,7 +69,7 @@ def test_the_whole_is_its_plane_sections_along_the_lines() -> None:
         working_pressure_angle=mesh.pressure_angle,
         base_pitch=math.tau * a.base_radius / a.teeth,
     )
-    meshing = Meshing(a=teeth[0], b=teeth[1], working_angle=mesh.pressure_angle, limits=limits)
+    meshing = MeshedTeeth(a=teeth[0], b=teeth[1], working_angle=mesh.pressure_angle, limits=limits)
     sections = section_stiffness(meshing, (np.arange(4000) + 0.5) / 4000, load)
     assert a.face_width is not None
     slope = math.sin(a.helix_angle) * math.cos(a.pressure_angle)

@@ -10,11 +10,11 @@ import pytest
 import epicyclic
 from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.assemble import assemble
-from epicyclic.assemble.tabulated import History, with_contact
+from epicyclic.assemble.tabulated import ContactHistory, with_contact_tangent
 from epicyclic.assemble.tooth_pairs import mean_force, pair_of
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
-from epicyclic.tooth_contact.pair import loaded
+from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train
 
@@ -27,11 +27,11 @@ def train() -> Train:
     return epicyclic.load("xu2020", RELIEF)
 
 
-def history(train: Train, mesh: Mesh) -> History:
+def history(train: Train, mesh: Mesh) -> ContactHistory:
     phase = np.arange(SAMPLES) / SAMPLES
     force = mean_force(train, mesh)
-    one = loaded(pair_of(train, mesh, slices=8), [force], mesh.sense * (phase + float(mesh.lead)))
-    return History(force=force, approach=one.approach[0], tangent=one.tangent[0])
+    one = loaded_contact(pair_of(train, mesh, slices=8), [force], mesh.sense * (phase + float(mesh.lead)))
+    return ContactHistory(force=force, approach=one.approach[0], tangent=one.tangent[0])
 
 
 def series_of(values: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
@@ -52,7 +52,7 @@ def gaps(system: System, mesh: int, phase: np.ndarray) -> np.ndarray:
 def test_every_branch_has_its_own_phase(train: Train) -> None:
     plain = replace(assemble(train), lines=())
     first = {mesh.name: history(train, mesh) for mesh in train.meshes if mesh.branch == 1}
-    system = with_contact(train, plain, first)
+    system = with_contact_tangent(train, plain, first)
     shown = series_of(system.meshes.variation, system.meshes.stiffness)
     odd = (SAMPLES - 1) // 2
     assert {mesh.sense for mesh in train.meshes} == {-1, 1} or len({mesh.lead for mesh in train.meshes}) > 2
@@ -68,7 +68,7 @@ def test_every_branch_has_its_own_phase(train: Train) -> None:
 def test_what_is_not_given_stays_as_it_was(train: Train) -> None:
     plain = assemble(train)
     sun = {m.name: history(train, m) for m in train.meshes if m.branch == 1 and m.pair.endswith("sun-planet")}
-    system = with_contact(train, plain, sun)
+    system = with_contact_tangent(train, plain, sun)
     ring = [i for i, mesh in enumerate(train.meshes) if mesh.pair.endswith("planet-ring")]
     np.testing.assert_array_equal(system.meshes.stiffness[ring], plain.meshes.stiffness[ring])
     width = plain.meshes.variation.shape[1]
@@ -98,7 +98,7 @@ def test_a_slow_pair_has_no_dynamic_force() -> None:
     }
     train = epicyclic.load(document)
     own = history(train, train.meshes[0])
-    system = with_contact(train, assemble(train), {train.meshes[0].name: own})
+    system = with_contact_tangent(train, assemble(train), {train.meshes[0].name: own})
     slow = sweep(system, relative_speed=[2e-4, 4e-4])
     # what is left is inertia, which falls with the square of the speed but for orders in resonance: none so slow
     assert float(slow.mesh_force_rms.max()) < 1e-4 * own.force
@@ -119,11 +119,11 @@ def test_a_slow_pair_has_no_dynamic_force() -> None:
 
 def test_what_cannot_be_is_named(train: Train) -> None:
     mesh = train.meshes[0]
-    lost = History(force=1.0, approach=np.zeros(4), tangent=np.array([1.0, 1.0, 0.0, 1.0]))
+    lost = ContactHistory(force=1.0, approach=np.zeros(4), tangent=np.array([1.0, 1.0, 0.0, 1.0]))
     with pytest.raises(ModelError, match="keep contact"):
-        with_contact(train, assemble(train), {mesh.name: lost})
+        with_contact_tangent(train, assemble(train), {mesh.name: lost})
     with pytest.raises(ModelError, match="speed"):
-        with_contact(train, replace(assemble(train), tones=()), {mesh.name: lost})
+        with_contact_tangent(train, replace(assemble(train), tones=()), {mesh.name: lost})
     cut = epicyclic.load("xu2020", {"stages.main.meshes.sun-planet.slices": 3})
     with pytest.raises(ModelError, match="slices"):
-        with_contact(cut, assemble(cut), {})
+        with_contact_tangent(cut, assemble(cut), {})

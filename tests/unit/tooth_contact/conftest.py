@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from epicyclic.gears import geometry
-from epicyclic.tooth_contact.lines import Plane
-from epicyclic.tooth_contact.pieces import Pair
+from epicyclic.tooth_contact.lines import PlaneOfAction
+from epicyclic.tooth_contact.pair import ContactPair
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def build(
     internal: bool = False,
     width: float = 30e-3,
     **more: Any,
-) -> Pair:
+) -> ContactPair:
     """A pair of module 5 mm, 20 deg, without shift, helix in degrees; `more` are fields of the pair or the plane."""
     module, alpha, beta = 5e-3, math.radians(20), math.radians(helix)
     base = [geometry.base_radius(z, module, alpha, beta) for z in (teeth_a, teeth_b)]
@@ -72,11 +72,11 @@ def build(
         "face_b": (-width / 2, width / 2),
     }
     plane |= {key: more.pop(key) for key in list(more) if key in plane}
-    drawn = Plane(**plane)
+    drawn = PlaneOfAction(**plane)
     ends = sorted(float(drawn.radius_b(limit)) for limit in limits)
     roots = float(drawn.radius_a(limits[0])) - 2e-3, (ends[1] + 2e-3 if internal else ends[0] - 2e-3)
     tips = float(drawn.radius_a(limits[1])), (ends[0] if internal else ends[1])
-    return Pair(
+    return ContactPair(
         plane=drawn,
         tooth_a=more.pop("tooth_a", Cantilever(root=roots[0], tip=tips[0])),
         tooth_b=more.pop("tooth_b", Cantilever(root=roots[1], tip=tips[1])),
@@ -86,5 +86,5 @@ def build(
 
 
 @pytest.fixture(scope="session")
-def pair_of() -> Callable[..., Pair]:
+def pair_of() -> Callable[..., ContactPair]:
     return build

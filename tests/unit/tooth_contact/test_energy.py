@@ -14,7 +14,7 @@ from epicyclic.gears import geometry
 from epicyclic.gears.outline import GearForm
 from epicyclic.gears.series import evaluate_series
 from epicyclic.tooth_contact import hertz
-from epicyclic.tooth_contact.energy import Meshing, energy_series, interference, section_stiffness
+from epicyclic.tooth_contact.energy import MeshedTeeth, energy_series, interference_warnings, section_stiffness
 from epicyclic.tooth_contact.tooth import tooth_compliance
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ def meshing(
     internal: bool = False,
     dedendum: float = 1.25,
     shorter: float = 0.0,
-) -> Meshing:
+) -> MeshedTeeth:
     """Two gears without backlash, hubs of half the root diameter, a rim of 3.5 modules; angles [deg]."""
     alpha, beta = deg(angle), deg(helix)
     working = geometry.working_pressure_angle(
@@ -65,7 +65,7 @@ def meshing(
         internal=internal,
     )
     a, b = (tooth_compliance(form) for form in forms)
-    return Meshing(a=a, b=b, working_angle=working, limits=limits)
+    return MeshedTeeth(a=a, b=b, working_angle=working, limits=limits)
 
 
 SPUR = meshing((20, 40))
@@ -100,7 +100,7 @@ RING = replace(BY_HAND["30/84 ring"][0], limits=(-0.4, 0.5))  # one pair at the 
 
 
 @pytest.mark.parametrize("mesh", [SPUR, BY_HAND["24/95 helical"][0], RING], ids=["spur", "helical", "ring"])
-def test_one_pair_is_springs_in_a_row(mesh: Meshing) -> None:
+def test_one_pair_is_springs_in_a_row(mesh: MeshedTeeth) -> None:
     sigma = np.array([0.0])
     radius_a, radius_b = mesh.radii(sigma)
     on_a, on_b = mesh.rolled(sigma)
@@ -141,7 +141,9 @@ def test_radii_and_curvatures_at_the_pitch_point() -> None:
 
 
 def test_gears_may_change_places() -> None:
-    turned = Meshing(a=SPUR.b, b=SPUR.a, working_angle=SPUR.working_angle, limits=(-SPUR.limits[1], -SPUR.limits[0]))
+    turned = MeshedTeeth(
+        a=SPUR.b, b=SPUR.a, working_angle=SPUR.working_angle, limits=(-SPUR.limits[1], -SPUR.limits[0])
+    )
     sigma = np.linspace(-0.45, 0.55, 23)
     np.testing.assert_allclose(
         section_stiffness(turned, -sigma, LOAD), section_stiffness(SPUR, sigma, LOAD), rtol=1e-12
@@ -183,11 +185,11 @@ def test_tips_that_dig_into_fillets() -> None:
     mesh = meshing((40, 40))
     low, high = mesh.limits
     begins = mesh.a.limits[0]
-    assert interference(mesh) == ()
+    assert interference_warnings(mesh) == ()
     place = np.linspace(low - 0.6, low, 601)
     below = begins - mesh.radii(place)[0]
     slight, deep = (float(place[np.flatnonzero(below > depth * M)[-1]]) for depth in (0.03, 0.11))
-    told = interference(replace(mesh, limits=(slight, high)))
+    told = interference_warnings(replace(mesh, limits=(slight, high)))
     assert len(told) == 1
     assert told[0].startswith("the tips of the second gear reach 0.12")  # 0.03 modules, and the step of `place`
     with pytest.raises(ModelError, match="interfere") as caught:
@@ -198,4 +200,4 @@ def test_tips_that_dig_into_fillets() -> None:
 def test_tips_that_reach_past_the_base_circle() -> None:
     start = -20 * M * math.sin(deg(20)) / geometry.base_pitch(M, deg(20), 0.0) / 2  # where the line of action leaves it
     with pytest.raises(ModelError, match="interfere"):
-        interference(replace(SPUR, limits=(start - 0.1, SPUR.limits[1])))
+        interference_warnings(replace(SPUR, limits=(start - 0.1, SPUR.limits[1])))

@@ -9,13 +9,22 @@ import numpy as np
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.gears.flank import PLAIN, Flank, Relief, Wave, check_flank, height_of_roll, lead_missing, profile_missing
+from epicyclic.gears.flank import (
+    PLAIN,
+    Flank,
+    Relief,
+    Wave,
+    check_flank,
+    lead_modification,
+    profile_modification,
+    relief_height,
+)
 
 FACE = (-20e-3, 20e-3)
 
 
 def profile(flank: Flank, below_tip: float, above_root: float = 1.0, sigma: float = 0.0) -> float:
-    return float(profile_missing(flank, below_tip=below_tip, above_root=above_root, sigma=sigma))
+    return float(profile_modification(flank, below_tip=below_tip, above_root=above_root, sigma=sigma))
 
 
 def test_reliefs_fade_over_their_height() -> None:
@@ -29,13 +38,13 @@ def test_reliefs_fade_over_their_height() -> None:
 
 def test_lead_modifications() -> None:
     at = np.array([-20e-3, -10e-3, 0.0, 10e-3, 20e-3])
-    assert lead_missing(Flank(crown=8e-6), at, FACE) == pytest.approx([8e-6, 2e-6, 0, 2e-6, 8e-6])
+    assert lead_modification(Flank(crown=8e-6), at, FACE) == pytest.approx([8e-6, 2e-6, 0, 2e-6, 8e-6])
     # positive slope: the right end is missing
-    assert lead_missing(Flank(slope=8e-6), at, FACE) == pytest.approx([-4e-6, -2e-6, 0, 2e-6, 4e-6])
+    assert lead_modification(Flank(slope=8e-6), at, FACE) == pytest.approx([-4e-6, -2e-6, 0, 2e-6, 4e-6])
     ends = Flank(end_relief=Relief(amount=6e-6, length=20e-3))
-    assert lead_missing(ends, at, FACE) == pytest.approx([6e-6, 3e-6, 0, 3e-6, 6e-6])
+    assert lead_modification(ends, at, FACE) == pytest.approx([6e-6, 3e-6, 0, 3e-6, 6e-6])
     # a gear that is slid takes its crown along
-    assert lead_missing(Flank(crown=8e-6), 5e-3, (-15e-3, 25e-3)) == pytest.approx(0.0)
+    assert lead_modification(Flank(crown=8e-6), 5e-3, (-15e-3, 25e-3)) == pytest.approx(0.0)
 
 
 def test_tables_and_waves_have_any_sign() -> None:
@@ -49,10 +58,10 @@ def test_tables_and_waves_have_any_sign() -> None:
 
 def test_height_of_a_length_of_roll() -> None:
     base, tip = 0.05, 0.06
-    height = height_of_roll(4e-3, tip, base)
+    height = relief_height(4e-3, tip, base)
     roll = math.sqrt(tip**2 - base**2) - math.sqrt((tip - height) ** 2 - base**2)
     assert roll == pytest.approx(4e-3, rel=1e-12)
-    foot = height_of_roll(4e-3, 0.051, base, root=True)
+    foot = relief_height(4e-3, 0.051, base, root=True)
     assert math.sqrt((0.051 + foot) ** 2 - base**2) - math.sqrt(0.051**2 - base**2) == pytest.approx(4e-3, rel=1e-12)
 
 

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
-from epicyclic.tooth_contact.kernel import PLATE_DECAY, coupling
+from epicyclic.tooth_contact.kernel import PLATE_DECAY, face_coupling
 
 Array = NDArray[np.float64]
 
 
-def pieces(width: float, count: int, seed: int = 0) -> tuple[Array, Array]:
-    """Middles and lengths of uneven pieces that cover a face."""
+def segments(width: float, count: int, seed: int = 0) -> tuple[Array, Array]:
+    """Middles and lengths of uneven segments that cover a face."""
     lengths = np.random.default_rng(seed).uniform(0.2, 2.0, count)
     lengths *= width / lengths.sum()
     return np.cumsum(lengths) - lengths / 2 - width / 2, lengths
@@ -23,8 +23,8 @@ def pieces(width: float, count: int, seed: int = 0) -> tuple[Array, Array]:
 
 @given(st.floats(1e-3, 1.0), st.floats(1e-3, 1.0), st.integers(2, 30), st.integers(0, 99))
 def test_symmetric_positive_and_whole(width: float, decay: float, count: int, seed: int) -> None:
-    zeta, lengths = pieces(width, count, seed)
-    K = coupling(zeta, width, decay, lengths)
+    zeta, lengths = segments(width, count, seed)
+    K = face_coupling(zeta, width, decay, lengths)
     assert np.array_equal(K, K.T)
     np.testing.assert_allclose(K @ lengths, 1.0, rtol=0, atol=1e-10)  # uniform load gives the plane value: rounding
     # of unit loads, not of unit forces: eigenvalues lie between 1 (uniform) and those of the finest wave
@@ -46,18 +46,18 @@ def test_against_the_differential_equation() -> None:
     on = np.abs(place - zeta[:, None]) < lengths[:, None] / 2
     moved = solve_banded((1, 1), bands, (on / lengths[:, None]).T)
     means = (on / on.sum(axis=1)[:, None]) @ moved
-    np.testing.assert_allclose(coupling(zeta, width, decay, lengths), means, rtol=2e-6)
+    np.testing.assert_allclose(face_coupling(zeta, width, decay, lengths), means, rtol=2e-6)
 
 
 def test_refinement_is_of_second_order() -> None:
-    # Deflection at mid-face of a parabolic load: the mean over a piece against the place itself.
+    # Deflection at mid-face of a parabolic load: the mean over a segment against the place itself.
     width, decay = 50e-3, 8e-3
 
     def middle(count: int) -> float:
         lengths = np.full(count, width / count)
         zeta = (np.arange(count) + 0.5) * lengths - width / 2
         load = 1 - (2 * zeta / width) ** 2
-        return float((coupling(zeta, width, decay, lengths) @ (load * lengths))[count // 2])
+        return float((face_coupling(zeta, width, decay, lengths) @ (load * lengths))[count // 2])
 
     fine = middle(2187)
     errors = [abs(middle(count) - fine) for count in (9, 27, 81)]
@@ -66,11 +66,11 @@ def test_refinement_is_of_second_order() -> None:
 
 
 def test_points_are_the_limit_of_pieces() -> None:
-    zeta, lengths = pieces(30e-3, 7)
-    points = coupling(zeta, 30e-3, 6e-3, 0 * lengths)
-    small = coupling(zeta, 30e-3, 6e-3, 1e-4 * lengths)
+    zeta, lengths = segments(30e-3, 7)
+    points = face_coupling(zeta, 30e-3, 6e-3, 0 * lengths)
+    small = face_coupling(zeta, 30e-3, 6e-3, 1e-4 * lengths)
     np.testing.assert_allclose(points, small, rtol=1e-4)  # the kernel has a kink: first order in the length
-    long = coupling(zeta, 30e-3, 1e-5, lengths)  # nothing reaches the neighbour, and nothing overflows
+    long = face_coupling(zeta, 30e-3, 1e-5, lengths)  # nothing reaches the neighbour, and nothing overflows
     np.testing.assert_allclose(np.diag(long) * lengths, 1.0, atol=0.012)  # 1 - lambda/l inside
 
 
@@ -111,4 +111,4 @@ def test_decay_follows_from_a_cantilever_plate() -> None:
     assert point == pytest.approx(0.168, rel=0.01)  # as printed [timoshenko1959], one per cent off
     # G(0) = 1/(2 lambda) of a long face
     assert line / (2 * point) == pytest.approx(PLATE_DECAY, rel=5e-4)
-    assert coupling(np.array([0.0]), 1.0, 1e-2, np.array([0.0]))[0, 0] == pytest.approx(50.0, rel=1e-12)
+    assert face_coupling(np.array([0.0]), 1.0, 1e-2, np.array([0.0]))[0, 0] == pytest.approx(50.0, rel=1e-12)

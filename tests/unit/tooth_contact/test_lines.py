@@ -14,11 +14,11 @@ from scipy.optimize import brentq, minimize_scalar
 
 from epicyclic.gears import geometry
 from epicyclic.gears.stiffness import contact_line_length
-from epicyclic.tooth_contact.corner import reach, separation
-from epicyclic.tooth_contact.lines import Plane, contact_lines, mean_length
-from epicyclic.tooth_contact.pieces import Pair
+from epicyclic.tooth_contact.corner import corner_reach, tip_separation
+from epicyclic.tooth_contact.lines import PlaneOfAction, contact_lines, mean_length
+from epicyclic.tooth_contact.pair import ContactPair
 
-Build = Callable[..., Pair]
+Build = Callable[..., ContactPair]
 KINDS: list[dict[str, Any]] = [
     {},
     {"helix": 12.0},
@@ -99,7 +99,7 @@ def test_a_slide_takes_from_the_overlap(pair_of: Build) -> None:
     assert contact_lines(plane, [0.05], 6).centre[0] == pytest.approx(-14e-3 + 29e-3 / 12)
 
 
-def drawn_gap(p: Plane, past: float) -> float:
+def drawn_gap(p: PlaneOfAction, past: float) -> float:
     """Turn of gear a, times its base radius, that brings its flank to the tip of external gear b before the path."""
     alpha, ra, rb = p.pressure_angle, p.base_a, p.base_b
     pitch, low = p.base_pitch, p.limits[0]
@@ -127,7 +127,7 @@ def drawn_gap(p: Plane, past: float) -> float:
 @pytest.mark.parametrize("past", [0.01, 0.05, 0.2])
 def test_separation_before_the_path_is_that_of_drawn_flanks(pair_of: Build, past: float) -> None:
     plane = pair_of().plane
-    found = float(separation(plane, plane.limits[0] - past))
+    found = float(tip_separation(plane, plane.limits[0] - past))
     assert found == pytest.approx(drawn_gap(plane, past), rel=1e-8)  # both subtract angles of order 1 from each other
     assert found > 0
 
@@ -135,20 +135,22 @@ def test_separation_before_the_path_is_that_of_drawn_flanks(pair_of: Build, past
 def test_separation_is_symmetric_and_quadratic(pair_of: Build) -> None:
     plane = pair_of(21, 21).plane
     past = np.array([1e-4, 2e-4, 4e-4])
-    before, behind = separation(plane, plane.limits[0] - past), separation(plane, plane.limits[1] + past)
+    before, behind = tip_separation(plane, plane.limits[0] - past), tip_separation(plane, plane.limits[1] + past)
     assert before == pytest.approx(behind, rel=1e-6)  # angles of order 1 subtracted, 1e-16 over 1e-9 rad
     assert np.diff(np.log2(before)) == pytest.approx(2.0, abs=0.02)
-    assert (separation(plane, np.linspace(*plane.limits, 5)) == 0).all()
+    assert (tip_separation(plane, np.linspace(*plane.limits, 5)) == 0).all()
     ring = pair_of(teeth_b=89, internal=True).plane
-    for out in (separation(ring, ring.limits[0] - past), separation(ring, ring.limits[1] + past)):
+    for out in (tip_separation(ring, ring.limits[0] - past), tip_separation(ring, ring.limits[1] + past)):
         assert np.diff(np.log2(out)) == pytest.approx(2.0, abs=0.02)
         assert (out > 0).all()
 
 
 def test_reach_is_where_the_separation_is_what_was_asked(pair_of: Build) -> None:
     plane = pair_of().plane
-    before, behind = reach(plane, 20e-6)
-    assert float(separation(plane, plane.limits[0] - before)) == pytest.approx(20e-6, rel=1e-6)
-    assert float(separation(plane, plane.limits[1] + behind)) == pytest.approx(20e-6, rel=1e-6)
-    nearest = minimize_scalar(lambda s: (float(separation(plane, s)) - 20e-6) ** 2, bounds=(0.7, 1.2), method="bounded")
+    before, behind = corner_reach(plane, 20e-6)
+    assert float(tip_separation(plane, plane.limits[0] - before)) == pytest.approx(20e-6, rel=1e-6)
+    assert float(tip_separation(plane, plane.limits[1] + behind)) == pytest.approx(20e-6, rel=1e-6)
+    nearest = minimize_scalar(
+        lambda s: (float(tip_separation(plane, s)) - 20e-6) ** 2, bounds=(0.7, 1.2), method="bounded"
+    )
     assert plane.limits[1] + behind == pytest.approx(nearest.x, abs=1e-3)

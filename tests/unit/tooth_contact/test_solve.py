@@ -11,21 +11,22 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize, nnls
 
 from epicyclic.tooth_contact import solve
-from epicyclic.tooth_contact.pair import loaded
-from epicyclic.tooth_contact.pieces import Pair, Pieces, pieces_of
-from epicyclic.tooth_contact.pivots import climb
+from epicyclic.tooth_contact.loaded_contact import loaded_contact
+from epicyclic.tooth_contact.pair import ContactPair
+from epicyclic.tooth_contact.pivoting import principal_pivoting
+from epicyclic.tooth_contact.segments import ContactSegments, contact_segments
 
-Build = Callable[..., Pair]
+Build = Callable[..., ContactPair]
 Array = NDArray[np.float64]
 PHASES = np.arange(25) / 25 + 1e-3
 
 
-def crowned(pair_of: Build, linear_at: float | None) -> Pieces:
+def crowned(pair_of: Build, linear_at: float | None) -> ContactSegments:
     from epicyclic.gears.flank import Flank, Relief
 
     a = Flank(crown=12e-6, tip_relief=Relief(amount=15e-6, length=1.5e-3))
     pair = pair_of(helix=15.0, slices=9, flank_a=a, misalignment=5e-4, linear_at=linear_at)
-    return pieces_of(pair, PHASES)
+    return contact_segments(pair, PHASES)
 
 
 def random_contacts(count: int, n: int) -> tuple[Array, Array]:
@@ -38,7 +39,7 @@ def random_contacts(count: int, n: int) -> tuple[Array, Array]:
 def test_no_random_contact_fails() -> None:
     compliance, gap = random_contacts(3000, 7)
     valid = np.ones(gap.shape, dtype=bool)
-    found = solve.linear(compliance, gap, valid, np.full(len(gap), 0.7))
+    found = solve.solve_linear(compliance, gap, valid, np.full(len(gap), 0.7))
     assert set(found.status) == {""}
     assert found.force.min() >= 0
     # conditions up to 1e6: rounding of the solution of the worst
@@ -46,23 +47,23 @@ def test_no_random_contact_fails() -> None:
 
 
 def test_sets_that_go_round_are_left_to_pivots(monkeypatch: pytest.MonkeyPatch, pair_of: Build) -> None:
-    pieces = crowned(pair_of, 3e5)
-    args = pieces.compliance, pieces.gap, pieces.valid
-    by_sets = solve.linear(*args, np.full(25, 9e3))
+    segments = crowned(pair_of, 3e5)
+    args = segments.compliance, segments.gap, segments.valid
+    by_sets = solve.solve_linear(*args, np.full(25, 9e3))
     monkeypatch.setattr(solve, "_SWEEPS", 0)
-    by_pivots = solve.linear(*args, np.full(25, 9e3))
+    by_pivots = solve.solve_linear(*args, np.full(25, 9e3))
     assert by_pivots.residual.max() < 1e-12  # NUMERICS: KKT
     assert by_pivots.force == pytest.approx(by_sets.force, rel=1e-9, abs=1e-8)
-    held = solve.linear(*args, None, approach=by_sets.approach)
+    held = solve.solve_linear(*args, None, approach=by_sets.approach)
     assert held.force.sum(axis=1) == pytest.approx(9e3, rel=1e-10)
 
 
 def test_linear_contact_is_the_quadratic_program_of_nnls(pair_of: Build) -> None:
-    pieces = crowned(pair_of, 3e5)
-    found = solve.linear(pieces.compliance, pieces.gap, pieces.valid, np.full(25, 9e3))
+    segments = crowned(pair_of, 3e5)
+    found = solve.solve_linear(segments.compliance, segments.gap, segments.valid, np.full(25, 9e3))
     for t in range(0, 25, 4):
-        have = pieces.valid[t]
-        C, g = pieces.compliance[t][np.ix_(have, have)], pieces.gap[t, have]
+        have = segments.valid[t]
+        C, g = segments.compliance[t][np.ix_(have, have)], segments.gap[t, have]
         lower = np.linalg.cholesky(C)
         heavy = 1e3 * np.abs(lower).max()
         matrix = np.vstack([lower.T, heavy * np.ones(have.sum())])
@@ -73,12 +74,12 @@ def test_linear_contact_is_the_quadratic_program_of_nnls(pair_of: Build) -> None
 
 
 def test_hertzian_contact_is_the_least_of_its_energy(pair_of: Build) -> None:
-    pieces = pieces_of(pair_of(slices=3, misalignment=6e-4), [0.02])
+    segments = contact_segments(pair_of(slices=3, misalignment=6e-4), [0.02])
     load = 12e3
-    found = solve.hertzian(pieces.compliance, pieces.gap, pieces.valid, np.array([load]), pieces.law)
-    n = int(pieces.valid.sum())
-    C, g = pieces.compliance[0, :n, :n], pieces.gap[0, :n]
-    A, B, length = pieces.contact.A, pieces.contact.B[0, :n], pieces.length[0, :n]
+    found = solve.solve_hertzian(segments.compliance, segments.gap, segments.valid, np.array([load]), segments.law)
+    n = int(segments.valid.sum())
+    C, g = segments.compliance[0, :n, :n], segments.gap[0, :n]
+    A, B, length = segments.contact.A, segments.contact.B[0, :n], segments.length[0, :n]
 
     def energy(share: Array) -> float:  # u = A p (B - ln p), so its integral is A p^2 (B/2 - ln(p)/2 + 1/4)
         force = share * load
@@ -100,15 +101,15 @@ def test_hertzian_contact_is_the_least_of_its_energy(pair_of: Build) -> None:
 
 @pytest.mark.parametrize("linear_at", [None, 3e5])
 def test_load_and_approach_are_two_ways_to_ask(pair_of: Build, linear_at: float | None) -> None:
-    pieces = crowned(pair_of, linear_at)
-    args = pieces.compliance, pieces.gap, pieces.valid
+    segments = crowned(pair_of, linear_at)
+    args = segments.compliance, segments.gap, segments.valid
     load = np.full(25, 9e3)
     if linear_at is None:
-        by_load = solve.hertzian(*args, load, pieces.law)
-        back = solve.hertzian(*args, None, pieces.law, approach=by_load.approach)
+        by_load = solve.solve_hertzian(*args, load, segments.law)
+        back = solve.solve_hertzian(*args, None, segments.law, approach=by_load.approach)
     else:
-        by_load = solve.linear(*args, load)
-        back = solve.linear(*args, None, approach=by_load.approach)
+        by_load = solve.solve_linear(*args, load)
+        back = solve.solve_linear(*args, None, approach=by_load.approach)
     assert by_load.residual.max() < 1e-12
     assert back.residual.max() < 1e-12
     assert back.force == pytest.approx(
@@ -117,42 +118,46 @@ def test_load_and_approach_are_two_ways_to_ask(pair_of: Build, linear_at: float 
 
 
 def test_approach_short_of_touch_bears_nothing(pair_of: Build) -> None:
-    pieces = crowned(pair_of, None)
-    short = pieces.no_load - 1e-6
-    found = solve.hertzian(pieces.compliance, pieces.gap, pieces.valid, None, pieces.law, approach=short)
+    segments = crowned(pair_of, None)
+    short = segments.no_load - 1e-6
+    found = solve.solve_hertzian(segments.compliance, segments.gap, segments.valid, None, segments.law, approach=short)
     assert (found.force == 0).all()
     assert set(found.status) == {""}
-    assert (solve.linear(pieces.compliance, pieces.gap, pieces.valid, None, approach=short).force == 0).all()
+    assert (
+        solve.solve_linear(segments.compliance, segments.gap, segments.valid, None, approach=short).force == 0
+    ).all()
 
 
 def test_pivots_meet_every_load_on_the_way(pair_of: Build) -> None:
-    pieces = crowned(pair_of, 3e5)
-    n = int(pieces.valid[0].sum())
+    segments = crowned(pair_of, 3e5)
+    n = int(segments.valid[0].sum())
     loads = np.linspace(0, 2e4, 9)
-    force, approach = climb(pieces.compliance[0, :n, :n], pieces.gap[0, :n], loads, np.full(9, np.nan))
+    force, approach = principal_pivoting(segments.compliance[0, :n, :n], segments.gap[0, :n], loads, np.full(9, np.nan))
     for i, load in enumerate(loads):
-        one = solve.linear(pieces.compliance[:1], pieces.gap[:1], pieces.valid[:1], np.array([load]))
+        one = solve.solve_linear(segments.compliance[:1], segments.gap[:1], segments.valid[:1], np.array([load]))
         assert force[i] == pytest.approx(one.force[0, :n], rel=1e-10, abs=1e-8)
         assert approach[i] == pytest.approx(one.approach[0], rel=1e-12)
 
 
 @pytest.mark.skipif(importlib.util.find_spec("numba") is None, reason="needs numba (extra fast)")
 def test_compiled_contact_is_the_same(pair_of: Build) -> None:
-    from epicyclic.tooth_contact.compiled import climbs, settles
+    from epicyclic.tooth_contact.compiled import active_set_batch, principal_pivoting_batch
 
-    pieces = crowned(pair_of, 3e5)
-    count = pieces.valid.sum(axis=1)
+    segments = crowned(pair_of, 3e5)
+    count = segments.valid.sum(axis=1)
     loads = np.array([1e3, 9e3])
-    one = solve.linear(pieces.compliance, pieces.gap, pieces.valid, np.full(25, 9e3))
-    force, approach = climbs(pieces.compliance, pieces.gap, count, loads)
+    one = solve.solve_linear(segments.compliance, segments.gap, segments.valid, np.full(25, 9e3))
+    force, approach = principal_pivoting_batch(segments.compliance, segments.gap, count, loads)
     assert force[1] == pytest.approx(one.force, rel=1e-10, abs=1e-8)
     assert approach[1] == pytest.approx(one.approach, rel=1e-12)
-    table = loaded(pieces.pair, [9e3, 0.0, 1e3], PHASES, compiled=True)
-    plain = loaded(pieces.pair, [9e3, 0.0, 1e3], PHASES)
+    table = loaded_contact(segments.pair, [9e3, 0.0, 1e3], PHASES, compiled=True)
+    plain = loaded_contact(segments.pair, [9e3, 0.0, 1e3], PHASES)
     assert table.force == pytest.approx(plain.force, rel=1e-10, abs=1e-8)
     assert table.approach == pytest.approx(plain.approach, rel=1e-12)
     assert table.tangent[[0, 2]] == pytest.approx(plain.tangent[[0, 2]], rel=1e-10)
-    again, level, settled = settles(pieces.compliance, pieces.gap, count, np.full(25, 9e3), pieces.valid, 40)
+    again, level, settled = active_set_batch(
+        segments.compliance, segments.gap, count, np.full(25, 9e3), segments.valid, 40
+    )
     assert settled.all()
     assert again == pytest.approx(one.force, rel=1e-10, abs=1e-8)
     assert level == pytest.approx(one.approach, rel=1e-12)
@@ -160,7 +165,7 @@ def test_compiled_contact_is_the_same(pair_of: Build) -> None:
 
 def test_warm_and_cold_starts_agree(pair_of: Build) -> None:
     pair = pair_of(helix=15.0, slices=9, misalignment=5e-4)
-    many = loaded(pair, [2e3, 5e3, 9e3], PHASES)
-    alone = loaded(pair, [9e3], PHASES)
+    many = loaded_contact(pair, [2e3, 5e3, 9e3], PHASES)
+    alone = loaded_contact(pair, [9e3], PHASES)
     assert many.force[2] == pytest.approx(alone.force[0], rel=1e-8, abs=1e-6)
     assert many.residual.max() < 1e-12

@@ -14,8 +14,8 @@ from epicyclic.gears.flank import Flank, Relief
 from epicyclic.gears.series import evaluate_series
 from epicyclic.resolve import load
 from epicyclic.system.laws.tabulated import Curves, MeshTable, curves_at
-from epicyclic.tooth_contact.pair import loaded
-from epicyclic.tooth_contact.pieces import Pair
+from epicyclic.tooth_contact.loaded_contact import loaded_contact
+from epicyclic.tooth_contact.pair import ContactPair
 from epicyclic.tooth_contact.table import contact_table
 
 LOAD = 6e3
@@ -24,11 +24,11 @@ CONTACT = {f"stages.main.meshes.{pair}.stiffness": "contact" for pair in ("sun-p
 
 
 @pytest.fixture(scope="module")
-def pair(pair_of: Callable[..., Pair]) -> Pair:
+def pair(pair_of: Callable[..., ContactPair]) -> ContactPair:
     return pair_of(helix=18.0, flank_a=RELIEF, flank_b=Flank(crown=3e-6), slices=20)
 
 
-def curves(pair: Pair, sigma: Any, samples: int = 50) -> tuple[Any, Curves]:
+def curves(pair: ContactPair, sigma: Any, samples: int = 50) -> tuple[Any, Curves]:
     table = contact_table(pair, LOAD, samples=samples)
     law = MeshTable(
         rows=np.arange(1),
@@ -43,10 +43,10 @@ def curves(pair: Pair, sigma: Any, samples: int = 50) -> tuple[Any, Curves]:
     return table, found
 
 
-def test_the_linear_model_has_tangent_and_transmission_error_of_the_load(pair: Pair) -> None:
+def test_the_linear_model_has_tangent_and_transmission_error_of_the_load(pair: ContactPair) -> None:
     sigma = np.arange(50) / 50
     table = contact_table(pair, LOAD)
-    found = loaded(pair, [LOAD], sigma)
+    found = loaded_contact(pair, [LOAD], sigma)
     assert table.stiffness == pytest.approx(found.mean_stiffness[0], rel=1e-12)
     assert LOAD in table.force
     stiffness = table.stiffness * evaluate_series(table.variation, sigma)
@@ -60,12 +60,12 @@ def test_the_linear_model_has_tangent_and_transmission_error_of_the_load(pair: P
 
 
 @pytest.mark.parametrize(("samples", "error"), [(50, 6e-3), (200, 2e-3)])
-def test_between_loads_and_phases_the_table_is_the_pair(pair: Pair, samples: int, error: float) -> None:
+def test_between_loads_and_phases_the_table_is_the_pair(pair: ContactPair, samples: int, error: float) -> None:
     """Worst where a line leaves the path within a cell of phases: the law has a bend there, the cubic has not."""
     sigma = np.array([0.013, 0.25, 0.507, 0.891])
     loads = LOAD * np.array([0.004, 0.05, 0.3, 0.77, 1.4, 2.6])
     table, law = curves(pair, sigma, samples)
-    found = loaded(pair, loads, sigma)
+    found = loaded_contact(pair, loads, sigma)
     linear = (np.exp(2j * np.pi * np.outer(sigma, np.arange(len(table.missing)))) @ table.missing).real
     for force, approach, tangent in zip(loads, found.approach, found.tangent, strict=True):
         value, slope = law.evaluate((approach - linear)[:, None])
@@ -74,7 +74,7 @@ def test_between_loads_and_phases_the_table_is_the_pair(pair: Pair, samples: int
             np.testing.assert_allclose(slope[:, 0], tangent, rtol=0.03)
 
 
-def test_the_law_rises_and_its_derivative_is_its_slope(pair: Pair) -> None:
+def test_the_law_rises_and_its_derivative_is_its_slope(pair: ContactPair) -> None:
     sigma = np.linspace(0, 1, 37)
     table, law = curves(pair, sigma)
     way = np.random.default_rng(1).uniform(table.gap.min() - 5e-6, table.gap.max() + 10e-6, (37, 2000))
@@ -97,13 +97,13 @@ def test_the_law_rises_and_its_derivative_is_its_slope(pair: Pair) -> None:
     np.testing.assert_allclose(again.gap, law.gap, atol=1e-18)
 
 
-def test_no_load_to_take_it_at(pair: Pair) -> None:
+def test_no_load_to_take_it_at(pair: ContactPair) -> None:
     with pytest.raises(ModelError, match="mesh force"):
         contact_table(pair, 0.0)
 
 
 def test_static_follows_the_table_as_full_contact_does() -> None:
-    """Three ways to one state: rows with tables, and pieces of every flank in the train's equilibrium."""
+    """Three ways to one state: rows with tables, and segments of every flank in the train's equilibrium."""
     train = load("ren2021", overrides=CONTACT)
     rows = epicyclic.static(train, cycles=1, samples=16)
     full = epicyclic.train_contact(train, samples=16, factors=[0.3])

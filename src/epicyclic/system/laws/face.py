@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ROWS", "Contact", "ContactModel", "Pressed"]
+__all__ = ["ROWS", "FaceContact", "FaceForce", "FaceLaw"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -26,7 +26,7 @@ ROWS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Pressed:
+class FaceForce:
     """What g meshes do at t instants.
 
     force : (t, g, 3) of the rows [N].  tangent : (t, g, 3, 3) its derivative [N/m], symmetric.  energy : (t, g) [J].
@@ -40,10 +40,10 @@ class Pressed:
     state: Array
 
 
-class Contact(Protocol):
+class FaceContact(Protocol):
     """Some meshes at T instants."""
 
-    def press(self, rows: Array, instants: Index, start: Array | None) -> Pressed:
+    def press(self, rows: Array, instants: Index, start: Array | None) -> FaceForce:
         """Answer to approaches.
 
         rows : (t, g, 3) approach of every row, positive closes it [m].  instants : (t,) among the T.
@@ -52,7 +52,7 @@ class Contact(Protocol):
         ...
 
 
-class ContactModel(Protocol):
+class FaceLaw(Protocol):
     """Some meshes of a train that are alike."""
 
     @property
@@ -60,6 +60,6 @@ class ContactModel(Protocol):
         """Their numbers (g,) among the whole meshes of the System, whose rows are three each."""
         ...
 
-    def at(self, cycles: Array) -> Contact:
+    def at(self, cycles: Array) -> FaceContact:
         """The meshes at times (T, g) counted in cycles of each mesh."""
         ...

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FIT_LIMITS", "Root", "fitted", "root_compliance", "winding"]
+__all__ = ["FIT_LIMITS", "ToothRoot", "root_compliance", "sainsot_compliance", "torsional_compliance"]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(96)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Root:
+class ToothRoot:
     """Where a tooth stands on the body; lengths [m].
 
     circle : radius on which the roots press.  held : radius at which the body is held, inside or outside of it.
@@ -50,7 +50,7 @@ class Root:
         return self.circle * math.sin(self.theta) / self.theta
 
 
-def root_compliance(root: Root, neighbours: int, *, youngs_modulus: float, poisson: float) -> Array:
+def root_compliance(root: ToothRoot, neighbours: int, *, youngs_modulus: float, poisson: float) -> Array:
     """Motion of a root per load on another, (neighbours + 1, 3, 3), plane strain, per length.
 
     First axis: the loaded tooth stands 0, 1, ... pitches from the moved one, clockwise.  Loads and motions of a tooth
@@ -128,7 +128,7 @@ def _source(r: float, kappa: float) -> Array:
     return np.array([log - 1, -log - 1, (3 + kappa) / r, (1 - kappa) / r])
 
 
-def winding(root: Root, base: float, *, youngs_modulus: float, poisson: float) -> float:
+def torsional_compliance(root: ToothRoot, base: float, *, youngs_modulus: float, poisson: float) -> float:
     """What of that every tooth shares: the ring in torsion, seen along the line of action [m^2/N].
 
     A moment p r_b leaves the shear p r_b/(2 pi r^2) and turns the loaded circle by p r_b/(4 pi G) |1/r_i^2 - 1/r_o^2|.
@@ -150,7 +150,7 @@ _FIT = (
 FIT_LIMITS = {"r_f/r_int": (1.4, 7.0), "theta_f": (0.01, 0.12)}
 
 
-def fitted(root: Root, *, youngs_modulus: float) -> tuple[Array, tuple[str, ...]]:
+def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array, tuple[str, ...]]:
     """Motion of a root per load on it, (3, 3) as of `root_compliance`, by the fit, and what lies outside its limits.
 
     cos^2 g/E [L (u/S)^2 + M u/S + P (1 + Q tan^2 g)] at an angle g and a distance u is linear in force and moment.

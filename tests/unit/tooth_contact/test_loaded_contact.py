@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from epicyclic.errors import ModelError
 from epicyclic.gears.flank import PLAIN, Flank, Relief
 from epicyclic.tooth_contact import hertz
-from epicyclic.tooth_contact.pair import harmonics, loaded, loaded_pieces, pressed
-from epicyclic.tooth_contact.pieces import Pair, Torsion, pieces_of, reshaped
+from epicyclic.tooth_contact.loaded_contact import contact_at_approach, harmonics, loaded_contact, loaded_segments
+from epicyclic.tooth_contact.pair import ContactPair, Torsion
+from epicyclic.tooth_contact.segments import contact_segments, with_microgeometry
 
-Build = Callable[..., Pair]
+Build = Callable[..., ContactPair]
 Array = NDArray[np.float64]
 PHASES = np.arange(24) / 24 + 1e-3
 KINDS: list[dict[str, Any]] = [{}, {"helix": 15.0}, {"teeth_b": 89, "internal": True, "helix": 10.0}]
@@ -26,7 +27,7 @@ WORN = Flank(crown=8e-6, slope=-6e-6, tip_relief=Relief(amount=12e-6, length=1.2
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_forces_balance_and_push(pair_of: Build, kind: dict[str, Any]) -> None:
-    found = loaded(pair_of(**kind, flank_a=WORN, misalignment=4e-4), [0.0, 1.0, 3e3, 3e4], PHASES)
+    found = loaded_contact(pair_of(**kind, flank_a=WORN, misalignment=4e-4), [0.0, 1.0, 3e3, 3e4], PHASES)
     asked = np.array([0.0, 1.0, 3e3, 3e4])[:, None]
     assert np.abs(found.force.sum(axis=(2, 3)) - asked).max() <= 1e-9 * 3e4
     assert found.force.min() >= 0
@@ -58,14 +59,14 @@ def test_swapping_the_gears_changes_nothing(pair_of: Build, kind: dict[str, Any]
         flank_a=pair.flank_b,
         flank_b=pair.flank_a,
     )
-    ours, theirs = loaded(pair, [8e3], PHASES), loaded(other, [8e3], -PHASES)
+    ours, theirs = loaded_contact(pair, [8e3], PHASES), loaded_contact(other, [8e3], -PHASES)
     assert theirs.approach == pytest.approx(ours.approach, rel=1e-9)
     assert theirs.tangent == pytest.approx(ours.tangent, rel=1e-7)
     assert theirs.corner == pytest.approx(ours.corner[:, ::-1], rel=1e-6, abs=1e-12)
 
 
 def test_spur_is_the_limit_of_a_small_helix(pair_of: Build) -> None:
-    spur, nearly = loaded(pair_of(), [8e3], PHASES), loaded(pair_of(helix=1e-4), [8e3], PHASES)
+    spur, nearly = loaded_contact(pair_of(), [8e3], PHASES), loaded_contact(pair_of(helix=1e-4), [8e3], PHASES)
     # 1e-4 deg moves the ends of the face by 1e-6 base pitches; no phase is nearer to an end of the path
     assert nearly.approach == pytest.approx(spur.approach, rel=1e-5)
     assert nearly.tangent == pytest.approx(spur.tangent, rel=1e-5)
@@ -73,49 +74,51 @@ def test_spur_is_the_limit_of_a_small_helix(pair_of: Build) -> None:
 
 def test_error_is_linear_in_the_load_where_contact_is(pair_of: Build) -> None:
     pair = pair_of(helix=15.0, linear_at=3e5)
-    found = loaded(pair, [2e3, 4e3, 8e3], PHASES)
+    found = loaded_contact(pair, [2e3, 4e3, 8e3], PHASES)
     assert found.approach[1] == pytest.approx(2 * found.approach[0], rel=1e-12)
     assert found.approach[2] == pytest.approx(4 * found.approach[0], rel=1e-12)
     assert found.secant[2] == pytest.approx(found.tangent[0], rel=1e-10)
-    hertzian = loaded(replace(pair, linear_at=None), [2e3, 8e3], PHASES)
-    assert (hertzian.approach[1] < 4 * hertzian.approach[0]).all()  # flanks stiffen
+    solve_hertzian = loaded_contact(replace(pair, linear_at=None), [2e3, 8e3], PHASES)
+    assert (solve_hertzian.approach[1] < 4 * solve_hertzian.approach[0]).all()  # flanks stiffen
 
 
 def test_limits_of_no_load_and_no_relief(pair_of: Build) -> None:
     pair = pair_of(helix=15.0, flank_a=WORN, misalignment=4e-4)
-    found = loaded(pair, [0.0, 1e-3], PHASES)
-    gap = found.pieces.gap
-    touched = np.where(found.pieces.valid, gap, np.inf).min(axis=1)
+    found = loaded_contact(pair, [0.0, 1e-3], PHASES)
+    gap = found.segments.gap
+    touched = np.where(found.segments.valid, gap, np.inf).min(axis=1)
     assert (found.approach[0] == touched).all()
     assert (found.no_load == touched).all()
     # a thousandth of a newton moves teeth of 1e8 N/m by far less than a nanometre
     assert found.approach[1] == pytest.approx(touched, abs=1e-10)
-    plain = loaded(replace(pair, flank_a=PLAIN, misalignment=0.0), [8e3], PHASES)
+    plain = loaded_contact(replace(pair, flank_a=PLAIN, misalignment=0.0), [8e3], PHASES)
     none = Flank(tip_relief=Relief(amount=0.0, length=1e-3), root_relief=Relief(amount=0.0, length=1e-3))
-    still = loaded(replace(pair, flank_a=none, flank_b=none, misalignment=0.0), [8e3], PHASES)
+    still = loaded_contact(replace(pair, flank_a=none, flank_b=none, misalignment=0.0), [8e3], PHASES)
     assert (still.approach == plain.approach).all()
 
 
 def test_relief_as_deep_as_the_deflection_takes_the_step_away(pair_of: Build) -> None:
     pair = pair_of(slices=3)
     before, behind = pair.plane.limits[0] - 1e-7, pair.plane.limits[0] + 1e-7  # a pair comes into mesh between them
-    plain = loaded(pair, [9e3], [before, behind])
+    plain = loaded_contact(pair, [9e3], [before, behind])
     step = float(plain.approach[0, 0] - plain.approach[0, 1])
     amount = float(plain.approach[0, 0])
     assert step > 0.3 * amount
     relieved = replace(pair, flank_b=Flank(tip_relief=Relief(amount=amount, length=1e-3)))
-    found = loaded(relieved, [9e3], [before, behind])
+    found = loaded_contact(relieved, [9e3], [before, behind])
     assert found.approach[0, 0] == pytest.approx(amount, rel=1e-12)  # the pair that bears is not relieved there
     assert abs(found.approach[0, 0] - found.approach[0, 1]) < 1e-3 * step  # the relief has faded by 1e-7 base pitches
     assert found.corner[0, 0] < 1e-3 * amount
-    deeper = loaded(replace(pair, flank_b=Flank(tip_relief=Relief(amount=0.5 * amount, length=1e-3))), [9e3], [before])
+    deeper = loaded_contact(
+        replace(pair, flank_b=Flank(tip_relief=Relief(amount=0.5 * amount, length=1e-3))), [9e3], [before]
+    )
     assert deeper.corner[0, 0] == pytest.approx(0.5 * amount, rel=1e-3)
 
 
 def test_tips_that_bear_smooth_the_step(pair_of: Build) -> None:
     pair = pair_of(slices=1)
     phases = np.arange(200) / 200
-    plain, corner = (loaded(replace(pair, corner=bear), [9e3], phases) for bear in (False, True))
+    plain, corner = (loaded_contact(replace(pair, corner=bear), [9e3], phases) for bear in (False, True))
     jump = [np.abs(np.diff(found.approach[0])).max() for found in (plain, corner)]
     assert jump[1] < 0.3 * jump[0]
     assert (corner.approach <= plain.approach * (1 + 1e-12)).all()  # more contact, less deflection
@@ -126,32 +129,32 @@ def test_tips_that_bear_smooth_the_step(pair_of: Build) -> None:
 def test_refining_slices(pair_of: Build) -> None:
     pair = pair_of(helix=15.0, width=40e-3, flank_a=Flank(crown=10e-6))
     counts = np.array([5, 10, 20, 40])
-    found = [loaded(replace(pair, slices=n), [8e3], PHASES).approach[0] for n in (*counts, 240)]
+    found = [loaded_contact(replace(pair, slices=n), [8e3], PHASES).approach[0] for n in (*counts, 240)]
     errors = np.array([np.abs(one - found[-1]).max() / found[-1].mean() for one in found[:-1]])
     order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert order == pytest.approx(2.0, abs=0.2)  # midpoints of pieces: second order
-    assert errors[2] < 2e-3  # what the default of 20 pieces costs
+    assert order == pytest.approx(2.0, abs=0.2)  # midpoints of segments: second order
+    assert errors[2] < 2e-3  # what the default of 20 segments costs
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_shared_compliance_is_reciprocal_and_positive(pair_of: Build, kind: dict[str, Any]) -> None:
     twisted = {"torsion_a": Torsion(rigidity=1e4, end="left")}
     for more in ({}, twisted):
-        pieces = pieces_of(pair_of(**kind, **more), PHASES[:6])
-        C = pieces.compliance
+        segments = contact_segments(pair_of(**kind, **more), PHASES[:6])
+        C = segments.compliance
         assert np.abs(C - np.swapaxes(C, 1, 2)).max() < 1e-12 * C.max()
         for t in range(6):
-            own = C[t][np.ix_(pieces.valid[t], pieces.valid[t])]
+            own = C[t][np.ix_(segments.valid[t], segments.valid[t])]
             assert np.linalg.eigvalsh(own).min() > -1e-12 * C.max()
 
 
 def test_evenly_loaded_teeth_bend_as_plane_ones(pair_of: Build) -> None:
     pair = pair_of(slices=8)
-    pieces = pieces_of(pair, [0.02])
-    on = np.flatnonzero(pieces.valid[0])
+    segments = contact_segments(pair, [0.02])
+    on = np.flatnonzero(segments.valid[0])
     assert len(on) == 8  # one pair of spur teeth bears
     per_length = 2e5
-    moved = pieces.compliance[0][np.ix_(on, on)] @ np.full(8, per_length * 30e-3 / 8)
+    moved = segments.compliance[0][np.ix_(on, on)] @ np.full(8, per_length * 30e-3 / 8)
     place = 0.02
     plane = sum(
         float(tooth.bending(radius(place))) * per_length
@@ -163,11 +166,13 @@ def test_evenly_loaded_teeth_bend_as_plane_ones(pair_of: Build) -> None:
 def test_a_loaded_tooth_takes_its_neighbours_along(pair_of: Build) -> None:
     pair = pair_of(slices=8)
     place = -0.3
-    pieces = pieces_of(pair, [place])  # one pair at -0.3, the one ahead at 0.7
-    first = np.flatnonzero(pieces.valid[0] & (np.abs(pieces.lines.sigma.ravel()[pieces.index[0]] - place) < 1e-9))
-    other = np.flatnonzero(pieces.valid[0] & (np.abs(pieces.lines.sigma.ravel()[pieces.index[0]] - place - 1) < 1e-9))
+    segments = contact_segments(pair, [place])  # one pair at -0.3, the one ahead at 0.7
+    first = np.flatnonzero(segments.valid[0] & (np.abs(segments.lines.sigma.ravel()[segments.index[0]] - place) < 1e-9))
+    other = np.flatnonzero(
+        segments.valid[0] & (np.abs(segments.lines.sigma.ravel()[segments.index[0]] - place - 1) < 1e-9)
+    )
     assert len(first) == len(other) == 8
-    moved = pieces.compliance[0][np.ix_(other, first)] @ np.full(8, 2e5 * 30e-3 / 8)
+    moved = segments.compliance[0][np.ix_(other, first)] @ np.full(8, 2e5 * 30e-3 / 8)
     plane = sum(
         float(tooth.cross(radius(place + 1), radius(place), 1)) * 2e5
         for tooth, radius in ((pair.tooth_a, pair.plane.radius_a), (pair.tooth_b, pair.plane.radius_b))
@@ -178,22 +183,22 @@ def test_a_loaded_tooth_takes_its_neighbours_along(pair_of: Build) -> None:
 def test_twist_of_a_shaft_under_an_even_load(pair_of: Build) -> None:
     rigid = pair_of(slices=200)
     pair = replace(rigid, torsion_a=Torsion(rigidity=2e4, end="right"))
-    more = pieces_of(pair, [0.02]).compliance[0] - pieces_of(rigid, [0.02]).compliance[0]
+    more = contact_segments(pair, [0.02]).compliance[0] - contact_segments(rigid, [0.02]).compliance[0]
     force, width = 9e3, 30e-3
     moved = more @ np.full(200, force / 200)
     x = (np.arange(200) + 0.5)[::-1] * width / 200  # from the right end, where the torque leaves
     torque = force * pair.plane.base_a
     twist = torque / 2e4 * (x - x**2 / (2 * width))
-    assert moved == pytest.approx(pair.plane.base_a * twist, rel=1e-2)  # pieces of a half per cent of the face
+    assert moved == pytest.approx(pair.plane.base_a * twist, rel=1e-2)  # segments of a half per cent of the face
     assert moved[0] > moved[-1]
 
 
 def test_misalignment_loads_the_end_it_closes(pair_of: Build) -> None:
-    found = loaded(pair_of(slices=10, misalignment=1e-3), [3e3], [0.02])
+    found = loaded_contact(pair_of(slices=10, misalignment=1e-3), [3e3], [0.02])
     over = found.force[0, 0].sum(axis=0)
     assert (np.diff(over) <= 0).all()  # positive opens the right end
     assert over[0] > over[-1] == 0
-    given = loaded(pair_of(slices=10, gap=((-15e-3, -15e-6), (15e-3, 15e-6))), [3e3], [0.02])
+    given = loaded_contact(pair_of(slices=10, gap=((-15e-3, -15e-6), (15e-3, 15e-6))), [3e3], [0.02])
     assert given.force == pytest.approx(found.force, rel=1e-12, abs=1e-9)
 
 
@@ -202,12 +207,12 @@ def test_pitch_deviation_unloads_its_tooth(pair_of: Build) -> None:
     pitch[1] = 30e-6
     pair = pair_of(slices=2, flank_a=Flank(pitch=tuple(pitch)))
     phases = np.arange(0, 3, 1 / 16) + 1e-3
-    found, plain = loaded(pair, [6e3], phases), loaded(pair_of(slices=2), [6e3], phases)
+    found, plain = loaded_contact(pair, [6e3], phases), loaded_contact(pair_of(slices=2), [6e3], phases)
     share = np.zeros((3, len(phases)))
     for t in range(len(phases)):
         for number in range(3):
-            share[number, t] = found.share[0, t][found.pieces.lines.pair[t] == number].sum()
-    same = np.isin(found.pieces.lines.pair, [1]) & (plain.share[0] > 0) & (plain.share[0] < 0.99)
+            share[number, t] = found.share[0, t][found.segments.lines.pair[t] == number].sum()
+    same = np.isin(found.segments.lines.pair, [1]) & (plain.share[0] > 0) & (plain.share[0] < 0.99)
     assert (found.share[0][same] < plain.share[0][same]).all()
     assert found.approach.max() == pytest.approx(plain.approach.max() + 30e-6, rel=1e-2)  # alone in mesh, as far back
     # three teeth on it is forgotten
@@ -217,7 +222,7 @@ def test_pitch_deviation_unloads_its_tooth(pair_of: Build) -> None:
 
 def test_pressure_is_that_of_pressed_cylinders(pair_of: Build) -> None:
     pair = pair_of(slices=1)
-    found = loaded(pair, [9e3], [0.02])
+    found = loaded_contact(pair, [9e3], [0.02])
     p = 9e3 / 30e-3
     radius = float(pair.plane.curvature_radius(0.02))
     modulus = 206e9 / (2 * (1 - 0.3**2))
@@ -230,7 +235,7 @@ def test_pressure_is_that_of_pressed_cylinders(pair_of: Build) -> None:
 def test_tangent_is_the_slope_and_secant_the_chord(pair_of: Build, linear_at: float | None) -> None:
     pair = pair_of(helix=15.0, flank_a=WORN, linear_at=linear_at)
     load, step = 8e3, 2.0
-    found = loaded(pair, [load - step, load, load + step], PHASES)
+    found = loaded_contact(pair, [load - step, load, load + step], PHASES)
     slope = 2 * step / (found.approach[2] - found.approach[0])
     # the difference of approaches is known to 1e-12 of them, its curvature is (step/load)^2
     assert found.tangent[1] == pytest.approx(slope, rel=1e-5)
@@ -240,21 +245,21 @@ def test_tangent_is_the_slope_and_secant_the_chord(pair_of: Build, linear_at: fl
 
 def test_approach_and_load_invert_each_other(pair_of: Build) -> None:
     pair = pair_of(helix=15.0, flank_a=WORN)
-    back = pressed(pair, [25e-6], PHASES)
-    found = loaded(pair, back.load, PHASES)  # a load for every phase
+    back = contact_at_approach(pair, [25e-6], PHASES)
+    found = loaded_contact(pair, back.load, PHASES)  # a load for every phase
     assert found.approach == pytest.approx(25e-6, rel=1e-9)
-    assert pressed(pair, [-1e-3], PHASES).load == pytest.approx(0.0, abs=0)
+    assert contact_at_approach(pair, [-1e-3], PHASES).load == pytest.approx(0.0, abs=0)
 
 
 def test_reshaped_pieces_are_those_of_the_new_flank(pair_of: Build) -> None:
     pair = pair_of(helix=15.0)
     worn = replace(pair, flank_b=WORN, misalignment=2e-4)
-    again = loaded_pieces(reshaped(pieces_of(pair, PHASES), worn), [8e3])
-    assert again.force == pytest.approx(loaded(worn, [8e3], PHASES).force, rel=1e-12)
+    again = loaded_segments(with_microgeometry(contact_segments(pair, PHASES), worn), [8e3])
+    assert again.force == pytest.approx(loaded_contact(worn, [8e3], PHASES).force, rel=1e-12)
 
 
 def test_transmission_error_is_transverse(pair_of: Build) -> None:
-    found = loaded(pair_of(helix=15.0), [8e3], PHASES)
+    found = loaded_contact(pair_of(helix=15.0), [8e3], PHASES)
     slant = math.asin(math.sin(math.radians(15)) * math.cos(math.radians(20)))
     assert found.transmission_error == pytest.approx(found.approach / math.cos(slant), rel=1e-12)
 
@@ -270,10 +275,10 @@ def test_harmonics_rebuild_the_samples() -> None:
 
 
 def test_bodies_that_are_softer_give_more(pair_of: Build) -> None:
-    hard = loaded(pair_of(), [8e3], PHASES)
-    soft = loaded(pair_of(youngs_modulus=(206e9, 103e9)), [8e3], PHASES)
+    hard = loaded_contact(pair_of(), [8e3], PHASES)
+    soft = loaded_contact(pair_of(youngs_modulus=(206e9, 103e9)), [8e3], PHASES)
     assert (soft.approach > hard.approach).all()
-    assert hertz.approach(hard.pieces.contact, np.full(hard.pieces.valid.shape, 1e5)).max() < hard.approach.max()
+    assert hertz.approach(hard.segments.contact, np.full(hard.segments.valid.shape, 1e5)).max() < hard.approach.max()
 
 
 @pytest.mark.parametrize(
@@ -290,10 +295,10 @@ def test_bodies_that_are_softer_give_more(pair_of: Build) -> None:
 )
 def test_what_cannot_mesh_is_refused(pair_of: Build, change: dict[str, Any], words: str) -> None:
     with pytest.raises(ModelError, match=words):
-        loaded(pair_of(**change), [1e3], [0.0])
+        loaded_contact(pair_of(**change), [1e3], [0.0])
 
 
 @pytest.mark.parametrize("load", [-1.0, math.nan, math.inf])
 def test_loads_are_refused(pair_of: Build, load: float) -> None:
     with pytest.raises(ModelError, match="a load on the teeth"):
-        loaded(pair_of(), [load], [0.0])
+        loaded_contact(pair_of(), [load], [0.0])

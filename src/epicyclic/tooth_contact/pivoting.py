@@ -1,8 +1,8 @@
-"""Linear unilateral contact one piece at a time, as the approach rises: exact over any range of loads.
+"""Linear unilateral contact one segment at a time, as the approach rises: exact over any range of loads.
 
     w = C P + g - d >= 0,   P >= 0,   w P = 0
 
-Of every piece either P or w is zero.  The others are linear in d: where one of them would turn negative it changes
+Of every segment either P or w is zero.  The others are linear in d: where one of them would turn negative it changes
 places, one pivot of the table, so that forces and load are piecewise linear in d, and every load is met on the way.
 """
 
@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["climb"]
+__all__ = ["principal_pivoting"]
 
 Array = NDArray[np.float64]
 
 
-def climb(compliance: Array, gap: Array, loads: Array, approaches: Array) -> tuple[Array, Array]:
-    """Contact of n pieces at L loads or approaches in rising order.
+def principal_pivoting(compliance: Array, gap: Array, loads: Array, approaches: Array) -> tuple[Array, Array]:
+    """Contact of n segments at L loads or approaches in rising order.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def climb(compliance: Array, gap: Array, loads: Array, approaches: Array) -> tup
         if done == count or first < 0:
             break
         at = following
-        # exchange P and w of the piece that turns
+        # exchange P and w of the segment that turns
         pivot = table[first, first]
         row = table[first] / pivot
         column = table[:, first].copy()

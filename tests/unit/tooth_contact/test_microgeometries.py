@@ -1,4 +1,4 @@
-"""Many micro-geometries at once are each of them alone; one piece across an even face is as good as many."""
+"""Many micro-geometries at once are each of them alone; one segment across an even face is as good as many."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ import pytest
 import epicyclic
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.gears.flank import PLAIN, Flank, Relief
-from epicyclic.tooth_contact.many import even_across, shapes_loaded
-from epicyclic.tooth_contact.pair import loaded
-from epicyclic.tooth_contact.pieces import Pair, pieces_of
+from epicyclic.tooth_contact.loaded_contact import loaded_contact
+from epicyclic.tooth_contact.microgeometries import microgeometry_contact
+from epicyclic.tooth_contact.pair import ContactPair, uniform_along_face
+from epicyclic.tooth_contact.segments import contact_segments
 
 PHASES = np.arange(12) / 12
 TIP = Flank(tip_relief=Relief(amount=12e-6, length=2e-3))
@@ -21,7 +22,7 @@ FLANKS = (PLAIN, TIP, Flank(crown=4e-6, tip_relief=Relief(amount=5e-6, length=1e
 LOADS = [2000.0, 500.0, 4000.0]  # in no order
 
 
-def pair(helix: str = "0 deg", **options: Any) -> Pair:
+def pair(helix: str = "0 deg", **options: Any) -> ContactPair:
     document = {
         "format": 1,
         "title": "One pair",
@@ -47,11 +48,11 @@ def test_many_are_each_alone(helix: str, linear_at: float | None, monkeypatch: p
     one = pair(helix, linear_at=linear_at)
     shapes = [replace(one, flank_a=a, flank_b=b) for a, b in zip(FLANKS, FLANKS[::-1], strict=True)]
     monkeypatch.setattr("epicyclic.tooth_contact.many._AT_ONCE", 12 * 12**2 * 2)  # in more than one part
-    many = shapes_loaded(pieces_of(one, PHASES), shapes, LOADS, tangents=True)
+    many = microgeometry_contact(contact_segments(one, PHASES), shapes, LOADS, tangents=True)
     assert many.solved.all()
     assert many.residual.max() < 1e-11
     for i, shape in enumerate(shapes):
-        alone = loaded(shape, LOADS, PHASES)
+        alone = loaded_contact(shape, LOADS, PHASES)
         # both end at 1e-12 of the forces; the tangent follows from them
         np.testing.assert_allclose(many.approach[i], alone.approach, rtol=1e-10)
         np.testing.assert_allclose(many.tangent[i], alone.tangent, rtol=1e-8)
@@ -61,8 +62,8 @@ def test_many_are_each_alone(helix: str, linear_at: float | None, monkeypatch: p
 
 def test_one_piece_across_an_even_face() -> None:
     one = pair(flank_a=TIP)
-    assert even_across(one)
-    many, single = (loaded(replace(one, slices=count), LOADS, PHASES) for count in (6, 1))
+    assert uniform_along_face(one)
+    many, single = (loaded_contact(replace(one, slices=count), LOADS, PHASES) for count in (6, 1))
     np.testing.assert_allclose(single.approach, many.approach, rtol=1e-9)
     np.testing.assert_allclose(single.tangent, many.tangent, rtol=1e-9)
     np.testing.assert_allclose(single.largest_load, many.largest_load, rtol=1e-9)
@@ -81,10 +82,10 @@ def test_one_piece_across_an_even_face() -> None:
 )
 def test_what_differs_along_the_face_is_not_even(change: dict[str, Any]) -> None:
     uneven = pair(**change)
-    assert not even_across(uneven)
-    many, single = (loaded(replace(uneven, slices=count), [2000.0], PHASES) for count in (6, 1))
+    assert not uniform_along_face(uneven)
+    many, single = (loaded_contact(replace(uneven, slices=count), [2000.0], PHASES) for count in (6, 1))
     assert np.abs(single.approach / many.approach - 1).max() > 1e-4
 
 
 def test_a_helix_is_not_even() -> None:
-    assert not even_across(pair("15 deg"))
+    assert not uniform_along_face(pair("15 deg"))

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.tooth_contact import body
+from epicyclic.tooth_contact import foundation
 
 Array = NDArray[np.float64]
 
@@ -19,12 +19,12 @@ E, NU = 206e9, 0.3
 PLANE = E / (1 - NU**2)
 
 
-def standing(circle: float, held: float, theta: float, pitch: float = 0.25) -> body.Root:
-    return body.Root(circle=circle, held=held, thickness=2 * circle * math.sin(theta), pitch=pitch)
+def standing(circle: float, held: float, theta: float, pitch: float = 0.25) -> foundation.ToothRoot:
+    return foundation.ToothRoot(circle=circle, held=held, thickness=2 * circle * math.sin(theta), pitch=pitch)
 
 
-def motions(root: body.Root, neighbours: int = 0) -> Array:
-    return body.root_compliance(root, neighbours, youngs_modulus=E, poisson=NU)
+def motions(root: foundation.ToothRoot, neighbours: int = 0) -> Array:
+    return foundation.root_compliance(root, neighbours, youngs_modulus=E, poisson=NU)
 
 
 rings = st.builds(
@@ -37,7 +37,7 @@ rings = st.builds(
 
 @given(rings)
 @settings(max_examples=40, deadline=None)
-def test_the_ring_is_symmetric_and_positive(root: body.Root) -> None:
+def test_the_ring_is_symmetric_and_positive(root: foundation.ToothRoot) -> None:
     # Teeth all round: the whole matrix of their coupling is that of an elastic body.
     found = motions(replace(root, pitch=2 * math.pi / 9), 8)
     scale = np.array([1, 1, root.thickness])
@@ -49,10 +49,10 @@ def test_the_ring_is_symmetric_and_positive(root: body.Root) -> None:
 
 @given(rings)
 @settings(max_examples=20, deadline=None)
-def test_mean_over_all_turns_is_the_ring_in_torsion_and_under_pressure(root: body.Root) -> None:
+def test_mean_over_all_turns_is_the_ring_in_torsion_and_under_pressure(root: foundation.ToothRoot) -> None:
     # 720 places of the loaded root leave only orders 0, 720, ...: what is left is Lame's ring and the ring in torsion.
     found = motions(replace(root, pitch=2 * math.pi / 720), 719).mean(axis=0)
-    twist = body.winding(root, root.middle, youngs_modulus=E, poisson=NU)
+    twist = foundation.torsional_compliance(root, root.middle, youngs_modulus=E, poisson=NU)
     assert found[0, 0] == pytest.approx(twist, rel=1e-3)  # orders 720 and up, some 1e-4
     R, h = root.circle, root.held
     # plane strain, held at h, pressure p at R: u(R) = p R (1 - 2 nu)(R^2 - h^2)/(2 G (h^2 + (1 - 2 nu) R^2))
@@ -84,7 +84,7 @@ def test_orders_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     root = standing(40e-3, 20e-3, 0.08)
     found = {}
     for orders in (40, 80, 100):  # 96 points see no more
-        monkeypatch.setattr(body, "_ORDERS", orders)
+        monkeypatch.setattr(foundation, "_ORDERS", orders)
         found[orders] = motions(root)[0][2, 2]
     assert abs(found[40] / found[100] - 1) < 6e-4
     assert abs(found[80] / found[100] - 1) < 1e-4
@@ -94,7 +94,7 @@ def test_orders_converge(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("theta", [0.02, 0.05, 0.12])
 def test_the_fit_reads_the_middle_of_the_root(ratio: float, theta: float) -> None:
     root = standing(1.0, 1 / ratio, theta)
-    fitted, messages = body.fitted(root, youngs_modulus=E)
+    fitted, messages = foundation.sainsot_compliance(root, youngs_modulus=E)
     exact = motions(root)[0]
     assert messages == ()
     # Slope at the middle of a linear pressure: 24/pi/E' against 18/pi/E' by work, a third more.
@@ -111,7 +111,7 @@ def test_the_fit_reads_the_middle_of_the_root(ratio: float, theta: float) -> Non
 
 
 def test_what_lies_outside_the_fit_is_told() -> None:
-    _, messages = body.fitted(standing(1.0, 0.1, 0.15), youngs_modulus=E)
+    _, messages = foundation.sainsot_compliance(standing(1.0, 0.1, 0.15), youngs_modulus=E)
     assert [message.split(" is outside")[0] for message in messages] == [
         "gear body: r_f/r_int 10",
         "gear body: theta_f 0.15",

@@ -1,0 +1,249 @@
+"""Loaded tooth contact of one pair of gears on one helix: over a mesh cycle, at several loads.
+
+    result = loaded(pair, [10e3, 20e3], np.arange(50) / 50)
+    result.transmission_error, result.tangent, result.load_per_length()
+
+Forces are normal to the teeth.  Stiffness is along the normal too: `tangent` dF/dd at the load, `secant` F/(d - d_0)
+from where the teeth first touch; `mean_stiffness` averages the tangent over the phases.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import ModelError
+from . import hertz
+from .corner import corner_reach, tip_separation
+from .lines import contact_lines
+from .pair import ContactPair
+from .segments import ContactSegments, contact_segments, initial_gap
+from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffness, with_residuals
+
+__all__ = [
+    "LoadedContact",
+    "contact_at_approach",
+    "harmonics",
+    "loaded_contact",
+    "loaded_segments",
+]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadedContact:
+    """Contact of one pair: F loads, T phases, J pairs of teeth, K segments of the face.
+
+    segments : what was solved.  load : (F, T) sum of the forces [N].  force : (F, T, J, K) normal to the tooth [N].
+    approach : (F, T) d along the normal [m].  no_load : (T,) d at which the teeth first touch [m].
+    tangent : (F, T) dF/dd [N/m].  residual : (F, T) of the contact conditions [1].  status : (F, T) "" where solved.
+    corner : (F, 2) how far teeth before and behind the path of contact would overlap, largest over the cycle [m];
+        0 where they stay apart or are let bear.
+    """
+
+    segments: ContactSegments
+    load: Array
+    force: Array
+    approach: Array
+    no_load: Array
+    tangent: Array
+    residual: Array
+    status: NDArray[np.object_]
+    corner: Array
+
+    @property
+    def sigma(self) -> Array:
+        """Places of the phases, (T,) [base pitches]."""
+        return self.segments.sigma
+
+    @property
+    def transmission_error(self) -> Array:
+        """Loaded transmission error in the transverse plane, lag of the driven gear positive, (F, T) [m]."""
+        return self.approach / math.cos(self.segments.pair.plane.base_helix)
+
+    @property
+    def no_load_error(self) -> Array:
+        """Transmission error of the unloaded flanks in the transverse plane, (T,) [m]."""
+        return self.no_load / math.cos(self.segments.pair.plane.base_helix)
+
+    @property
+    def secant(self) -> Array:
+        """F/(d - d_0), (F, T) [N/m]; without load what it tends to, the tangent."""
+        way = self.approach - self.no_load
+        return np.where(way > 0, self.load / np.where(way > 0, way, 1.0), self.tangent)
+
+    @property
+    def mean_stiffness(self) -> Array:
+        """Tangent stiffness averaged over the phases, (F,) [N/m]."""
+        return np.asarray(self.tangent.mean(axis=1))
+
+    @property
+    def share(self) -> Array:
+        """Part of the load on each pair of teeth, (F, T, J) [1]; 0 without load."""
+        whole = np.where(self.load > 0, self.load, 1.0)
+        return np.asarray(self.force.sum(axis=3) / whole[:, :, None])
+
+    def load_per_length(self) -> Array:
+        """Force per length of contact line, (F, T, J, K) [N/m]; 0 where nothing touches."""
+        length = self.segments.lines.length
+        return np.asarray(self.force / np.where(length > 0, length, np.inf))
+
+    @property
+    def whole(self) -> NDArray[np.bool_]:
+        """Segments of which at least half is on the path of contact, (T, J, K).
+
+        A line that begins at a corner of the flank is short, and its tooth not yet deflected: the load per length of
+        such slivers says more about the cut than about the tooth, and they carry next to nothing.
+        """
+        lines = self.segments.lines
+        full = lines.span / math.cos(self.segments.pair.plane.base_helix)
+        return np.asarray(lines.length >= 0.5 * full * (1 - 1e-9))
+
+    @property
+    def largest_load(self) -> Array:
+        """Largest force per length of the phases, (F,) [N/m], slivers left out (`whole`)."""
+        return np.asarray(np.where(self.whole, self.load_per_length(), 0.0).max(axis=(1, 2, 3)))
+
+    @property
+    def largest_pressure(self) -> Array:
+        """Largest contact pressure of the phases, (F,) [Pa], slivers left out (`whole`)."""
+        return np.asarray(np.where(self.whole, self.pressure(), 0.0).max(axis=(1, 2, 3)))
+
+    def pressure(self) -> Array:
+        """Largest contact pressure, (F, T, J, K) [Pa] [weber1953]."""
+        segments = self.segments
+        places = np.take_along_axis(
+            self.load_per_length().reshape(*self.load.shape, -1),
+            np.broadcast_to(segments.index, (*self.load.shape[:1], *segments.index.shape)),
+            axis=-1,
+        )
+        return segments.spread(hertz.pressure(segments.contact, places))
+
+
+def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike, *, compiled: bool = False) -> LoadedContact:
+    """Contact at given loads.
+
+    Parameters
+    ----------
+    loads : (F,) or (F, T) forces normal to the tooth, 0 or more [N].  phases : (T,) places sigma of one pair of teeth
+        at mid-face [base pitches]; the cycle of the flanks is 1.  compiled : with a linear law, all loads in one go by
+        numba (extra ``fast``), the same numbers; of a load for every phase and with Hertz it makes no difference.
+
+    Raises
+    ------
+    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load; `compiled` without numba.
+    """
+    return loaded_segments(contact_segments(pair, phases), loads, compiled=compiled)
+
+
+def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, compiled: bool = False) -> LoadedContact:
+    """Contact of segments at given loads, as `loaded_contact`; `with_microgeometry` segments keep what another flank does not change."""
+    given = np.atleast_1d(np.asarray(loads, dtype=float))
+    wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(segments.sigma)))
+    if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
+        raise ModelError("a load on the teeth", path="loads", given=given.tolist(), allowed="0 or more [N]")
+    if compiled and segments.line is None and given.ndim == 1:
+        return _result(segments, _compiled(segments, given))
+    found: dict[int, ContactSolution] = {}
+    start: Array | None = None
+    for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
+        found[i] = _solved(segments, load=wanted[i], start=start)
+        start = _own_approach(segments, found[i]) if (wanted[i] > 0).all() else None
+    return _result(segments, [found[i] for i in range(len(wanted))])
+
+
+def contact_at_approach(pair: ContactPair, approaches: ArrayLike, phases: ArrayLike) -> LoadedContact:
+    """Contact at given approaches d (D,) along the normal [m]; otherwise as `loaded_contact`, the load is a result."""
+    segments = contact_segments(pair, phases)
+    ways = np.atleast_1d(np.asarray(approaches, dtype=float))
+    found = [_solved(segments, approach=np.full(len(segments.sigma), way)) for way in ways]
+    return _result(segments, found)
+
+
+def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
+    """One-sided complex amplitudes of orders 0 .. count of samples over whole cycles, last axis -> orders.
+
+    values = Re sum_l c_l exp(2 pi i l sigma); orders that the samples do not show are 0.
+    """
+    spectrum = np.fft.rfft(values, axis=-1) / values.shape[-1]
+    found = np.zeros((*values.shape[:-1], count + 1), complex)
+    most = min(count + 1, (values.shape[-1] + 1) // 2)
+    found[..., :most] = spectrum[..., :most]
+    found[..., 1:] *= 2
+    return found
+
+
+def _solved(
+    segments: ContactSegments, *, load: Array | None = None, approach: Array | None = None, start: Array | None = None
+) -> ContactSolution:
+    what = (segments.compliance, segments.gap, segments.valid)
+    if segments.line is None:
+        return solve_linear(*what, load, approach=approach)
+    return solve_hertzian(*what, load, segments.law, approach=approach, start=start)
+
+
+def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
+    """Contact at loads (F,) of a linear law, by numba."""
+    try:
+        from .compiled import principal_pivoting_batch
+    except ImportError:
+        raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
+    order = np.argsort(loads, kind="stable")
+    force, approach = principal_pivoting_batch(
+        segments.compliance, segments.gap, segments.valid.sum(axis=1), loads[order]
+    )
+    back = np.argsort(order, kind="stable")
+    return [
+        with_residuals(
+            segments.compliance, segments.gap, segments.valid, np.full(len(segments.sigma), load), force[i], approach[i]
+        )
+        for load, i in zip(loads, back, strict=True)
+    ]
+
+
+def _own_approach(segments: ContactSegments, found: ContactSolution) -> Array:
+    shared = np.matmul(segments.compliance, found.force[:, :, None])[:, :, 0]
+    return np.asarray(found.approach[:, None] - segments.gap - shared)
+
+
+def _result(segments: ContactSegments, found: list[ContactSolution]) -> LoadedContact:
+    force = np.array([one.force for one in found])
+    approach = np.array([one.approach for one in found])
+    return LoadedContact(
+        segments=segments,
+        load=force.sum(axis=2),
+        force=segments.spread(force),
+        approach=approach,
+        no_load=segments.no_load,
+        tangent=np.array([_tangent(segments, one) for one in found]),
+        residual=np.array([one.residual for one in found]),
+        status=np.array([one.status for one in found]),
+        corner=_corner(segments, approach),
+    )
+
+
+def _tangent(segments: ContactSegments, found: ContactSolution) -> Array:
+    if segments.line is None:
+        return tangent_stiffness(segments.compliance, found.active)
+    slope = segments.law(_own_approach(segments, found), np.arange(len(found.force)))[1]
+    return tangent_stiffness(segments.compliance, found.active, slope)
+
+
+def _corner(segments: ContactSegments, approach: Array) -> Array:
+    """Overlap of teeth that stand before and behind the path of contact, largest over the phases, (F, 2) [m]."""
+    pair = segments.pair
+    overlap = np.zeros((len(approach), 2))
+    if pair.corner:
+        return overlap
+    plane = pair.plane
+    most = max(float(np.nanmax(approach, initial=0.0) - segments.no_load.min()), 0.0)
+    lines = contact_lines(plane, segments.sigma, pair.slices, beyond=corner_reach(plane, most))
+    apart = initial_gap(pair, lines) + tip_separation(plane, lines.sigma)
+    for side, there in enumerate((lines.sigma < plane.limits[0], lines.sigma > plane.limits[1])):
+        nearest = np.where(there & (lines.length > 0), apart, np.inf).min(axis=(1, 2))
+        overlap[:, side] = np.maximum(np.nanmax(approach - nearest, axis=1), 0.0)
+    return overlap

@@ -1,0 +1,209 @@
+"""A pair of teeth in contact, cut into segments: what they have in common, how far they are apart, how they give way.
+
+Displacement along the normal of a segment i under forces P_k of all segments in mesh:
+
+    own approach u_i(P_i/l_i) of the two flanks [weber1953]
+    + sum over both gears: [b_ik + r_ik] G(zeta_i, zeta_k) P_k + s P_k/L
+
+b is the compliance of the tooth itself, (b_i b_k)^1/2 along one tooth, none between two; r what the body under the
+teeth gives, from one to another too, without the winding s that all teeth share over the length L of the face; G says
+how a load on one place of the face deflects another.  With b, r and G the compliance is symmetric positive definite.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..gears.flank import lead_modification, profile_modification
+from . import hertz
+from .corner import corner_reach, tip_separation
+from .kernel import PLATE_DECAY, face_coupling
+from .lines import ContactLines, contact_lines
+from .pair import ContactPair, check_pair
+
+__all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeometry"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# Corner contact is looked for until tip and flank are this far apart, in modules of the base pitch: far above what
+# teeth give way.
+_CORNER = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContactSegments:
+    """The segments that can touch at T phases, n at most in one of them; what stands behind `valid` is padding.
+
+    sigma : (T,) of the phases.  lines : all segments, (T, J, K).  index : (T, n) of a segment among those J K.
+    valid : (T, n).  zeta, length : (T, n) [m].  gap : (T, n) material missing [m].
+    compliance : (T, n, n) shared between segments [m/N]; with a linear law all of it.  line : own law, None where linear.
+    contact : Hertz contact at every segment, for pressures.
+    """
+
+    pair: ContactPair
+    sigma: Array
+    lines: ContactLines
+    index: Index
+    valid: NDArray[np.bool_]
+    zeta: Array
+    length: Array
+    gap: Array
+    compliance: Array
+    line: hertz.LineContact | None
+    contact: hertz.LineContact
+
+    @property
+    def no_load(self) -> Array:
+        """Approach at which the flanks first touch, (T,) [m]."""
+        return np.asarray(np.where(self.valid, self.gap, np.inf).min(axis=1))
+
+    def law(self, approach: Array, phases: Index) -> tuple[Array, Array]:
+        """Force [N] and slope [N/m] at own approaches (t, n) [m] at phases (t,), as `solve.solve_hertzian` asks."""
+        own = self.contact
+        p, slope = hertz.load(hertz.LineContact(A=own.A, B=own.B[phases], radius=own.radius[phases]), approach)
+        return p * self.length[phases], slope * self.length[phases]
+
+    def spread(self, values: Array) -> Array:
+        """Values (..., T, n) of the segments at their places among all, (..., T, J, K); 0 elsewhere."""
+        shape = self.lines.length.shape
+        flat = np.zeros((*values.shape[:-1], shape[1] * shape[2] + 1))
+        at = np.where(self.valid, self.index, shape[1] * shape[2])
+        np.put_along_axis(flat, np.broadcast_to(at, values.shape), np.where(self.valid, values, 0.0), axis=-1)
+        return flat[..., :-1].reshape(*values.shape[:-1], shape[1], shape[2])
+
+
+def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
+    """Segments of a pair at places (T,) of one pair of teeth at mid-face [base pitches].
+
+    Raises
+    ------
+    ModelError : what cannot be built or does not mesh, see `check_pair`.
+    """
+    check_pair(pair)
+    beyond = corner_reach(pair.plane, _CORNER * pair.plane.base_pitch / math.pi) if pair.corner else (0.0, 0.0)
+    lines = contact_lines(pair.plane, sigma, pair.slices, beyond=beyond)
+    index, valid = _gathered(lines)
+
+    def take(values: Array) -> Array:
+        return np.take_along_axis(values.reshape(len(index), -1), index, axis=1)
+
+    place, zeta = take(lines.sigma), take(lines.zeta)
+    length = np.where(valid, take(lines.length), 1.0)
+    contact = _contact(pair, place)
+    compliance = _shared_compliance(pair, lines, index, place)
+    if pair.linear_at is not None:
+        n = index.shape[1]
+        secant = contact.A * (contact.B - math.log(pair.linear_at))
+        compliance[:, np.arange(n), np.arange(n)] += secant / length
+    return ContactSegments(
+        pair=pair,
+        sigma=np.atleast_1d(np.asarray(sigma, dtype=float)),
+        lines=lines,
+        index=index,
+        valid=valid,
+        zeta=zeta,
+        length=length,
+        gap=np.where(valid, take(initial_gap(pair, lines)), 0.0),
+        compliance=compliance,
+        line=contact if pair.linear_at is None else None,
+        contact=contact,
+    )
+
+
+def with_microgeometry(segments: ContactSegments, pair: ContactPair) -> ContactSegments:
+    """The same segments of a pair that differs in its gaps alone: micro-geometry, misalignment, given gaps.
+
+    Raises
+    ------
+    ModelError : as of `check_pair`.
+    """
+    check_pair(pair)
+    gap = initial_gap(pair, segments.lines).reshape(len(segments.index), -1)
+    there = np.take_along_axis(gap, segments.index, axis=1)
+    return replace(segments, pair=pair, gap=np.where(segments.valid, there, 0.0))
+
+
+def _gathered(lines: ContactLines) -> tuple[Index, NDArray[np.bool_]]:
+    touched = (lines.length > 0).reshape(len(lines.length), -1)
+    most = max(1, int(touched.sum(axis=1).max()))
+    index = np.argsort(~touched, axis=1, kind="stable")[:, :most]
+    return index, np.take_along_axis(touched, index, axis=1)
+
+
+def _contact(pair: ContactPair, place: Array) -> hertz.LineContact:
+    plane = pair.plane
+    on = np.clip(place, *plane.limits)
+    return hertz.line_contact(
+        plane.curvature_radius(on),
+        pair.tooth_a.depth(plane.radius_a(on)),
+        pair.tooth_b.depth(plane.radius_b(on)),
+        youngs_modulus=pair.youngs_modulus,
+        poisson=pair.poisson,
+    )
+
+
+def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, place: Array) -> Array:
+    """What the load of one segment gives another, (T, n, n) [m/N]."""
+    plane, count = pair.plane, lines.length.shape[2]
+    slant = math.cos(plane.base_helix)
+    on = np.clip(place, *plane.limits)
+    tooth, segment = index // count, index % count
+    ahead = tooth[:, None, :] - tooth[:, :, None]
+    along, across = segment[:, :, None], segment[:, None, :]
+    whole = np.zeros(ahead.shape)
+    for gear, face, radius, sense in (
+        (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
+        (pair.tooth_b, plane.face_b, plane.radius_b(on), -1),
+    ):
+        width = (face[1] - face[0]) / slant
+        middle = (lines.centre - 0.5 * (face[0] + face[1])) / slant
+        spans = np.full(count, lines.span / slant)
+        kernel = face_coupling(middle, width, PLATE_DECAY * gear.height, spans)
+        body = gear.cross(radius[:, :, None], radius[:, None, :], sense * ahead)
+        # at the root of a ring there is no tooth left between the load and the body
+        root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
+        own = np.where(ahead == 0, root[:, :, None] * root[:, None, :], 0.0)
+        whole += (own + body - gear.shared) * kernel[along, across] + gear.shared / width
+    twist = _twisted(pair, lines)
+    if twist is not None:
+        whole += twist[along, across]
+    return whole
+
+
+def _twisted(pair: ContactPair, lines: ContactLines) -> Array | None:
+    """Compliance of segments of the face by the twist of both bodies, (K, K) [m/N]; None where both are rigid."""
+    plane, whole = pair.plane, None
+    for torsion, face, base in (
+        (pair.torsion_a, plane.face_a, plane.base_a),
+        (pair.torsion_b, plane.face_b, plane.base_b),
+    ):
+        if torsion is None:
+            continue
+        away = lines.centre - face[0] if torsion.end == "left" else face[1] - lines.centre
+        lever = (base * math.cos(plane.base_helix)) ** 2 / torsion.rigidity
+        own = lever * np.minimum(away[:, None], away[None, :])
+        whole = own if whole is None else whole + own
+    return whole
+
+
+def initial_gap(pair: ContactPair, lines: ContactLines) -> Array:
+    """Gap between the flanks from all that is missing on either, misalignment and given gaps, (T, J, K) [m]."""
+    plane = pair.plane
+    on = np.clip(lines.sigma, *plane.limits)
+    total = pair.misalignment * lines.zeta + tip_separation(plane, lines.sigma) * (pair.corner)
+    if pair.gap:
+        total = total + np.interp(lines.zeta, *np.array(pair.gap).T)
+    for flank, gear, radius in ((pair.flank_a, 0, plane.radius_a), (pair.flank_b, 1, plane.radius_b)):
+        tip, root = (plane.limits[1], plane.limits[0]) if gear == 0 else plane.limits
+        at = radius(on)
+        height = np.abs(at - radius(tip)), np.abs(at - radius(root))
+        total = total + profile_modification(flank, below_tip=height[0], above_root=height[1], sigma=lines.sigma)
+        total = total + lead_modification(flank, lines.zeta, (plane.face_a, plane.face_b)[gear])
+        if flank.pitch:
+            total = total + np.asarray(flank.pitch)[lines.pair % pair.teeth[gear]][:, :, None]
+    return np.asarray(total)
