@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from numpy.typing import NDArray
+from tooth_oracles import contact_line_length
 
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.gears.series import evaluate_series
-from epicyclic.gears.stiffness import contact_line_length
 from epicyclic.resolve import load
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System

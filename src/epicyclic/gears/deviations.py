@@ -15,33 +15,14 @@ from numpy.typing import NDArray
 from .series import mesh_phasor
 
 __all__ = [
-    "evaluate_pitch",
-    "fixed_vector",
     "pitch_lines",
     "profile_amplitude",
     "random_phases",
-    "rotating_vector",
     "tooth_phase",
 ]
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-
-
-def rotating_vector(amplitude: float, phase: float = 0.0) -> ComplexArray:
-    """Amplitude V (6,) of a vector of constant length that turns: (x, y) = A (cos, sin)(w t + phase).
-
-    amplitude A [m]; phase [rad] from the x axis at t = 0.  E(t) = Re(V exp(i w t)), w signed:
-    w < 0 turns clockwise.
-    """
-    vector = np.zeros(6, dtype=np.complex128)
-    vector[:2] = amplitude * np.exp(1j * phase) * np.array([1.0, -1j])
-    return vector
-
-
-def fixed_vector(x: float = 0.0, y: float = 0.0, z: float = 0.0, *, rx: float = 0.0, ry: float = 0.0) -> ComplexArray:
-    """Amplitude V (6,) of a vector that stands still (frequency 0): displacement x, y, z [m], tilt rx, ry [rad]."""
-    return np.array([x, y, z, rx, ry, 0.0], dtype=np.complex128)
 
 
 def profile_amplitude(
@@ -98,9 +79,3 @@ def pitch_lines(
     order = np.arange(0, teeth if highest_order is None else highest_order + 1)
     weight = np.sinc(order / teeth) ** 2 * np.where(order == 0, 1.0, 2.0) / teeth
     return order, np.asarray(weight * np.fft.fft(samples)[order % teeth], dtype=np.complex128)
-
-
-def evaluate_pitch(orders: NDArray[np.int64], coefficients: ComplexArray, teeth: int, *, tau: Array) -> Array:
-    """e(tau) [m] of `pitch_lines` at tooth phases tau [pitches], any shape."""
-    angle = 2j * np.pi / teeth * np.asarray(tau)[..., np.newaxis] * orders
-    return np.asarray((np.exp(angle) @ coefficients).real)

@@ -19,16 +19,13 @@ __all__ = [
     "base_radius",
     "centre_distance",
     "contact_limits",
-    "interference_margin",
     "overlap_ratio",
     "radial_clearance",
     "reference_centre_distance",
     "reference_radius",
     "root_radius",
     "shift_sum",
-    "solid_inertia",
     "tip_radius",
-    "tip_thickness",
     "transverse_contact_ratio",
     "transverse_module",
     "transverse_pressure_angle",
@@ -105,38 +102,6 @@ def root_radius(
     """Root radius r -+ m (h_f - x) [m], - outside, + of a ring [iso21771]; coefficients as of `tip_radius`."""
     depth = module * (dedendum - profile_shift)
     return reference_radius(teeth, module, helix_angle) + (depth if internal else -depth)
-
-
-def tip_thickness(
-    teeth: int,
-    module: float,
-    pressure_angle: float,
-    helix_angle: float,
-    *,
-    tip_radius: float,
-    profile_shift: float = 0.0,
-    internal: bool = False,
-) -> float:
-    """Transverse tooth thickness on the tip circle, as an arc [m]; negative where the flanks cross below the tip.
-
-    Half the tooth spans (pi/2 + 2 x tan alpha_n)/z +- (inv alpha_t - inv alpha_a) [iso21771]; + outside.
-    A ring tip inside the base circle counts as lying on it: there is no involute further in.
-    """
-    base = base_radius(teeth, module, pressure_angle, helix_angle)
-    at_reference = involute(transverse_pressure_angle(pressure_angle, helix_angle))
-    at_tip = involute(math.acos(min(1.0, base / tip_radius)))
-    half = (0.5 * math.pi + 2.0 * profile_shift * math.tan(pressure_angle)) / teeth
-    return 2.0 * tip_radius * (half + (at_tip - at_reference if internal else at_reference - at_tip))
-
-
-def solid_inertia(outer_radius: float, inner_radius: float, width: float, density: float) -> tuple[float, float, float]:
-    """Mass [kg], inertia about the axis and about a diameter through the middle [kg m^2] of a hollow cylinder.
-
-    outer_radius, inner_radius, width [m]; density [kg/m^3].
-    """
-    squares = outer_radius**2 + inner_radius**2
-    mass = density * math.pi * (outer_radius**2 - inner_radius**2) * width
-    return mass, 0.5 * mass * squares, mass * (3.0 * squares + width**2) / 12.0
 
 
 # a pair --------------------------------------------------------------------------------------------------------------
@@ -268,24 +233,6 @@ def base_clearance(
 ) -> float:
     """Centre distance beyond the one at which the base circles touch [m]; negative: no line of action exists."""
     return centre_distance - (base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a)
-
-
-def interference_margin(
-    limits: tuple[float, float],
-    base_radius_a: float,
-    base_radius_b: float,
-    *,
-    working_pressure_angle: float,
-    base_pitch: float,
-    internal: bool = False,
-) -> float:
-    """Smallest distance from the ends of contact to the base tangent points [base pitches].
-
-    Negative where a tip reaches past the mate's involute.  limits : of `contact_limits`.
-    """
-    length = math.tan(working_pressure_angle) / base_pitch
-    margin_a = limits[0] + base_radius_a * length
-    return margin_a if internal else min(margin_a, base_radius_b * length - limits[1])
 
 
 def _teeth_sum(teeth_a: int, teeth_b: int, internal: bool) -> int:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .series import ComplexArray
 
@@ -19,7 +19,6 @@ __all__ = [
     "LIMITS",
     "STEEL_MODULUS",
     "Limit",
-    "contact_line_length",
     "contact_line_series",
     "face_average",
     "iso6336_mesh_stiffness",
@@ -177,26 +176,3 @@ def face_average(series: ComplexArray, overlap_ratio: float) -> ComplexArray:
     """Mean over a helical face of a series (L,) of a narrow slice of it, v_l sinc(l eps_beta) [1]."""
     order = np.arange(1, np.size(series) + 1)
     return np.asarray(series * np.sinc(order * overlap_ratio), dtype=np.complex128)
-
-
-def contact_line_length(
-    sigma: ArrayLike,
-    limits: tuple[float, float],
-    overlap_ratio: float,
-    *,
-    face_width: float = 1.0,
-    base_helix_angle: float = 0.0,
-) -> Array:
-    """Length of all contact lines of one helix, by counting the tooth pairs in contact [m].
-
-    sigma : place of any one pair at mid-face [base pitches], any shape; the others stand whole pitches before and
-    behind.  limits : (sigma_min, sigma_max); overlap_ratio [1]; face_width [m]; base_helix_angle [rad].
-    Returns the shape of sigma.
-    """
-    place = np.asarray(sigma, dtype=float)
-    window = max(overlap_ratio, 1e-12)  # spur: a step, halved where a pair stands exactly at a limit
-    first = math.floor(limits[0] - 0.5 * window) - 1
-    pairs = np.arange(first, math.ceil(limits[1] + 0.5 * window) + 2)
-    pair = (place - np.floor(place))[..., np.newaxis] + pairs
-    before, after = (np.clip((limit - pair) / window + 0.5, 0.0, 1.0) for limit in limits)
-    return np.asarray((after - before).sum(axis=-1) * face_width / math.cos(base_helix_angle))

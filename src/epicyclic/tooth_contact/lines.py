@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ContactLines", "PlaneOfAction", "contact_lines", "mean_length"]
+__all__ = ["ContactLines", "PlaneOfAction", "contact_lines"]
 
 Array = NDArray[np.float64]
 
@@ -140,8 +140,3 @@ def contact_lines(
         centre=centre,
         span=span,
     )
-
-
-def mean_length(plane: PlaneOfAction) -> float:
-    """Mean length of all contact lines over a mesh cycle, eps_alpha b/cos beta_b [m]."""
-    return (plane.limits[1] - plane.limits[0]) * plane.width / math.cos(plane.base_helix)

@@ -33,7 +33,6 @@ __all__ = [
     "chain_flanks",
     "disc_gaps",
     "flank_of_torque",
-    "neighbour_clearance",
     "stage_leads",
     "staggered",
 ]
@@ -171,16 +170,6 @@ def disc_gaps(centres: NDArray[np.float64], tips: NDArray[np.float64]) -> NDArra
     gaps = np.linalg.norm(centres[:, None] - centres[None], axis=-1) - tips[:, None] - tips[None]
     np.fill_diagonal(gaps, np.inf)
     return np.asarray(gaps)
-
-
-def neighbour_clearance(angles: Sequence[float], pin_radius: float, tip_radius: float) -> NDArray[np.float64]:
-    """Gap between the tip circles of each planet and the nearest other one, (N,) [m]; inf for a single planet.
-
-    angles : polar angles [rad].  pin_radius, tip_radius : of the planets [m].
-    """
-    at = np.asarray(angles, dtype=np.float64)
-    centres = pin_radius * np.stack([np.cos(at), np.sin(at)], axis=-1)
-    return np.asarray(disc_gaps(centres, np.full(len(at), tip_radius)).min(axis=1, initial=np.inf))
 
 
 @dataclass(frozen=True, slots=True)

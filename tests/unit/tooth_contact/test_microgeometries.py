@@ -47,7 +47,7 @@ def pair(helix: str = "0 deg", **options: Any) -> ContactPair:
 def test_many_are_each_alone(helix: str, linear_at: float | None, monkeypatch: pytest.MonkeyPatch) -> None:
     one = pair(helix, linear_at=linear_at)
     shapes = [replace(one, flank_a=a, flank_b=b) for a, b in zip(FLANKS, FLANKS[::-1], strict=True)]
-    monkeypatch.setattr("epicyclic.tooth_contact.many._AT_ONCE", 12 * 12**2 * 2)  # in more than one part
+    monkeypatch.setattr("epicyclic.tooth_contact.microgeometries._AT_ONCE", 12 * 12**2 * 2)  # in more than one part
     many = microgeometry_contact(contact_segments(one, PHASES), shapes, LOADS, tangents=True)
     assert many.solved.all()
     assert many.residual.max() < 1e-11

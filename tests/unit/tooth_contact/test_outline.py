@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tooth_oracles import tip_thickness
 
 from epicyclic.errors import ModelError
-from epicyclic.gears import geometry
 from epicyclic.gears.outline import GearForm, Outline, tooth_outline
 
 deg = math.radians
@@ -100,7 +100,7 @@ def name_is_cut(gear: GearForm) -> bool:
 @pytest.mark.parametrize("gear", [g for g in [*GEARS.values(), *RINGS.values()] if not g.helix_angle])
 def test_tip_is_as_thick_as_the_geometry_says(gear: GearForm) -> None:
     shape = tooth_outline(gear)
-    known = geometry.tip_thickness(
+    known = tip_thickness(
         gear.teeth,
         gear.module,
         gear.pressure_angle,

@@ -17,7 +17,6 @@ from epicyclic.train.phasing import (
     chain_flanks,
     disc_gaps,
     flank_of_torque,
-    neighbour_clearance,
     stage_leads,
     staggered,
 )
@@ -246,10 +245,10 @@ def test_stagger_moves_the_right_half_in_its_sense() -> None:
 
 
 def test_gaps_between_neighbours() -> None:
-    gaps = neighbour_clearance([0.0, math.pi / 2, math.pi], 2.0, 1.0)
+    gaps = disc_gaps(np.array([[2.0, 0.0], [0.0, 2.0], [-2.0, 0.0]]), np.ones(3))
     # Rounding of a square root of order 1.
-    np.testing.assert_allclose(gaps, [math.sqrt(8) - 2] * 3, rtol=0, atol=1e-14)
-    assert neighbour_clearance([0.0], 2.0, 1.0).tolist() == [np.inf]
+    np.testing.assert_allclose(gaps.min(axis=1), [math.sqrt(8) - 2] * 3, rtol=0, atol=1e-14)
+    assert disc_gaps(np.zeros((1, 2)), np.ones(1)).tolist() == [[np.inf]]
     mixed = disc_gaps(np.array([[0.0, 0.0], [3.0, 4.0]]), np.array([1.0, 5.0]))
     assert mixed.tolist() == [[np.inf, -1.0], [-1.0, np.inf]]
 
