@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from ..errors import ModelError
 from . import geometry
@@ -25,6 +26,8 @@ _ROUNDING = 0.38  # of the standard rack, per module [iso53]
 # An undercut this deep in modules takes next to nothing off the flank: 17 teeth of 20 deg count as free of it.
 _UNDERCUT = 0.02
 _FLANK, _FILLET, _FLOOR = 400, 400, 20
+# Root finding to rounding: the least relative tolerance that `brentq` takes, and as much of the bracket.
+_XTOL, _RTOL = 1e-16, 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -246,10 +249,8 @@ def _ring_fillet(gear: GearForm, shape: Outline, path: str) -> tuple[Array, Arra
     if pushed > shape.half_pitch:
         if gear.tip_rounding is not None:
             raise ModelError("does not fit the gap of the ring", path=path, given=gear.tip_rounding)
-        low, high = 0.0, rho
-        for _ in range(60):
-            rho = 0.5 * (low + high)
-            low, high = (low, rho) if _arc(shape, rho)[2] > shape.half_pitch else (rho, high)
+        # a full round: the centre of the arc stands in the middle of the gap
+        rho = brentq(lambda radius: _arc(shape, radius)[2] - shape.half_pitch, 0.0, rho, xtol=_XTOL * rho, rtol=_RTOL)
         touch, angle, pushed = _arc(shape, rho)
     if touch <= shape.tip:
         raise ModelError("the fillet of the ring leaves no flank", path=path, given=rho / gear.module)
@@ -264,13 +265,23 @@ def _arc(shape: Outline, rho: float) -> tuple[float, float, float]:
 
     The centre lies rho from the flank along the normal, away from the tooth, and rho inside the root circle.
     """
-    low, high = max(shape.base, shape.tip * 0.5), shape.root
-    for _ in range(80):
-        radius = 0.5 * (low + high)
+
+    def centre(radius: float) -> tuple[float, float, float]:
         psi, normal = (float(v[0]) for v in shape.flank_angle(np.array([radius])))
-        x = radius * math.sin(psi) + rho * math.cos(normal)
-        y = radius * math.cos(psi) - rho * math.sin(normal)
-        low, high = (low, radius) if math.hypot(x, y) > shape.root - rho else (radius, high)
+        return radius * math.sin(psi) + rho * math.cos(normal), radius * math.cos(psi) - rho * math.sin(normal), normal
+
+    def outside(radius: float) -> float:
+        return math.hypot(*centre(radius)[:2]) - (shape.root - rho)
+
+    low, high = max(shape.base, shape.tip * 0.5), shape.root
+    # without a change of sign the arc would touch beyond an end of the flank, which the caller refuses
+    if outside(low) >= 0:
+        radius = low
+    elif outside(high) <= 0:
+        radius = high
+    else:
+        radius = brentq(outside, low, high, xtol=_XTOL * high, rtol=_RTOL)
+    x, y, normal = centre(radius)
     return radius, math.pi - normal, math.atan2(x, y)
 
 

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 
 from .lines import PlaneOfAction
 
@@ -34,14 +35,19 @@ def tip_separation(plane: PlaneOfAction, sigma: ArrayLike) -> Array:
 
 def corner_reach(plane: PlaneOfAction, gap: float) -> tuple[float, float]:
     """How far beyond the ends of the path of contact the separation stays below a gap [m], [base pitches]."""
-    found = []
-    for edge, away in ((plane.limits[0], -1.0), (plane.limits[1], 1.0)):
-        low, high = 0.0, 1.0
-        for _ in range(50):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if float(tip_separation(plane, edge + away * middle)) < gap else (low, middle)
-        found.append(high)
-    return found[0], found[1]
+    return _reach(plane, gap, plane.limits[0], -1.0), _reach(plane, gap, plane.limits[1], 1.0)
+
+
+def _reach(plane: PlaneOfAction, gap: float, edge: float, away: float) -> float:
+    """Distance beyond one end of the path of contact, at most 1, at which the separation is a gap [m] [base pitches]."""
+
+    def excess(past: float) -> float:
+        # the separation is infinite where the tip has left the involute of its mate: twice the gap is as good
+        return min(float(tip_separation(plane, edge + away * past)), 2 * gap) - gap
+
+    if gap <= 0:
+        return 0.0
+    return 1.0 if excess(1.0) <= 0 else float(brentq(excess, 0.0, 1.0, xtol=1e-15, rtol=4 * np.finfo(float).eps))
 
 
 def _of_tip(plane: PlaneOfAction, past: Array, *, tip_of_b: bool) -> Array:
