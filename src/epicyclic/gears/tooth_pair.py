@@ -40,6 +40,12 @@ class ToothPair:
     flank_b: Flank = PLAIN
     paths: tuple[str, str] = ("", "")
 
+    def __repr__(self) -> str:
+        """One line: teeth and contact ratio."""
+        ring = " ring" if self.form_b.internal else ""
+        ratio = self.limits[1] - self.limits[0]
+        return f"ToothPair({self.form_a.teeth}/{self.form_b.teeth}{ring}, contact ratio {ratio:.4g})"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactTable:
@@ -58,3 +64,8 @@ class ContactTable:
     force: Array
     gap: Array
     slope: Array
+
+    def __repr__(self) -> str:
+        """One line: size of the table, operating load and mean tangent."""
+        phases, loads = self.gap.shape
+        return f"ContactTable({phases} phases x {loads} loads, {self.load:.4g} N, {self.stiffness:.4g} N/m)"

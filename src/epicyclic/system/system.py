@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from .display import damping_text, system_html
 from .laws.groups import LawGroup, Laws, stacked
 from .laws.tabulated import MeshTable
 
@@ -40,6 +41,10 @@ class Dofs:
     radius: Array
     bodies: tuple[str, ...]
     expand: Array
+
+    def __repr__(self) -> str:
+        """One line: number of coordinates and of bodies."""
+        return f"Dofs({len(self.names)} of {len(self.bodies)} bodies)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,6 +84,11 @@ class MeshRows:
     direction: Array = field(default_factory=lambda: np.zeros(0))
     tables: tuple[MeshTable, ...] = ()
 
+    def __repr__(self) -> str:
+        """One line: number of rows, range of the mean stiffness, orders of its variation."""
+        range_ = f"{self.stiffness.min():.4g} .. {self.stiffness.max():.4g} N/m, " if self.stiffness.size else ""
+        return f"MeshRows({len(self.name)} rows, {range_}{self.variation.shape[1]} orders)"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FarFlanks:
@@ -92,6 +102,10 @@ class FarFlanks:
     mesh: NDArray[np.int64]
     B: Array
     variation: ComplexArray
+
+    def __repr__(self) -> str:
+        """One line: number of rows."""
+        return f"FarFlanks({len(self.mesh)} rows)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -112,6 +126,10 @@ class LinkRows:
     damping: Array
     skew: Array = field(default_factory=lambda: np.zeros((0, 0)))
     preload: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __repr__(self) -> str:
+        """One line: number of rows and of links."""
+        return f"LinkRows({len(self.name)} rows of {len(set(self.link))} links)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,6 +157,11 @@ class Line:
     far_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
     ramp_force: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
 
+    def __repr__(self) -> str:
+        """One line: frequency, largest gap of a mesh, number of causes."""
+        gap = float(np.abs(self.gap).max(initial=0.0))
+        return f"Line({float(self.frequency):.6g} Hz, mesh gap {gap:.4g} m, {len(self.causes)} causes)"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Symmetry:
@@ -151,6 +174,10 @@ class Symmetry:
     branches: int
     operator: Array
     holds: bool
+
+    def __repr__(self) -> str:
+        """One line: stage, branches, whether it holds."""
+        return f"Symmetry({self.stage!r}, {self.branches} branches, holds {self.holds})"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -201,6 +228,20 @@ class System:
     far: FarFlanks | None = None
     euler: Array = field(default_factory=lambda: np.zeros((0, 0)))
     spin_up: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __repr__(self) -> str:
+        """One line: title, numbers of coordinates, meshes, links and laws, mesh frequencies, lines and damping."""
+        title = self.provenance.get("title", "")
+        tones = ", ".join(f"{float(tone):.5g} Hz" for tone in self.tones) or "no speed"
+        rows = f"{len(self.meshes.name)} mesh rows, {len(self.links.name)} link rows, {len(self.groups)} laws"
+        return (
+            f"System({title!r}: {len(self.dofs.names)} dofs, {rows}, {tones}, {len(self.lines)} lines, "
+            f"damping {damping_text(self)})"
+        )
+
+    def _repr_html_(self) -> str:
+        """Coupling pattern and key numbers, for notebooks."""
+        return system_html(self)
 
     @property
     def far_flanks(self) -> FarFlanks:

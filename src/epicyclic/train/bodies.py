@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -86,3 +87,9 @@ class Body:
     tilt_inertia: float = 0.0
     reference_radius: float = 1.0
     gear: GearData | None = None
+
+    def __repr__(self) -> str:
+        """One line: name, kind, teeth and mass."""
+        teeth = "" if self.gear is None else f", {self.gear.teeth} teeth"
+        mass = f", {self.mass:.4g} kg" if math.isfinite(self.mass) else ""
+        return f"Body({self.name!r}, {self.kind}{teeth}{mass})"

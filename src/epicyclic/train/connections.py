@@ -86,6 +86,13 @@ class Mesh:
     along: float = 0.0
     table: ContactTable | None = None
 
+    def __repr__(self) -> str:
+        """One line: name, bodies, mean stiffness, lead, slices, and whether its force is tabulated."""
+        cut = f", {len(self.slices)} slices" if self.slices else ""
+        law = ", tabulated" if self.table is not None else ""
+        ends = f"{self.a} - {self.b}"
+        return f"Mesh({self.name!r}, {ends}, {self.stiffness:.4g} N/m, lead {float(self.lead):.4g}{cut}{law})"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Link:
@@ -122,3 +129,8 @@ class Link:
     load: float = 0.0
     friction: tuple[tuple[str, float | str], ...] = ()
     to_housing: bool = False
+
+    def __repr__(self) -> str:
+        """One line: name, kind, bodies and the six stiffnesses."""
+        values = " ".join(f"{value:.4g}" for value in self.stiffness)
+        return f"Link({self.name!r}, {self.kind}, {self.first} - {self.second or 'frame'}, stiffness {values})"

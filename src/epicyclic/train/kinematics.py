@@ -79,6 +79,13 @@ class Kinematics:
     tie_torque: Mapping[str, float] | None = None
     held: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        """One line: freedoms, held members, number of members, mesh frequencies."""
+        rates = ", ".join(f"{tone} {float(rate):.5g} Hz" for tone, rate in (self.mesh_frequency or {}).items())
+        held = f", held {', '.join(self.held)}" if self.held else ""
+        meshes = f", mesh frequency {rates}" if rates else ""
+        return f"Kinematics({len(self.ratio)} members, freedoms {', '.join(self.freedoms)}{held}{meshes})"
+
 
 def solve(
     *,

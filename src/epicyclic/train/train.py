@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .bodies import Body, Frame
 from .connections import Link, Mesh
+from .display import driving_member, train_html
 from .kinematics import Kinematics
 from .power import PowerPath
 
@@ -40,6 +41,11 @@ class Displacement:
     links: tuple[str, ...] = ()
     vector: NDArray[np.complex128]
     frequency: Fraction
+
+    def __repr__(self) -> str:
+        """One line: place in the file, body, largest amplitude and frequency."""
+        size = float(np.abs(self.vector).max(initial=0.0))
+        return f"Displacement({self.path!r} of {self.body!r}, {size:.4g} at {float(self.frequency):.5g} Hz)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -130,3 +136,18 @@ class Train:
     document: Mapping[str, object] = field(default_factory=dict)
     doi: str = ""
     notes: str = ""
+
+    def __repr__(self) -> str:
+        """One line: title, stages with their planets, counts, and the driving member with speed and torque."""
+        stages = ", ".join(f"{stage} ({count} planets)" for stage, count in self.planets.items())
+        counts = f"{len(self.bodies)} bodies, {len(self.meshes)} meshes, {len(self.links)} links"
+        driver, kinematics = driving_member(self), self.kinematics
+        turns = None if kinematics.speed is None or driver is None else kinematics.speed[driver]
+        torque = None if kinematics.torque is None or driver is None else kinematics.torque[driver]
+        numbers = ([] if turns is None else [f"{float(turns):.5g} rpm"]) + ([f"{torque:.5g} N m"] if torque else [])
+        driven = f"; {driver} {', '.join(numbers)}" if numbers else ""
+        return f"Train({self.title!r}: {stages}; {counts}{driven})"
+
+    def _repr_html_(self) -> str:
+        """Front views and key numbers, for notebooks."""
+        return train_html(self)

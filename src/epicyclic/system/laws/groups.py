@@ -105,6 +105,10 @@ class LawGroup:
     damping: Array
     lag: float = 0.0
 
+    def __repr__(self) -> str:
+        """One line: name, law and number of rows."""
+        return f"LawGroup({self.name!r}, {self.law.kind}, {len(self.rows)} rows, {self.law.stiffness:.4g} N/m)"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Laws:

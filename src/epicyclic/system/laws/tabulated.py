@@ -32,6 +32,11 @@ class MeshTable:
     gap: Array
     slope: Array
 
+    def __repr__(self) -> str:
+        """One line: number of rows, size of the table and largest force."""
+        phases, loads = self.gap.shape
+        return f"MeshTable({len(self.rows)} rows, {phases} phases x {loads} loads up to {self.force[-1]:.4g} N)"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Curves:
