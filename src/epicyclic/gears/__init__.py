@@ -1,4 +1,4 @@
-"""One gear, one tooth pair: geometry, phasing, deviations, stiffness.  Knows no train.
+"""Geometry, micro-geometry, phasing, deviations and ISO stiffness of one gear or of one pair of gears.
 
 Depends on: nothing of the package but errors.
 """

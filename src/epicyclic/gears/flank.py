@@ -1,7 +1,7 @@
-"""Micro-geometry of a flank: material missing along the tooth normal, over the profile and over the face.
+"""Micro-geometry of a flank: profile and lead modifications as material missing along the tooth normal.
 
-Lengths along the profile are heights of the tooth, radial: from the tip circle inward (a ring's outward), or from the
-lowest point that the mate touches.  A drawing that gives a length of roll instead: `relief_height`.
+Lengths along the profile are radial heights of the tooth, from the tip circle inward (of a ring outward) or from the
+lowest point of contact with the mate.  `relief_height` converts a length of roll.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Relief:
-    """Material taken off towards an edge: amount there [m], length over which it fades [m], linear or parabolic."""
+    """Tip, root or end relief: amount at the edge [m], length over which it fades [m], linear or parabolic."""
 
     amount: float
     length: float
@@ -41,7 +41,7 @@ class Relief:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wave:
-    """Deviation A cos(2 pi n sigma + phase): A [m], n waves per base pitch, phase at the pitch point [rad]."""
+    """Profile waviness A cos(2 pi n sigma + phase): A [m], n waves a base pitch, phase at the pitch point [rad]."""
 
     amplitude: float
     order: int = 1
@@ -52,11 +52,12 @@ class Wave:
 class Flank:
     """Micro-geometry of one flank of a gear; positive = material missing, lengths [m].
 
-    tip_relief : height from the tip circle.  root_relief : height from the lowest point that the mate touches.
-    end_relief : length along the axis from either end of the face.  crown : at both ends of the face, none at its
-    middle, parabolic.  slope : over the face width, half of it missing at the right end and as much too much at the
-    left.  profile : deviation at heights below the tip circle, ((height, missing), ...), linear between, constant
-    beyond.  waves : along the path of contact.  pitch : cumulative deviation of each tooth, one each, or empty.
+    tip_relief : height from the tip circle.  root_relief : height from the lowest point of contact with the mate.
+    end_relief : length along the axis from either end of the face.  crown : lead crowning, missing at both ends of the
+    face, parabolic, none at mid-face.  slope : lead slope over the face width, half of it missing at the right end and
+    half of it in excess at the left.  profile : measured deviation at heights below the tip circle,
+    ((height, missing), ...), linear between, constant beyond.  waves : waviness along the path of contact.
+    pitch : cumulative deviation of each tooth, or empty.
     """
 
     tip_relief: Relief | None = None
@@ -73,10 +74,10 @@ PLAIN = Flank()
 
 
 def profile_modification(flank: Flank, *, below_tip: ArrayLike, above_root: ArrayLike, sigma: ArrayLike) -> Array:
-    """Material missing over the profile [m], of the common shape of the places.
+    """Profile modification: material missing over the profile [m], of the common shape (...) of its arguments.
 
-    below_tip : height below the tip circle.  above_root : height above the lowest point that the mate touches [m].
-    sigma : place on the path of contact [base pitches].
+    below_tip : (...) height below the tip circle [m].  above_root : (...) height above the lowest point of contact
+    with the mate [m].  sigma : (...) place on the path of contact [base pitches].
     """
     depth, height = np.asarray(below_tip, dtype=float), np.asarray(above_root, dtype=float)
     missing = _relieved(flank.tip_relief, depth) + _relieved(flank.root_relief, height)
@@ -90,7 +91,10 @@ def profile_modification(flank: Flank, *, below_tip: ArrayLike, above_root: Arra
 
 
 def lead_modification(flank: Flank, zeta: ArrayLike, face: tuple[float, float]) -> Array:
-    """Material missing over the face [m]; zeta, and the ends of the gear's own face, along the axis [m]."""
+    """Lead modification: material missing over the face [m], of the shape (...) of zeta.
+
+    zeta : (...) place along the axis [m].  face : left and right end of the face of the gear itself [m].
+    """
     left, right = face
     along = np.asarray(zeta, dtype=float)
     part = (2 * along - left - right) / (right - left)
@@ -99,7 +103,7 @@ def lead_modification(flank: Flank, zeta: ArrayLike, face: tuple[float, float]) 
 
 
 def _relieved(relief: Relief | None, distance: Array) -> Array:
-    """Depth of a relief at a distance from its edge [m]; beyond the edge as at the edge."""
+    """Depth (...) of a relief at a distance (...) from its edge [m]; beyond the edge that of the edge."""
     if relief is None or relief.amount == 0.0:
         return np.zeros_like(distance)
     part = np.clip(1 - distance / relief.length, 0.0, 1.0)
@@ -107,10 +111,10 @@ def _relieved(relief: Relief | None, distance: Array) -> Array:
 
 
 def relief_height(roll: float, edge: float, base: float, *, root: bool = False) -> float:
-    """Radial height of a relief of which the length is given along the line of action [m].
+    """Radial height of a relief from its length of roll along the line of action [m].
 
-    roll : length of roll, from the edge towards the middle of the profile [m].  edge : radius at which it starts;
-    base : base radius [m].  root : the edge is that of a relief of the root (of a ring: of the tip).
+    roll : length of roll, from the edge towards the middle of the profile [m].  edge : radius at which the relief is
+    deepest [m].  base : base radius [m].  root : True for a root relief (of a ring: a tip relief).
     """
     at = math.sqrt(max(0.0, edge**2 - base**2)) + (roll if root else -roll)
     return abs(math.hypot(base, max(0.0, at)) - edge)
@@ -119,7 +123,7 @@ def relief_height(roll: float, edge: float, base: float, *, root: bool = False) 
 def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: str = "") -> None:
     """Refuse micro-geometry that does not fit a flank.
 
-    height : of the flank that the mate touches [m].  width : of the face [m].  path : of the flank in the model file.
+    height : of the active flank [m].  width : of the face [m].  path : of the flank in the model file.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Involute geometry of one cylindrical gear and of one tooth pair.
+"""Involute geometry of one cylindrical gear and of one pair of gears [iso21771].
 
-Teeth count positive, of a ring too (``internal=True`` says that a gear, or gear b of a pair, is a ring).  A positive
-profile shift lengthens the addendum, of a ring too [iso21771].  A pair is (a, b): a is external; place of the
-contact sigma as in the conventions, counted from the pitch point along the push of a on b, in base pitches.
-Nothing here raises: what cannot exist comes back as nan or as a negative clearance, and the caller names the file.
+Numbers of teeth are positive, of a ring too; ``internal=True`` marks a ring (of a pair: gear b).  A positive profile
+shift lengthens the addendum, of a ring too.  Gear a of a pair is external.  The place of contact sigma counts from the
+pitch point along the push of a on b, in base pitches (docs/conventions.md, Phases).  No function here raises: a pair
+that cannot exist returns nan or a negative clearance, and the caller names the entry of the model file.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def tip_radius(
     profile_shift: float = 0.0,
     addendum: float = 1.0,
 ) -> float:
-    """Tip radius r +- m (h_a + x) [m], + outside, - of a ring; no tip shortening is taken off [iso21771].
+    """Tip radius r +- m (h_a + x) [m], + external, - of a ring, without tip shortening [iso21771].
 
     profile_shift x, addendum h_a : coefficients per normal module [1].
     """
@@ -99,7 +99,7 @@ def root_radius(
     profile_shift: float = 0.0,
     dedendum: float = 1.25,
 ) -> float:
-    """Root radius r -+ m (h_f - x) [m], - outside, + of a ring [iso21771]; coefficients as of `tip_radius`."""
+    """Root radius r -+ m (h_f - x) [m], - external, + of a ring [iso21771]; coefficients as of `tip_radius`."""
     depth = module * (dedendum - profile_shift)
     return reference_radius(teeth, module, helix_angle) + (depth if internal else -depth)
 
@@ -124,10 +124,10 @@ def working_pressure_angle(
     shift_b: float = 0.0,
     internal: bool = False,
 ) -> float:
-    """Working transverse pressure angle of a pair without backlash from its shifts [rad]; nan where none exists.
+    """Working transverse pressure angle of a pair without backlash from its profile shifts [rad]; nan if none exists.
 
-    inv alpha_w = inv alpha_t +- 2 tan alpha_n (x_a + x_b)/(z_b +- z_a), lower signs for a ring b, whose positive
-    shift narrows its spaces and pulls the planet in [iso21771].  pressure_angle : normal [rad].
+    inv alpha_w = inv alpha_t +- 2 tan alpha_n (x_a + x_b)/(z_b +- z_a) [iso21771], lower signs for a ring b: its
+    positive shift narrows the tooth spaces and draws the planet inward.  pressure_angle : normal [rad].
     """
     reference = transverse_pressure_angle(pressure_angle, helix_angle)
     change = 2.0 * math.tan(pressure_angle) * (shift_a + shift_b) / _teeth_sum(teeth_a, teeth_b, internal)
@@ -196,10 +196,11 @@ def contact_limits(
     base_pitch: float,
     internal: bool = False,
 ) -> tuple[float, float]:
-    """Places (sigma_min, sigma_max) between which a tooth pair touches, from the pitch point in base pitches [1].
+    """Ends (sigma_min, sigma_max) of the path of contact, from the pitch point [base pitches].
 
-    The tip of a ends the contact at sigma_max, the tip of b at sigma_min.  Radii and base pitch p_bt [m], working
-    transverse angle [rad].  A tip inside its base circle counts as lying on it.
+    The tip of a ends the path at sigma_max, the tip of b at sigma_min.  Radii and base pitch p_bt [m], working
+    transverse pressure angle [rad].  A tip inside its base circle counts as lying on it.  Derived here from the line of
+    action [iso21771].
     """
     far = _beyond_pitch_point(base_radius_a, tip_radius_a, working_pressure_angle) / base_pitch
     near = _beyond_pitch_point(base_radius_b, tip_radius_b, working_pressure_angle) / base_pitch
@@ -216,14 +217,14 @@ def overlap_ratio(face_width: float, helix_angle: float, module: float) -> float
     return face_width * math.sin(abs(helix_angle)) / (math.pi * module)
 
 
-# what cannot be built ------------------------------------------------------------------------------------------------
+# clearances ----------------------------------------------------------------------------------------------------------
 
 
 def radial_clearance(centre_distance: float, radius_a: float, radius_b: float, *, internal: bool = False) -> float:
-    """Room between two circles at a centre distance [m]; negative where they overlap.
+    """Radial clearance of two circles at a centre distance [m]; negative where they overlap.
 
-    Outside each other: a - r_a - r_b (tip against root of the mate, tips of neighbouring planets).
-    ``internal``: circle a turns inside circle b, r_b - a - r_a (planet tip in ring root, planet root in ring tip).
+    External: a - r_a - r_b (tip against root of the mate, tips of neighbouring planets).
+    ``internal``: circle a inside circle b, r_b - a - r_a (planet tip in ring root, planet root in ring tip).
     """
     return radius_b - centre_distance - radius_a if internal else centre_distance - radius_a - radius_b
 
@@ -231,7 +232,7 @@ def radial_clearance(centre_distance: float, radius_a: float, radius_b: float, *
 def base_clearance(
     centre_distance: float, base_radius_a: float, base_radius_b: float, *, internal: bool = False
 ) -> float:
-    """Centre distance beyond the one at which the base circles touch [m]; negative: no line of action exists."""
+    """Centre distance less that at which the base circles touch [m]; negative where no line of action exists."""
     return centre_distance - (base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a)
 
 
@@ -240,5 +241,5 @@ def _teeth_sum(teeth_a: int, teeth_b: int, internal: bool) -> int:
 
 
 def _beyond_pitch_point(base: float, tip: float, working: float) -> float:
-    # Distance along the line of action from the pitch point to the tip circle; negative for a ring.
+    """Distance along the line of action from the pitch point to the tip circle [m]; negative for a ring."""
     return math.sqrt(max(0.0, tip**2 - base**2)) - base * math.tan(working)

@@ -30,9 +30,9 @@ def involute(angle: float) -> float: ...
 @overload
 def involute(angle: Array) -> Array: ...
 def involute(angle: float | Array) -> float | Array:
-    """Involute function, inv a = tan a - a [iso21771].
+    """Involute function inv a = tan a - a [iso21771], by its series where the difference cancels.
 
-    angle : pressure angle, |angle| < pi/2 [rad], float or any shape.  Returns [rad], same shape.
+    angle : pressure angle, |angle| < pi/2, a float or of shape (...) [rad].  Returns the same shape [rad].
     """
     values = np.asarray(angle, dtype=float)
     square = np.minimum(values**2, _SMALL**2)
@@ -45,9 +45,11 @@ def inverse_involute(value: float) -> float: ...
 @overload
 def inverse_involute(value: Array) -> Array: ...
 def inverse_involute(value: float | Array) -> float | Array:
-    """Pressure angle whose involute is `value`, within 1e-14 rad, by Newton from a start above or near the root.
+    """Inverse involute function: pressure angle whose involute is `value`, within 1e-14 rad.
 
-    value : [rad], float or any shape; negative values give negative angles, nan gives nan.  Returns [rad].
+    value : a float or of shape (...) [rad]; negative values give negative angles, nan gives nan.  Returns the same
+    shape [rad].  Newton's method on the whole array: from a start above or near the root it needs no bracket, and the
+    last digits of every working pressure angle are those of this iteration.
     """
     given = np.asarray(value, dtype=float)
     size = np.abs(given)
@@ -62,4 +64,5 @@ def inverse_involute(value: float | Array) -> float | Array:
 
 
 def _like(model: float | Array, values: Array) -> float | Array:
+    """Values (...) [rad] as a float where the argument was one."""
     return values if isinstance(model, np.ndarray) else float(values)

@@ -1,8 +1,8 @@
 """Outline of one tooth in the normal section, tip to root: involute and fillet, external and of a ring.
 
-The section of a helical tooth stands on the virtual spur gear of z_n = z/(cos^2 beta_b cos beta) teeth [iso21771]; a
-place on the flank keeps its distance from the reference circle.  The tooth points along +y from the centre of the gear
-(a ring's along -y, from its rim inward): x is half its thickness, psi half the angle it spans.
+The normal section of a helical tooth is that of the virtual spur gear of z_n = z/(cos^2 beta_b cos beta) teeth
+[iso21771]; a point of the flank keeps its distance from the reference circle.  The tooth points along +y from the
+centre of the gear (of a ring along -y, from its rim inward).  x is half the thickness, psi half the angle it spans.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["GearForm", "Outline", "tooth_outline"]
 Array = NDArray[np.float64]
 
 _ROUNDING = 0.38  # of the standard rack, per module [iso53]
-# An undercut this deep in modules takes next to nothing off the flank: 17 teeth of 20 deg count as free of it.
+# An undercut less deep than this [modules] leaves the flank practically whole: 17 teeth of 20 deg count as free of it.
 _UNDERCUT = 0.02
 _FLANK, _FILLET, _FLOOR = 400, 400, 20
 # Root finding to rounding: the least relative tolerance that `brentq` takes, and as much of the bracket.
@@ -32,11 +32,12 @@ _XTOL, _RTOL = 1e-16, 4 * np.finfo(float).eps
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GearForm:
-    """What shapes the teeth and the body of a gear; lengths [m], angles [rad], coefficients per normal module [1].
+    """Form of the teeth and of the body of a gear; lengths [m], angles [rad], coefficients per normal module [1].
 
     module, pressure_angle : normal.  profile_shift : positive lengthens the addendum, of a ring too.
-    tip_rounding : radius of the rack's tip (ring: of the fillet); None: 0.38, or a full round where that does not fit.
-    tip_radius : None: from the addendum.  bore : radius at which the body is held, of a ring that of its rim outside.
+    tip_rounding : radius of the rack's tip (ring: of the fillet); None: 0.38 [iso53], or a full round if that does not
+    fit.  tip_radius : None: from the addendum.  bore : radius at which the body is held, of a ring the outer radius of
+    its rim.  youngs_modulus : [Pa].
     """
 
     teeth: int
@@ -61,7 +62,7 @@ class GearForm:
 
     @property
     def to_virtual(self) -> float:
-        """Reference radius of the virtual gear less that of the gear itself [m]: what a radius changes by."""
+        """Reference radius of the virtual gear less that of the gear itself [m], the offset of every radius."""
         own = geometry.reference_radius(self.teeth, self.module, self.helix_angle)
         return 0.5 * self.module * self.virtual_teeth - own
 
@@ -94,11 +95,12 @@ class GearForm:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outline:
-    """Half of the outline of a tooth of the virtual gear, from the tip to the middle of the gap; lengths [m].
+    """Half of the outline of a tooth of the virtual gear, from the tip to the middle of the tooth space; lengths [m].
 
-    radius, psi : (m,) polar, psi from the middle of the tooth [rad].  slope : (m,) angle of the tangent against the
-        middle line, positive where the tooth thickens towards its root [rad].  form : first point of the fillet.
-    base, tip, root, form_radius : of the virtual gear [m].  half_pitch : pi/z_n [rad].
+    radius, psi : (m,) polar coordinates, psi from the middle of the tooth [rad].  slope : (m,) angle of the tangent
+        against the middle line, positive where the tooth thickens towards its root [rad].  form : index of the first
+        point of the fillet.  base, tip, root, form_radius, reference : radii of the virtual gear [m].
+    half_pitch : pi/z_n [rad].  half_angle : half the angle of the tooth on the reference circle [rad].
     """
 
     radius: Array
@@ -114,17 +116,17 @@ class Outline:
 
     @property
     def x(self) -> Array:
-        """Half the thickness (m,) [m]."""
+        """Half the thickness of the tooth (m,) [m]."""
         return self.radius * np.sin(self.psi)
 
     @property
     def depth(self) -> Array:
-        """Place along the middle line (m,), from the tip circle towards the root [m]."""
+        """Distance along the middle line (m,), from the tip circle towards the root [m]."""
         along = self.radius * np.cos(self.psi)
         return along - self.tip if self.internal else self.tip - along
 
     def flank_angle(self, radius: Array) -> tuple[Array, Array]:
-        """psi of the involute at radii of the virtual gear, and the angle of its normal to the cross line [rad]."""
+        """psi (m,) of the involute at radii (m,) [m], and the angle (m,) of its normal to the cross line [rad]."""
         pressure = np.arccos(np.minimum(1.0, self.base / np.asarray(radius)))
         turned = np.asarray(involute(pressure)) - float(involute(math.acos(self.base / self.reference)))
         psi = self.half_angle + turned if self.internal else self.half_angle - turned
@@ -135,7 +137,7 @@ class Outline:
 
 
 def tooth_outline(gear: GearForm, *, path: str = "") -> Outline:
-    """Outline of a tooth.
+    """Outline of a tooth: involute and the fillet that a rack with a rounded tip cuts [iso53]; of a ring an arc.
 
     path : of the gear in the model file, for the message.
 
@@ -192,11 +194,12 @@ def _check(gear: GearForm, shape: Outline, path: str) -> None:
 
 
 def _rack_fillet(gear: GearForm, shape: Outline, path: str) -> tuple[Array, Array]:
-    """Fillet (radius, psi), from the flank to the root circle.
+    """Fillet of an external gear, radius (m,) [m] and psi (m,) [rad], from the flank to the root circle.
 
-    The contact normal of rack and gear passes through the pitch point; at an angle theta of it against the pitch line
-    the corner, whose centre lies a below the pitch line and b from the middle of the rack's tooth, touches at
-    a/sin theta + rho from the pitch point; the rack has then moved by s = a/tan theta - b.
+    Envelope of the rounded corner of the rack, derived here from the law of gearing: the common normal passes through
+    the pitch point.  At an angle theta of that normal against the pitch line the corner, whose centre lies a below the
+    pitch line and b from the middle of the rack tooth, touches at a/sin theta + rho from the pitch point, and the rack
+    has moved by s = a/tan theta - b.
     """
     m, alpha = gear.module, gear.pressure_angle
     rho, b = _rack_rounding(gear, path)
@@ -219,7 +222,7 @@ def _rack_fillet(gear: GearForm, shape: Outline, path: str) -> tuple[Array, Arra
 
 
 def _rack_rounding(gear: GearForm, path: str) -> tuple[float, float]:
-    """Radius of the rack's tip corner, and the place of its centre from the middle of the rack's tooth [m]."""
+    """Radius of the tip corner of the rack, and distance of its centre from the middle of the rack tooth [m]."""
     alpha = gear.pressure_angle
     tip = 0.25 * math.pi - gear.dedendum * math.tan(alpha)  # half width of the sharp tip
     per_radius = (1 - math.sin(alpha)) / math.cos(alpha)
@@ -243,7 +246,7 @@ def _rack_rounding(gear: GearForm, path: str) -> tuple[float, float]:
 
 
 def _ring_fillet(gear: GearForm, shape: Outline, path: str) -> tuple[Array, Array]:
-    """Fillet (radius, psi) of a ring, from the flank to the root circle."""
+    """Fillet of a ring, an arc from the flank to the root circle: radius (m,) [m] and psi (m,) [rad]."""
     rho = gear.module * (_ROUNDING if gear.tip_rounding is None else gear.tip_rounding)
     touch, angle, pushed = _arc(shape, rho)
     if pushed > shape.half_pitch:
@@ -261,9 +264,10 @@ def _ring_fillet(gear: GearForm, shape: Outline, path: str) -> tuple[Array, Arra
 
 
 def _arc(shape: Outline, rho: float) -> tuple[float, float, float]:
-    """Where an arc of radius rho meets the flank: its radius [m], polar angle seen from the arc's centre, psi of that.
+    """Point at which an arc of radius rho [m] touches the flank: radius [m], polar angle from the centre of the arc
+    [rad], and psi of that centre [rad].
 
-    The centre lies rho from the flank along the normal, away from the tooth, and rho inside the root circle.
+    The centre lies rho off the flank along the normal, away from the tooth, and rho inside the root circle.
     """
 
     def centre(radius: float) -> tuple[float, float, float]:
@@ -289,7 +293,7 @@ def _arc(shape: Outline, rho: float) -> tuple[float, float, float]:
 
 
 def _joined(shape: Outline, fillet_radius: Array, fillet_psi: Array) -> Outline:
-    """Flank and fillet in one, the flank ending where the fillet leaves it or cuts it."""
+    """Outline of flank and fillet (m,) [m], [rad]; the flank ends where the fillet leaves it or cuts it."""
     start = _leaves(shape, fillet_radius, fillet_psi)
     form = fillet_radius[start]
     left = shape.half_pitch - fillet_psi[-1]  # of the root circle
@@ -305,7 +309,7 @@ def _joined(shape: Outline, fillet_radius: Array, fillet_psi: Array) -> Outline:
 
 
 def _leaves(shape: Outline, radius: Array, psi: Array) -> int:
-    """Index of the last fillet point that lies on or inside the flank (0 without undercut)."""
+    """Index of the last point of the fillet (m,) that lies on or inside the flank; 0 without undercut."""
     if shape.internal:
         return 0
     inside = (radius > shape.base) & (psi < shape.flank_angle(np.maximum(radius, shape.base))[0] - 1e-12)

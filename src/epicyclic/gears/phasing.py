@@ -1,16 +1,17 @@
-"""Tooth phases of one pair of gears: where a tooth stands, and where its contact lies on the base tangent.
+"""Tooth phases of one pair of gears: position of a tooth, and of its contact on the line of action.
 
-All angles are in turns, all phases in tooth pitches. tau = teeth x (polar angle of a tooth centre, in turns) is the
-tooth phase of a gear; P the polar angle of e, from the centre of A to the pitch point; d = +1 where A pushes B along
-z cross e; sigma the place of the contact from the pitch point along the line of action, in base pitches. From the half
-tooth angle at the base circle, (pi/2 + 2 x tan alpha_n)/z + inv alpha_t, the involute gives
+Angles are in turns, phases in tooth pitches (docs/conventions.md, Phases).  tau = teeth x (polar angle of a tooth
+centre) is the tooth phase of a gear.  P is the polar angle of e, from the centre of A to the pitch point.  d = +1 where
+A pushes B along z cross e.  sigma is the place of the contact from the pitch point along the line of action, in base
+pitches.  From the half tooth angle at the base circle, (pi/2 + 2 x tan alpha_n)/z + inv alpha_t, the involute gives
 
     A                 sigma = d (tau_A - z_A P) + 1/4 + c_A
     external mate B   tau_B = z_B (P + 1/2) - d (sigma + 1/4 + c_B)
     ring B            tau_B = z_B P + d (sigma + 1/4 + c_B)
     c = x tan(alpha_n)/pi + z (inv alpha_t - inv alpha_w)/(2 pi),   z < 0 for a ring
 
-c is zero without profile shift, so that all phases are then rational: `Phase` keeps the rational part apart.
+c is zero without profile shift, and all phases are rational: `Phase` keeps the rational part exact.  Derived here, in
+agreement with the published mesh phasing relations [parker2004].
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ SAME_ANGLE = 1e-12  # [rad] working and reference angle this close are one angle
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A phase or an angle, in pitches or turns: a rational part and what is not rational.
+    """A phase [pitches] or an angle [turns]: a rational part and an irrational rest.
 
-    exact : rational part [1].  rest : the other part [1]; 0.0 where the whole is rational.
+    exact : rational part [1].  rest : irrational part [1]; 0.0 where the whole is rational.
     """
 
     exact: Fraction = Fraction(0)
@@ -94,10 +95,10 @@ def shift_term(
     working_angle: float,
     internal: bool = False,
 ) -> float:
-    """What profile shift and a working angle of its own add to the phase of a gear in one mesh, in pitches [1].
+    """Phase c of a gear in one mesh from its profile shift and the working pressure angle of the mesh [pitches].
 
-    normal_angle, transverse_angle : pressure angles of the tool [rad]; working_angle : transverse, of this mesh [rad].
-    Zero exactly without both. The terms of two gears that mesh without backlash cancel.
+    normal_angle, transverse_angle : pressure angles of the tool [rad].  working_angle : transverse, of this mesh [rad].
+    Exactly zero where there is no shift and both angles agree.  The terms of two gears in mesh without backlash cancel.
     """
     turn = 0.0
     if abs(transverse_angle - working_angle) > SAME_ANGLE:
@@ -107,24 +108,25 @@ def shift_term(
 
 
 def contact_place(tooth: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
-    """Place sigma of the contact of gear A whose tooth phase is `tooth`, in base pitches [1].
+    """Place sigma of the contact of gear A at its tooth phase `tooth` [pitches], in base pitches.
 
-    direction : P [turns].  flank : d.  shift : `shift_term` of A in this mesh [1].
+    direction : P [turns].  flank : d.  shift : `shift_term` of A in this mesh [pitches].
     """
     return flank * (tooth - teeth * direction) + QUARTER + shift
 
 
 def driver_tooth(place: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
-    """Tooth phase of gear A whose contact lies at `place`, the inverse of `contact_place`, in pitches [1]."""
+    """Tooth phase of gear A [pitches] from the place of its contact [base pitches], inverse of `contact_place`."""
     return teeth * direction + flank * (place - QUARTER - shift)
 
 
 def mate_tooth(
     place: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0, internal: bool = False
 ) -> Phase:
-    """Tooth phase of gear B whose contact lies at `place`, in pitches [1].
+    """Tooth phase of gear B [pitches] from the place of its contact [base pitches].
 
-    direction : P [turns].  flank : d of the mesh.  shift : `shift_term` of B in this mesh [1].  internal : B is a ring.
+    direction : P [turns].  flank : d of the mesh.  shift : `shift_term` of B in this mesh [pitches].
+    internal : B is a ring.
     """
     if internal:
         return teeth * direction + flank * (place + QUARTER + shift)
@@ -134,7 +136,7 @@ def mate_tooth(
 def contact_of_mate(
     tooth: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0, internal: bool = False
 ) -> Phase:
-    """Place of the contact of gear B whose tooth phase is `tooth`, the inverse of `mate_tooth`, in base pitches [1]."""
+    """Place of the contact of gear B [base pitches] from its tooth phase [pitches], inverse of `mate_tooth`."""
     if internal:
         return flank * (tooth - teeth * direction) - QUARTER - shift
     return flank * (teeth * (direction + HALF) - tooth) - QUARTER - shift

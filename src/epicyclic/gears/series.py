@@ -1,6 +1,6 @@
-"""Relative series over a mesh cycle: complex coefficients v_l (L,) over the place sigma of the contact.
+"""Relative Fourier series over a mesh cycle: complex coefficients v_l (L,) over the place sigma of the contact.
 
-sigma counts base pitches from the pitch point at mid-face, period 1:
+sigma counts base pitches from the pitch point at mid-face and has the period 1 (docs/conventions.md, Phases):
 
     value(sigma) = mean (1 + Re sum_l v_l exp(2 pi i l sigma)),    l = 1 .. L.
 """
@@ -24,7 +24,7 @@ ComplexArray = NDArray[np.complex128]
 def fourier_series(cosine: Sequence[float], sine: Sequence[float] = ()) -> ComplexArray:
     """Coefficients v_l = a_l - i b_l (L,) of sum_l a_l cos(2 pi l sigma) + b_l sin(2 pi l sigma) [1].
 
-    cosine, sine : relative to the mean, from l = 1; the shorter is filled up with zeros.
+    cosine, sine : relative to the mean, from l = 1; the shorter is padded with zeros.
     """
     series = np.zeros(max(len(cosine), len(sine)), dtype=np.complex128)
     series[: len(cosine)] += np.asarray(cosine, dtype=float)
@@ -33,10 +33,10 @@ def fourier_series(cosine: Sequence[float], sine: Sequence[float] = ()) -> Compl
 
 
 def table_series(values: Sequence[float] | Array) -> tuple[float, ComplexArray]:
-    """Mean of equally spaced samples over one mesh cycle, and the relative coefficients that pass through them.
+    """Mean of equally spaced samples over one mesh cycle, and their relative Fourier coefficients.
 
     values : (n,) at sigma = 0, 1/n, ... (the end of the cycle is not repeated).  Returns the mean [unit of values]
-    and v (n//2,).
+    and v (n//2,) [1] of the interpolating trigonometric polynomial.
 
     Raises
     ------
@@ -53,17 +53,17 @@ def table_series(values: Sequence[float] | Array) -> tuple[float, ComplexArray]:
 
 
 def evaluate_series(coefficients: ArrayLike, sigma: ArrayLike) -> Array:
-    """1 + Re sum_l v_l exp(2 pi i l sigma) [1]; coefficients (L,), sigma [base pitches] any shape."""
+    """Value 1 + Re sum_l v_l exp(2 pi i l sigma) [1] of coefficients (L,) at sigma (...) [base pitches]."""
     series = np.asarray(coefficients, dtype=np.complex128)
     angle = 2j * np.pi * np.asarray(sigma, dtype=float)[..., np.newaxis] * np.arange(1, series.size + 1)
     return np.asarray(1.0 + (np.exp(angle) @ series).real)
 
 
 def series_in_time(coefficients: ArrayLike, *, lead: Fraction | float, sense: int) -> ComplexArray:
-    """Coefficients (L,) over mesh time, value = mean (1 + Re sum_l w_l exp(2 pi i l f t)).
+    """Coefficients w_l (L,) over time, value = mean (1 + Re sum_l w_l exp(2 pi i l f t)) [1].
 
-    sigma = sense (f t + lead), so w_l = v_l exp(2 pi i l lead), with v_l conjugated where sense is -1.
-    coefficients (L,) over sigma; lead [mesh cycles], exact where rational; sense D = +1 or -1.
+    With sigma = sense (f t + lead) (docs/conventions.md, Phases), w_l = v_l exp(2 pi i l lead), v_l conjugated where
+    sense is -1.  coefficients : (L,) over sigma.  lead : [mesh cycles], exact where rational.  sense : D = +1 or -1.
     """
     series = np.asarray(coefficients, dtype=np.complex128)
     turns = np.array([mesh_phasor(order, lead) for order in range(1, series.size + 1)], dtype=np.complex128)
@@ -71,5 +71,5 @@ def series_in_time(coefficients: ArrayLike, *, lead: Fraction | float, sense: in
 
 
 def mesh_phasor(order: int, lead: Fraction | float) -> complex:
-    """exp(2 pi i order lead), the whole cycles taken off before rounding; lead [mesh cycles]."""
+    """Phasor exp(2 pi i order lead) [1], whole cycles removed before rounding; lead [mesh cycles]."""
     return complex(np.exp(2j * np.pi * float(order * lead % 1)))

@@ -1,6 +1,6 @@
-"""Mesh stiffness of one tooth pair: ISO 6336-1 mean value, and its variation over a mesh cycle.
+"""Mesh stiffness of one pair of gears: mean value of ISO 6336-1 [iso6336], and variation over a mesh cycle.
 
-Variation is a relative series over the place sigma of the contact, as in `series`.
+The variation is a relative Fourier series over the place sigma of the contact, as in `series`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _PER_WIDTH = 1e9  # 1 N/(mm um) = 1e9 N/m per metre of width
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limit:
-    """Range in which a formula holds: lowest <= quantity <= highest; unit and source for the message."""
+    """Range of validity of a formula: lowest <= quantity <= highest; unit and source for the message."""
 
     quantity: str
     lowest: float
@@ -69,9 +69,9 @@ LIMITS: tuple[Limit, ...] = (
 
 
 def outside_limits(values: Mapping[str, float]) -> tuple[str, ...]:
-    """Messages for the values outside `LIMITS`.
+    """Warnings for values outside `LIMITS`.
 
-    values : quantity name as in `LIMITS` -> value in the unit there; nan is not compared.
+    values : name of the quantity in `LIMITS` -> value in the unit there; nan is not compared.
     """
     slack = 1e-9  # a sum of shifts typed as decimals may miss a limit by rounding
     return tuple(
@@ -97,10 +97,10 @@ def iso6336_single_stiffness(
     youngs_modulus_a: float = STEEL_MODULUS,
     youngs_modulus_b: float = STEEL_MODULUS,
 ) -> tuple[float, tuple[str, ...]]:
-    """Single stiffness c' of a tooth pair per face width, transverse [N/m^2], with what lies outside its limits.
+    """Single stiffness c' of a tooth pair per face width, transverse [N/m^2], with warnings outside its limits.
 
     c' = C_M C_R C_B cos beta / q', C_M = 0.8, C_R = 1 (solid), z_n = z/(cos^2 beta_b cos beta), ring z_n = inf
-    [iso6336].  Gear a has index 1 there: the standard means the pinion by it, the conventions the gear nearer the sun.
+    [iso6336].  Gear a has the index 1: the pinion of the standard, the gear nearer the sun of docs/conventions.md.
     Loads above 100 N per mm of face width are assumed.
 
     pressure_angle : normal [rad]; helix_angle [rad]; shift_*, dedendum_* (basic rack) : coefficients [1];
@@ -124,27 +124,31 @@ def iso6336_single_stiffness(
 
 
 def iso6336_mesh_stiffness(single_stiffness: float, contact_ratio: float) -> tuple[float, tuple[str, ...]]:
-    """Mean mesh stiffness c_gamma_alpha = c' (0.75 eps_alpha + 0.25) per face width [N/m^2], with messages [iso6336].
+    """Mean mesh stiffness c_gamma_alpha = c' (0.75 eps_alpha + 0.25) per face width [N/m^2], with warnings [iso6336].
 
-    single_stiffness : c' [N/m^2]; contact_ratio : transverse.  Transverse: see `normal_from_transverse`.
+    single_stiffness : c' [N/m^2].  contact_ratio : transverse [1].  In the transverse plane: see
+    `normal_from_transverse`.
     """
     mean = single_stiffness * (0.75 * contact_ratio + 0.25)
     return mean, outside_limits({"transverse contact ratio": contact_ratio})
 
 
 def normal_from_transverse(stiffness: float, base_helix_angle: float) -> float:
-    """Stiffness along the tooth normal from the one in the transverse plane, k = k_t / cos^2 beta_b [same unit]."""
+    """Stiffness along the tooth normal from that in the transverse plane, k = k_t / cos^2 beta_b [same unit].
+
+    docs/conventions.md, Forces, stiffness, errors.  base_helix_angle : beta_b [rad].
+    """
     return stiffness / math.cos(base_helix_angle) ** 2
 
 
 def _flexibility(per_tooth_1: float, per_tooth_2: float, x1: float, x2: float) -> float:
-    # q' [mm um / N]
+    """Minimum flexibility q' of a tooth pair [mm um / N] [iso6336]; per_tooth : 1/z_n [1], x : profile shifts [1]."""
     terms = (1.0, per_tooth_1, per_tooth_2, x1, x1 * per_tooth_1, x2, x2 * per_tooth_2, x1**2, x2**2)
     return math.fsum(c * term for c, term in zip(_FLEXIBILITY, terms, strict=True))
 
 
 def _rack_factor(dedendum: float, pressure_angle: float) -> float:
-    # C_B; the mean of both gears' values stands for a pair.
+    """Basic rack factor C_B of one gear [1] [iso6336]; a pair has the mean of both."""
     return (1.0 + 0.5 * (1.2 - dedendum)) * (1.0 - 0.02 * (20.0 - math.degrees(pressure_angle)))
 
 
@@ -159,11 +163,11 @@ DEFAULT_HARMONICS = 12
 def contact_line_series(
     limits: tuple[float, float], overlap_ratio: float, *, harmonics: int = DEFAULT_HARMONICS
 ) -> ComplexArray:
-    """Relative coefficients v_l (L,) of a mesh stiffness proportional to the length of the contact lines [maatar1996].
+    """Relative series v_l (L,) [1] of a mesh stiffness proportional to the length of the contact lines [maatar1996].
 
-    One pair is in contact over a window of width eps_alpha centred between the limits; a helical face smears it by a
-    window of width eps_beta centred on mid-face: v_l = 2 sinc(l eps_alpha) sinc(l eps_beta) exp(-2 pi i l centre).
-    Length per mean length; the mean is eps_alpha b / cos beta_b.
+    One pair is in contact over a window of width eps_alpha centred between the limits.  A helical face convolves it
+    with a window of width eps_beta centred on mid-face: v_l = 2 sinc(l eps_alpha) sinc(l eps_beta)
+    exp(-2 pi i l centre).  The mean length is eps_alpha b / cos beta_b.
 
     limits : (sigma_min, sigma_max) of `geometry.contact_limits`; overlap_ratio [1], 0 for spur teeth.
     """
@@ -173,6 +177,6 @@ def contact_line_series(
 
 
 def face_average(series: ComplexArray, overlap_ratio: float) -> ComplexArray:
-    """Mean over a helical face of a series (L,) of a narrow slice of it, v_l sinc(l eps_beta) [1]."""
+    """Series (L,) [1] averaged over a helical face from that of a narrow slice, v_l sinc(l eps_beta) [maatar1996]."""
     order = np.arange(1, np.size(series) + 1)
     return np.asarray(series * np.sinc(order * overlap_ratio), dtype=np.complex128)

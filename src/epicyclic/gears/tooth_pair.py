@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToothPair:
-    """The teeth of one mesh as tooth contact needs them, of one helix.
+    """Teeth of one mesh of one helix, as tooth contact needs them.
 
-    form_a, form_b : what shapes teeth and body of the gears.  base_a, base_b : base radii of the teeth themselves [m].
-    pressure_angle : working transverse angle of the teeth [rad].  base_pitch : transverse [m].
+    form_a, form_b : form of teeth and body of the gears.  base_a, base_b : base radii of the teeth themselves [m].
+    pressure_angle : working transverse pressure angle of the teeth [rad].  base_pitch : transverse [m].
     limits : (sigma_min, sigma_max) of the path of contact [base pitches].
-    face_a, face_b : ends (left, right) of the faces along the axis, from the mesh's station [m].
-    flank_a, flank_b : micro-geometry.  paths : of both flanks in the file.
+    face_a, face_b : ends (left, right) of the faces along the axis, from the station of the mesh [m].
+    flank_a, flank_b : micro-geometry.  paths : of both flanks in the model file.
     """
 
     form_a: GearForm
@@ -49,18 +49,18 @@ class ToothPair:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactTable:
-    """Contact of a helix over S places of a mesh cycle and L loads, the first of them zero.
+    """Tabulated contact of a helix at S phases of a mesh cycle and L loads, the first of them zero.
 
-    load : the operating one [N].  stiffness : mean tangent there [N/m].  variation : (12,) relative series over sigma.
-    missing : (13,) complex one-sided amplitudes of e over sigma, the mean first [m].
-    force : (L,) [N].  gap : (S, L) d - e at sigma = 0, 1/S, ...; in the first column where the teeth first touch [m].
+    load : operating load [N].  stiffness : mean tangent stiffness there [N/m].  variation : (12,) relative series
+    of the tangent over sigma [1].  error : (13,) complex one-sided amplitudes of the error e over sigma, the mean
+    first [m].  force : (L,) [N].  gap : (S, L) d - e at sigma = 0, 1/S, ... [m]; the first column is first touch.
     slope : (S, L) dF/dd [N/m].
     """
 
     load: float
     stiffness: float
     variation: ComplexArray
-    missing: ComplexArray
+    error: ComplexArray
     force: Array
     gap: Array
     slope: Array

@@ -1,1 +1,4 @@
-"""Loaded teeth of one pair of gears: lines of contact, compliance, and the load that unilateral contact leaves."""
+"""Loaded tooth contact analysis of one pair of gears: contact lines, compliance of the teeth, unilateral contact.
+
+Depends on: gears.
+"""

@@ -1,4 +1,7 @@
-"""Linear contact compiled: all loads by pivots, or one load by active sets.  Needs numba: import it where used."""
+"""Linear contact compiled: all loads by principal pivoting, or one load by active sets.
+
+Needs numba, so the importing function imports this module.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,8 @@ _climb = _compiled(principal_pivoting)
 def principal_pivoting_batch(compliance: Array, gap: Array, count: Index, loads: Array) -> tuple[Array, Array]:
     """Contact at L rising loads in T phases, of which the first `count` segments exist.
 
-    compliance (T, n, n), gap (T, n), count (T,), loads (L,).  Returns forces (L, T, n) and approaches (L, T).
+    compliance : (T, n, n) [m/N].  gap : (T, n) [m].  count : (T,).  loads : (L,) [N].
+    Returns forces (L, T, n) [N] and approaches (L, T) [m].
     """
     T, n = gap.shape
     force, approach = np.zeros((len(loads), T, n)), np.full((len(loads), T), np.nan)
@@ -45,7 +49,7 @@ def principal_pivoting_batch(compliance: Array, gap: Array, count: Index, loads:
 
 @_compiled
 def _factor(A: Array) -> None:
-    """Lower Cholesky factor in place, row by row."""
+    """Lower Cholesky factor of a matrix (n, n) in place, row by row."""
     n = len(A)
     for i in range(n):
         for j in range(i + 1):
@@ -60,7 +64,7 @@ def _factor(A: Array) -> None:
 
 @_compiled
 def _backsolve(L: Array, x: Array) -> None:
-    """Solve L L' x = b in place."""
+    """Solve L L' x = b, (n, n) and (n,), in place."""
     n = len(L)
     for i in range(n):
         total = x[i]
@@ -77,7 +81,11 @@ def _backsolve(L: Array, x: Array) -> None:
 def active_set_batch(
     compliance: Array, gap: Array, count: Index, load: Array, start: NDArray[np.bool_], sweeps: int
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Contact at one load (T,) by active sets from `start` (T, n): forces, approaches, and whether it settled."""
+    """Contact at one load a phase by active sets: forces (T, n) [N], approaches (T,) [m], convergence (T,).
+
+    compliance : (T, n, n) [m/N].  gap : (T, n) [m].  count : (T,) segments that exist.  load : (T,) [N].
+    start : (T, n) first active set.  sweeps : most changes of the set.
+    """
     T, n = gap.shape
     force, approach = np.zeros((T, n)), np.full(T, np.nan)
     settled = np.zeros(T, dtype=np.bool_)

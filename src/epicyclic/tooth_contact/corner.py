@@ -1,8 +1,8 @@
-"""Contact before and after the path of contact: the edge of a tip that meets the flank of the mate.
+"""Corner contact: the edge of a tip on the flank of the mate, before and behind the path of contact.
 
-Before the path of contact the tip of b approaches the flank of a, behind it the tip of a leaves that of b.  How far
-they are apart follows from the involutes alone, to any distance; near the ends it grows as the square of it.
-Deflection of the pairs in mesh closes it.
+Before the path of contact the tip of b approaches the flank of a; behind it the tip of a leaves that of b.  Their
+separation follows from the involutes alone at any distance, and grows near the ends as the square of the distance
+(derived here).  The deflection of the pairs in mesh closes it.
 """
 
 from __future__ import annotations
@@ -21,25 +21,26 @@ Array = NDArray[np.float64]
 
 
 def tip_separation(plane: PlaneOfAction, sigma: ArrayLike) -> Array:
-    """Gap along the tooth normal between a tip and the flank of the mate, beyond the path of contact [m].
+    """Separation of a tip and the flank of the mate along the tooth normal, beyond the path of contact (...) [m].
 
-    sigma : place on the path continued [base pitches], any shape; 0 on the path itself, inf where there is no flank.
+    sigma : (...) place on the continued path of contact [base pitches].  0 on the path itself, inf where the mate has
+    no flank.
     """
     place = np.asarray(sigma, dtype=float)
     total = np.zeros_like(place)
     for past, tip_of_b in ((plane.limits[0] - place, True), (place - plane.limits[1], False)):
         apart = _of_tip(plane, np.maximum(past, 0.0), tip_of_b=tip_of_b)
-        total = np.where(past > 0, np.maximum(apart, 0.0), total)  # nearer than rounding it is closed
+        total = np.where(past > 0, np.maximum(apart, 0.0), total)  # rounding may leave a negative separation
     return np.asarray(total * math.cos(plane.base_helix))
 
 
 def corner_reach(plane: PlaneOfAction, gap: float) -> tuple[float, float]:
-    """How far beyond the ends of the path of contact the separation stays below a gap [m], [base pitches]."""
+    """Distances beyond both ends of the path of contact at which the separation reaches a gap [m] [base pitches]."""
     return _reach(plane, gap, plane.limits[0], -1.0), _reach(plane, gap, plane.limits[1], 1.0)
 
 
 def _reach(plane: PlaneOfAction, gap: float, edge: float, away: float) -> float:
-    """Distance beyond one end of the path of contact, at most 1, at which the separation is a gap [m] [base pitches]."""
+    """Distance beyond one end of the path of contact, at most 1, where the separation is a gap [m] [base pitches]."""
 
     def excess(past: float) -> float:
         # the separation is infinite where the tip has left the involute of its mate: twice the gap is as good
@@ -51,14 +52,17 @@ def _reach(plane: PlaneOfAction, gap: float, edge: float, away: float) -> float:
 
 
 def _of_tip(plane: PlaneOfAction, past: Array, *, tip_of_b: bool) -> Array:
-    """Transverse gap at a distance past the end of the path [base pitches], in axes of e and t with d = +1 [m]."""
+    """Transverse separation (...) [m] at distances (...) past the end of the path [base pitches].
+
+    Axes e and t of docs/conventions.md (The mesh row) as a complex plane, with d = +1.
+    """
     alpha, base_a, base_b = plane.pressure_angle, plane.base_a, plane.base_b
     centre = complex((base_b - base_a) * -1 if plane.internal else base_a + base_b) / math.cos(alpha)
     edge = plane.limits[0] if tip_of_b else plane.limits[1]
     point = base_a / math.cos(alpha) + edge * plane.base_pitch * complex(math.sin(alpha), math.cos(alpha))
     turned = past * plane.base_pitch
     sense = 1.0 if plane.internal else -1.0
-    if tip_of_b:  # b turns back by what is past the end; the flank it meets is that of a
+    if tip_of_b:  # b turns back by the distance past the end; its tip meets the flank of a
         moved = centre + (point - centre) * np.exp(-1j * sense * turned / base_b)
         flank = _flank(moved, base_a, alpha, edge - past, plane.base_pitch)
         return np.asarray(base_a * (np.angle(moved) - flank))
@@ -67,13 +71,13 @@ def _of_tip(plane: PlaneOfAction, past: Array, *, tip_of_b: bool) -> Array:
     if plane.internal:
         flank = _flank(seen, base_b, alpha, edge + past, plane.base_pitch)
         return np.asarray(base_b * (flank - np.angle(seen)))
-    # seen from b the picture is the same, turned by half a turn, and sigma runs the other way
+    # in the axes of b the geometry is the same, rotated by half a turn, and sigma has the opposite sense
     flank = _flank(-seen, base_b, alpha, -(edge + past), plane.base_pitch)
     return np.asarray(base_b * (np.angle(-seen) - flank))
 
 
 def _flank(point: NDArray[np.complex128], base: float, alpha: float, sigma: Array, pitch: float) -> Array:
-    """Polar angle of the involute through sigma at the radius of a point [rad]; -inf inside the base circle."""
+    """Polar angle (...) of the involute through sigma at the radius of points (...) [rad]; -inf in the base circle."""
     start = math.tan(alpha) + sigma * pitch / base - alpha
     radius = np.abs(point)
     angle = np.arccos(np.minimum(1.0, base / radius))

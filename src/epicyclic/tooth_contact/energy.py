@@ -1,12 +1,12 @@
-"""Mesh stiffness by potential energy: tooth pairs side by side, coupled by the bodies under them.
+"""Mesh stiffness by the potential-energy method: tooth pairs in parallel, coupled by the gear bodies.
 
-Where pairs j touch at a place sigma + j, a load p_j per length of contact line moves them by
+Pairs j in contact at the places sigma + j under loads p_j per length of contact line deflect by
 
     sum_k [ delta_jk (beam_a + beam_b + contact) + body_a(j, k) + body_b(j, k) ] p_k = d,     k(sigma) = sum p / d
 
-all at the radius of the load, contact as the tangent of Hertz and Weber's line contact at a nominal load.  This is a
-plane section.  A helical face is cut into such sections, each at its own sigma, that do not hold on to each other: the
-usual energy method.  The sum over the face is then the mean of k over the overlap.
+each at the radius of its load; contact is the tangent of the line contact of Hertz and Weber [weber1953] at a nominal
+load.  This is one plane section.  A helical face is cut into such sections, each at its own sigma and without coupling
+between them: the usual energy method.  The sum over the face is the mean of k over the overlap.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ __all__ = ["MeshedTeeth", "energy_series", "interference_warnings", "section_sti
 
 Array = NDArray[np.float64]
 
-# How far a tip may reach below the involute of its mate [modules]: up to the first without a word, since the fillet
-# leaves the involute smoothly; up to the second it is told; beyond, the fillet is in the way of the tip.
-_TOLD, _DIG = 0.02, 0.1
+# Depth of a tip below the involute of its mate [modules]: below the first limit the fillet is as good as the involute,
+# which it leaves smoothly; up to the second a warning is given; beyond, the tip interferes with the fillet.
+_WARNED, _REFUSED = 0.02, 0.1
 _POINTS = 24  # of Gauss' rule between two jumps, and two more for every order
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshedTeeth:
-    """Two gears in mesh, a external.
+    """Two elastic gears in mesh, a external.
 
-    working_angle : transverse [rad].  limits : (sigma_min, sigma_max) between which a pair of teeth touches.
+    working_angle : transverse [rad].  limits : (sigma_min, sigma_max) of the path of contact [base pitches].
     """
 
     a: ToothCompliance
@@ -52,7 +52,10 @@ class MeshedTeeth:
         return abs(geometry.base_helix_angle(self.a.gear.pressure_angle, self.a.gear.helix_angle))
 
     def rolled(self, sigma: Array) -> tuple[Array, Array]:
-        """Distances of the contact from the points where the line of action leaves the base circles [m]."""
+        """Lengths of roll on a and b: distances (n,) of the contact from the tangent points of the base circles [m].
+
+        sigma : (n,) [base pitches].
+        """
         tangent = math.tan(self.working_angle)
         gear = self.a.gear
         along = sigma * geometry.base_pitch(gear.module, gear.pressure_angle, gear.helix_angle)
@@ -60,15 +63,16 @@ class MeshedTeeth:
         return _base(self.a) * tangent + along, _base(self.b) * tangent + side * along
 
     def radii(self, sigma: Array) -> tuple[Array, Array]:
-        """Radii of the contact on a and b at places sigma [m]."""
+        """Radii (n,) of the contact on a and b [m] at places sigma (n,) [base pitches]."""
         on_a, on_b = self.rolled(sigma)
         return np.hypot(_base(self.a), on_a), np.hypot(_base(self.b), on_b)
 
 
 def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
-    """Stiffness along the normal per length of contact line of one plane section [N/m^2], at places sigma (n,).
+    """Stiffness (n,) along the normal per length of contact line of one plane section [N/m^2].
 
-    load : per length of contact line, at which the contact is taken [N/m].  Zero where no pair touches.
+    sigma : (n,) [base pitches].  load : per length of contact line, at which the line contact is linearised [N/m].
+    Zero where no pair is in contact.
 
     Raises
     ------
@@ -99,14 +103,14 @@ def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
 def energy_series(
     mesh: MeshedTeeth, load: float, *, harmonics: int = DEFAULT_HARMONICS, path: str = ""
 ) -> tuple[float, ComplexArray]:
-    """Mean stiffness of a plane section over a mesh cycle [N/m^2] and its relative coefficients v_l (L,) over sigma.
+    """Mean stiffness of a plane section over a mesh cycle [N/m^2] and its relative series v_l (L,) over sigma [1].
 
-    The stiffness jumps where a pair comes or goes; between the jumps it is integrated by Gauss' rule.
-    path : of the mesh in the model file, for the message.
+    The stiffness jumps where a pair enters or leaves; between the jumps Gauss' rule integrates it.
+    load : per length of contact line [N/m].  path : of the mesh in the model file, for the message.
 
     Raises
     ------
-    ModelError : a load that is not positive, a contact ratio below 1, tips that interfere (see `interference_warnings`).
+    ModelError : a load that is not positive, a contact ratio below 1, tips that interfere (`interference_warnings`).
     """
     low, high = mesh.limits
     if not high - low >= 1:
@@ -131,14 +135,15 @@ def _base(tooth: ToothCompliance) -> float:
 
 
 def _beams(tooth: ToothCompliance, radius: Array) -> Array:
+    """Compliance (...) of the tooth itself as a beam at radii (...) [m], without its body [m^2/N]."""
     parts = tooth.parts(radius)
     return parts.bending + parts.shear + parts.compression
 
 
 def _contact(mesh: MeshedTeeth, sigma: Array, radius_a: Array, radius_b: Array, load: float) -> Array:
-    """Tangent of the approach of two flanks at a load, du/dp [m^2/N]."""
+    """Tangent compliance du/dp (n, J) of the line contact at a load per length [N/m] [m^2/N] [weber1953]."""
     on_a, on_b = mesh.rolled(sigma)
-    # at the very end of an involute the curvature is endless; there the tooth is thicker than any contact is wide
+    # at the base circle the curvature is infinite; the tooth there is thicker than any contact is wide
     on_a, on_b = np.maximum(on_a, 1e-3 * mesh.a.gear.module), np.maximum(on_b, 1e-3 * mesh.a.gear.module)
     relative = 1 / on_a + (-1 / on_b if mesh.b.gear.internal else 1 / on_b)
     line = hertz.line_contact(
@@ -152,33 +157,33 @@ def _contact(mesh: MeshedTeeth, sigma: Array, radius_a: Array, radius_b: Array, 
 
 
 def interference_warnings(mesh: MeshedTeeth, *, path: str = "") -> tuple[str, ...]:
-    """What is to be told of tips that reach below the involute of their mate.
+    """Warnings about tips that reach below the involute of their mate.
 
     path : of the mesh in the model file, for the message.
 
     Raises
     ------
-    ModelError : a tip that digs into the fillet.
+    ModelError : a tip that interferes with the fillet of its mate.
     """
     ends = np.array(mesh.limits)
     depths = [
         np.max(_below(tooth, radius, rolled))
         for tooth, radius, rolled in zip((mesh.a, mesh.b), mesh.radii(ends), mesh.rolled(ends), strict=True)
     ]
-    told = []
+    warnings = []
     for depth, mate, tooth in zip(depths, ("second", "first"), (mesh.b, mesh.a), strict=True):
         text = f"the tips of the {mate} gear reach {depth * 1e3:.3g} mm below the involute of their mate"
-        if depth > _DIG * tooth.gear.module:
+        if depth > _REFUSED * tooth.gear.module:
             given = f"tip radius {tooth.gear.tip * 1e3:.5g} mm"
             allowed = "a shorter tip, or another profile shift"
             raise ModelError(f"{text}: they interfere", path=path, given=given, allowed=allowed)
-        if depth > _TOLD * tooth.gear.module:
-            told.append(f"{text}; the fillet is taken as involute there")
-    return tuple(told)
+        if depth > _WARNED * tooth.gear.module:
+            warnings.append(f"{text}; the fillet is taken as involute there")
+    return tuple(warnings)
 
 
 def _below(tooth: ToothCompliance, radius: Array, rolled: Array) -> Array:
-    """How far below its involute a tooth is touched [m]; past the base circle by how far the contact has left it."""
+    """Depth (n,) of the contact below the involute of a tooth [m]; past the base circle the distance from it."""
     if tooth.gear.internal:
         return radius - tooth.limits[1]
     return np.where(rolled > 0, tooth.limits[0] - radius, tooth.limits[0] - _base(tooth) - rolled)

@@ -1,7 +1,7 @@
-"""A pair of teeth in contact as one convex potential of three rows of its plane of action.
+"""Contact of a pair of gears as one convex potential of the approaches of three rows of its plane of action.
 
 The approach of a segment is linear over the plane: w = c . y, with y the approaches at both ends of the face and at one
-place along the line of action.  Of all loads P >= 0 the segments take the one of largest
+place along the line of action.  The loads P >= 0 of the segments maximise (derived here)
 
     Phi(y) = (c y - g) . P - P . C P/2 - sum int u_i dP_i
 
@@ -27,9 +27,9 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowStations:
-    """Where the three rows stand: left and right along the face, from the middle of the mesh, and along the path [m].
+    """Stations of the three rows [m]: left and right along the face from the middle of the mesh, and along the path.
 
-    The first two at the pitch point, the third at the middle of the mesh.
+    The first two are at the pitch point, the third at the middle of the mesh.
     """
 
     left: float
@@ -39,10 +39,10 @@ class RowStations:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RowResponse:
-    """Contact at t phases.
+    """Response of three rows at t phases.
 
-    force : (t, 3) of the rows [N].  tangent : (t, 3, 3) [N/m].  energy : (t,) [J].  segment : (t, n) forces [N].
-    own : (t, n) approach of the flanks themselves [m].  residual : (t,) [1].
+    force : (t, 3) of the rows [N].  tangent : (t, 3, 3) [N/m].  energy : (t,) [J].  segment : (t, n) forces of the
+    segments [N].  own : (t, n) approach of the line contacts themselves [m].  residual : (t,) [1].
     """
 
     force: Array
@@ -54,7 +54,7 @@ class RowResponse:
 
 
 def row_weights(segments: ContactSegments, at: RowStations) -> Array:
-    """c of every segment, (T, n, 3); their sum is 1."""
+    """Weights c of the rows for every segment, (T, n, 3) [1]; the sum over the rows is 1."""
     along = np.take_along_axis(segments.lines.sigma.reshape(len(segments.index), -1), segments.index, axis=1)
     third = along * segments.pair.plane.base_pitch / at.along
     right = (segments.zeta - at.left - third * (0.0 - at.left)) / (at.right - at.left)
@@ -64,12 +64,12 @@ def row_weights(segments: ContactSegments, at: RowStations) -> Array:
 def row_response(
     segments: ContactSegments, weight: Array, rows: Array, phases: Index, *, start: Array | None = None
 ) -> RowResponse:
-    """What the segments answer to approaches of the rows.
+    """Forces, tangent and energy of the segments at given approaches of the rows.
 
     Parameters
     ----------
-    weight : (T, n, 3) as of `row_weights`.  rows : (t, 3) [m] at phases (t,).  start : (t, n) own approaches of a near
-        call.
+    weight : (T, n, 3) as of `row_weights`.  rows : (t, 3) approaches [m] at phases (t,).  start : (t, n) own approaches
+        of a near call [m].
     """
     c, valid = weight[phases], segments.valid[phases]
     gap = np.where(valid, segments.gap[phases] - np.matmul(c, rows[:, :, None])[:, :, 0], 0.0)
@@ -77,15 +77,19 @@ def row_response(
     zero = np.zeros(len(phases))
     if segments.line is None:
         found = solve_linear(C, gap, valid, None, approach=zero)
-        return _answer(segments, c, C, found, None, phases)
+        return _response(segments, c, C, found, None, phases)
     found = solve_hertzian(C, gap, valid, None, lambda u, i: segments.law(u, phases[i]), approach=zero, start=start)
     own = -gap - np.matmul(C, found.force[:, :, None])[:, :, 0]
-    return _answer(segments, c, C, found, own, phases)
+    return _response(segments, c, C, found, own, phases)
 
 
-def _answer(
+def _response(
     segments: ContactSegments, c: Array, C: Array, found: ContactSolution, own: Array | None, phases: Index
 ) -> RowResponse:
+    """Forces, tangent and energy of the rows from the solution of the segments.
+
+    c : (t, n, 3) [1].  C : (t, n, n) [m/N].  own : (t, n) own approaches [m], None with a linear law.  phases : (t,).
+    """
     P, on = found.force, found.active
     shared = 0.5 * np.einsum("ti,tij,tj->t", P, C, P)
     if own is None:
@@ -110,7 +114,7 @@ def _answer(
 
 
 def _own_energy(segments: ContactSegments, force: Array, own: Array, phases: Index) -> Array:
-    """sum P u - int u dP of the flanks themselves, (t,) [J]."""
+    """Energy sum P u - int u dP of the line contacts themselves, (t,) [J]; force : (t, n) [N], own : (t, n) [m]."""
     contact, length = segments.contact, segments.length[phases]
     line = hertz.LineContact(A=contact.A, B=contact.B[phases], radius=contact.radius[phases])
     p = np.where(force > 0, force / length, 1.0)

@@ -1,12 +1,13 @@
-"""What the body under the teeth gives: an elastic ring, held at its bore (a ring gear: at its rim), loaded at roots.
+"""Compliance of the gear body under the teeth (foundation): an elastic ring held at its bore, loaded at tooth roots.
 
-A tooth presses its root on the arc it spans on the circle through it: a cross force and a normal force spread evenly, a
-moment spread linearly [sainsot2004].  Plane strain of the ring is solved exactly, harmonic by harmonic, with the
-functions of Kolosov and Muskhelishvili; the root moves by what the same spread of load does work on, so that the
-compliance is symmetric.  The field reaches the neighbouring teeth, whence their coupling.  Teeth do not stiffen it.
+A ring gear is held at its rim.  The root of a tooth loads the arc it spans: a cross force and a normal force evenly, a
+moment linearly distributed [sainsot2004].  Plane strain of the ring is solved exactly, harmonic by harmonic, with the
+potentials of Kolosov and Muskhelishvili (derived here).  The motion of a root is the work conjugate of the same
+distribution of load, so that the compliance is symmetric.  The displacement field reaches the neighbouring teeth and
+couples them.  The teeth do not stiffen the ring.
 
 The published fit [sainsot2004, eq. 5] is the same ring with the motion read at the middle of the root, which gives 10
-to 30 % more; it is here for comparison, with its limits.
+to 30 % more; it is kept for comparison, with its limits of validity.
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(96)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToothRoot:
-    """Where a tooth stands on the body; lengths [m].
+    """Root of a tooth on the gear body; lengths [m].
 
-    circle : radius on which the roots press.  held : radius at which the body is held, inside or outside of it.
-    thickness : of the tooth at its root.  pitch : angle between neighbouring teeth [rad].
+    circle : radius of the loaded circle through the roots.  held : radius at which the body is held, inside or outside
+    that circle.  thickness : of the tooth at its root.  pitch : angle between neighbouring teeth [rad].
     """
 
     circle: float
@@ -41,20 +42,21 @@ class ToothRoot:
 
     @property
     def theta(self) -> float:
-        """Half the angle that the root spans [rad]."""
+        """Half the angle of the arc of the root, theta_f [rad] [sainsot2004]."""
         return math.asin(0.5 * self.thickness / self.circle)
 
     @property
     def middle(self) -> float:
-        """Radius of the middle of the arc, about which its moments are taken [m]."""
+        """Radius of the centroid of the arc, the reference point of the moment [m]."""
         return self.circle * math.sin(self.theta) / self.theta
 
 
 def root_compliance(root: ToothRoot, neighbours: int, *, youngs_modulus: float, poisson: float) -> Array:
-    """Motion of a root per load on another, (neighbours + 1, 3, 3), plane strain, per length.
+    """Compliance of the roots: motion of one per load on another, (neighbours + 1, 3, 3), plane strain, per length.
 
-    First axis: the loaded tooth stands 0, 1, ... pitches from the moved one, clockwise.  Loads and motions of a tooth
-    that points along y: along x, along y [m^2/N], and about the middle of the root, clockwise [1/N].
+    First axis: the loaded tooth is 0, 1, ... pitches from the moved one, clockwise.  Loads and motions of a tooth that
+    points along y: along x, along y [m^2/N], and about the centroid of the root, clockwise [1/N].
+    youngs_modulus : [Pa].  poisson : [1].  Derived here.
     """
     theta, R = root.theta, root.circle
     outward = 1.0 if root.held < R else -1.0
@@ -77,7 +79,10 @@ def root_compliance(root: ToothRoot, neighbours: int, *, youngs_modulus: float, 
 
 
 def _components(angle: Array, length: Array, radius: float) -> tuple[Array, Array]:
-    """Radial and tangential tractions (3, points) of unit loads, angles clockwise from y: even, even, linear over x."""
+    """Radial and tangential tractions (3, points) [1/m] of unit loads: uniform along x, uniform along y, linear over x.
+
+    angle : (points,) clockwise from y [rad].  length : (points,) quadrature weights along the arc [m].
+    """
     x = radius * np.sin(angle)
     across = np.full_like(angle, 1 / length.sum())
     tilt = -x / np.sum(length * x**2)
@@ -90,7 +95,7 @@ def _components(angle: Array, length: Array, radius: float) -> tuple[Array, Arra
 def _harmonics(highest: int, held: float, E: float, nu: float) -> Array:
     """Motion (U, V) per stress (radial, shear) on a circle of radius 1, orders 0 .. highest, (orders, 2, 2) [1/Pa].
 
-    u_r = U cos n t, u_t = V sin n t; the circle of radius `held` stands still.
+    u_r = U cos n t, u_t = V sin n t; the circle of radius `held` is fixed.
     """
     kappa, mu = 3 - 4 * nu, E / (2 * (1 + nu))
     n = np.arange(1.0, highest + 1)
@@ -108,7 +113,7 @@ def _harmonics(highest: int, held: float, E: float, nu: float) -> Array:
 
 
 def _fields(n: Array, r: float, kappa: float, circles: tuple[float, float]) -> Array:
-    """2 mu (U, V) and (radial stress, shear) at a radius of the four solutions of order n, (orders, 4, 4).
+    """2 mu (U, V) and (radial stress, shear) at a radius, of the four elementary solutions of order n, (orders, 4, 4).
 
     phi = z^(1 + n), z^(1 - n), then psi = z^(n - 1), z^(-n - 1), each scaled to 1 where it is largest in the ring.
     """
@@ -123,16 +128,16 @@ def _fields(n: Array, r: float, kappa: float, circles: tuple[float, float]) -> A
 
 
 def _source(r: float, kappa: float) -> Array:
-    """The same of phi = log z, psi = -kappa log z, which is single-valued."""
+    """2 mu (U, V) and (radial stress, shear), (4,), of phi = log z, psi = -kappa log z, which is single-valued."""
     log = 2 * kappa * math.log(r)
     return np.array([log - 1, -log - 1, (3 + kappa) / r, (1 - kappa) / r])
 
 
 def torsional_compliance(root: ToothRoot, base: float, *, youngs_modulus: float, poisson: float) -> float:
-    """What of that every tooth shares: the ring in torsion, seen along the line of action [m^2/N].
+    """Compliance of the ring in torsion along the line of action, common to all teeth [m^2/N].
 
-    A moment p r_b leaves the shear p r_b/(2 pi r^2) and turns the loaded circle by p r_b/(4 pi G) |1/r_i^2 - 1/r_o^2|.
-    base : base radius r_b [m].
+    A moment p r_b causes the shear stress p r_b/(2 pi r^2) and turns the loaded circle by
+    p r_b/(4 pi G) |1/r_i^2 - 1/r_o^2|.  base : base radius r_b [m].  Derived here.
     """
     G = youngs_modulus / (2 * (1 + poisson))
     return base**2 / (4 * math.pi * G) * abs(root.held**-2 - root.circle**-2)
@@ -151,9 +156,10 @@ FIT_LIMITS = {"r_f/r_int": (1.4, 7.0), "theta_f": (0.01, 0.12)}
 
 
 def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array, tuple[str, ...]]:
-    """Motion of a root per load on it, (3, 3) as of `root_compliance`, by the fit, and what lies outside its limits.
+    """Compliance of a root (3, 3) [m^2/N] as of `root_compliance`, by the published fit, with warnings on its limits.
 
-    cos^2 g/E [L (u/S)^2 + M u/S + P (1 + Q tan^2 g)] at an angle g and a distance u is linear in force and moment.
+    cos^2 g/E [L (u/S)^2 + M u/S + P (1 + Q tan^2 g)] [sainsot2004, eq. 5] at an angle g and a distance u is linear in
+    force and moment.
     """
     ratio, theta = root.circle / root.held, root.theta
     terms = (theta**-2, ratio**2, ratio / theta, 1 / theta, ratio, 1.0)

@@ -1,9 +1,9 @@
-"""Approach of two cylinders pressed along a line, per length, and its inverse.
+"""Line contact of two cylinders: approach against load per length, and its inverse [weber1953].
 
     u = A p (B - ln p),   A = (1 - nu_1^2)/(pi E_1) + (1 - nu_2^2)/(pi E_2),   p load per length [N/m]
 
-between the middles of the two teeth, h_1 and h_2 below the surface [weber1953].  u rises with p up to exp(B - 1), far
-above any load that teeth bear.
+between the middles of the two teeth, h_1 and h_2 below the surface.  u rises with p up to exp(B - 1), far above any
+load of a tooth.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ __all__ = ["LineContact", "approach", "half_width", "line_contact", "load", "pre
 
 Array = NDArray[np.float64]
 
-# Newton steps until a load is found to rounding; from below they converge for every approach in the range.
+# Most Newton steps; they stop at rounding.  From below they converge for every approach in the range.
 _STEPS = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LineContact:
-    """Line contact at places of any shape.
+    """Line contact at places of any shape (...).
 
-    A [m^2/N], B [1] of the approach.  radius : relative radius of curvature [m].  modulus : 1/E' = (pi/2) A, [1/Pa].
+    A : [m^2/N] and B : (...) [1] of the approach u = A p (B - ln p).  radius : (...) relative radius of curvature [m].
     """
 
     A: float
@@ -34,19 +34,19 @@ class LineContact:
 
     @property
     def compliance(self) -> float:
-        """1/E* = sum (1 - nu^2)/E [1/Pa]."""
+        """Compliance 1/E* = sum (1 - nu^2)/E of both bodies [1/Pa]."""
         return np.pi * self.A
 
 
 def line_contact(
     radius: Array, depth_a: Array, depth_b: Array, *, youngs_modulus: tuple[float, float], poisson: tuple[float, float]
 ) -> LineContact:
-    """Line contact of two bodies.
+    """Constants of the line contact of two bodies [weber1953].
 
     Parameters
     ----------
-    radius : relative radius of curvature [m].  depth_a, depth_b : from the contact to the middle of each tooth, along
-        the common normal [m].  youngs_modulus [Pa], poisson [1] : of each.
+    radius : (...) relative radius of curvature [m].  depth_a, depth_b : (...) from the contact to the middle of each
+        tooth, along the common normal [m].  youngs_modulus [Pa], poisson [1] : of each.
     """
     each = [(1 - nu**2) / (np.pi * E) for E, nu in zip(youngs_modulus, poisson, strict=True)]
     A = sum(each)
@@ -58,14 +58,18 @@ def line_contact(
 
 
 def approach(line: LineContact, p: Array) -> Array:
-    """u at a load per length p >= 0 [m]."""
+    """Approach u (...) [m] at loads per length p >= 0 (...) [N/m] [weber1953]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         value = line.A * p * (line.B - np.log(p))
     return np.where(p > 0, value, 0.0)
 
 
 def load(line: LineContact, u: Array) -> tuple[Array, Array]:
-    """p and dp/du at an approach u [N/m, N/m^2]; 0 where u <= 0."""
+    """Load per length p (...) [N/m] and slope dp/du (...) [N/m^2] at approaches u (...) [m]; 0 where u <= 0.
+
+    ln(p) - B is Lambert's W_-1.  Newton's method on the whole array stays: it is the innermost loop of loaded contact,
+    and SciPy's `lambertw` is complex.
+    """
     pressed = np.maximum(u, 0.0)
     y = np.minimum(pressed / line.A * np.exp(-line.B), (1 - 1e-9) / np.e)
     # p = exp(B) x with x (-ln x) = y: Newton on the logarithm l = ln x < -1, where g = l + ln(-l) - ln y rises
@@ -83,11 +87,11 @@ def load(line: LineContact, u: Array) -> tuple[Array, Array]:
 
 
 def half_width(line: LineContact, p: Array) -> Array:
-    """Half the width of the contact a = sqrt(4 p rho / (pi E*)) [m]."""
+    """Half the width of the contact a = sqrt(4 p rho / (pi E*)) (...) [m] at loads per length p (...) [N/m]."""
     return np.sqrt(4 * line.A * np.maximum(p, 0.0) * line.radius)
 
 
 def pressure(line: LineContact, p: Array) -> Array:
-    """Largest contact pressure 2 p / (pi a) [Pa]."""
+    """Largest contact pressure 2 p / (pi a) (...) [Pa] at loads per length p (...) [N/m]."""
     width = half_width(line, p)
     return np.where(width > 0, 2 * p / (np.pi * np.where(width > 0, width, 1.0)), 0.0)

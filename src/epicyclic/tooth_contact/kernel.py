@@ -1,11 +1,11 @@
-"""How load on one place of the face deflects its neighbours: a kernel over the width of a tooth with free ends.
+"""Coupling along the face: Green's function of a tooth as a clamped plate with free ends.
 
-A tooth is a plate clamped at its root.  Along its width a load per length p deflects it like a beam on an elastic bed,
+Along its width a load per length p deflects a tooth like a beam on an elastic foundation,
 
     -lambda^2 u'' + u = q p,   u' = 0 at both ends
     G(z, s) = cosh(z/lambda) cosh((W - s)/lambda)/(lambda sinh(W/lambda)),   0 <= z <= s <= W
 
-G is symmetric and positive, and its integral over the face is 1: a uniform load feels the plane tooth.  At the free
+G is symmetric and positive, and its integral over the face is 1: a uniform load has the plane compliance.  At the free
 edge of a long cantilever plate of height c a single load P deflects its own place by 0.1665 P c^2/D (0.168 is printed
 [timoshenko1959, art. 49]) and a line load p by p c^3/(3 D), so that G(0) = 1/(2 lambda) asks for lambda = c.
 """
@@ -27,15 +27,15 @@ _POINT = 1e-6
 
 
 def face_coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Array:
-    """Mean of G over pairs of segments of the face, (n, n) [1/m]: symmetric, positive definite.
+    """Coupling matrix K: mean of G over pairs of segments of the face, (n, n) [1/m], symmetric, positive definite.
 
-    With loads P_j = p_j l_j on segments of plane compliance q [m^2/N] the mean deflection is u_i = q K_ij P_j.  Where the
-    segments cover the face, K l = 1.
+    Under loads P_j = p_j l_j on segments of plane compliance q [m^2/N] the mean deflection is u_i = q K_ij P_j.  Where
+    the segments cover the face, K l = 1.  Derived here from the plate of [timoshenko1959].
 
     Parameters
     ----------
-    zeta : (n,) middles of the segments from the middle of the face [m].  lengths : (n,) of the segments, within the face
-        and apart [m].  width : of the face [m].  decay : lambda [m].
+    zeta : (n,) middles of the segments from the middle of the face [m].  lengths : (n,) of the segments, within the
+        face and disjoint [m].  width : of the face [m].  decay : lambda [m].
     """
     half = np.asarray(lengths, dtype=float) / (2 * decay)
     total = width / decay
@@ -49,7 +49,10 @@ def face_coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Ar
 
 
 def _own(place: Array, half: Array, total: float) -> Array:
-    """Mean of lambda G over a segment and itself: 1 less what its load lifts elsewhere."""
+    """Diagonal (n,) of lambda K [1]: 1 less the deflection that the load of a segment causes elsewhere.
+
+    place, half, total : centres (n,), half lengths (n,) and width of the face, in decay lengths [1].
+    """
     point = 2 * half < _POINT
     wide = np.where(point, 1.0, half)
     spread = _log_mean_cosh(wide)
@@ -59,19 +62,19 @@ def _own(place: Array, half: Array, total: float) -> Array:
 
 
 def _log_mean_cosh(half: Array) -> Array:
-    """Logarithm of the mean of cosh(c + t) over |t| <= half, over cosh c [1]."""
+    """Logarithm (n,) [1] of the mean of cosh(c + t) over |t| <= half (n,), relative to cosh c."""
     wide = np.maximum(half, 1e-3)
     return np.asarray(np.where(half > 1e-3, wide + np.log(-np.expm1(-2 * wide) / (2 * wide)), half**2 / 6))
 
 
 def _product(a: Array, b: Array, total: float, more: Array | float) -> Array:
-    """cosh a cosh b / sinh(total) exp(more) for a, b >= 0, without overflow (held at the largest G can be)."""
+    """cosh a cosh b / sinh(total) exp(more) (...) [1] for a, b >= 0 (...), bounded against overflow."""
     scale = np.exp(np.minimum(a + b - total + more, 0.0)) / (2 * -np.expm1(-2 * total))
     return np.asarray(scale * (1 + np.exp(-2 * a)) * (1 + np.exp(-2 * b)))
 
 
 def _ratio(a: Array, b: Array, total: float, more: Array) -> Array:
-    """sinh a cosh b / sinh(total) exp(more) for b >= 0, without overflow; 0 where a <= 0."""
+    """sinh a cosh b / sinh(total) exp(more) (...) [1] for b >= 0 (...), bounded against overflow; 0 where a <= 0."""
     a = np.maximum(a, 0.0)
     scale = np.exp(np.minimum(a + b - total + more, 0.0)) / (2 * -np.expm1(-2 * total))
     return np.asarray(scale * -np.expm1(-2 * a) * (1 + np.exp(-2 * b)))

@@ -1,8 +1,9 @@
 """Contact lines of one helix: pairs of teeth and segments of the face on the plane of action.
 
-Pair j at zeta along the face touches at sigma + j + d h zeta/p_x base pitches from the pitch point, as long as that is
-on the path of contact.  A segment that the end of the path cuts counts with the part that is left, so that the length of
-all lines is exact at every phase; its mean is eps_alpha b/cos beta_b.  Spur teeth touch over the whole face at once.
+Pair j at zeta along the face is in contact at sigma + j + d h zeta/p_x base pitches from the pitch point while that
+place is on the path of contact (docs/conventions.md, Phases).  A segment cut by the end of the path keeps the part on
+the path, so that the length of all lines is exact at every phase; its mean is eps_alpha b/cos beta_b [maatar1996].
+Spur teeth are in contact over the whole face at once.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ __all__ = ["ContactLines", "PlaneOfAction", "contact_lines"]
 
 Array = NDArray[np.float64]
 
-# Contact at a base circle has no curvature there: nearer than this part of a base pitch counts as this far.
+# The radius of curvature vanishes at a base circle: a length of roll below this part of a base pitch counts as this.
 _LEAST_ROLL = 1e-3
 
 
@@ -28,7 +29,7 @@ class PlaneOfAction:
     base_a, base_b : base radii.  internal : b is a ring.  pressure_angle : working transverse.  base_helix : beta_b,
     magnitude.  base_pitch : transverse p_bt.  limits : (sigma_min, sigma_max) of the path of contact [1].
     lean : d h of gear a, +1 or -1, 0 for spur teeth.  face_a, face_b : ends (left, right) of the faces along the axis,
-    from the middle of the mesh; where one gear is slid along its axis its own are moved.
+    from the middle of the mesh, axial offsets of the gears included.
     """
 
     base_a: float
@@ -44,7 +45,7 @@ class PlaneOfAction:
 
     @property
     def face(self) -> tuple[float, float]:
-        """Where both faces overlap, (left, right) [m]."""
+        """Overlap of both faces, (left, right) [m]."""
         return max(self.face_a[0], self.face_b[0]), min(self.face_a[1], self.face_b[1])
 
     @property
@@ -54,28 +55,28 @@ class PlaneOfAction:
 
     @property
     def per_pitch(self) -> float:
-        """d h/p_x: base pitches by which the contact moves per length along the face [1/m]; 0 for spur teeth."""
+        """d h/p_x, the shift of the contact per length along the face [base pitches/m]; 0 for spur teeth."""
         return self.lean * math.tan(self.base_helix) / self.base_pitch
 
     def roll_a(self, sigma: ArrayLike) -> Array:
-        """From the base circle of a to the contact, along the line of action [m]."""
+        """Length of roll on a (...) [m]: from its base tangent point to the contact at sigma (...) [base pitches]."""
         return self.base_a * math.tan(self.pressure_angle) + np.asarray(sigma) * self.base_pitch
 
     def roll_b(self, sigma: ArrayLike) -> Array:
-        """From the base circle of b to the contact, along the line of action [m]."""
+        """Length of roll on b (...) [m]: from its base tangent point to the contact at sigma (...) [base pitches]."""
         along = np.asarray(sigma) * (self.base_pitch if self.internal else -self.base_pitch)
         return self.base_b * math.tan(self.pressure_angle) + along
 
     def radius_a(self, sigma: ArrayLike) -> Array:
-        """Radius of the contact on gear a [m]."""
+        """Radius (...) of the contact on gear a [m] at sigma (...) [base pitches]."""
         return np.hypot(self.base_a, self.roll_a(sigma))
 
     def radius_b(self, sigma: ArrayLike) -> Array:
-        """Radius of the contact on gear b [m]."""
+        """Radius (...) of the contact on gear b [m] at sigma (...) [base pitches]."""
         return np.hypot(self.base_b, self.roll_b(sigma))
 
     def curvature_radius(self, sigma: ArrayLike) -> Array:
-        """Relative radius of curvature in the normal plane, that of the transverse plane over cos beta_b [m]."""
+        """Relative radius of curvature (...) in the normal plane [m] at sigma (...), transverse over cos beta_b."""
         least = _LEAST_ROLL * self.base_pitch
         a, b = np.maximum(self.roll_a(sigma), least), np.maximum(self.roll_b(sigma), least)
         between = 1 / a + (-1 / b if self.internal else 1 / b)
@@ -86,9 +87,9 @@ class PlaneOfAction:
 class ContactLines:
     """Contact lines at T phases: J pairs of teeth, K segments of the face from left to right.
 
-    zeta : (T, J, K) middle of what is left of each segment along the axis [m].  sigma : (T, J, K) its place on the path
-    of contact [base pitches].  length : (T, J, K) of contact line [m], 0 where nothing touches.
-    pair : (T, J) number of the pair of teeth, one more for each that comes into mesh as sigma rises.
+    zeta : (T, J, K) middle of the part of each segment on the path of contact, along the axis [m].  sigma : (T, J, K)
+    its place on that path [base pitches].  length : (T, J, K) of contact line [m], 0 out of contact.
+    pair : (T, J) number of the pair of teeth, one more for each that enters as sigma rises.
     centre, span : (K,) middles and (,) width of the segments along the axis [m].
     """
 
@@ -103,7 +104,7 @@ class ContactLines:
 def contact_lines(
     plane: PlaneOfAction, sigma: ArrayLike, slices: int, *, beyond: tuple[float, float] = (0.0, 0.0)
 ) -> ContactLines:
-    """Contact lines at places of one pair at mid-face.
+    """Contact lines at T places of one pair of teeth at mid-face.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
-"""Loaded tooth contact of one pair of gears on one helix: over a mesh cycle, at several loads.
+"""Loaded tooth contact analysis of one pair of gears on one helix: over a mesh cycle, at several loads.
 
-    result = loaded(pair, [10e3, 20e3], np.arange(50) / 50)
+    result = loaded_contact(pair, [10e3, 20e3], np.arange(50) / 50)
     result.transmission_error, result.tangent, result.load_per_length()
 
-Forces are normal to the teeth.  Stiffness is along the normal too: `tangent` dF/dd at the load, `secant` F/(d - d_0)
-from where the teeth first touch; `mean_stiffness` averages the tangent over the phases.
+Forces and stiffnesses are along the tooth normal.  `tangent` is dF/dd at the load, `secant` is F/(d - d_0) from first
+touch, `mean_stiffness` is the tangent averaged over the phases.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffn
 
 __all__ = [
     "LoadedContact",
-    "contact_at_approach",
     "harmonics",
     "loaded_contact",
     "loaded_segments",
@@ -36,13 +35,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadedContact:
-    """Contact of one pair: F loads, T phases, J pairs of teeth, K segments of the face.
+    """Loaded contact of one pair: F loads, T phases, J pairs of teeth, K segments of the face.
 
-    segments : what was solved.  load : (F, T) sum of the forces [N].  force : (F, T, J, K) normal to the tooth [N].
-    approach : (F, T) d along the normal [m].  no_load : (T,) d at which the teeth first touch [m].
+    segments : the model that was solved.  load : (F, T) sum of the forces [N].  force : (F, T, J, K) normal to the
+    tooth [N].  approach : (F, T) d along the normal [m].  no_load : (T,) d at first touch [m].
     tangent : (F, T) dF/dd [N/m].  residual : (F, T) of the contact conditions [1].  status : (F, T) "" where solved.
-    corner : (F, 2) how far teeth before and behind the path of contact would overlap, largest over the cycle [m];
-        0 where they stay apart or are let bear.
+    corner : (F, 2) overlap of tip and flank before and behind the path of contact, largest over the cycle [m]; 0 where
+        they stay apart or corner contact is solved.
     """
 
     segments: ContactSegments
@@ -72,9 +71,9 @@ class LoadedContact:
 
     @property
     def secant(self) -> Array:
-        """F/(d - d_0), (F, T) [N/m]; without load what it tends to, the tangent."""
-        way = self.approach - self.no_load
-        return np.where(way > 0, self.load / np.where(way > 0, way, 1.0), self.tangent)
+        """Secant stiffness F/(d - d_0), (F, T) [N/m]; without load its limit, the tangent."""
+        closed = self.approach - self.no_load
+        return np.where(closed > 0, self.load / np.where(closed > 0, closed, 1.0), self.tangent)
 
     @property
     def mean_stiffness(self) -> Array:
@@ -83,12 +82,12 @@ class LoadedContact:
 
     @property
     def share(self) -> Array:
-        """Part of the load on each pair of teeth, (F, T, J) [1]; 0 without load."""
+        """Share of the load on each pair of teeth, (F, T, J) [1]; 0 without load."""
         whole = np.where(self.load > 0, self.load, 1.0)
         return np.asarray(self.force.sum(axis=3) / whole[:, :, None])
 
     def load_per_length(self) -> Array:
-        """Force per length of contact line, (F, T, J, K) [N/m]; 0 where nothing touches."""
+        """Force per length of contact line, (F, T, J, K) [N/m]; 0 out of contact."""
         length = self.segments.lines.length
         return np.asarray(self.force / np.where(length > 0, length, np.inf))
 
@@ -96,8 +95,8 @@ class LoadedContact:
     def whole(self) -> NDArray[np.bool_]:
         """Segments of which at least half is on the path of contact, (T, J, K).
 
-        A line that begins at a corner of the flank is short, and its tooth not yet deflected: the load per length of
-        such slivers says more about the cut than about the tooth, and they carry next to nothing.
+        A line that begins at a corner of the flank is short and its tooth is not yet deflected: the load per length of
+        such slivers depends on the discretisation, and they carry a negligible force.
         """
         lines = self.segments.lines
         full = lines.span / math.cos(self.segments.pair.plane.base_helix)
@@ -125,7 +124,7 @@ class LoadedContact:
 
 
 def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike, *, compiled: bool = False) -> LoadedContact:
-    """Contact at given loads.
+    """Loaded contact of a pair at given loads.
 
     Parameters
     ----------
@@ -141,7 +140,10 @@ def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike, *, co
 
 
 def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, compiled: bool = False) -> LoadedContact:
-    """Contact of segments at given loads, as `loaded_contact`; `with_microgeometry` segments keep what another flank does not change."""
+    """Loaded contact of given segments at loads (F,) or (F, T) [N], as `loaded_contact`.
+
+    Segments of `with_microgeometry` share the compliance of those they were made from.
+    """
     given = np.atleast_1d(np.asarray(loads, dtype=float))
     wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(segments.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
@@ -151,23 +153,15 @@ def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, compiled: bo
     found: dict[int, ContactSolution] = {}
     start: Array | None = None
     for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
-        found[i] = _solved(segments, load=wanted[i], start=start)
+        found[i] = _solution(segments, wanted[i], start)
         start = _own_approach(segments, found[i]) if (wanted[i] > 0).all() else None
     return _result(segments, [found[i] for i in range(len(wanted))])
 
 
-def contact_at_approach(pair: ContactPair, approaches: ArrayLike, phases: ArrayLike) -> LoadedContact:
-    """Contact at given approaches d (D,) along the normal [m]; otherwise as `loaded_contact`, the load is a result."""
-    segments = contact_segments(pair, phases)
-    ways = np.atleast_1d(np.asarray(approaches, dtype=float))
-    found = [_solved(segments, approach=np.full(len(segments.sigma), way)) for way in ways]
-    return _result(segments, found)
-
-
 def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
-    """One-sided complex amplitudes of orders 0 .. count of samples over whole cycles, last axis -> orders.
+    """One-sided complex amplitudes c_l (..., count + 1) of samples (..., T) over whole cycles, in the unit of these.
 
-    values = Re sum_l c_l exp(2 pi i l sigma); orders that the samples do not show are 0.
+    values = Re sum_l c_l exp(2 pi i l sigma), l = 0 .. count; orders that the samples do not resolve are 0.
     """
     spectrum = np.fft.rfft(values, axis=-1) / values.shape[-1]
     found = np.zeros((*values.shape[:-1], count + 1), complex)
@@ -177,17 +171,16 @@ def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
     return found
 
 
-def _solved(
-    segments: ContactSegments, *, load: Array | None = None, approach: Array | None = None, start: Array | None = None
-) -> ContactSolution:
-    what = (segments.compliance, segments.gap, segments.valid)
+def _solution(segments: ContactSegments, load: Array, start: Array | None) -> ContactSolution:
+    """Contact at one load (T,) [N]; start : (T, n) own approaches of a near load [m]."""
+    model = (segments.compliance, segments.gap, segments.valid)
     if segments.line is None:
-        return solve_linear(*what, load, approach=approach)
-    return solve_hertzian(*what, load, segments.law, approach=approach, start=start)
+        return solve_linear(*model, load)
+    return solve_hertzian(*model, load, segments.law, start=start)
 
 
 def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
-    """Contact at loads (F,) of a linear law, by numba."""
+    """Contact at loads (F,) [N] of a linear law, by numba."""
     try:
         from .compiled import principal_pivoting_batch
     except ImportError:
@@ -206,6 +199,7 @@ def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
 
 
 def _own_approach(segments: ContactSegments, found: ContactSolution) -> Array:
+    """Approach of the line contacts themselves, (T, n) [m]."""
     shared = np.matmul(segments.compliance, found.force[:, :, None])[:, :, 0]
     return np.asarray(found.approach[:, None] - segments.gap - shared)
 
@@ -227,6 +221,7 @@ def _result(segments: ContactSegments, found: list[ContactSolution]) -> LoadedCo
 
 
 def _tangent(segments: ContactSegments, found: ContactSolution) -> Array:
+    """Tangent stiffness dF/dd, (T,) [N/m]."""
     if segments.line is None:
         return tangent_stiffness(segments.compliance, found.active)
     slope = segments.law(_own_approach(segments, found), np.arange(len(found.force)))[1]
@@ -234,7 +229,7 @@ def _tangent(segments: ContactSegments, found: ContactSolution) -> Array:
 
 
 def _corner(segments: ContactSegments, approach: Array) -> Array:
-    """Overlap of teeth that stand before and behind the path of contact, largest over the phases, (F, 2) [m]."""
+    """Overlap of tip and flank before and behind the path of contact, largest over the phases, (F, 2) [m]."""
     pair = segments.pair
     overlap = np.zeros((len(approach), 2))
     if pair.corner:

@@ -1,4 +1,4 @@
-"""Loaded contact of many micro-geometries of one pair at once: they share the compliance, only their gaps differ."""
+"""Loaded contact of many micro-geometries of one pair at once: one compliance, many initial gaps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import hertz
 from .pair import ContactPair
 from .segments import ContactSegments, with_microgeometry
 from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffness
@@ -18,17 +17,17 @@ __all__ = ["MicrogeometryContact", "microgeometry_contact"]
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-# Matrices of so many entries are solved at once; more only moves memory.
+# Most matrix entries solved at once; a larger batch is bound by memory.
 _AT_ONCE = 4_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MicrogeometryContact:
-    """Contact of S micro-geometries at F loads and T phases.
+    """Loaded contact of S micro-geometries at F loads and T phases.
 
-    approach : (S, F, T) along the normal [m].  tangent : (S, F, T) dF/dd [N/m]; nan where not asked for.
-    largest_load : (S, F) force per length, slivers left out as in `PairResult.whole` [N/m].
-    residual : (S, F) of the contact conditions [1].  solved : (S, F) whether every phase was.
+    approach : (S, F, T) along the normal [m].  tangent : (S, F, T) dF/dd [N/m]; nan where not requested.
+    largest_load : (S, F) force per length [N/m], slivers left out as in `LoadedContact.whole`.
+    residual : (S, F) of the contact conditions [1].  solved : (S, F) whether every phase converged.
     """
 
     approach: Array
@@ -41,12 +40,12 @@ class MicrogeometryContact:
 def microgeometry_contact(
     segments: ContactSegments, pairs: Sequence[ContactPair], loads: ArrayLike, *, tangents: bool = False
 ) -> MicrogeometryContact:
-    """Contact of pairs that differ in their gaps alone, at loads that all bear.
+    """Loaded contact of pairs that differ in their initial gaps alone, at loads common to all.
 
     Parameters
     ----------
-    segments : of one of them, as `contact_segments` cuts it.  pairs : (S,).
-    loads : (F,) forces normal to the tooth, above 0 [N].  tangents : whether their stiffness is asked for.
+    segments : of one of them, by `contact_segments`.  pairs : (S,).
+    loads : (F,) forces normal to the tooth, above 0 [N].  tangents : compute the tangent stiffness too.
 
     Raises
     ------
@@ -57,23 +56,20 @@ def microgeometry_contact(
     T, n = segments.gap.shape
     gaps = np.array([with_microgeometry(segments, pair).gap for pair in pairs]).reshape(-1, T, n)
     count = max(1, _AT_ONCE // (T * n * n))
-    parts = [_solved(segments, gaps[i : i + count], force, tangents) for i in range(0, len(gaps), count)]
+    parts = [_solution(segments, gaps[i : i + count], force, tangents) for i in range(0, len(gaps), count)]
     return MicrogeometryContact(**{name: np.concatenate([part[name] for part in parts])[:, order] for name in parts[0]})
 
 
-def _solved(segments: ContactSegments, gaps: Array, loads: Array, tangents: bool) -> dict[str, Array]:
+def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bool) -> dict[str, Array]:
+    """Fields of `MicrogeometryContact` of initial gaps (S, T, n) [m] at rising loads (F,) [N]."""
     S, T, n = gaps.shape
     compliance = np.broadcast_to(segments.compliance, (S, T, n, n)).reshape(-1, n, n)
     valid = np.broadcast_to(segments.valid, (S, T, n)).reshape(-1, n)
     gap, phase = gaps.reshape(-1, n), np.tile(np.arange(T), S)
     length = np.where(_whole(segments), segments.length, np.inf)[phase]
-    own = segments.contact
-    line = hertz.LineContact(A=own.A, B=own.B[phase], radius=own.radius[phase])
 
     def law(u: Array, index: Index) -> tuple[Array, Array]:
-        p, slope = hertz.load(hertz.LineContact(A=line.A, B=line.B[index], radius=line.radius[index]), u)
-        width = segments.length[phase[index]]
-        return p * width, slope * width
+        return segments.law(u, phase[index])
 
     found: list[tuple[ContactSolution, Array]] = []
     start: Array | None = None
@@ -103,7 +99,7 @@ def _solved(segments: ContactSegments, gaps: Array, loads: Array, tangents: bool
 
 
 def _whole(segments: ContactSegments) -> NDArray[np.bool_]:
-    """Segments (T, n) of which at least half is on the path of contact."""
+    """Segments (T, n) of which at least half is on the path of contact, the others being slivers."""
     plane = segments.pair.plane
     full = segments.lines.span / np.cos(plane.base_helix)
     return np.asarray(segments.valid & (segments.length >= 0.5 * full * (1 - 1e-9)))

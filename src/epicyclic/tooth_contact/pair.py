@@ -22,9 +22,9 @@ Array = NDArray[np.float64]
 
 
 class ElasticTooth(Protocol):
-    """Compliance of the teeth of one gear, as `tooth.tooth_compliance` gives it.
+    """Compliance of the teeth of one gear; `tooth.ToothCompliance` implements it, tests use closed forms.
 
-    height : of the tooth [m].  shared : what every tooth gets from the load of one, of its compliance [m^2/N].
+    height : of the tooth [m].  shared : compliance common to all teeth, the winding of the body [m^2/N].
     """
 
     @property
@@ -34,23 +34,27 @@ class ElasticTooth(Protocol):
     def shared(self) -> float: ...
 
     def bending(self, radius: ArrayLike) -> Array:
-        """Compliance of tooth and body per load per length at radii of the load [m^2/N]."""
+        """Compliance of tooth and body per load per length (...) [m^2/N] at radii of the load (...) [m]."""
         ...
 
     def depth(self, radius: ArrayLike) -> Array:
-        """From the flank to the middle of the tooth along the normal [m]."""
+        """Distance (...) [m] from the flank to the middle of the tooth along the normal, at radii (...) [m]."""
         ...
 
     def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
-        """What the body gives a tooth per load per length on another, `ahead` pitches on; 0 is itself [m^2/N]."""
+        """Cross compliance of the body (...) [m^2/N]: motion of a tooth per load per length on another.
+
+        radius, other : (...) of the moved and of the loaded contact [m].  ahead : (...) pitches from the moved to the
+        loaded tooth, 0 = the same.
+        """
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Torsion:
-    """Twist of the body of a gear along its face, under the load it carries itself.
+    """Twist of the body of a gear along its face under its own load.
 
-    rigidity : G I_p [N m^2].  end : where the torque leaves it.
+    rigidity : G I_p [N m^2].  end : end of the face at which the torque leaves the body.
     """
 
     rigidity: float
@@ -59,15 +63,15 @@ class Torsion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactPair:
-    """One pair of gears on one helix, as far as its teeth are concerned.
+    """One pair of gears on one helix, the model of a loaded tooth contact analysis.
 
-    plane : geometry.  tooth_a, tooth_b : compliance.  flank_a, flank_b : micro-geometry of the flanks that touch.
+    plane : plane of action.  tooth_a, tooth_b : compliance.  flank_a, flank_b : micro-geometry of the loaded flanks.
     youngs_modulus [Pa], poisson [1] : of a and b.  teeth : numbers of teeth, for pitch deviations.
     misalignment : gap per length along the axis, about the middle of the mesh [1], positive opens the right end.
     gap : further gap over the face, ((zeta, gap), ...) from left to right, linear between [m].
     torsion_a, torsion_b : twist of the bodies along the face; None: rigid.
-    slices : segments of the face.  linear_at : load per length [N/m] whose secant stands for the contact of the flanks
-        at every load; None: Hertz.  corner : let tips bear beyond the path of contact.
+    slices : segments of the face.  linear_at : load per length [N/m] whose secant replaces the line contact at every
+        load; None: Hertzian.  corner : corner contact, tips bear beyond the path of contact.
     """
 
     plane: PlaneOfAction
@@ -90,11 +94,11 @@ class ContactPair:
 def drawn_pair(
     teeth: ToothPair, *, internal: bool, base_helix: float, lean: int, slides: tuple[float, float] = (0.0, 0.0)
 ) -> ContactPair:
-    """The pair as drawn, bodies rigid along the face.
+    """Contact pair as drawn: nominal alignment, gear bodies rigid along the face.
 
     Parameters
     ----------
-    teeth, internal, base_helix : as of `Mesh`.  lean : d h of gear a.  slides : of both faces along the axis [m].
+    teeth, internal, base_helix : as of `Mesh` [rad].  lean : d h of gear a.  slides : axial offsets of both gears [m].
 
     Raises
     ------
@@ -132,7 +136,7 @@ def _tooth(form: GearForm, path: str) -> ToothCompliance:
 def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("a.flank", "b.flank")) -> None:
     """Refuse a pair that does not mesh.
 
-    path : of the mesh in the model file; paths : of the flanks of a and b.
+    path : of the mesh in the model file.  paths : of the flanks of a and b.
 
     Raises
     ------
@@ -164,7 +168,7 @@ def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("
 
 
 def uniform_along_face(pair: ContactPair) -> bool:
-    """Whether nothing differs along the face, so that one segment is as good as many."""
+    """Whether nothing varies along the face, so that one segment is exact."""
     plane = pair.plane
     even = all(flank.crown == 0 and flank.slope == 0 and flank.end_relief is None for flank in _flanks(pair))
     same = plane.base_helix == 0 and plane.face_a == plane.face_b

@@ -2,8 +2,9 @@
 
     w = C P + g - d >= 0,   P >= 0,   w P = 0
 
-Of every segment either P or w is zero.  The others are linear in d: where one of them would turn negative it changes
-places, one pivot of the table, so that forces and load are piecewise linear in d, and every load is met on the way.
+This linear complementarity problem with the parameter d is solved by principal pivoting (derived here).  Of every
+segment either P or w is zero, the nonbasic one.  The basic ones are linear in d; where one would turn negative it is
+exchanged by one pivot of the table.  Forces and load are piecewise linear in d, so that one pass reaches every load.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ Array = NDArray[np.float64]
 
 
 def principal_pivoting(compliance: Array, gap: Array, loads: Array, approaches: Array) -> tuple[Array, Array]:
-    """Contact of n segments at L loads or approaches in rising order.
+    """Linear contact of n segments at L loads or approaches in rising order.
 
     Parameters
     ----------
     compliance : (n, n) C, symmetric positive definite [m/N].  gap : (n,) g [m].
-    loads : (L,) [N], nan where approaches : (L,) d [m] says what is wanted.
+    loads : (L,) [N], nan where the approach is given.  approaches : (L,) d [m].
 
     Returns
     -------
@@ -58,7 +59,7 @@ def principal_pivoting(compliance: Array, gap: Array, loads: Array, approaches: 
         if done == count or first < 0:
             break
         at = following
-        # exchange P and w of the segment that turns
+        # exchange P and w of the segment whose basic variable reaches zero
         pivot = table[first, first]
         row = table[first] / pivot
         column = table[:, first].copy()

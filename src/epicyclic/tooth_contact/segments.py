@@ -1,13 +1,14 @@
-"""A pair of teeth in contact, cut into segments: what they have in common, how far they are apart, how they give way.
+"""Segments of the contact lines of a pair: initial gaps, line contact and shared compliance.
 
 Displacement along the normal of a segment i under forces P_k of all segments in mesh:
 
     own approach u_i(P_i/l_i) of the two flanks [weber1953]
     + sum over both gears: [b_ik + r_ik] G(zeta_i, zeta_k) P_k + s P_k/L
 
-b is the compliance of the tooth itself, (b_i b_k)^1/2 along one tooth, none between two; r what the body under the
-teeth gives, from one to another too, without the winding s that all teeth share over the length L of the face; G says
-how a load on one place of the face deflects another.  With b, r and G the compliance is symmetric positive definite.
+b is the compliance of the tooth itself, (b_i b_k)^1/2 along one tooth, none between two.  r is the compliance of the
+gear body (`foundation`), cross terms between teeth included, without the winding s that all teeth share over the
+length L of the face.  G couples places along the face (`kernel`).  With b, r and G the compliance is symmetric positive
+definite.  Derived here.
 """
 
 from __future__ import annotations
@@ -30,19 +31,19 @@ __all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeom
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-# Corner contact is looked for until tip and flank are this far apart, in modules of the base pitch: far above what
-# teeth give way.
+# Corner contact is considered up to this separation of tip and flank, in modules of the base pitch: far above the
+# deflection of teeth.
 _CORNER = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactSegments:
-    """The segments that can touch at T phases, n at most in one of them; what stands behind `valid` is padding.
+    """Segments on the path of contact at T phases, n at most in one of them; entries outside `valid` are padding.
 
-    sigma : (T,) of the phases.  lines : all segments, (T, J, K).  index : (T, n) of a segment among those J K.
-    valid : (T, n).  zeta, length : (T, n) [m].  gap : (T, n) material missing [m].
-    compliance : (T, n, n) shared between segments [m/N]; with a linear law all of it.  line : own law, None where linear.
-    contact : Hertz contact at every segment, for pressures.
+    sigma : (T,) of the phases [base pitches].  lines : all segments, (T, J, K).  index : (T, n) of a segment among
+    those J K.  valid : (T, n).  zeta, length : (T, n) [m].  gap : (T, n) initial gap, material missing [m].
+    compliance : (T, n, n) shared between segments [m/N]; with a linear contact law the whole of it.  line : line
+    contact of every segment, None where it is linear.  contact : line contact of every segment, for pressures.
     """
 
     pair: ContactPair
@@ -59,17 +60,17 @@ class ContactSegments:
 
     @property
     def no_load(self) -> Array:
-        """Approach at which the flanks first touch, (T,) [m]."""
+        """Approach at first touch, (T,) [m]."""
         return np.asarray(np.where(self.valid, self.gap, np.inf).min(axis=1))
 
     def law(self, approach: Array, phases: Index) -> tuple[Array, Array]:
-        """Force [N] and slope [N/m] at own approaches (t, n) [m] at phases (t,), as `solve.solve_hertzian` asks."""
+        """Force (t, n) [N] and slope (t, n) [N/m] of the line contacts at own approaches (t, n) [m], phases (t,)."""
         own = self.contact
         p, slope = hertz.load(hertz.LineContact(A=own.A, B=own.B[phases], radius=own.radius[phases]), approach)
         return p * self.length[phases], slope * self.length[phases]
 
     def spread(self, values: Array) -> Array:
-        """Values (..., T, n) of the segments at their places among all, (..., T, J, K); 0 elsewhere."""
+        """Values (..., T, n) of the segments spread over all lines, (..., T, J, K); 0 elsewhere."""
         shape = self.lines.length.shape
         flat = np.zeros((*values.shape[:-1], shape[1] * shape[2] + 1))
         at = np.where(self.valid, self.index, shape[1] * shape[2])
@@ -116,7 +117,7 @@ def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
 
 
 def with_microgeometry(segments: ContactSegments, pair: ContactPair) -> ContactSegments:
-    """The same segments of a pair that differs in its gaps alone: micro-geometry, misalignment, given gaps.
+    """Segments of a pair that differs in its initial gaps alone: micro-geometry, misalignment, given gaps.
 
     Raises
     ------
@@ -129,6 +130,7 @@ def with_microgeometry(segments: ContactSegments, pair: ContactPair) -> ContactS
 
 
 def _gathered(lines: ContactLines) -> tuple[Index, NDArray[np.bool_]]:
+    """Indices (T, n) of the segments on the path of contact, padded, and validity (T, n)."""
     touched = (lines.length > 0).reshape(len(lines.length), -1)
     most = max(1, int(touched.sum(axis=1).max()))
     index = np.argsort(~touched, axis=1, kind="stable")[:, :most]
@@ -136,6 +138,7 @@ def _gathered(lines: ContactLines) -> tuple[Index, NDArray[np.bool_]]:
 
 
 def _contact(pair: ContactPair, place: Array) -> hertz.LineContact:
+    """Line contact at places (T, n) on the path of contact [base pitches] [weber1953]."""
     plane = pair.plane
     on = np.clip(place, *plane.limits)
     return hertz.line_contact(
@@ -148,7 +151,7 @@ def _contact(pair: ContactPair, place: Array) -> hertz.LineContact:
 
 
 def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, place: Array) -> Array:
-    """What the load of one segment gives another, (T, n, n) [m/N]."""
+    """Shared compliance of tooth, body and twist between segments, (T, n, n) [m/N]; place : (T, n) [base pitches]."""
     plane, count = pair.plane, lines.length.shape[2]
     slant = math.cos(plane.base_helix)
     on = np.clip(place, *plane.limits)
@@ -165,7 +168,7 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
         spans = np.full(count, lines.span / slant)
         kernel = face_coupling(middle, width, PLATE_DECAY * gear.height, spans)
         body = gear.cross(radius[:, :, None], radius[:, None, :], sense * ahead)
-        # at the root of a ring there is no tooth left between the load and the body
+        # at the root of a ring no tooth remains between the load and the body
         root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
         own = np.where(ahead == 0, root[:, :, None] * root[:, None, :], 0.0)
         whole += (own + body - gear.shared) * kernel[along, across] + gear.shared / width
@@ -192,7 +195,7 @@ def _twisted(pair: ContactPair, lines: ContactLines) -> Array | None:
 
 
 def initial_gap(pair: ContactPair, lines: ContactLines) -> Array:
-    """Gap between the flanks from all that is missing on either, misalignment and given gaps, (T, J, K) [m]."""
+    """Initial gap between the flanks (T, J, K) [m]: micro-geometry of both, misalignment, given gaps, corner."""
     plane = pair.plane
     on = np.clip(lines.sigma, *plane.limits)
     total = pair.misalignment * lines.zeta + tip_separation(plane, lines.sigma) * (pair.corner)

@@ -1,13 +1,13 @@
 """Unilateral contact of segments that share a compliance: exact, many phases at once.
 
-Segments i bear forces P_i >= 0 with an own approach u_i(P_i) and a shared compliance C:
+Segments i carry forces P_i >= 0 with an own approach u_i(P_i) and a shared compliance C:
 
     u + C P + g - d = 0 where P > 0,   g + C P - d >= 0 where P = 0,   sum P = F
 
-with either F or d given: the least of a convex energy, so there is one answer.  A linear law goes through the active
-set: solved with the right sides 1 and g, segments that pull are taken out, segments that overlap are taken in; where that
-goes round in a circle, one segment at a time (`pivots`).  A Hertzian law is solved for the approach u of every segment,
-whose load P(u+) is smooth, by Newton's method: y = D^1/2 keeps the matrix symmetric.
+with either F or d given: the minimum of a convex energy, hence a unique solution.  A linear law is solved by active
+sets: with the right sides 1 and g, segments in tension leave the set and segments that overlap enter it; where the sets
+cycle, principal pivoting exchanges one segment at a time (`pivoting`).  A Hertzian law is solved by Newton's method for
+the approach u of every segment, whose load P(u+) is smooth; scaling by D^1/2 keeps the matrix symmetric.  Derived here.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
 Law = Callable[[Array, Index], tuple[Array, Array]]
-"""Own approach u (t, n) [m] at phases (t,) -> force (t, n) [N] and its slope [N/m]; zero where u <= 0."""
+"""Own approach u (t, n) [m] at phases (t,) -> force (t, n) [N] and its slope (t, n) [N/m]; zero where u <= 0."""
 
 _SWEEPS, _STEPS, _HALVINGS = 40, 60, 30
 # Force sums and gaps, relative to the load and to the approach.
 _TOLERANCE = 1e-12
-_FAILED = 1e-8  # what is missed by more than rounding of the worst conditioned compliance is no contact
+_FAILED = 1e-8  # a larger residual exceeds the rounding of the worst conditioned compliance: not converged
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactSolution:
     """Contact at T phases of n segments.
 
-    force : (T, n) [N].  approach : (T,) d [m].  active : (T, n) segments that bear load.
+    force : (T, n) [N].  approach : (T,) d [m].  active : (T, n) segments in contact.
     residual : (T,) largest violation: gap over the approach, force over the load.  status : (T,) "" where solved.
     """
 
@@ -52,32 +52,32 @@ class ContactSolution:
 def solve_linear(
     compliance: Array, gap: Array, valid: Mask, load: Array | None, *, approach: Array | None = None
 ) -> ContactSolution:
-    """Contact with a linear compliance, own and shared together.
+    """Contact with a linear compliance, own and shared together, by active sets.
 
     Parameters
     ----------
     compliance : (T, n, n) [m/N], symmetric positive definite on the valid segments.  gap : (T, n) g [m].
     valid : (T, n) segments that exist in a phase.  load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
     """
-    load, d = _given(len(gap), load, approach)
+    load, d = _load_or_approach(len(gap), load, approach)
     T, n = gap.shape
     held = np.isnan(load)
     active = valid.copy()
     force = np.zeros((T, n))
-    _touch(gap, valid, load, d)
+    _set_first_touch(gap, valid, load, d)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
     for _ in range(_SWEEPS):
         if not todo.size:
             break
         on = active[todo]
-        force[todo], d[todo] = _pressed(
+        force[todo], d[todo] = _active_set_solution(
             compliance[todo], gap[todo], on, np.where(held[todo], np.nan, load[todo]), d[todo]
         )
-        pulls, overlaps = _wrong(compliance[todo], gap[todo], valid[todo], on, force[todo], d[todo])
+        pulls, overlaps = _violations(compliance[todo], gap[todo], valid[todo], on, force[todo], d[todo])
         changed = (on & ~pulls) | overlaps
         active[todo] = changed
         todo = todo[(changed != on).any(axis=1) & (changed.any(axis=1) | held[todo])]
-    for t in todo:  # the sets go round in a circle: one segment at a time, from the first touch on
+    for t in todo:  # the sets cycle: one segment at a time, from first touch on
         have = np.flatnonzero(valid[t])
         found = principal_pivoting(compliance[t][np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
         force[t] = 0.0
@@ -85,7 +85,7 @@ def solve_linear(
     return with_residuals(compliance, gap, valid, load, force, d, own=None)
 
 
-def _given(count: int, load: Array | None, approach: Array | None) -> tuple[Array, Array]:
+def _load_or_approach(count: int, load: Array | None, approach: Array | None) -> tuple[Array, Array]:
     """Loads, nan where the approach is given, and approaches, nan where the load is; (T,) each."""
     nothing = np.full(count, np.nan)
     return (
@@ -94,14 +94,14 @@ def _given(count: int, load: Array | None, approach: Array | None) -> tuple[Arra
     )
 
 
-def _touch(gap: Array, valid: Mask, load: Array, d: Array) -> None:
-    """Put the approach of phases without load where the first segment just touches."""
+def _set_first_touch(gap: Array, valid: Mask, load: Array, d: Array) -> None:
+    """Set the approach d (T,) [m] of phases without load to that of first touch, in place."""
     idle = load <= 0
     d[idle] = np.where(valid[idle], gap[idle], np.inf).min(axis=1, initial=np.inf)
 
 
-def _pressed(compliance: Array, gap: Array, on: Mask, load: Array, d: Array) -> tuple[Array, Array]:
-    """Forces (t, n) on the segments that are on, and approach (t,), pulling forces included."""
+def _active_set_solution(compliance: Array, gap: Array, on: Mask, load: Array, d: Array) -> tuple[Array, Array]:
+    """Forces (t, n) [N] on the active set, tension included, and approach (t,) [m]."""
     matrix = np.where(on[:, :, None] & on[:, None, :], compliance, np.eye(on.shape[1]))
     right = np.stack([on.astype(float), np.where(on, gap, 0.0)], axis=2)
     unit, held = np.moveaxis(np.linalg.solve(matrix, right), 2, 0)
@@ -111,8 +111,8 @@ def _pressed(compliance: Array, gap: Array, on: Mask, load: Array, d: Array) -> 
     return np.where(on, unit * d[:, None] - held, 0.0), d
 
 
-def _wrong(compliance: Array, gap: Array, valid: Mask, on: Mask, force: Array, d: Array) -> tuple[Mask, Mask]:
-    """Segments that pull, and segments left out that overlap."""
+def _violations(compliance: Array, gap: Array, valid: Mask, on: Mask, force: Array, d: Array) -> tuple[Mask, Mask]:
+    """Active segments in tension (t, n), and inactive segments that overlap (t, n)."""
     open_ = np.matmul(compliance, np.maximum(force, 0.0)[:, :, None])[:, :, 0] + gap - d[:, None]
     slack = _TOLERANCE * np.maximum(np.abs(d), np.abs(gap).max(axis=1))[:, None]
     return on & (force < 0), valid & ~on & (open_ < -slack)
@@ -128,7 +128,7 @@ def solve_hertzian(
     approach: Array | None = None,
     start: Array | None = None,
 ) -> ContactSolution:
-    """Contact with a load-dependent law of every segment beside the shared compliance.
+    """Contact with a load-dependent law of every segment beside the shared compliance, by Newton's method.
 
     Parameters
     ----------
@@ -136,17 +136,17 @@ def solve_hertzian(
     load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
     law : own approach and phases (t,) -> forces and slopes.  start : (T, n) own approaches of a near load or phase.
     """
-    load, given = _given(len(gap), load, approach)
-    u, d = _begin(compliance, gap, valid, load, given, law, start)
+    load, given = _load_or_approach(len(gap), load, approach)
+    u, d = _first_estimate(compliance, gap, valid, load, given, law, start)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
     for _ in range(_STEPS):
-        at = _at(compliance, gap, valid, load, law, u[todo], d[todo], todo)
+        at = _estimate(compliance, gap, valid, load, law, u[todo], d[todo], todo)
         left = at.merit > _TOLERANCE
         todo = todo[left]
         if not todo.size:
             break
-        u[todo], d[todo] = _descended(compliance, gap, valid, load, law, at.take(left), todo)
-    _touch(gap, valid, load, d)
+        u[todo], d[todo] = _newton_step(compliance, gap, valid, load, law, at.take(left), todo)
+    _set_first_touch(gap, valid, load, d)
     idle = load <= 0
     u[idle] = d[idle, None] - gap[idle]
     force = np.where(valid & ~idle[:, None], law(u, np.arange(len(load)))[0], 0.0)
@@ -154,8 +154,9 @@ def solve_hertzian(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Point:
-    """An estimate: u (t, n), d (t,), slopes of the law, gaps missed (t, n), load missed (t,), and their size."""
+class _Estimate:
+    """A Newton estimate: u (t, n) and d (t,) [m], slopes (t, n) [N/m], residuals of gaps `miss` (t, n) [m] and of load
+    `short` (t,) [N], and their relative size `merit` (t,) [1]."""
 
     u: Array
     d: Array
@@ -164,11 +165,14 @@ class _Point:
     short: Array
     merit: Array
 
-    def take(self, keep: Mask) -> _Point:
-        return _Point(**{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
+    def take(self, keep: Mask) -> _Estimate:
+        return _Estimate(**{name: getattr(self, name)[keep] for name in self.__dataclass_fields__})
 
 
-def _at(compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, u: Array, d: Array, index: Index) -> _Point:
+def _estimate(
+    compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, u: Array, d: Array, index: Index
+) -> _Estimate:
+    """Residuals of an estimate u (t, n), d (t,) [m] at the phases `index` (t,)."""
     force, slope = law(u, index)
     on = valid[index]
     force, slope = np.where(on, force, 0.0), np.where(on, slope, 0.0)
@@ -181,13 +185,13 @@ def _at(compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, u: Ar
     merit = np.maximum(
         np.abs(miss).max(axis=1) / np.where(size > 0, size, 1.0), np.abs(short) / np.where(held, 1.0, wanted)
     )
-    return _Point(u=u, d=d, slope=slope, miss=miss, short=short, merit=merit)
+    return _Estimate(u=u, d=d, slope=slope, miss=miss, short=short, merit=merit)
 
 
-def _descended(
-    compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, at: _Point, index: Index
+def _newton_step(
+    compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, at: _Estimate, index: Index
 ) -> tuple[Array, Array]:
-    """One Newton step, halved until what is missed shrinks."""
+    """u (t, n) and d (t,) [m] after one Newton step, halved until the residual falls."""
     root = np.sqrt(at.slope)
     C = compliance[index]
     matrix = root[:, :, None] * C * root[:, None, :] + np.eye(root.shape[1])
@@ -202,7 +206,7 @@ def _descended(
     for _ in range(_HALVINGS):
         u = at.u[waiting] + factor[waiting, None] * du[waiting]
         d = at.d[waiting] + factor[waiting] * dd[waiting]
-        trial = _at(compliance, gap, valid, load, law, u, d, index[waiting])
+        trial = _estimate(compliance, gap, valid, load, law, u, d, index[waiting])
         waiting = waiting[~(trial.merit <= (1 - 1e-4 * factor[waiting]) * at.merit[waiting])]
         if not waiting.size:
             break
@@ -210,10 +214,10 @@ def _descended(
     return at.u + factor[:, None] * du, at.d + factor * dd
 
 
-def _begin(
+def _first_estimate(
     compliance: Array, gap: Array, valid: Mask, load: Array, d: Array, law: Law, start: Array | None
 ) -> tuple[Array, Array]:
-    """Where to begin: the linear contact whose segments have the secant of an evenly shared load."""
+    """First estimate u (T, n), d (T,) [m]: linear contact with the secant of an evenly shared load."""
     held = np.isnan(load)
     if start is not None:
         return start.copy(), np.where(held, d, _approach_of(compliance, gap, valid, law, start))
@@ -226,13 +230,14 @@ def _begin(
     even = np.broadcast_to(mean[:, None], (T, n))
     rows = np.arange(n)
     whole = compliance.copy()
-    whole[:, rows, rows] += _inverse(law, even) / even
+    whole[:, rows, rows] += _approach_at_force(law, even) / even
     found = solve_linear(whole, gap, valid, np.where(held, 0.0, load))
     u = found.approach[:, None] - gap - np.matmul(compliance, found.force[:, :, None])[:, :, 0]
     return np.where(held[:, None], np.where(way > 0, way / 2, way), u), np.where(held, d, found.approach)
 
 
 def _approach_of(compliance: Array, gap: Array, valid: Mask, law: Law, u: Array) -> Array:
+    """Approach d (T,) [m] that belongs to own approaches u (T, n) [m], mean weighted by the forces."""
     force = np.where(valid, law(u, np.arange(len(u)))[0], 0.0)
     level = u + gap + np.matmul(compliance, force[:, :, None])[:, :, 0]
     weight = np.where(force > 0, force, 0.0) + np.where(valid, 1e-300, 0.0)
@@ -240,8 +245,11 @@ def _approach_of(compliance: Array, gap: Array, valid: Mask, law: Law, u: Array)
     return result
 
 
-def _inverse(law: Law, force: Array) -> Array:
-    """Own approach at which the law gives a force, by doubling and halving, (T, n)."""
+def _approach_at_force(law: Law, force: Array) -> Array:
+    """Own approach (T, n) [m] at which the law has a force (T, n) [N], by doubling and halving of the whole array.
+
+    Only a start: three digits are enough, and no scalar root finder serves many thousand segments as fast.
+    """
     index = np.arange(len(force))
     low, high = np.zeros_like(force), np.full_like(force, 1e-9)
     for _ in range(60):
@@ -267,9 +275,10 @@ def with_residuals(
     own: Array | None = None,
     todo: Index | None = None,
 ) -> ContactSolution:
-    """Residuals of what was found, and a word on what was not; loads are nan where the approach was given.
+    """Solution with the residuals of the contact conditions and a status a phase.
 
-    own : (T, n) own approaches; None: they are in the compliance.  todo : phases that were given up.
+    load : (T,) [N], nan where the approach was given.  force : (T, n) [N].  d : (T,) [m].  own : (T, n) own approaches
+    [m]; None: they are in the compliance.  todo : phases that did not converge.
     """
     shared = np.matmul(compliance, force[:, :, None])[:, :, 0]
     level = shared + gap - d[:, None] + (0.0 if own is None else np.maximum(own, 0.0))
@@ -289,9 +298,10 @@ def with_residuals(
 
 
 def tangent_stiffness(compliance: Array, active: Mask, slope: Array | None = None) -> Array:
-    """dF/dd at a contact, (T,) [N/m]: 1' C_t^-1 1 over the segments that bear load.
+    """Tangent stiffness dF/dd of a contact, (T,) [N/m]: 1' C_t^-1 1 over the segments in contact.
 
-    slope : (T, n) of the own law [N/m]; None where `compliance` holds everything.
+    compliance : (T, n, n) [m/N].  active : (T, n).  slope : (T, n) of the own law [N/m]; None where `compliance` is the
+    whole compliance.
     """
     one = active.astype(float)
     if slope is None:

@@ -1,10 +1,10 @@
 """Mesh stiffness by loaded contact: a pair tabulated over the place of the contact and the load.
 
-The approach d(F, sigma) is what `pair` finds.  A linear model at an operating load F_0 has its tangent there,
+`loaded_contact` yields the approach d(F, sigma).  The linear model at an operating load F_0 has the tangent there,
 
     f = k(sigma) (d - e(sigma)),   k = dF/dd at F_0,   e = d(F_0, sigma) - F_0/k(sigma)
 
-so that it gives the loaded transmission error at F_0 exactly.  The table holds d - e over all loads beside it.
+and so the exact loaded transmission error at F_0 (derived here).  The table holds d - e over all loads beside it.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ __all__ = ["contact_table"]
 
 Array = NDArray[np.float64]
 
-# Loads rise as squares up to this many times the operating one, which is one of them.
+# Loads rise as squares, (i / _OPERATING)^2 times the operating load, which is one of them.
 _STEPS, _OPERATING = 20, 12
 
 
 def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: int = DEFAULT_HARMONICS) -> ContactTable:
-    """Tabulate a pair around an operating load [N].
+    """Tabulate the loaded contact of a pair around an operating load [N].
 
-    samples : places of a mesh cycle.  count : orders of the linear model.
+    samples : phases S of a mesh cycle.  count : orders of the linear model.
 
     Raises
     ------
-    ModelError : a load that is not positive, and what `pair.loaded_contact` refuses; a phase that has no solution.
+    ModelError : a load that is not positive, a phase without solution, and as of `loaded_contact`.
     """
     if not (load > 0 and math.isfinite(load)):
         raise ModelError("is no mesh force to take the stiffness at", given=load, allowed="above 0 N")
@@ -55,7 +55,7 @@ def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: i
         load=load,
         stiffness=mean,
         variation=series,
-        missing=error,
+        error=error,
         force=force,
         gap=approach,
         slope=_slopes(approach, force, tangent.T),
@@ -63,14 +63,15 @@ def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: i
 
 
 def _sampled(series: ComplexArray, sigma: Array) -> Array:
-    """Re sum_l c_l exp(2 pi i l sigma), l = 0, 1, ..."""
+    """Values (S,) of Re sum_l c_l exp(2 pi i l sigma), l = 0, 1, ..., in the unit of the series (L + 1,)."""
     return np.asarray((np.exp(2j * np.pi * np.outer(sigma, np.arange(len(series)))) @ series).real)
 
 
 def _slopes(gap: Array, force: Array, tangent: Array) -> Array:
-    """dF/dd (S, L) of a rising cubic through the table: the tangents found, nothing at first touch.
+    """Slopes dF/dd (S, L) [N/m] of a rising cubic through the table: the computed tangents, zero at first touch.
 
-    A tangent above three times the secants beside it would make the cubic fall somewhere [fritsch1980].
+    gap : (S, L) [m].  force : (L,) [N].  tangent : (S, L - 1) [N/m].  A tangent above three times the secants beside it
+    would make the cubic fall somewhere [fritsch1980].
     """
     secant = np.diff(force) / np.diff(gap, axis=1)
     slope = np.hstack([np.zeros((len(gap), 1)), tangent])

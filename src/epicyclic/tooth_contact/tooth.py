@@ -1,11 +1,11 @@
-"""Compliance of a tooth over the height of the load, by potential energy, with the body under it.
+"""Compliance of a tooth over the height of the load, by the potential-energy method, with the gear body under it.
 
-The load of one length of contact line acts along the normal of the flank; it meets the middle of the tooth at a depth
-h below the flank [weber1953].  From there to the root the tooth is a beam of variable section, wide enough for plane
-strain: bending, shear (6/5) and compression.  It is held where the tangent of its fillet leans 30 deg against its
-middle (of a ring's 60), the critical section of [iso6336] part 3; from there on the body gives, see `body`, and takes
-the neighbouring teeth along.  What happens between flank and middle is contact, and not in here: see `hertz`, which
-takes h as its depth.
+The load of one length of contact line acts along the normal of the flank and meets the middle of the tooth at a depth
+h below the flank [weber1953].  From there to the root the tooth is a beam of variable section in plane strain with
+bending, shear (6/5) and compression.  It is clamped in the critical section of [iso6336] part 3, where the tangent of
+the fillet is at 30 deg to the middle line (of a ring at 60 deg); below it `foundation` is the compliance of the gear
+body, which couples neighbouring teeth.  The deformation between flank and middle is that of the line contact, `hertz`,
+whose depth is h.
 
 Helical teeth: the normal section of the virtual spur gear, per length of contact line.
 """
@@ -28,7 +28,7 @@ __all__ = ["NEIGHBOURS", "ComplianceParts", "ToothCompliance", "tooth_compliance
 
 Array = NDArray[np.float64]
 
-NEIGHBOURS = 4  # pitches that the body couples; teeth that bear together stand nearer
+NEIGHBOURS = 4  # pitches over which the body couples teeth; those in contact together are nearer
 _KNOTS = 64
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 _SHEAR = 6 / 5
@@ -37,7 +37,7 @@ _LEAN, _LEAN_RING = math.radians(30), math.radians(60)  # of the tangent in the 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ComplianceParts:
-    """Compliance of a tooth by cause, all of one shape [m^2/N]: displacement along the normal per load per length."""
+    """Compliance of a tooth by cause, each (...) [m^2/N]: displacement along the normal per load per length."""
 
     bending: Array
     shear: Array
@@ -47,13 +47,13 @@ class ComplianceParts:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ToothCompliance:
-    """Compliance of a tooth against the radius of the load; of the gear itself, not of its virtual one.
+    """Compliance of a tooth against the radius of the load on the gear itself (not on its virtual gear).
 
-    knots : (n,) radii, rising, from where the involute begins to the tip (of a ring from the tip outward) [m].
-    table : over them bending, shear, compression [m^2/N], depth [m], and the load of 1 N/m on the root (3), as `body`
-        counts it.  roots : (NEIGHBOURS + 1, 3, 3) motion of a root per load on another.
-    shared : what every tooth of the gear gives when one is loaded, because the body winds up; part of `body` [m^2/N].
-    height : of the tooth above its root [m].  warnings : what lies outside the limits of a formula.
+    knots : (n,) rising radii from the start of the involute to the tip (of a ring from the tip outward) [m].
+    table : over them bending, shear, compression [m^2/N], depth [m], and the load of 1 N/m on the root (3,) in the
+        components of `foundation`.  roots : (NEIGHBOURS + 1, 3, 3) compliance of the roots, see `root_compliance`.
+    shared : winding of the body, common to all teeth of the gear and part of the body compliance [m^2/N].
+    height : of the tooth above its root [m].  warnings : of formulas outside their limits.
     """
 
     gear: GearForm
@@ -71,7 +71,7 @@ class ToothCompliance:
         return float(self.knots[0]), float(self.knots[-1])
 
     def bending(self, radius: ArrayLike) -> Array:
-        """Whole compliance q of the tooth and its body, without contact [m^2/N], at radii of any shape [m].
+        """Whole compliance q of the tooth and its body, without contact, (...) [m^2/N] at radii (...) [m].
 
         Beyond the involute the value at its end.
         """
@@ -79,21 +79,21 @@ class ToothCompliance:
         return found.bending + found.shear + found.compression + found.body
 
     def parts(self, radius: ArrayLike) -> ComplianceParts:
-        """The same by cause."""
+        """Compliance of the tooth by cause, (...) [m^2/N] at radii (...) [m]."""
         at = self._at(radius)
         under = np.einsum("...i,ij,...j->...", at[..., 4:], self.roots[0], at[..., 4:])
         return ComplianceParts(bending=at[..., 0], shear=at[..., 1], compression=at[..., 2], body=under)
 
     def depth(self, radius: ArrayLike) -> Array:
-        """From the flank to the middle of the tooth along the normal [m]."""
+        """Distance (...) [m] from the flank to the middle of the tooth along the normal, at radii (...) [m]."""
         return np.asarray(self._at(radius)[..., 3])
 
     def cross(self, radius: ArrayLike, other: ArrayLike, ahead: ArrayLike) -> Array:
-        """What the body gives to a tooth at `radius` per load per length on another at `other` [m^2/N].
+        """Cross compliance of the body (...) [m^2/N]: motion of a tooth at `radius` per load per length at `other`.
 
-        ahead : by how many pitches the other stands on the side to which the loaded flanks face, whole numbers of any
-            sign; 0 is the tooth itself.  Beyond NEIGHBOURS as there.  With flanks that face the push (gear a of a pair)
-            the pair at sigma + 1 is one pitch ahead, else (gear b) one behind.
+        radius, other : (...) [m].  ahead : (...) whole pitches, of any sign, by which the loaded tooth is ahead on the
+            side that the loaded flanks face; 0 is the same tooth; beyond NEIGHBOURS as there.  With flanks that face
+            the push (gear a of a pair) the pair at sigma + 1 is one pitch ahead, else (gear b) one behind.
         """
         count = np.clip(np.asarray(ahead, dtype=np.int64), -NEIGHBOURS, NEIGHBOURS)
         moved, loaded = self._at(radius)[..., 4:], self._at(other)[..., 4:]
@@ -103,13 +103,14 @@ class ToothCompliance:
         return np.asarray(np.einsum("...i,...ij,...j->...", moved, matrix, loaded))
 
     def _at(self, radius: ArrayLike) -> Array:
+        """Columns of the table (..., 7) at radii (...) [m]."""
         return np.asarray(self.table(np.clip(radius, *self.limits)))
 
 
 def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", path: str = "") -> ToothCompliance:
-    """Compliance of the teeth of a gear.
+    """Compliance of the teeth of a gear by the potential-energy method.
 
-    under : the body as an elastic ring, or by the published fit (external teeth; no coupling of neighbours).
+    under : gear body as an elastic ring, or by the published fit [sainsot2004] (external teeth; neighbours uncoupled).
     path : of the gear in the model file, for the message.
 
     Raises
@@ -143,13 +144,13 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
 
 
 def _critical(shape: Outline) -> int:
-    """Index of the section in which the tooth is held."""
+    """Index of the critical section, in which the tooth is clamped [iso6336]."""
     lean = _LEAN_RING if shape.internal else _LEAN
     return int(shape.form + np.searchsorted(shape.slope[shape.form :], lean))
 
 
 def _root(gear: GearForm, shape: Outline, section: int) -> foundation.ToothRoot:
-    """The tooth's stand on the body of the virtual gear, whose radii are to each other as those of the gear."""
+    """Root of the tooth on the body of the virtual gear, whose radii have the ratios of those of the gear."""
     return foundation.ToothRoot(
         circle=float(shape.radius[section]),
         held=gear.bore * shape.root / gear.root,
@@ -161,6 +162,7 @@ def _root(gear: GearForm, shape: Outline, section: int) -> foundation.ToothRoot:
 def _body(
     gear: GearForm, shape: Outline, root: foundation.ToothRoot, under: str, path: str
 ) -> tuple[Array, float, tuple[str, ...]]:
+    """Compliance of the roots (NEIGHBOURS + 1, 3, 3), of the winding [m^2/N], and warnings."""
     E, nu = gear.youngs_modulus, gear.poisson
     shared = foundation.torsional_compliance(root, shape.base, youngs_modulus=E, poisson=nu)
     if under == "ring":
@@ -172,7 +174,10 @@ def _body(
 
 
 def _beam(shape: Outline, crossing: Array, gamma: Array, section: int, gear: GearForm) -> tuple[Array, Array, Array]:
-    """Bending, shear and compression (n,) of the beam from places on the middle line to the section [m^2/N]."""
+    """Bending, shear and compression (n,) [m^2/N] of the beam from crossings (n,) [m] to the section.
+
+    gamma : (n,) angle of the load against the cross line [rad].
+    """
     nu, plane = gear.poisson, gear.youngs_modulus / (1 - gear.poisson**2)
     G = gear.youngs_modulus / (2 * (1 + nu))
     place = crossing - shape.tip if shape.internal else shape.tip - crossing

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from epicyclic.errors import ModelError
 from epicyclic.gears.flank import PLAIN, Flank, Relief
 from epicyclic.tooth_contact import hertz
-from epicyclic.tooth_contact.loaded_contact import contact_at_approach, harmonics, loaded_contact, loaded_segments
+from epicyclic.tooth_contact.loaded_contact import harmonics, loaded_contact, loaded_segments
 from epicyclic.tooth_contact.pair import ContactPair, Torsion
 from epicyclic.tooth_contact.segments import contact_segments, with_microgeometry
+from epicyclic.tooth_contact.solve import solve_hertzian
 
 Build = Callable[..., ContactPair]
 Array = NDArray[np.float64]
@@ -245,10 +246,16 @@ def test_tangent_is_the_slope_and_secant_the_chord(pair_of: Build, linear_at: fl
 
 def test_approach_and_load_invert_each_other(pair_of: Build) -> None:
     pair = pair_of(helix=15.0, flank_a=WORN)
-    back = contact_at_approach(pair, [25e-6], PHASES)
-    found = loaded_contact(pair, back.load, PHASES)  # a load for every phase
+    segments = contact_segments(pair, PHASES)
+
+    def load_at(approach: float) -> Array:
+        given = segments.compliance, segments.gap, segments.valid, None, segments.law
+        force: Array = solve_hertzian(*given, approach=np.full(len(PHASES), approach)).force.sum(axis=1)
+        return force
+
+    found = loaded_contact(pair, load_at(25e-6)[None, :], PHASES)  # a load for every phase
     assert found.approach == pytest.approx(25e-6, rel=1e-9)
-    assert contact_at_approach(pair, [-1e-3], PHASES).load == pytest.approx(0.0, abs=0)
+    assert load_at(-1e-3) == pytest.approx(0.0, abs=0)
 
 
 def test_reshaped_pieces_are_those_of_the_new_flank(pair_of: Build) -> None:

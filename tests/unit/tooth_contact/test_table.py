@@ -50,8 +50,8 @@ def test_the_linear_model_has_tangent_and_transmission_error_of_the_load(pair: C
     assert table.stiffness == pytest.approx(found.mean_stiffness[0], rel=1e-12)
     assert LOAD in table.force
     stiffness = table.stiffness * evaluate_series(table.variation, sigma)
-    waves = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(table.missing))))
-    approach = LOAD / stiffness + (waves @ table.missing).real
+    waves = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(table.error))))
+    approach = LOAD / stiffness + (waves @ table.error).real
     # 12 of 25 orders; the tangent turns sharply where lines come and go
     ripple = np.ptp(found.approach)
     np.testing.assert_allclose(approach, found.approach[0], atol=0.02 * ripple)
@@ -66,7 +66,7 @@ def test_between_loads_and_phases_the_table_is_the_pair(pair: ContactPair, sampl
     loads = LOAD * np.array([0.004, 0.05, 0.3, 0.77, 1.4, 2.6])
     table, law = curves(pair, sigma, samples)
     found = loaded_contact(pair, loads, sigma)
-    linear = (np.exp(2j * np.pi * np.outer(sigma, np.arange(len(table.missing)))) @ table.missing).real
+    linear = (np.exp(2j * np.pi * np.outer(sigma, np.arange(len(table.error)))) @ table.error).real
     for force, approach, tangent in zip(loads, found.approach, found.tangent, strict=True):
         value, slope = law.evaluate((approach - linear)[:, None])
         np.testing.assert_allclose(value[:, 0], force, atol=error * LOAD)
@@ -150,8 +150,8 @@ def test_errors_of_a_mesh_come_with_its_phase() -> None:
     for mesh, error in zip(train.meshes, total, strict=True):
         assert mesh.table is not None
         sigma = mesh.sense * (time + float(mesh.lead))
-        waves = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(mesh.table.missing))))
-        np.testing.assert_allclose(error, (waves @ mesh.table.missing).real, atol=1e-12)  # of micrometres
+        waves = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(mesh.table.error))))
+        np.testing.assert_allclose(error, (waves @ mesh.table.error).real, atol=1e-12)  # of micrometres
 
 
 def test_slices_share_the_table() -> None:
