@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve
+from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
 
 ROUNDED = 1e-12  # relative: one conversion of an exact number to float and one product
 
@@ -48,7 +48,7 @@ def watts_in(found: Kinematics) -> float:
 
 def test_ring_held_at_100_rpm_and_100_kn_m() -> None:
     gearings = planetary("main", 23, 17, 57)
-    found = solve(
+    found = solve_kinematics(
         members=members_of(gearings),
         gearings=gearings,
         held=("main.ring",),
@@ -90,7 +90,7 @@ COUPLINGS = (
 
 def encased(**load: float) -> Kinematics:
     gearings = (*DIFFERENTIAL, *ENCASED)
-    return solve(
+    return solve_kinematics(
         members=members_of(gearings, "g1", "f1", "g2", "f2", "output"),
         gearings=gearings,
         ties=tuple(Tie(name=f"{a}-{b}", a=a, b=b) for a, b in COUPLINGS),
@@ -150,7 +150,7 @@ def meshed_double(held: str) -> Kinematics:
         external(stage, "p", "d", (19, 20), carrier),
         ring_mesh(stage, "d", "ring", (20, 77), carrier),
     )
-    return solve(
+    return solve_kinematics(
         members=members_of(gearings),
         gearings=gearings,
         held=(f"main.{held}",),
@@ -176,7 +176,7 @@ def test_stepped_stars() -> None:
         external("main", "sun", "star1", (24, 22), None),
         ring_mesh("main", "star2", "ring", (31, 99), None),
     )
-    found = solve(
+    found = solve_kinematics(
         members=members_of(gearings),
         gearings=gearings,
         ties=(Tie(name="shaft", a="main.star1", b="main.star2"),),
@@ -196,7 +196,7 @@ def test_stepped_stars() -> None:
 def test_wind_gearbox_in_three_stages() -> None:
     low, middle = planetary("low", 19, 17, 56), planetary("middle", 18, 36, 93)
     gearings = (*low, *middle, external("high", "wheel", "pinion", (95, 24), None))
-    found = solve(
+    found = solve_kinematics(
         members=members_of(gearings),
         gearings=gearings,
         ties=(
@@ -218,7 +218,7 @@ def test_wind_gearbox_in_three_stages() -> None:
 
 def test_two_freedoms_take_two_speeds() -> None:
     gearings = planetary("main", 23, 17, 57)
-    found = solve(
+    found = solve_kinematics(
         members=members_of(gearings),
         gearings=gearings,
         speeds={"main.ring": Fraction(-20), "main.sun": Fraction(100)},
@@ -239,7 +239,7 @@ def test_two_freedoms_take_two_speeds() -> None:
 def test_a_redundant_second_path_is_shared_by_least_norm() -> None:
     # Two equal pinions between the same two shafts.
     gearings = tuple(external("main", "wheel", pinion, (40, 20), None) for pinion in ("p1", "p2"))
-    found = solve(
+    found = solve_kinematics(
         members=members_of(gearings),
         gearings=gearings,
         ties=(Tie(name="t", a="main.p1", b="main.p2"),),
@@ -259,7 +259,7 @@ TEETH = st.integers(12, 120)
 @settings(max_examples=60, deadline=None)
 def test_willis_and_equilibrium_for_any_teeth(zs: int, zp: int, zr: int, ns: int, nr: int, torque: int) -> None:
     gearings = planetary("main", zs, zp, zr)
-    found = solve(
+    found = solve_kinematics(
         members=members_of(gearings),
         gearings=gearings,
         speeds={"main.sun": Fraction(ns), "main.ring": Fraction(nr)},

@@ -1,9 +1,9 @@
 """Train -> System: the one room that knows both sides.
 
-Every mesh, bearing, pin and support becomes rows of gaps; what is rigid is eliminated; what is displaced becomes lines
-of exact frequency.  Frames, rows, signs and phases are those of docs/conventions.md.
+Every mesh, bearing, pin and support becomes rows of gaps; rigid connections are eliminated; displaced features become
+excitation lines of exact frequency.  Frames, rows, signs and phases are those of docs/conventions.md.
 
-Depends on: train, gears, system.
+Depends on: train, gears, tooth_contact, system.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Put the matrices together and reduce them."""
+"""Assembly of a train: matrices of all bodies and connections, and their reduction to the free coordinates."""
 
 from __future__ import annotations
 
@@ -41,9 +41,10 @@ Array = NDArray[np.float64]
 
 
 def assemble(train: Train) -> System:
-    """Write a train at its operating point as matrices, gaps, laws and lines.
+    """Assemble a train at its operating point into matrices, gaps, laws and excitation lines.
 
-    Undeclared directions are slaved (a central body to its frame, a carried body to its carrier), never dropped.
+    Undeclared directions are slaved (a central body to its frame, a carried body to its carrier), never dropped
+    (docs/conventions.md, Directions).
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def assemble(train: Train) -> System:
     Raises
     ------
     ModelError : frames of different speed joined laterally, an anisotropic support in a turning frame, a law on rows
-        that cannot follow it, no coordinate left, displacements that rigid connections do not admit.
+        that cannot follow it, no free coordinate, displacements that rigid connections do not admit.
     """
     structure = structure_of(train)
     T, S, kept = eliminate(structure.rigid, structure.pivots)
@@ -121,7 +122,7 @@ def assemble(train: Train) -> System:
 
 
 def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
-    """(nb, 6) inertia of every coordinate, missing ones 0, and the paths of those that are missed."""
+    """Inertia of every coordinate (nb, 6) [kg, kg m^2], unknown ones 0, and paths of those that T (6 nb, n) needs."""
     values = np.array([(body.mass, body.inertia, body.tilt_inertia) for body in train.bodies])
     moving = np.abs(T).max(axis=1).reshape(-1, 6) > 0
     needed = np.stack([moving[:, :3].any(axis=1), moving[:, 5], moving[:, 3] | moving[:, 4]], axis=1)
@@ -147,6 +148,7 @@ def _path(member: str) -> str:
 
 
 def _add_carried(Kg: Array, train: Train, structure: Structure, mass: Array) -> None:
+    """Add to Kg (6 nb, 6 nb) the geometric stiffness of all carried bodies, in place; mass : (nb, 6) [kg]."""
     for i, body in enumerate(train.bodies):
         omega = structure.frame_speed[i]
         if body.carried_by is None or omega == 0.0:
@@ -163,9 +165,10 @@ def _add_carried(Kg: Array, train: Train, structure: Structure, mass: Array) -> 
 
 
 def _housing_dampers(structure: Structure, damping: Array) -> Array:
-    """K-like terms of dampers to the housing in a turning frame, between link rows: they act on the absolute velocity.
+    """Stiffness-like terms (p, p) [N/m] between link rows of dampers to the housing in a turning frame.
 
-    With c on x' and y' of one support: K[x,y] = -c Omega, K[y,x] = +c Omega; likewise rx, ry.
+    They act on the absolute velocity: with c on x' and y' of one support K[x,y] = -c Omega, K[y,x] = +c Omega; likewise
+    rx, ry (docs/conventions.md, Inertia in a turning frame).  damping : (p,) [N s/m].
     """
     turning = np.zeros((len(structure.links), len(structure.links)))
     pairs: dict[tuple[str, int], dict[int, int]] = {}
@@ -179,6 +182,7 @@ def _housing_dampers(structure: Structure, damping: Array) -> Array:
 
 
 def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tuple[Fraction, ...]) -> MeshRows:
+    """Mesh rows on the reduced coordinates; T : (6 nb, n), M : (n, n)."""
     meshes = [row.mesh for row in structure.meshes]
     B = (structure.mesh @ T).T
     stiffness = np.array([mesh.stiffness for mesh in meshes])
@@ -209,7 +213,7 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
 
 
 def _tables(structure: Structure) -> tuple[MeshTable, ...]:
-    """Laws of the rows of tabulated meshes, those of one table together; a slice has its part of the force."""
+    """Laws of the rows of tabulated meshes, those of one table together; a slice has its share of the force."""
     alike: dict[tuple[int, int], list[int]] = {}
     count = Counter(row.whole for row in structure.meshes)
     for i, row in enumerate(structure.meshes):
@@ -242,10 +246,10 @@ def _stage_turns(train: Train) -> dict[str, Fraction]:
 
 
 def _far_flanks(structure: Structure, T: Array) -> FarFlanks:
-    """The flanks that carry no mean load.
+    """Far flanks, those without mean load; T : (6 nb, n).
 
-    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `gears.phasing`: the far flank
-    moves the other way, with a lead less by sense (1/2 + 2 c_a).
+    Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `gears.phasing`: the contact of
+    the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Derived here.
     """
     meshes = [structure.meshes[i].mesh for i in structure.far_of]
     mirrored = [
@@ -256,9 +260,10 @@ def _far_flanks(structure: Structure, T: Array) -> FarFlanks:
 
 
 def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: Array, M: Array) -> Array:
-    """Dampers (m,) that give every whole mesh a damping ratio zeta: c = 2 zeta sqrt(k m_eff), shared by its slices.
+    """Dampers (m,) [N s/m] for a damping ratio zeta of every whole mesh, c = 2 zeta sqrt(k m_eff), shared by slices.
 
-    m_eff is the effective mass along the row of the mesh, of a sliced one along the mean of its rows.
+    m_eff is the effective mass along the row of the mesh, with slices along the mean of its rows.
+    B : (n, m).  stiffness : (m,) [N/m].  M : (n, n).
     """
     names = [row.whole for row in structure.meshes]
     whole = {name: i for i, name in enumerate(dict.fromkeys(names))}
@@ -272,7 +277,7 @@ def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: A
 
 
 def _variations(meshes: Sequence[Mesh]) -> NDArray[np.complex128]:
-    """Harmonics of every mesh over time, (m, L)."""
+    """Relative stiffness series of every mesh over its mesh time, (m, L) [1]."""
     result = np.zeros((len(meshes), max((mesh.variation.size for mesh in meshes), default=0)), complex)
     for row, mesh in zip(result, meshes, strict=True):
         if mesh.variation.size:
@@ -281,6 +286,7 @@ def _variations(meshes: Sequence[Mesh]) -> NDArray[np.complex128]:
 
 
 def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
+    """Names of the reduced coordinates, `kept` (n,) of the 6 nb, and their expansion T (6 nb, n)."""
     body = [train.bodies[k // 6] for k in kept]
     direction = tuple(DIRECTIONS[k % 6] for k in kept)
     return Dofs(
@@ -294,6 +300,7 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
 
 
 def _link_rows(structure: Structure, L: Array, damping: Array, turning: Array) -> LinkRows:
+    """Linear link rows; L : (p, n), damping : (p,) [N s/m], turning : (p, p) [N/m]."""
     rows = [row for row in structure.links if not row.law]
     return LinkRows(
         name=tuple(f"{row.link}/{DIRECTIONS[row.direction]}" for row in rows),
@@ -306,6 +313,7 @@ def _link_rows(structure: Structure, L: Array, damping: Array, turning: Array) -
 
 
 def _torques(train: Train, structure: Structure) -> Array:
+    """External torques on the unreduced coordinates, (6 nb,) [N m]."""
     force = np.zeros(6 * len(train.bodies))
     for body, torque in train.torques.items():
         force[6 * structure.index[body] + 5] += torque
@@ -313,6 +321,7 @@ def _torques(train: Train, structure: Structure) -> Array:
 
 
 def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, ...]:
+    """Cyclic symmetry of every stage, checked on M and K (n, n), K with the mean meshes; T : (6 nb, n)."""
     result = []
     for stage, branches in train.planets.items():
         members: dict[tuple[str, str | None], dict[int, int]] = {}
@@ -334,7 +343,7 @@ def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, .
 
 @lru_cache(maxsize=4)
 def _model_text(train: Train) -> str:
-    """The model file of a train as JSON; a train is assembled many times, in a study of its operating point, say."""
+    """Model file of a train as JSON, kept because a study assembles one train many times."""
     return json.dumps(train.document, default=str)
 
 

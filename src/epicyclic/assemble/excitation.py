@@ -1,4 +1,4 @@
-"""What excites a train: errors, displaced features, loads, gravity, unbalance, as lines of exact frequency."""
+"""Excitation of a train: errors, displaced features, loads, gravity, unbalance, as lines of exact frequency."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FullModel:
-    """Unreduced matrices an excitation needs: T (6 nb, n), S (6 nb, c), M and G, Kg, E of the full coordinates.
+    """Unreduced matrices that the excitation needs.
 
-    link_stiffness : (p,) 0 in rows that follow a law, whose force is no part of the right side.
+    T : (6 nb, n).  S : (6 nb, c).  mass : (nb, 6) [kg, kg m^2].  G, Kg, euler, skew : (6 nb, 6 nb).
+    mass_damping : [1/s].  link_stiffness : (p,) [N/m], 0 in rows with a law, whose force is not on the right side.
+    link_damping : (p,) [N s/m].
     """
 
     T: Array
@@ -41,8 +43,12 @@ class FullModel:
 
 
 @dataclass(slots=True)
-class _Parts:
-    """What one frequency collects, in unreduced rows.  Errors of a mesh itself stand on its loaded flank alone."""
+class _LineParts:
+    """Amplitudes at one frequency, in unreduced rows.  Errors of a mesh itself are on its loaded flank alone.
+
+    mesh (m,), far (c,), link (p,), rigid (r,) : errors of the rows [m].  force : (3, 6 nb) by power of s and
+    ramp : (6 nb,) per s' [N, N m].
+    """
 
     mesh: ComplexArray
     far: ComplexArray
@@ -60,12 +66,12 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
     ------
     ModelError : a displacement that rigid connections do not admit.
     """
-    lines: dict[Fraction, _Parts] = {}
+    lines: dict[Fraction, _LineParts] = {}
     for displacement in train.displacements:
         _add_displacement(lines, displacement, structure)
     names = np.array([row.whole for row in structure.meshes])
     for error in train.mesh_errors:
-        parts, amplitude = _at(lines, error.frequency, np.array(error.amplitude), error.path, structure)
+        parts, amplitude = _line_at(lines, error.frequency, np.array(error.amplitude), error.path, structure)
         parts.mesh[names == error.mesh] += complex(amplitude)
     for load in train.loads:
         _add_load(lines, load, structure, train)
@@ -74,16 +80,16 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
     return tuple(_line(f, parts, structure, model) for f, parts in sorted(lines.items()))
 
 
-def _at(
-    lines: dict[Fraction, _Parts], frequency: Fraction, vector: ComplexArray, cause: str, structure: Structure
-) -> tuple[_Parts, ComplexArray]:
-    """The line of |frequency| and the amplitude that goes with the positive one."""
+def _line_at(
+    lines: dict[Fraction, _LineParts], frequency: Fraction, vector: ComplexArray, cause: str, structure: Structure
+) -> tuple[_LineParts, ComplexArray]:
+    """Line of |frequency|, and the amplitude (...) of the positive frequency, conjugated for a negative one."""
     if frequency < 0:
         frequency, vector = -frequency, vector.conj()
     elif frequency == 0:
         vector = vector.real.astype(complex)
     if frequency not in lines:
-        lines[frequency] = _Parts(
+        lines[frequency] = _LineParts(
             mesh=np.zeros(len(structure.mesh), complex),
             far=np.zeros(len(structure.far), complex),
             link=np.zeros(len(structure.link), complex),
@@ -97,10 +103,12 @@ def _at(
     return parts, vector
 
 
-def _add_displacement(lines: dict[Fraction, _Parts], item: Displacement, structure: Structure) -> None:
-    """e = -(row of the displaced body) . E in every row the feature enters; a displaced seat has the opposite sign,
-    because the row of the other side is minus that of the body at the same point."""
-    parts, vector = _at(lines, item.frequency, item.vector, item.path, structure)
+def _add_displacement(lines: dict[Fraction, _LineParts], item: Displacement, structure: Structure) -> None:
+    """Add e = -(row of the displaced body) . E to every row that the feature enters (docs/conventions.md, errors).
+
+    A displaced seat has the opposite sign: the row of the other side is minus that of the body at the same point.
+    """
+    parts, vector = _line_at(lines, item.frequency, item.vector, item.path, structure)
     body = structure.index[item.body]
     columns = slice(6 * body, 6 * body + 6)
     if item.rows == "mesh":
@@ -118,23 +126,23 @@ def _add_displacement(lines: dict[Fraction, _Parts], item: Displacement, structu
                 target[i] += sign * (matrix[i, columns] @ vector)
 
 
-def _turning(vector: Array, sense: int) -> ComplexArray:
-    """A vector fixed somewhere, seen from axes relative to which that place turns by phi (sense +1) or -phi (-1).
+def _rotating_amplitude(vector: Array, sense: int) -> ComplexArray:
+    """Amplitude (2,) of the lateral part of a vector (3,) that rotates by phi (sense +1) or -phi (sense -1).
 
-    Re(result exp(i phi)): for sense +1 (vx cos phi - vy sin phi, vx sin phi + vy cos phi, vz cos phi is never asked).
+    Re(result exp(i phi)) is (vx cos phi - vy sin phi, vx sin phi + vy cos phi) for sense +1, in the unit of the vector.
     """
     x, y = vector[0], vector[1]
     return np.array([x + 1j * sense * y, y - 1j * sense * x])
 
 
-def _parts_of(force: Array, moment: Array) -> Iterator[tuple[Array, Array, bool]]:
-    """Split into what lies across the axis (turns with the frame) and what lies along it (does not)."""
+def _across_and_along(force: Array, moment: Array) -> Iterator[tuple[Array, Array, bool]]:
+    """Lateral and axial parts of a force (3,) [N] and a moment (3,) [N m], and whether the part is lateral."""
     across = np.array([1.0, 1.0, 0.0])
     yield force * across, moment * across, True
     yield force * (1 - across), moment * (1 - across), False
 
 
-def _add_load(lines: dict[Fraction, _Parts], load: Load, structure: Structure, train: Train) -> None:
+def _add_load(lines: dict[Fraction, _LineParts], load: Load, structure: Structure, train: Train) -> None:
     body = structure.index[load.body]
     item = train.bodies[body]
     force, moment = np.array(load.force), np.array(load.moment)
@@ -154,7 +162,7 @@ def _add_load(lines: dict[Fraction, _Parts], load: Load, structure: Structure, t
 
 
 def _add_force(
-    lines: dict[Fraction, _Parts],
+    lines: dict[Fraction, _LineParts],
     path: str,
     body: int,
     wrench: tuple[Array, Array],
@@ -162,31 +170,37 @@ def _add_force(
     structure: Structure,
     power: int | None,
 ) -> None:
-    """Add a force that scales with that power of the speed, or with its rate of change (None)."""
+    """Add a force and moment, (3,) each [N, N m], that scales with a power of the speed, or its rate of change (None).
+
+    motion : frequency [Hz], sense and phase [rad] of the rotation.
+    """
     frequency, sense, phase = motion
-    for force, moment, across in _parts_of(*wrench):
+    for force, moment, across in _across_and_along(*wrench):
         if not (force.any() or moment.any()):
             continue
         vector = np.zeros(6, complex)
         if across:
             turn = np.exp(1j * phase)
-            vector[:2], vector[3:5] = _turning(force, sense) * turn, _turning(moment, sense) * turn
+            vector[:2], vector[3:5] = (
+                _rotating_amplitude(force, sense) * turn,
+                _rotating_amplitude(moment, sense) * turn,
+            )
         else:
             vector[2], vector[5] = force[2], moment[2]
-        parts, amplitude = _at(lines, frequency if across else Fraction(0), vector, path, structure)
+        parts, amplitude = _line_at(lines, frequency if across else Fraction(0), vector, path, structure)
         target = parts.ramp if power is None else parts.force[power]
         target[6 * body : 6 * body + 6] += amplitude
 
 
-def _add_gravity(lines: dict[Fraction, _Parts], structure: Structure, train: Train, model: FullModel) -> None:
+def _add_gravity(lines: dict[Fraction, _LineParts], structure: Structure, train: Train, model: FullModel) -> None:
     gravity = np.array(train.gravity)
     for i, body in enumerate(train.bodies):
         wrench = model.mass[i, 0] * gravity, np.zeros(3)
         _add_force(lines, "operation.gravity", i, wrench, (structure.frame_turn[i], -1, body.angle), structure, 0)
 
 
-def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullModel) -> Line:
-    """Reduce one line: rigid displacements move the bodies, which enters every other row and the inertia."""
+def _line(frequency: Fraction, parts: _LineParts, structure: Structure, model: FullModel) -> Line:
+    """Reduced line: displaced rigid connections move the bodies, which enters every other row and the inertia."""
     omega = 2 * math.pi * float(frequency)
     shift = model.S @ parts.rigid
     if parts.rigid.any():
@@ -203,7 +217,7 @@ def _line(frequency: Fraction, parts: _Parts, structure: Structure, model: FullM
     inertia = model.mass.ravel()
     force[1] -= 1j * omega * model.mass_damping * inertia * shift
     force[2] += omega**2 * inertia * shift - 1j * omega * (model.G @ shift) - model.Kg @ shift
-    # s'' of a displaced body has a part in s' too, and the frame that turns faster carries it along
+    # the acceleration of a displaced body has a part in s' too, and so has the frame that accelerates with it
     ramp = parts.ramp - 1j * omega * inertia * shift - model.euler @ shift
     law = np.array([row.law for row in structure.links], dtype=bool)
     return Line(

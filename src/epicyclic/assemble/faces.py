@@ -1,4 +1,4 @@
-"""All meshes of a train in full contact: the train with three rows a mesh, and what presses between them."""
+"""All meshes of a train in tooth contact along the face: the train with three rows a mesh, and their laws."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Index = NDArray[np.int64]
 
 
 def with_three_rows(train: Train) -> Train:
-    """The train with every mesh cut into the rows of `system.contact`: both ends of the face, and one along the path.
+    """The train with three rows a mesh as of `system.laws.face`: both ends of the face, and one along the path.
 
     Raises
     ------
     ModelError : no face width.
     """
     meshes = tuple(_cut(mesh, _stations(pair_of(train, mesh))) for mesh in train.meshes)
-    # what loaded contact left as an error of the row is in the flanks already
+    # the error of a linearised loaded contact is contained in the contact of the flanks
     errors = tuple(error for error in train.mesh_errors if error.cause != "contact")
     return replace(train, meshes=meshes, mesh_errors=errors)
 
@@ -53,8 +53,8 @@ def _stations(pair: ContactPair) -> RowStations:
 class FaceLoad:
     """Load on g meshes at T instants, K slices of the face, J lines.
 
-    force : (T, g, J, K) along the normal [N].  per_length : of contact line [N/m], nan where nothing or only a sliver
-    touches, as of `PairResult.whole`.  sigma : places on the path of contact [base pitches].
+    force : (T, g, J, K) along the normal [N].  per_length : (T, g, J, K) of contact line [N/m], nan out of contact and
+    of slivers, as of `LoadedContact.whole`.  sigma : (T, g, J, K) places on the path of contact [base pitches].
     """
 
     force: Array
@@ -64,13 +64,13 @@ class FaceLoad:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _At:
-    """Alike meshes at T instants: segments of all T g of them, instant by instant."""
+    """Equal meshes at T instants: segments of all T g of them, instant by instant."""
 
     segments: ContactSegments
     weight: Array
 
     def press(self, rows: Array, instants: Index, start: Array | None) -> FaceForce:
-        """As `system.contact.Contact` says."""
+        """Forces of rows (t, g, 3) [m] at instants (t,), as of `system.laws.face.FaceContact`."""
         t, g = rows.shape[:2]
         phases = (instants[:, None] * g + np.arange(g)).ravel()
         begin = None if start is None else start.reshape(t * g, -1)
@@ -84,7 +84,7 @@ class _At:
         )
 
     def face(self, rows: Array, start: Array) -> FaceLoad:
-        """Load along the face at approaches (T, g, 3) that have been pressed before, to `start`."""
+        """Load along the face at approaches (T, g, 3) [m] of a solved state `start` (T, g, n) [m]."""
         T, g = rows.shape[:2]
         phases = np.arange(T * g)
         found = row_response(
@@ -102,9 +102,9 @@ class _At:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshFaceLaw:
-    """Meshes that are alike: the same pair of gears, side and place of the faces; only their phases differ.
+    """Face law of equal meshes: one pair of gears, side and place of the faces, different phases.
 
-    meshes : their numbers.  pair : what is in contact.  lead, sense : (g,) of each.
+    meshes : their numbers.  pair : contact pair.  lead [mesh cycles], sense : (g,) of each.
     """
 
     meshes: tuple[int, ...]
@@ -113,7 +113,7 @@ class MeshFaceLaw:
     sense: Array
 
     def at(self, cycles: Array) -> _At:
-        """As `system.contact.ContactModel` says."""
+        """Contact at times (T, g) [mesh cycles], as of `system.laws.face.FaceLaw`."""
         sigma = self.sense * (cycles + self.lead)
         segments = contact_segments(self.pair, sigma.ravel())
         return _At(segments=segments, weight=row_weights(segments, _stations(self.pair)))
@@ -122,7 +122,7 @@ class MeshFaceLaw:
 def face_laws(
     train: Train, *, slices: int = 20, linear_at: float | None = None, corner: bool = False
 ) -> tuple[MeshFaceLaw, ...]:
-    """Full contact of every mesh of a train, meshes that are alike together.
+    """Face laws of all meshes of a train, equal meshes together.
 
     slices, linear_at, corner : as of `ContactPair`.
 

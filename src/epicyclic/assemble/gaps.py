@@ -1,4 +1,4 @@
-"""Links with play, rolling elements or friction, as groups of rows with one law each."""
+"""Links with play, rolling elements or friction, as groups of rows with one law each (laws: `system.laws.groups`)."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -
 
     Parameters
     ----------
-    rows : (p,) elastic rows; L : (p, n) their coefficients on the reduced coordinates.
-    lag : damping per stiffness, said for the whole train [s].
+    rows : (p,) elastic rows.  L : (p, n) their coefficients on the reduced coordinates.
+    lag : damping per stiffness of the whole train [s].
 
     Raises
     ------
-    ModelError : a friction coefficient in a link through which no torque is known to pass.
+    ModelError : a friction coefficient in a link without a known torque.
     """
     links = {link.name: link for link in train.links}
     places: dict[str, list[int]] = {}
@@ -69,25 +69,25 @@ def _law(link: Link, stiffness: float, train: Train) -> Law:
 
 
 def _friction_force(link: Link, train: Train) -> float:
-    """F_m [N]: as given, else coefficient times torque per radius."""
-    said = {key: value for key, value in link.friction if not isinstance(value, str)}
-    if "force" in said:
-        return said["force"]
+    """Friction force F_m [N]: as given, else coefficient times torque per radius [dong2019]."""
+    given = {key: value for key, value in link.friction if not isinstance(value, str)}
+    if "force" in given:
+        return given["force"]
     torque = _torque_through(link, train)
     if not torque:
         raise ModelError(
             "no torque is known to pass through this link",
             path=f"{link.path}.friction.coefficient",
-            given=said["coefficient"],
+            given=given["coefficient"],
             allowed="friction.force, or operation.torque",
         )
-    return said["coefficient"] * torque / said["radius"]
+    return given["coefficient"] * torque / given["radius"]
 
 
 def _torque_through(link: Link, train: Train) -> float:
-    """Torque that passes through a coupling, or through the member that a support holds, of one of its bodies [N m].
+    """Torque through a coupling, or through the member that a support holds, per body of the member [N m].
 
-    Through a member: half of the sizes of all that acts on it, from outside, by couplings and by meshes.
+    Through a member: half the sum of the magnitudes of all torques on it, external, of couplings and of meshes.
     """
     ties = train.kinematics.tie_torque or {}
     if link.kind == "coupling":

@@ -1,4 +1,4 @@
-"""Whether what holds a body is alike in all lateral directions, as it must be where it turns against the frame."""
+"""Isotropy of supports: equal in all lateral directions, as required where they turn against the frame."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ __all__ = ["check_isotropy", "isotropic"]
 
 Array = NDArray[np.float64]
 
-# Angles and stiffnesses of a drawing carry 1e-12 of rounding; a support that differs by less than this is round.
+# Angles and stiffnesses of a drawing carry 1e-12 of rounding; a support anisotropic by less than this is isotropic.
 _ROUND = 1e-9
-# Singular values below this share of the largest span nothing: rows that say the same twice.
+# Singular values below this share of the largest are those of dependent rows.
 _SAME = 1e-9
 
 
 def check_isotropy(rows: Array, stiffness: Array, damping: Array, links: Sequence[Link]) -> None:
-    """Check the rows that join one body to something that turns against its frame, all links together.
+    """Check the isotropy of the rows between one body and a body that turns against its frame, all links together.
 
     Parameters
     ----------
-    rows : (r, 6) of the body's own coordinates.  stiffness (inf = rigid), damping : (r,).  links : (r,) of each row.
+    rows : (r, 6) of the coordinates of the body.  stiffness (inf = rigid) [N/m], damping [N s/m] : (r,).
+    links : (r,) of each row.
 
     Raises
     ------
-    ModelError : their sum differs between directions; names the first link that is not round by itself.
+    ModelError : their sum is anisotropic; names the first link that is anisotropic by itself.
     """
     if isotropic(rows, stiffness, damping):
         return
@@ -47,9 +48,9 @@ def check_isotropy(rows: Array, stiffness: Array, damping: Array, links: Sequenc
 
 
 def isotropic(rows: Array, stiffness: Array, damping: Array) -> bool:
-    """Whether turning by any angle about z changes nothing: springs, dampers and the space of what is rigid.
+    """Whether springs, dampers and the space of rigid rows are invariant under any rotation about z.
 
-    rows : (r, 6); stiffness, damping : (r,).
+    rows : (r, 6).  stiffness [N/m], damping [N s/m] : (r,).
     """
     rigid = np.isinf(stiffness)
     springs = (rows.T * np.where(rigid, 0.0, stiffness)) @ rows
@@ -60,7 +61,7 @@ def isotropic(rows: Array, stiffness: Array, damping: Array) -> bool:
 
 
 def _round(matrix: Array) -> bool:
-    """Whether a symmetric (6, 6) matrix commutes with turning about z; entries compared with their diagonals."""
+    """Whether a symmetric (6, 6) matrix commutes with rotations about z; entries on the scale of their diagonals."""
     turn = np.zeros((6, 6))
     for i in (0, 3):
         turn[i, i + 1], turn[i + 1, i] = -1.0, 1.0

@@ -1,4 +1,4 @@
-"""The rows of a train in unreduced coordinates: six a body, in its own axes."""
+"""Gap rows of a train in unreduced coordinates, six a body in its own axes (docs/conventions.md, The mesh row)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LATERAL = (0, 1, 3, 4)
 
 
 class LinkRow(NamedTuple):
-    """One direction of one link.  first, second : body indices, -1 = the frame.  law : it follows a law, see `laws`."""
+    """One direction of one link.  first, second : body indices, -1 = the frame.  law : it follows a law, see `gaps`."""
 
     link: str
     path: str
@@ -37,7 +37,7 @@ class LinkRow(NamedTuple):
 
 
 class MeshRow(NamedTuple):
-    """One row.  whole : the mesh it belongs to; number : of the slice, 0 = the whole; mesh : what is in the row."""
+    """One mesh row.  whole : name of its mesh.  number : of the slice, 0 = the whole mesh.  mesh : data of the row."""
 
     whole: str
     number: int
@@ -46,13 +46,14 @@ class MeshRow(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Structure:
-    """Rows of every mesh and link, (.., 6 nb), and what the bodies turn at.
+    """Rows of every mesh and link, (.., 6 nb), and speeds of the bodies.
 
-    index : body name -> number.  frame_speed, spin : (nb,) [rad/s].  frame_turn : (nb,) exact frame speed [rev/s].
+    index : body name -> number.  frame_speed, spin : (nb,) of frame and body [rad/s].  frame_turn, spin_turn : (nb,)
+    the same, exact [rev/s].
     mesh : (m, 6 nb), of the rows `meshes`, slices counted one by one; mesh_ends : (m, 2) body indices.
     far : (c, 6 nb), of the far flanks of the mesh rows far_of (c,), those with a finite backlash.
-    link, links : (p, 6 nb) elastic rows and what they are, those with a law among them.  rigid, rigids, pivots : the
-        same of what is eliminated.
+    link, links : (p, 6 nb) elastic rows and their data, those with a law among them.  rigid, rigids, pivots : rows
+        (r, 6 nb) of rigid directions, their data, and the coordinate (r,) to eliminate.
     """
 
     index: dict[str, int]
@@ -73,7 +74,7 @@ class Structure:
 
 
 def structure_of(train: Train) -> Structure:
-    """Write down every row of the train.
+    """Rows of all meshes and links of the train.
 
     Raises
     ------
@@ -129,14 +130,14 @@ def structure_of(train: Train) -> Structure:
 
 
 def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
-    """Speed in rev/s, 0 where no speeds are known."""
+    """Speed of a member or frame [rev/s], 0 where no speeds are known."""
     return Fraction(0) if speeds is None else Fraction(speeds.get(name, 0)) / 60
 
 
 def _law_directions(link: Link) -> tuple[int, ...]:
     """Directions that follow a law: x and y, or z where it alone is stiff; none of a linear link.
 
-    Friction without a clearance has nowhere to slide, so the link stays linear.
+    Friction without a clearance cannot slide, so that the link stays linear.
 
     Raises
     ------
@@ -171,8 +172,9 @@ def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, .
 def _check_frames(
     rows: list[LinkRow], owners: list[Link], matrix: Array, turns: tuple[tuple[Fraction, ...], tuple[Fraction, ...]]
 ) -> None:
-    """Check every link whose own axes turn against the frame of its body; turns : of the frames and of the bodies.
+    """Check the isotropy of every link whose own axes turn against the frame of its body.
 
+    matrix : (p, 6 nb) of the rows.  turns : speeds of the frames and of the bodies [rev/s].
     The axes of a support are those of the housing or of what it stands on, of a bearing those of what carries, of a
     coupling those of what it joins.
     """
@@ -194,7 +196,8 @@ def _check_frames(
 
 
 class _Ends(NamedTuple):
-    """Ends of rows: which row, which body, sign, unit vector and point in frame axes, whether it is an angle."""
+    """Ends of R rows at their bodies: row and body (R,), sign, unit vector and point (R, 3) [m] in frame axes, and
+    whether the row is an angle (R,)."""
 
     row: NDArray[np.int64]
     body: NDArray[np.int64]
@@ -205,6 +208,7 @@ class _Ends(NamedTuple):
 
 
 def _link_ends(rows: list[LinkRow], owners: list[Link], places: Array) -> list[_Ends]:
+    """Ends of link rows; places : (nb, 3) of the origins of the bodies [m]."""
     if not rows:
         return []
     angle = np.array([link.angle for link in owners])
@@ -227,6 +231,10 @@ def _link_ends(rows: list[LinkRow], owners: list[Link], places: Array) -> list[_
 
 
 def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, start: int) -> list[_Ends]:
+    """Ends of mesh rows from number `start` on (docs/conventions.md, The mesh row).
+
+    ends : (m, 2) indices of the bodies a and b.  places : (nb, 3) of the origins of the bodies [m].
+    """
     if not meshes:
         return []
     value = np.array(
@@ -253,8 +261,8 @@ def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, s
     normal = np.empty((len(meshes), 3))
     normal[:, :2] = np.cos(helix)[:, None] * across
     normal[:, 2] = -hand * flank * np.sin(helix)
-    # Each body keeps its own lever r_b / cos(alpha) along e: the pitch point of a consistent geometry, and what is
-    # meant where radii are given that fit no single centre distance.
+    # Each body keeps its own lever r_b / cos(alpha) along e: the pitch point of a consistent geometry, and the best
+    # meaning of given radii that fit no single centre distance.
     outward = np.where(internal > 0, radius_b, -radius_b)
     row, flat = start + np.arange(len(meshes)), np.zeros(len(meshes), bool)
 
@@ -268,7 +276,7 @@ def _mesh_ends(meshes: Sequence[Mesh], ends: NDArray[np.int64], places: Array, s
 
 
 def _matrix(count: int, ends: list[_Ends], axes: Array) -> Array:
-    """(count, 6 nb) rows: sign * [n, r x n] of each end in the columns of its body."""
+    """Rows (count, 6 nb): sign * [n, r x n] of each end in the columns of its body; axes : (nb,) [rad]."""
     matrix = np.zeros((count, 6 * axes.size))
     if ends:
         row, body = np.concatenate([end.row for end in ends]), np.concatenate([end.body for end in ends])
@@ -284,7 +292,7 @@ def _matrix(count: int, ends: list[_Ends], axes: Array) -> Array:
 
 
 def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
-    """Every row of the meshes, in order; a slice has its part of stiffness and damping, and its own place and phase."""
+    """All rows of the meshes, in order; a slice has its share of stiffness and damping, and its own place and phase."""
     return tuple(row for mesh in meshes for row in _rows(mesh))
 
 
@@ -312,10 +320,10 @@ def _rows(mesh: Mesh) -> list[MeshRow]:
 
 
 def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.bool_]) -> Array:
-    """The six coefficients a gap row has in one body.
+    """Six coefficients of R gap rows in their bodies (docs/conventions.md, The mesh row).
 
-    A force along the unit vector n at the point r of a body does the work n . (u + theta x r), so the row is
-    [n, r x n]; a moment along n gives [0, n].
+    A force along the unit vector n at the point r of a body does the work n . (u + theta x r), hence the row
+    [n, r x n]; a moment along n has the row [0, n].
 
     Parameters
     ----------

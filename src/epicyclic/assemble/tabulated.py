@@ -1,4 +1,4 @@
-"""Mesh rows of a System from loaded contact: the force k(t) (delta - e(t)) about the mean load of the teeth."""
+"""Mesh rows of a System from loaded contact: the linear force k(t) (delta - e(t)) about the mean load of the teeth."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactHistory:
-    """Contact of one mesh over its cycle, at times 0, 1/T, ... of its own mesh cycle.
+    """Loaded contact of one mesh at times 0, 1/T, ... of its own mesh cycle.
 
     force : along the normal [N].  approach : (T,) of the teeth along the normal under that force [m].
     tangent : (T,) dF/dd there [N/m].
@@ -35,15 +35,16 @@ class ContactHistory:
 
 
 def with_contact_tangent(train: Train, system: System, histories: Mapping[str, ContactHistory]) -> System:
-    """A System whose meshes have the tangent of the contact at its load, and the error that makes it bear just that.
+    """System whose meshes have the tangent stiffness of loaded contact and the error that belongs to its load.
 
         f = F + k(t) (delta - d_F(t)) = k(t) (delta - e(t)),    e(t) = d_F(t) - F/k(t)
 
-    so that a train that runs slowly has the displacement d_F, the loaded transmission error, and no dynamic force.
+    At vanishing speed the train has the displacement d_F, the loaded transmission error, and no dynamic force.
+    Derived here.
 
     Parameters
     ----------
-    histories : name of a mesh -> its contact; holds for the same pair and side in all branches, each at its own phase.
+    histories : name of a mesh -> its contact, used for the same pair and side in all branches, each at its own phase.
 
     Raises
     ------
@@ -83,14 +84,14 @@ def _series(history: ContactHistory) -> tuple[float, ComplexArray, ComplexArray]
 
 
 def _moved(series: ComplexArray, first: Mesh, mesh: Mesh) -> ComplexArray:
-    """A series over the time of one mesh, at the phase of another: back to sigma, and from there to its time."""
+    """Series (L,) over the time of the mesh `first`, moved to the time of `mesh` through sigma, in the same unit."""
     back = np.array([mesh_phasor(order, -first.lead) for order in range(1, len(series) + 1)], dtype=np.complex128)
     own = series * back
     return series_in_time(own if first.sense > 0 else own.conj(), lead=mesh.lead, sense=mesh.sense)
 
 
 def _lines(system: System, gaps: Mapping[Fraction, ComplexArray]) -> tuple[Line, ...]:
-    """The lines with errors added, frequencies rising."""
+    """Excitation lines with the errors `gaps` (m,) [m] of each frequency [Hz] added, frequencies rising."""
     lines = {line.frequency: line for line in system.lines}
     n, p, rows = len(system.force), len(system.links.name), sum(group.B.shape[1] for group in system.groups)
     for frequency, gap in gaps.items():

@@ -1,4 +1,4 @@
-"""Tooth contact of one mesh of a train: the pair it means, and the load that passes it."""
+"""Contact pair of one mesh of a train, and the mean force of the mesh."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def pair_of(
     misalignment: float = 0.0,
     torque_ends: tuple[End | None, End | None] = (None, None),
 ) -> ContactPair:
-    """The pair of gears of one mesh as drawn, on its loaded flank; deviations `position.z` slide the faces.
+    """Contact pair of one mesh as drawn, on its loaded flank; deviations `position.z` offset the faces.
 
     Parameters
     ----------
     slices, linear_at, corner, misalignment : as of `ContactPair`.
-    torque_ends : end of the face at which the torque leaves gear a, and b: their bodies, solid from where they are
-        held to the root circle, twist along the face.  None: rigid.
+    torque_ends : end of the face at which the torque leaves gear a, and b: their bodies, solid from the held radius to
+        the root circle, twist along the face.  None: rigid.
 
     Raises
     ------
@@ -83,12 +83,12 @@ def _meshing(pair: ContactPair) -> MeshedTeeth:
 
 
 def axial_offsets(train: Train, mesh: Mesh) -> tuple[float, float]:
-    """How far both gears of a mesh stand off their drawing along the axis, from deviations that stand still [m]."""
+    """Axial offsets of both gears of a mesh from the drawing, by deviations at rest [m]."""
     return _slide(train, mesh.a), _slide(train, mesh.b)
 
 
 def _torsion(form: GearForm, end: End | None) -> Torsion | None:
-    """Twist of the body of a gear: G pi/2 |r_f^4 - r_i^4| [N m^2]."""
+    """Torsional rigidity of the body of a gear, G pi/2 |r_f^4 - r_i^4| [N m^2]."""
     if end is None:
         return None
     modulus = form.youngs_modulus / (2 * (1 + form.poisson))
@@ -96,13 +96,13 @@ def _torsion(form: GearForm, end: End | None) -> Torsion | None:
 
 
 def _slide(train: Train, body: str) -> float:
-    """Axial place of a body off its drawing, from deviations that stand still [m]."""
+    """Axial offset of a body from the drawing, by deviations at rest [m]."""
     still = (d for d in train.displacements if d.body == body and d.cause == "position" and d.frequency == 0)
     return math.fsum(float(d.vector[2].real) for d in still)
 
 
 def mean_force(train: Train, mesh: Mesh) -> float:
-    """Mean force of one mesh along the tooth normal, branches and sides sharing alike [N]; nan without torques."""
+    """Mean force of one mesh along the tooth normal under equal load sharing [N]; nan without torques."""
     torques = train.kinematics.mesh_torque
     if torques is None or mesh.pair not in torques:
         return math.nan
@@ -112,6 +112,6 @@ def mean_force(train: Train, mesh: Mesh) -> float:
 
 
 def tooth_warnings(pair: ContactPair) -> Sequence[str]:
-    """What lies outside the limits of the formulas behind the teeth of a pair of `pair_of`, and tips that dig."""
+    """Warnings of a pair of `pair_of`: formulas of the teeth outside their limits, and tips that interfere."""
     meshing = _meshing(pair)
     return tuple(dict.fromkeys([*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing)]))

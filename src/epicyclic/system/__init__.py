@@ -1,4 +1,4 @@
-"""The waist: matrices, gaps, laws, exact lines.  Analyses see this and never a gear.
+"""The System: matrices, gaps with laws, exact excitation lines.  Analyses depend on it and on no gear.
 
 Depends on: numpy and scipy only.
 """

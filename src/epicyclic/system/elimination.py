@@ -1,4 +1,7 @@
-"""Rigid connections by elimination: A q = eps becomes q = T p + S eps, exactly, without penalty springs."""
+"""Rigid connections by elimination: A q = eps becomes q = T p + S eps, exactly, without penalty springs.
+
+Gauss-Jordan elimination with prescribed pivots, derived here.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +12,17 @@ __all__ = ["eliminate"]
 
 Array = NDArray[np.float64]
 
-# Entries below this share of the largest one in a row are rounding left over from earlier eliminations.
+# Entries below this share of the largest one in a row are rounding of earlier eliminations.
 _NEGLIGIBLE = 1e-12
 
 
 def eliminate(constraints: Array, pivots: NDArray[np.int64]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Solve the constraints for as many coordinates as they bind.
+    """Solve the constraints for as many coordinates as their rank.
 
     Parameters
     ----------
     constraints : (c, N) rows A of A q = eps, in units that make their entries comparable.
-    pivots : (c,) the coordinate each row should be solved for, where it still can be.
+    pivots : (c,) the coordinate for which each row is solved if its coefficient is not negligible.
 
     Returns
     -------
@@ -34,7 +37,7 @@ def eliminate(constraints: Array, pivots: NDArray[np.int64]) -> tuple[Array, Arr
     pending = np.ones(count, bool)
     scale = np.abs(A).max(axis=1, initial=0.0)
     pending &= scale > 0
-    # Rows with one free coordinate left fix it at once, many in a pass; what they fix may leave others with one.
+    # Rows with one free coordinate determine it, many in a pass; that may leave other rows with one.
     while True:
         live = ((np.abs(A) > _NEGLIGIBLE * scale[:, None]) & active).sum(axis=1)
         pending &= live > 0
@@ -57,7 +60,7 @@ def eliminate(constraints: Array, pivots: NDArray[np.int64]) -> tuple[Array, Arr
 
 
 def _solve_row(a: Array, row: int, pivot: int, T: Array, S: Array, scale: float) -> None:
-    """Solve one row for `pivot`, or its largest coefficient; change T and S in place."""
+    """Solve one row a (N,) for `pivot`, or its largest coefficient; change T (N, N) and S (N, c) in place."""
     reduced = a @ T
     if abs(reduced[pivot]) <= _NEGLIGIBLE * scale:
         pivot = int(np.argmax(np.abs(reduced)))

@@ -1,4 +1,4 @@
-"""Whole meshes and the slices they are cut into: names, and sums over the face."""
+"""Whole meshes and their slices: names, and sums over the face."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Number = TypeVar("Number", bound=np.inexact)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Faces:
-    """The whole meshes of a train.
+    """The w whole meshes of a System with m mesh rows.
 
-    name : (w,) of each.  row : (m,) the mesh each row belongs to.  first : (w,) first row of each, whose labels are
-    those of the mesh.  count : (w,) rows of each, 1 where it is not cut.
+    name : (w,) of each.  row : (m,) mesh of each row.  first : (w,) first row of each, whose labels are those of the
+    mesh.  count : (w,) rows of each, 1 without slices.
     """
 
     name: tuple[str, ...]
@@ -34,14 +34,14 @@ class Faces:
         return np.asarray(self.count[self.row] > 1, bool)
 
     def total(self, values: NDArray[Number], axis: int = 0) -> NDArray[Number]:
-        """Sums over the rows of each mesh, along an axis of m rows, which becomes w meshes."""
+        """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
         if len(self.first) == len(self.row):
             return values
         summed: NDArray[Number] = np.add.reduceat(values, self.first, axis=axis)
         return summed
 
     def least(self, values: Array, axis: int = 0) -> Array:
-        """Smallest of the rows of each mesh, in place of `total`."""
+        """Smallest value (..., w, ...) of the rows of each mesh, of values (..., m, ...), in their unit."""
         lowest: Array = np.minimum.reduceat(values, self.first, axis=axis)
         return lowest
 
@@ -52,7 +52,7 @@ class Faces:
 
 
 def faces(meshes: MeshRows) -> Faces:
-    """Gather the rows of each mesh."""
+    """Whole meshes of mesh rows; the slices of one mesh are adjacent."""
     number = meshes.slice or (0,) * len(meshes.name)
     names = [name.rpartition("/")[0] if k else name for name, k in zip(meshes.name, number, strict=True)]
     whole = {name: i for i, name in enumerate(dict.fromkeys(names))}

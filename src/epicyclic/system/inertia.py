@@ -1,6 +1,7 @@
 """Inertia of bodies in a frame that turns: gyroscopic, centrifugal and Coriolis terms, body by body.
 
-All matrices are of the unreduced coordinates, six a body in its own axes, order x y z rx ry rz.
+All matrices are of the unreduced coordinates, six a body in its own axes, order x y z rx ry rz.  The terms are those of
+docs/conventions.md, Inertia in a turning frame; for x, y and rz they agree with [lin1999].
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ X, Y, Z, RX, RY, RZ = range(6)
 
 
 def mass_diagonal(mass: Array, inertia: Array, tilt: Array) -> Array:
-    """(nb, 6) mass [kg] and moments of inertia [kg m^2] of every coordinate."""
+    """Mass [kg] and moments of inertia [kg m^2] of every coordinate, (nb, 6), from mass, inertia and tilt (nb,)."""
     return np.stack([mass, mass, mass, tilt, tilt, inertia], axis=1)
 
 
@@ -52,7 +53,8 @@ def gyroscopic_matrix(mass: Array, inertia: Array, tilt: Array, frame_speed: Arr
 def centrifugal_stiffness(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, spin: Array) -> Array:
     """Centrifugal and gyroscopic stiffness of every body on its own, (6 nb, 6 nb) [N/m, N m/rad].
 
-    K[x,x] = K[y,y] = -m Omega^2;  K[rx,rx] = K[ry,ry] = I_p w Omega - I_d Omega^2.
+    K[x,x] = K[y,y] = -m Omega^2;  K[rx,rx] = K[ry,ry] = I_p w Omega - I_d Omega^2.  Arguments (nb,) as of
+    `gyroscopic_matrix`.
     """
     diagonal = np.zeros((mass.size, 6))
     diagonal[:, X] = diagonal[:, Y] = -mass * frame_speed**2
@@ -64,12 +66,13 @@ def euler_matrix(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, s
     """Stiffness-like Euler terms of every body while all speeds change, per relative acceleration s'.
 
     E[x,y] = -m Omega', E[y,x] = +m Omega'; E[rx,ry] = I_p w' - I_d Omega', E[ry,rx] = -(same), with the accelerations
-    Omega' = s' Omega, w' = s' w at s' = 1.  Half the Coriolis terms in x and y; not so in the tilts, where the moment
-    that spins a body up stands along the axis of the frame and no longer along that of the tilted body.
+    Omega' = s' Omega, w' = s' w at s' = 1.  These are half the Coriolis terms in x and y, but not in the tilts: the
+    moment that accelerates a body has the axis of the frame and not that of the tilted body.  Arguments (nb,) as of
+    `gyroscopic_matrix`.
 
     Returns
     -------
-    (6 nb, 6 nb) [kg/s, kg m^2/s]: s' E q stands on the left side.
+    (6 nb, 6 nb) [kg/s, kg m^2/s]: s' E q is a term of the left side.
     """
     E = np.zeros((6 * mass.size, 6 * mass.size))
     base = 6 * np.arange(mass.size)
@@ -83,7 +86,8 @@ def euler_matrix(mass: Array, inertia: Array, tilt: Array, frame_speed: Array, s
 def spin_up_load(mass: Array, inertia: Array, frame_speed: Array, spin: Array, centre: Array) -> Array:
     """Inertial load of the nominal motion on every coordinate per relative acceleration s', (6 nb,) [N s, N m s].
 
-    -I_p w' on rz, and -m Omega' z x r_c on a body whose centre stands off the axis: -m r_c Omega' on its y.
+    -I_p w' on rz, and -m Omega' z x r_c on a body whose centre is off the axis: -m r_c Omega' on its y.  The other
+    arguments (nb,) as of `gyroscopic_matrix`.
 
     Parameters
     ----------
@@ -99,7 +103,7 @@ def carried_stiffness(K: Array, *, body: int, carrier: int, angle: float, preloa
     """Add to K the geometric stiffness of the centrifugal preload of a carried body, in place.
 
     V = m Omega^2 / 2 [2 u_c (y - y_c) - u_c^2 + 2 w_c (z - z_c) - w_c^2] with u_c = r_c rz_c, w_c = -r_c ry_c, the
-    carrier's motion in the axes of the branch; with it a rigid rotation of the set is neutral.
+    motion of the carrier in the axes of the branch; with it a rigid rotation of the set is neutral.  Derived here.
 
     Parameters
     ----------

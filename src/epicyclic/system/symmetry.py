@@ -1,4 +1,4 @@
-"""Cyclic symmetry of a stage: the operator that turns it by one branch."""
+"""Cyclic symmetry of a stage: the operator that rotates it by one branch (cyclic modes: [lin1999])."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ __all__ = ["commutes", "reduced_operator", "turn_operator"]
 
 Array = NDArray[np.float64]
 
-# A drawing's angles and stiffnesses carry about 1e-12 of rounding; a real asymmetry is far above.
+# Angles and stiffnesses of a drawing carry about 1e-12 of rounding; a real asymmetry is far above.
 _TOLERANCE = 1e-9
 
 
 def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Sequence[int], angle: float) -> Array:
-    """Turn the displacements of a set by one branch.
+    """Operator that rotates the displacements of a stage by one branch.
 
     Parameters
     ----------
     count : number of bodies.
-    moves : (from, to) body indices of what sits on branches; their own axes turn with them.
-    turned : bodies on the axis, whose x y and rx ry turn by `angle` [rad].
+    moves : (from, to) indices of the bodies on branches; their own axes rotate with them.
+    turned : bodies on the axis, whose x y and rx ry rotate by `angle` [rad].
 
     Returns
     -------
-    (6 count, 6 count); bodies named in neither stay as they are.
+    (6 count, 6 count) [1]; identity on all other bodies.
     """
     R = np.eye(6 * count)
     for source, _ in moves:
@@ -43,19 +43,19 @@ def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Seque
 
 
 def reduced_operator(R: Array, expand: Array) -> Array | None:
-    """R on the reduced coordinates, (n, n); None where the rigid connections do not share the symmetry.
+    """Operator R (6 nb, 6 nb) on the reduced coordinates, (n, n) [1]; None where rigid connections break the symmetry.
 
     expand : (6 nb, n), q_full = expand @ q.
     """
     moved = R @ expand
-    # every column holds a 1 of its own, so the normal equations are well conditioned; what is off is looked at below
+    # every column has a unit entry of its own, so the normal equations are well conditioned; the residual is checked
     reduced = np.linalg.solve(expand.T @ expand, expand.T @ moved)
     off = np.abs(expand @ reduced - moved).max(initial=0.0)
     return np.asarray(reduced, np.float64) if off <= _TOLERANCE * max(1.0, np.abs(expand).max(initial=1.0)) else None
 
 
 def commutes(R: Array, matrix: Array) -> bool:
-    """Whether R' matrix R = matrix within rounding, compared entry by entry with the diagonal as the scale."""
+    """Whether R' matrix R = matrix within rounding, (n, n), entry by entry on the scale of the diagonal."""
     diagonal = np.sqrt(np.abs(np.diag(matrix)))
     scale = np.maximum(np.outer(diagonal, diagonal), 1e-12 * float(np.max(diagonal, initial=0.0)) ** 2)
     difference = np.abs(R.T @ matrix @ R - matrix)

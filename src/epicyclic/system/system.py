@@ -1,8 +1,9 @@
-"""The waist: matrices, gaps with laws, exact lines.  Analyses see this and never a gear.
+"""The System: matrices, gaps with laws, exact excitation lines (docs/design.md, The one idea).
 
     M q'' + (C + s G) q' + (K + s^2 Kg) q + B f(B^T q - e(t)) = F(t)        s = speed / operating speed
 
-with one column of B a mesh row, f_m = k_m(t) <B^T q - e>_m + c_m d/dt(...), all gaps along the tooth normal.
+with one column of B a mesh row, f_m = k_m(t) <B^T q - e>_m + c_m d/dt(...), all gaps along the tooth normal
+(docs/conventions.md, The mesh row).
 """
 
 from __future__ import annotations
@@ -53,17 +54,17 @@ class MeshRows:
 
     name, pair, stage, branch (0 = none), side ("" = none) : (m,) labels.
     slice : (m,) number along the face from the left, from 1, of a mesh cut into slices (name ``.../3``); 0 = a whole
-        mesh.  None at all = every row is a whole mesh.  The slices of one mesh stand together.
+        mesh.  Empty = every row is a whole mesh.  The slices of one mesh are adjacent.
     ends : (m,) names of the bodies a and b.  internal : (m,) whether b is a ring.  direction : (m,) polar angle, in the
         axes of the stage, from the centre of a to the pitch point [rad]; of a ring mesh that of the contact seen from
-        the ring's centre.  These three are empty where nobody has said them.
+        the centre of the ring.  These three are empty where not given.
     B : (n, m).  stiffness : (m,) mean, normal [N/m].
     variation : (m, L) complex, with the phase in it, f the tone of the mesh:
         k_m(t) = stiffness (1 + Re sum_l variation[m, l-1] exp(2 pi i l f t)).
     tone : (m,) index into System.tones.  damping : (m,) [N s/m].  backlash : (m,) [m].
     cos_base_helix : (m,) transverse = normal * cos_base_helix for forces.
     tables : laws of rows whose force over the gap is tabulated; stiffness and variation are their tangents at the
-        operating load.  Analyses that cannot follow them take those.
+        operating load, which linear analyses use.
     """
 
     name: tuple[str, ...]
@@ -110,13 +111,13 @@ class FarFlanks:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LinkRows:
-    """The linear rows already inside K and C, kept for energies and forces.
+    """Linear rows of links, contained in K and C; kept for energies and forces.
 
-    name : (p,) ``main/sun/support/x`` ; link : (p,) ``main/sun/support``.  B : (n, p).
-    stiffness [N/m or N m/rad], damping : (p,).
-    skew : (p, p) what the turning of the frame adds to dampers to the housing at s = 1, Cskew = B skew B^T
-        [N/m, N m/rad]; empty where there is none.
-    preload : (p,) what the force is beside k (B^T q - e) [N, N m], of a law taken by its tangent; empty where none.
+    name : (p,) ``main/sun/support/x``.  link : (p,) ``main/sun/support``.  B : (n, p).
+    stiffness : (p,) [N/m, N m/rad].  damping : (p,) [N s/m, N m s/rad].
+    skew : (p, p) terms of dampers to the housing in a turning frame at s = 1, Cskew = B skew B^T [N/m, N m/rad]; empty
+        where there are none.
+    preload : (p,) force beside k (B^T q - e) of a linearised law [N, N m]; empty where there is none.
     """
 
     name: tuple[str, ...]
@@ -134,7 +135,7 @@ class LinkRows:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Line:
-    """One spectral line of the excitation, at one exact frequency; all its causes are added as complex numbers.
+    """One spectral line of the excitation at one exact frequency, the complex sum of all its causes.
 
     frequency : exact, >= 0 [Hz at the operating speed, s = 1].
     gap : (m,) complex; e_m(t) = Re(gap exp(2 pi i s f t)) of each mesh [m].
@@ -142,7 +143,7 @@ class Line:
     force : (3, n) complex; generalised force on the right side
         Re((force[0] + s force[1] + s^2 force[2]) exp(2 pi i s f t)): link errors times their stiffness, displaced
         inertia, gravity, unbalance, loads; mesh errors are in `gap` alone.
-    causes : the paths in the file that put something into it.
+    causes : the paths in the model file that contribute to it.
     group_gap : (R,) complex, the error of each row of the groups, in order; empty where there are none.
     far_gap : (c,) complex, the error of each far flank [m]; empty where all are zero.
     ramp_force : (n,) complex, further force per s' while the speed changes [N s]; empty where there is none.
@@ -184,22 +185,23 @@ class Symmetry:
 class System:
     """A train at an operating point, as numbers.
 
-    M, C, G, K, Kg : (n, n); G and Kg at the operating speed (s = 1).  K holds the linear links, not the meshes and not
-    the groups.
-    C holds what is given per connection or proportional; modal damping stands in `zeta` (ratio of every elastic mode of
+    M, C, G, K, Kg : (n, n); G and Kg at the operating speed (s = 1).  K contains the linear links, neither the meshes
+    nor the groups.
+    C contains dampers of connections and proportional damping; `zeta` is modal damping (ratio of every elastic mode of
     the mean system, in the frame of the coordinates), None where it is not given.
     Cskew : (n, n) stiffness-like skew terms of dampers to the housing in a turning frame; they scale with s.
     force : (n,) steady external force, torques included, without gap contributions.
     tones : mesh frequencies, exact [Hz at s = 1]; empty where no speed is given.
-    lines : excitation lines, distinct frequencies, rising; a line of frequency 0 holds constant errors.
+    lines : excitation lines, distinct frequencies, rising; the line of frequency 0 has the constant errors.
     body_mass : (nb, 6) mass and inertia of every body's six coordinates, for kinetic-energy shares.
     warnings : physical warnings of the train and its assembly.  provenance : attributes for every result.
-    missing_inertia : paths of masses and inertias that are not given although a free coordinate needs them (zero in M);
-        whatever needs M asks `require_inertia` first.
-    groups : links with a law (play, rolling elements, spline); linear analyses take `analyses.linear.linearised`.
+    missing_inertia : paths of masses and inertias that a free coordinate needs but the file does not give (zero in M);
+        an analysis that needs M calls `require_inertia`.
+    groups : links with a law (play, rolling elements, spline); linear analyses use their tangents
+        (`analyses.static.tangent.linearised`).
     body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
     stage_turns : the same of the axes of every stage, by its name.
-    far : the far flanks, seen by analyses in which teeth part; None without finite backlash.
+    far : the far flanks, for analyses of contact loss; None without finite backlash.
     euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
     """
@@ -258,7 +260,7 @@ class System:
 
     @property
     def laws(self) -> Laws:
-        """The laws of the groups as arrays."""
+        """Laws of the groups as arrays."""
         return stacked(self.groups)
 
     @property

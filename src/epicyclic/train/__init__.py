@@ -1,4 +1,4 @@
-"""What exists, frozen: bodies, connections, kinematics, the resolved train.
+"""The resolved train as frozen data: bodies, connections, kinematics, mesh phases, power flow.
 
 Depends on: gears.
 """

@@ -1,4 +1,4 @@
-"""Bodies and frames: what exists, and where."""
+"""Rigid bodies and the frames of their coordinates (docs/conventions.md, Axes)."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ HOUSING = "housing"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
-    """Axes in which the coordinates of a stage's bodies are written.
+    """Axes in which the coordinates of the bodies of a stage are written.
 
     name : stage name, or ``housing``.
-    carrier : member the frame turns with (``main.carrier``), None where it stands still.
+    carrier : member with which the frame turns (``main.carrier``), None for a frame at rest.
     """
 
     name: str
@@ -61,10 +61,10 @@ class Body:
     """One rigid body with up to six degrees of freedom.
 
     name : ``stage/member[/branch][/side]``, e.g. ``main/planet/2``, ``main/ring/left``; ``[bodies]`` by their own name.
-    member : what the file calls it, ``main.planet``; all bodies of one member turn at one mean speed.
+    member : name in the model file, ``main.planet``; all bodies of one member turn at one mean speed.
     kind : sun, planet, ring, carrier, gear or body.
-    frame : name of its Frame.  carried_by : body that carries it (a planet's carrier), None for a central body.
-    branch : 1..N for what sits on a branch, else None.  side : left, right or None.
+    frame : name of its Frame.  carried_by : body that carries it (of a planet the carrier), None for a central body.
+    branch : 1..N of a body on a branch, else None.  side : left, right or None.
     centre : (x, y) place of its origin in frame axes [m].  station : axial place of its origin [m].
     angle : polar angle of its own x axis in frame axes [rad]: 0 for a central body, the polar angle of
         its centre for a body on a branch.

@@ -15,10 +15,10 @@ __all__ = ["Link", "Mesh", "MeshSlice"]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshSlice:
-    """One of the equal pieces a mesh is cut into along its face; each has its share of stiffness and damping.
+    """One of the equal slices of a mesh along its face, with an equal share of stiffness and damping.
 
     station : axial place of its middle in the train [m].  lead : of its own contact [mesh cycles].
-    variation : (L,) of its own stiffness, relative, over its own sigma.
+    variation : (L,) relative series of its own stiffness over its own sigma [1].
     along : place of its row on the line of action, from the pitch point [m].
     """
 
@@ -39,7 +39,7 @@ class Mesh:
     direction : polar angle, in frame axes, of e: from a's centre to the pitch point [rad].
     pressure_angle : working transverse [rad].  base_helix : beta_b, magnitude [rad].
     hand : hand of gear a on this side, +1 right, -1 left, 0 spur.
-    flank : d of docs/conventions.md, +1 where a's teeth push b along z cross e, else -1.
+    flank : d of docs/conventions.md, +1 where the teeth of a push b along z cross e, else -1.
     station : axial place of mid-face in the train [m].  along : place of the row on the line of action, from the pitch
         point in the sense of n_t [m].
     radius_a, radius_b : working pitch radii r_b / cos(pressure_angle) [m].
@@ -50,9 +50,9 @@ class Mesh:
     damping : along the normal [N s/m].  backlash : normal [m], inf = the far flank never touches.
     tooth_shift : 2 c of gear a, how far its tooth is thicker or thinner there than half a pitch [pitches].
     contact_ratio, overlap_ratio : transverse and overlap contact ratio [1], nan where the data are not given.
-    slices : pieces along the face from left to right; empty where the mesh is one row. Stiffness, variation, lead and
-        damping above are those of the whole, which the slices add up to.
-    teeth : what tooth contact needs; None where the file says no face width.
+    slices : along the face from left to right; empty where the mesh is one row.  Stiffness, variation, lead and damping
+        above are those of the whole mesh, the sum of the slices.
+    teeth : data of tooth contact; None where the model file has no face width.
     table : force over gap and place of the contact, where the stiffness is that of loaded contact.
     """
 
@@ -103,13 +103,13 @@ class Link:
     path : its table in the file, e.g. ``stages.main.sun.support``.
     kind : support, bearing, neck, shaft or coupling.
     first, second : body names; second None = the frame of the first (which is the housing where it does not turn).
-        Of a bearing the first is what carries (the carrier), the second what is carried (the planet);
-        of a support the first is the supported body; where nothing carries a planet, its bearing is (planet, None).
+        Of a bearing the first is the carrying body (the carrier), the second the carried one (the planet);
+        of a support the first is the supported body; the bearing of a planet without a carrier is (planet, None).
     centre : (x, y) place of the point in frame axes [m]; station : axial place [m].
     angle : polar angle of the link's x axis in frame axes [rad] (of a pin the branch's).
     stiffness : x y z [N/m], rx ry rz [N m/rad]; 0 = free, inf = rigid (the direction is eliminated).
     damping : the same six [N s/m, N m s/rad].
-    clearance [m], exponent [1], friction (coefficient-or-force table of the file) : laws, see the file format.
+    clearance [m], exponent [1], friction (coefficient or force, as in the model file) : laws, see docs/model-file.md.
     load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
     to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).
     """

@@ -1,7 +1,7 @@
 """Speeds, ratios, orders, torques and power of a train, exact, from one linear solve.
 
-Speeds and torques of members are dual: the admissible speeds are the null space of the mesh and coupling
-equations, and external torques are in equilibrium when they do no work on any of them.
+Speeds and torques of members are dual: the admissible speeds are the null space of the mesh and coupling equations, and
+external torques are in equilibrium when their virtual power is zero in every admissible motion.  Derived here.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from fractions import Fraction
 from ..errors import ModelError
 from .rational import least_norm, null_space
 
-__all__ = ["Gearing", "Kinematics", "Tie", "solve", "tones"]
+__all__ = ["Gearing", "Kinematics", "Tie", "solve_kinematics", "tones"]
 
 Motion = Mapping[str, Fraction]  # speed of every member in one admissible motion
 HUGE = 1e60  # [N m, W, rev/min] beyond it products would not fit a float
@@ -49,9 +49,9 @@ class Tie:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kinematics:
-    """What the kinematic solve says.
+    """Speeds, mesh frequencies, torques and power of all members.
 
-    freedoms : members whose speeds, given, fix all others (held members left out).
+    freedoms : members whose speeds determine all others (held members left out).
     ratio : speed of each member per speed of each freedom, ratio[member][freedom], exact.
     speed : absolute speed of each member, exact [rev/min], or None where the file gives no (or too few) speeds.
     frame_speed : the same for each frame (stage name, ``housing``).
@@ -87,7 +87,7 @@ class Kinematics:
         return f"Kinematics({len(self.ratio)} members, freedoms {', '.join(self.freedoms)}{held}{meshes})"
 
 
-def solve(
+def solve_kinematics(
     *,
     members: Sequence[str],
     gearings: Sequence[Gearing],
@@ -103,22 +103,24 @@ def solve(
 ) -> Kinematics:
     """Speeds, ratios, mesh frequencies, torques and power of a train.
 
-    Speeds are exact: the null space of the mesh and tie equations. External torques tau (given ones, reactions of held
-    members, balancing ends) satisfy tau . v = 0 for every motion v that is admissible with nothing held. Torques of the
-    meshes follow from tau + A^T lambda = 0 with A the mesh and tie equations; where a loop makes them statically
-    indeterminate, as also where more is held than needed, the solution of least norm (sum of lambda^2, a mesh's lambda
-    being its torque per tooth) stands for the unknown stiffnesses.
+    Speeds are exact: the null space of the mesh and tie equations.  External torques tau (given ones, reactions of held
+    members, balancing ends) satisfy tau . v = 0 for every motion v that is admissible with nothing held.  Torques of
+    the meshes follow from tau + A^T lambda = 0 with A the mesh and tie equations.  Where a loop or a redundant hold
+    makes them statically indeterminate, the solution of least norm (sum of lambda^2, the lambda of a mesh being its
+    torque per tooth) replaces that of the unknown stiffnesses.
 
-    members : every member and body once.  gearings, ties : what makes them turn together.  held : do not turn.
+    members : every member and body once.  gearings, ties : equations of meshes and couplings.  held : members at rest.
     speeds : given absolute speeds [rev/min].  torques : given external torques [N m].
-    powers : given external power, into the train positive [W].  balance : members that take what is missing.
-    carriers : carrier of each stage, None where its axes stand in the housing; the stages of `gearings` need no entry.
+    powers : given external power, into the train positive [W].  balance : members whose torque balances the others.
+    carriers : carrier of each stage, None where its axes are at rest; the stages of `gearings` need no entry.
     ends : members at which torque may enter or leave (no planets); one that is neither held, tied nor loaded balances
         where `balance` is empty.
-    paths : how a member is written in the file, for messages (``operation.torque.<it>``); else its own name.
+    paths : spelling of a member in the model file, for messages (``operation.torque.<it>``); else its own name.
 
-    Raises ModelError: unknown member, locked train, too few, too many or contradicting speeds, power at a member that
-    stands, torques that do not balance, or several ends that might.
+    Raises
+    ------
+    ModelError : unknown member, locked train, too few, too many or contradicting speeds, power at a member at rest,
+        torques that do not balance, or several ends that could balance them.
     """
     speeds, torques, powers = dict(speeds or {}), dict(torques or {}), dict(powers or {})
     named = {name: (paths or {}).get(name, name) for name in members}
@@ -138,8 +140,8 @@ def solve(
     coupled = {name for tie in ties for name in (tie.a, tie.b)}
     ratio = {name: {end: motion[name] for end, motion in motions.items()} for name in members}
     names = tones(gearings, ratio)
-    torque = _external(members, rows, motions, loads, held, balance, ends, coupled, named) if loads else None
-    inner = None if torque is None else _inner_torques(members, gearings, ties, rows, torque)
+    torque = _external_torques(members, rows, motions, loads, held, balance, ends, coupled, named) if loads else None
+    inner = None if torque is None else _internal_torques(members, gearings, ties, rows, torque)
     return Kinematics(
         freedoms=tuple(motions),
         ratio=ratio,
@@ -202,7 +204,7 @@ def _gearing_row(g: Gearing) -> dict[str, Fraction]:
 def _motions(
     members: Sequence[str], rows: Sequence[Mapping[str, Fraction]], preferred: Sequence[str] = ()
 ) -> dict[str, dict[str, Fraction]]:
-    """Admissible motions by the member that turns once in it while the other freedoms stand, preferred ones first."""
+    """Admissible motions, by the freedom that turns once while the others are at rest; preferred freedoms first."""
     matrix = [[row.get(name, Fraction(0)) for name in members] for row in rows]
     rest = [name for name in members if name not in preferred]
     order = [members.index(name) for name in [*rest, *reversed(preferred)]]
@@ -225,15 +227,15 @@ def _speeds(
         if name not in motions and name not in held:
             follows = sum((m[name] * given.get(end, 0) for end, m in motions.items()), Fraction(0))
             raise ModelError("follows from the other speeds", path=path, given=_rpm(given[name]), allowed=_rpm(follows))
-    told = [name for name in given if name in motions]
-    if not told:
+    given_freedoms = [name for name in given if name in motions]
+    if not given_freedoms:
         return None
-    if len(told) < len(motions):
+    if len(given_freedoms) < len(motions):
         other = ", ".join(named[end] for end in motions if end not in given)
         raise ModelError(
             f"the train has {len(motions)} freedoms, that many speeds are needed",
             path="operation.speed",
-            given=[named[name] for name in told],
+            given=[named[name] for name in given_freedoms],
             allowed=f"also the speed of {other}",
         )
     return {
@@ -254,7 +256,7 @@ def _frame_speeds(
 def _tooth_rates(
     gearings: Sequence[Gearing], names: Mapping[str, str], speed: Motion, unit: int = 1
 ) -> dict[str, Fraction]:
-    """Teeth that pass in every tone per `unit` of the time in which `speed` counts turns."""
+    """Mesh frequency of every tone: teeth per `unit` of the time in which `speed` counts turns."""
     frames = {g.pair: speed[g.carrier] if g.carrier is not None else Fraction(0) for g in gearings}
     return {names[g.pair]: abs(g.teeth_a * (speed[g.a] - frames[g.pair])) / unit for g in gearings}
 
@@ -266,7 +268,7 @@ def _loads(
     held: Sequence[str],
     named: Mapping[str, str],
 ) -> dict[str, Fraction]:
-    """Given external torques, exact [N m]; a power counts through the speed of its member."""
+    """Given external torques, exact [N m]; a power is divided by the speed of its member."""
     loads: dict[str, Fraction] = {}
     for key, given in (("torque", torques), ("power", powers)):
         for name, value in given.items():
@@ -286,7 +288,7 @@ def _loads(
     return loads
 
 
-def _external(
+def _external_torques(
     members: Sequence[str],
     rows: Sequence[Mapping[str, Fraction]],
     motions: Mapping[str, Motion],
@@ -303,8 +305,10 @@ def _external(
     scale = max(abs(value * motion[name]) for motion in motions.values() for name, value in loads.items())
     balanced = all(abs(value) <= UNBALANCED * scale for value in missing.values())
     sums = ", ".join(f"{float(value):.6g} N m at {named[end]}" for end, value in missing.items())
-    takers = list(balance) or ([] if balanced else _takers(loads, held, ends, coupled, len(motions), named, sums))
-    unknown = [*held, *(name for name in takers if name not in held)]
+    balancing = list(balance) or (
+        [] if balanced else _balancing_ends(loads, held, ends, coupled, len(motions), named, sums)
+    )
+    unknown = [*held, *(name for name in balancing if name not in held)]
     found = _reactions(free, loads, unknown)
     if found is None and balanced:
         spread = _reactions(list(motions.values()), loads, list(loads)) or {}
@@ -320,7 +324,7 @@ def _external(
     return {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
 
 
-def _takers(
+def _balancing_ends(
     loads: Mapping[str, Fraction],
     held: Sequence[str],
     ends: Sequence[str],
@@ -329,7 +333,12 @@ def _takers(
     named: Mapping[str, str],
     sums: str,
 ) -> list[str]:
-    """The ends that take the balance: as many as there are freedoms, if no more offer themselves."""
+    """Ends whose torque balances the others: the free ones, if they are no more than the freedoms.
+
+    Raises
+    ------
+    ModelError : which of several ends balances is ambiguous.
+    """
     idle = [name for name in ends if name not in held and name not in loads]
     offered = [name for name in idle if name not in set(coupled)]
     if idle and not 0 < len(offered) <= needed:
@@ -345,7 +354,7 @@ def _takers(
 def _reactions(
     motions: Sequence[Motion], loads: Mapping[str, Fraction], unknown: Sequence[str]
 ) -> dict[str, Fraction] | None:
-    """Torques at the unknown members that make the work in every motion zero, None where none do."""
+    """Torques of the unknown members that make the virtual power of every motion zero, None where there are none."""
     if not unknown:
         return {} if not any(_work(loads, motion) for motion in motions) else None
     matrix = [[motion[name] for name in unknown] for motion in motions]
@@ -357,7 +366,7 @@ def _work(loads: Mapping[str, Fraction], motion: Motion) -> Fraction:
     return sum((value * motion[name] for name, value in loads.items()), Fraction(0))
 
 
-def _inner_torques(
+def _internal_torques(
     members: Sequence[str],
     gearings: Sequence[Gearing],
     ties: Sequence[Tie],

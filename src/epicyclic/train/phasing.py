@@ -1,8 +1,9 @@
-"""Mesh phases of a stage: leads, assembly condition, nearest buildable angles, hunting period, neighbours.
+"""Mesh phases of a stage: leads, assembly condition, nearest buildable angles, hunting period, clearance of neighbours.
 
-A stage is handed over as its gears and, in the order of the power path, its meshes. Time zero is the moment when the
-first mesh of branch 1 is at its pitch point. Branch 1 then fixes how the central gears stand; in the other branches
-every mesh with a central gear follows that gear, so its phase is right for it also where no branch can be assembled.
+A stage is given by its gears and, in the order of the power path, its meshes.  At time zero the first mesh of branch 1
+is in contact at its pitch point.  Branch 1 determines the tooth phases of the central gears; in the other branches
+every mesh with a central gear follows that gear, and so has its own phase even where the branch cannot be assembled.
+Leads agree with the published relations [parker2004] up to the sign of docs/conventions.md, Phases.
 
     gears = (ToothedGear(name="sun", teeth=23, central=True), ToothedGear(name="planet", teeth=17),
              ToothedGear(name="ring", teeth=57, central=True, internal=True))
@@ -38,14 +39,12 @@ __all__ = [
 ]
 
 Number = Fraction | float
-ASSEMBLY_TOLERANCE = (
-    1e-3  # [pitches] angles written with a few decimals still count as buildable: far below any backlash
-)
+ASSEMBLY_TOLERANCE = 1e-3  # [pitches] angles given with a few decimals count as buildable: far below any backlash
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToothedGear:
-    """One gear of a stage, as its phases see it.
+    """One gear of a stage, as data of its phases.
 
     name : unique in the stage.  teeth : positive.  internal : a ring.
     central : one for all branches; else there is one in each branch.
@@ -88,16 +87,16 @@ class ToothMesh:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StagePhases:
-    """What the teeth of a stage say.
+    """Mesh phases of a stage.
 
-    lead : gamma of every pair, one per branch, mesh cycles in [0, 1), Fraction where rational.
+    lead : gamma of every pair, one per branch, in [0, 1) [mesh cycles], Fraction where rational.
     sense : D of every pair; place of the contact sigma(t) = D (f t + gamma).
-    mismatch : by how much the teeth of each branch miss, [-1/2, 1/2) pitches, the largest of its loops; exact if it is.
-    assembles : no branch misses by more than the tolerance.
-    step : angles from branch 1 that can be built are its multiples [turns]; None = any angle can be built.
+    mismatch : of the teeth of each branch, in [-1/2, 1/2) [pitches], the largest of its loops; exact where rational.
+    assembles : no mismatch exceeds the tolerance.
+    step : buildable angles from branch 1 are its multiples [turns]; None = any angle can be built.
     nearest_angles : buildable angle of each branch (of its first mesh) nearest to the given one, branch 1 kept [turns].
-    hunting_period : cycles of the first mesh after which every gear stands as at the start, seen from the carrier.
-    clocking : of every planet gear on another's shaft, least angle from a tooth centre there to one here [turns].
+    hunting_period : cycles of the first mesh after which every gear repeats its position relative to the carrier.
+    clocking : of every planet gear on the shaft of another, least angle between tooth centres of the two [turns].
     """
 
     lead: Mapping[str, tuple[Number, ...]]
@@ -119,7 +118,11 @@ def flank_of_torque(torque_on_b: float, *, internal: bool) -> int:
 def chain_flanks(gears: Sequence[ToothedGear], meshes: Sequence[tuple[str, str]], first: int) -> tuple[int, ...]:
     """Flank d of every mesh (a, b) of a chain without torques, from that of its first mesh.
 
-    Along a branch d alternates at every external gear. Raises ModelError where a mesh does not hang on those before it.
+    Along a branch d alternates at every external gear (docs/conventions.md, The mesh row).
+
+    Raises
+    ------
+    ModelError : a mesh without a gear in common with those before it.
     """
     return tuple(_senses(gears, meshes, first))
 
@@ -129,28 +132,36 @@ def stage_leads(
 ) -> StagePhases:
     """Phase leads of all meshes of a stage, and whether its branches can be assembled.
 
-    sense : g, sign of the speed of the first mesh's gear a (the sun) relative to the carrier; +1 where it is not known.
-    tolerance : largest mismatch that still assembles [pitches].
-    Raises ModelError where meshes name no gear, differ in their number of branches, or do not hang together.
+    sense : g, sign of the speed of gear a of the first mesh (the sun) relative to the carrier; +1 where not known.
+    tolerance : largest mismatch that can be assembled [pitches].
+
+    Raises
+    ------
+    ModelError : meshes that name no gear, differ in their number of branches, or are not connected.
     """
     table = _checked(gears, meshes)
     count = len(meshes[0].directions)
     senses = _senses(gears, [(m.a, m.b) for m in meshes], sense)
     drives = {m.pair: m.flank * s for m, s in zip(meshes, senses, strict=True)}
-    walks = [_walk(table, meshes, 0, {})]
-    anchors = {m.pair: walks[0].place[m.pair] for m in meshes if table[m.a].central or table[m.b].central}
-    walks += [_walk(table, meshes, i, anchors) for i in range(1, count)]
-    mismatch = tuple(_largest(walk.misfits) for walk in walks)
-    step = _step(_walk(table, meshes, 0, anchors).misfits, _walk(table, meshes, 0, anchors, turns=1).misfits)
+    branches = [_branch_phases(table, meshes, 0, {})]
+    anchors = {m.pair: branches[0].place[m.pair] for m in meshes if table[m.a].central or table[m.b].central}
+    branches += [_branch_phases(table, meshes, i, anchors) for i in range(1, count)]
+    mismatch = tuple(_largest_mismatch(phases.mismatches) for phases in branches)
+    step = _buildable_step(
+        _branch_phases(table, meshes, 0, anchors).mismatches,
+        _branch_phases(table, meshes, 0, anchors, turns=1).mismatches,
+    )
     return StagePhases(
-        lead={m.pair: tuple((drives[m.pair] * w.place[m.pair] % 1).value for w in walks) for m in meshes},
+        lead={m.pair: tuple((drives[m.pair] * w.place[m.pair] % 1).value for w in branches) for m in meshes},
         sense=drives,
         mismatch=mismatch,
         assembles=all(abs(float(miss)) <= tolerance for miss in mismatch),
         step=step,
-        nearest_angles=tuple(_nearest(meshes[0], i, step) for i in range(count)),
+        nearest_angles=tuple(_nearest_buildable(meshes[0], i, step) for i in range(count)),
         hunting_period=_hunting_period(table, meshes),
-        clocking={g.name: tuple(_angle(table, g, w) for w in walks) for g in gears if g.on and not g.central},
+        clocking={
+            g.name: tuple(_fitted_clocking(table, g, w) for w in branches) for g in gears if g.on and not g.central
+        },
     )
 
 
@@ -163,7 +174,7 @@ def staggered(lead: Number, stagger: Number, sense: int) -> Number:
 
 
 def disc_gaps(centres: NDArray[np.float64], tips: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Gap between the tip circles of every two gears, (n, n) [m], inf on the diagonal; negative where they overlap.
+    """Clearance of the tip circles of every two gears, (n, n) [m], inf on the diagonal; negative where they overlap.
 
     centres : (n, 2) [m].  tips : (n,) tip radii [m].
     """
@@ -173,61 +184,62 @@ def disc_gaps(centres: NDArray[np.float64], tips: NDArray[np.float64]) -> NDArra
 
 
 @dataclass(frozen=True, slots=True)
-class _Walk:
-    """Places of the contact of one branch, how far its closed loops miss (each with its period), and its teeth."""
+class _BranchPhases:
+    """Phases of one branch: places of contact [base pitches], mismatch of each closed loop with its period [pitches],
+    and tooth phases of the gears."""
 
     place: dict[str, Phase]
-    misfits: list[tuple[Phase, Fraction]]
-    teeth: dict[str, _Tooth]
+    mismatches: list[tuple[Phase, Fraction]]
+    teeth: dict[str, _ToothPhase]
 
 
 @dataclass(frozen=True, slots=True)
-class _Tooth:
-    """Tooth phase of a gear up to multiples of `period` (below 1 where any tooth of a shaft's other gear will do)."""
+class _ToothPhase:
+    """Tooth phase of a gear modulo `period` [pitches] (below 1 where any tooth of the other gear of a shaft fits)."""
 
     phase: Phase
     period: Fraction = Fraction(1)
 
 
-def _walk(
+def _branch_phases(
     table: Mapping[str, ToothedGear],
     meshes: Sequence[ToothMesh],
     branch: int,
     anchors: Mapping[str, Phase],
     turns: int = 0,
-) -> _Walk:
-    """Go along the meshes of one branch, turned on by whole `turns` (phases stay unreduced, so this gives their slope).
+) -> _BranchPhases:
+    """Phases along the meshes of one branch, rotated by whole `turns` (unreduced, which yields their slope).
 
     anchors : place of the contact in branch 1 of the pairs with a central gear; empty in branch 1 itself.
     """
-    walk = _Walk({}, [], {})
-    teeth = walk.teeth
+    phases = _BranchPhases({}, [], {})
+    teeth = phases.teeth
     for mesh in meshes:
         direction = Phase.of(mesh.directions[branch]) + turns
-        reached = _reached(table, mesh, direction, teeth)
+        reached = _known_places(table, mesh, direction, teeth)
         if mesh.pair in anchors:
             offset = direction - Phase.of(mesh.directions[0])
-            reached.insert(0, _Tooth(anchors[mesh.pair] + _gain(table, mesh) * offset))
-        place = reached[0] if reached else _Tooth(Phase())
-        walk.misfits.extend((r.phase - place.phase, _common(r.period, place.period)) for r in reached[1:])
-        walk.place[mesh.pair] = place.phase
-        _stand(table, mesh, direction, place, teeth, centrals=not anchors)
-        _clock(table, branch, teeth)
-    return walk
+            reached.insert(0, _ToothPhase(anchors[mesh.pair] + _place_per_turn(table, mesh) * offset))
+        place = reached[0] if reached else _ToothPhase(Phase())
+        phases.mismatches.extend((r.phase - place.phase, _common(r.period, place.period)) for r in reached[1:])
+        phases.place[mesh.pair] = place.phase
+        _set_tooth_phases(table, mesh, direction, place, teeth, centrals=not anchors)
+        _carry_along_shafts(table, branch, teeth)
+    return phases
 
 
-def _gain(table: Mapping[str, ToothedGear], mesh: ToothMesh) -> int:
+def _place_per_turn(table: Mapping[str, ToothedGear], mesh: ToothMesh) -> int:
     """Change of the place per turn of the direction while the central gear stands."""
     if table[mesh.a].central:
         return -mesh.flank * table[mesh.a].teeth
     return mesh.flank * table[mesh.b].teeth * (-1 if table[mesh.b].internal else 1)
 
 
-def _reached(
-    table: Mapping[str, ToothedGear], mesh: ToothMesh, direction: Phase, teeth: Mapping[str, _Tooth]
-) -> list[_Tooth]:
-    """Places of the contact that the known teeth ask for, that of a central gear first."""
-    found: list[_Tooth] = []
+def _known_places(
+    table: Mapping[str, ToothedGear], mesh: ToothMesh, direction: Phase, teeth: Mapping[str, _ToothPhase]
+) -> list[_ToothPhase]:
+    """Places of the contact that follow from known tooth phases [base pitches], that of a central gear first."""
+    found: list[_ToothPhase] = []
     for gear in sorted((table[mesh.a], table[mesh.b]), key=lambda g: not g.central):
         if gear.name not in teeth:
             continue
@@ -238,54 +250,54 @@ def _reached(
             place = contact_of_mate(
                 tooth.phase, direction, teeth=gear.teeth, flank=mesh.flank, shift=shift, internal=gear.internal
             )
-        found.append(_Tooth(place, tooth.period))
+        found.append(_ToothPhase(place, tooth.period))
     return found
 
 
-def _stand(
+def _set_tooth_phases(
     table: Mapping[str, ToothedGear],
     mesh: ToothMesh,
     direction: Phase,
-    place: _Tooth,
-    teeth: dict[str, _Tooth],
+    place: _ToothPhase,
+    teeth: dict[str, _ToothPhase],
     *,
     centrals: bool,
 ) -> None:
-    """Note where the teeth of both gears stand, unless that is known (central gears: of branch 1 only)."""
+    """Set the tooth phases of both gears of a mesh where they are not known (central gears: in branch 1 only)."""
     a, b = table[mesh.a], table[mesh.b]
     if a.name not in teeth and (centrals or not a.central):
         phase = driver_tooth(place.phase, direction, teeth=a.teeth, flank=mesh.flank, shift=_shift(mesh, a))
-        teeth[a.name] = _Tooth(phase, place.period)
+        teeth[a.name] = _ToothPhase(phase, place.period)
     if b.name not in teeth and (centrals or not b.central):
         phase = mate_tooth(
             place.phase, direction, teeth=b.teeth, flank=mesh.flank, shift=_shift(mesh, b), internal=b.internal
         )
-        teeth[b.name] = _Tooth(phase, place.period)
+        teeth[b.name] = _ToothPhase(phase, place.period)
 
 
-def _clock(table: Mapping[str, ToothedGear], branch: int, teeth: dict[str, _Tooth]) -> None:
-    """Carry tooth phases along shafts whose clocking is given."""
+def _carry_along_shafts(table: Mapping[str, ToothedGear], branch: int, teeth: dict[str, _ToothPhase]) -> None:
+    """Set the tooth phases of gears on shafts whose clocking is given."""
     for gear in table.values():
         if gear.on is None or gear.clocking is None:
             continue
         other, angle = table[gear.on], Phase.of(gear.clocking[branch])
         if other.name in teeth and gear.name not in teeth:
             known, scale = teeth[other.name], Fraction(gear.teeth, other.teeth)
-            teeth[gear.name] = _Tooth(
+            teeth[gear.name] = _ToothPhase(
                 scale * known.phase + gear.teeth * angle, _common(scale * known.period, Fraction(1))
             )
         elif gear.name in teeth and other.name not in teeth:
             known, scale = teeth[gear.name], Fraction(other.teeth, gear.teeth)
-            teeth[other.name] = _Tooth(
+            teeth[other.name] = _ToothPhase(
                 scale * known.phase - other.teeth * angle, _common(scale * known.period, Fraction(1))
             )
 
 
-def _angle(table: Mapping[str, ToothedGear], gear: ToothedGear, walk: _Walk) -> Number:
-    """Least angle from a tooth centre of the gear whose shaft it sits on to one of its own [turns]."""
+def _fitted_clocking(table: Mapping[str, ToothedGear], gear: ToothedGear, phases: _BranchPhases) -> Number:
+    """Least angle between tooth centres of a gear and of the gear on whose shaft it sits [turns]."""
     other = table[gear.on or ""]
     per_tooth = Fraction(1, gear.teeth), Fraction(1, other.teeth)
-    angle = per_tooth[0] * walk.teeth[gear.name].phase - per_tooth[1] * walk.teeth[other.name].phase
+    angle = per_tooth[0] * phases.teeth[gear.name].phase - per_tooth[1] * phases.teeth[other.name].phase
     return (angle % _common(*per_tooth)).value
 
 
@@ -300,13 +312,15 @@ def _shift(mesh: ToothMesh, gear: ToothedGear) -> float:
     )
 
 
-def _largest(misfits: Sequence[tuple[Phase, Fraction]]) -> Number:
-    values: list[Number] = [miss.nearest(period).value for miss, period in misfits]
+def _largest_mismatch(mismatches: Sequence[tuple[Phase, Fraction]]) -> Number:
+    values: list[Number] = [miss.nearest(period).value for miss, period in mismatches]
     return max(values, key=lambda value: abs(float(value)), default=Fraction(0))
 
 
-def _step(here: Sequence[tuple[Phase, Fraction]], turned: Sequence[tuple[Phase, Fraction]]) -> Fraction | None:
-    """Angle by which a branch can be moved and still be assembled [turns], None = any."""
+def _buildable_step(
+    here: Sequence[tuple[Phase, Fraction]], turned: Sequence[tuple[Phase, Fraction]]
+) -> Fraction | None:
+    """Least angle by which a branch that assembles can be moved and assembled again [turns], None = any."""
     step: Fraction | None = None
     for (miss, period), (moved, _) in zip(here, turned, strict=True):
         slope = abs((moved - miss).exact)
@@ -316,8 +330,8 @@ def _step(here: Sequence[tuple[Phase, Fraction]], turned: Sequence[tuple[Phase, 
     return step
 
 
-def _nearest(mesh: ToothMesh, branch: int, step: Fraction | None) -> Number:
-    """Buildable angle nearest to the given one; of two as near the smaller: opposite planets stay opposite."""
+def _nearest_buildable(mesh: ToothMesh, branch: int, step: Fraction | None) -> Number:
+    """Buildable angle nearest to the given one [turns]; of two equally near the smaller: opposite planets stay so."""
     first, given = Phase.of(mesh.directions[0]), Phase.of(mesh.directions[branch])
     if step is None:
         return given.value

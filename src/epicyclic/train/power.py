@@ -1,4 +1,4 @@
-"""Power through couplings, shafts and meshes: what takes which path, and what goes round in a circle."""
+"""Power flow through couplings, shafts and meshes, and circulating power."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from .kinematics import Gearing, Kinematics, Tie
 
 __all__ = ["PowerPath", "power_flow"]
 
-# Power beside the input power that counts as none: rounding of torques that balance.
+# Power below this share of the input power is rounding of torques that balance.
 _NONE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PowerPath:
-    """One way that power takes.
+    """Power through one coupling, shaft or pair of members in mesh.
 
-    path : of its table in the file.  first, second : the members it joins.
-    torque : that it puts on `second`, all branches and sides together [N m].
-    power : that it gives to `second`, seen from the housing [W]; through a coupling that is what `first` gives.
-    circulating : it is part of a circle of power through couplings and stages.
+    path : of its table in the model file.  first, second : the members it joins.
+    torque : on `second`, all branches and sides together [N m].
+    power : into `second` with absolute speeds [W]; of a coupling the power out of `first`.
+    circulating : it is part of a cycle of power through couplings and stages.
     """
 
     path: str
@@ -34,36 +34,38 @@ class PowerPath:
 
 
 def power_flow(kinematics: Kinematics, gearings: Sequence[Gearing], ties: Sequence[Tie]) -> tuple[PowerPath, ...]:
-    """Power through every coupling and shaft, then through every pair that meshes; nothing without speeds and torques.
+    """Power through every coupling and shaft, then through every pair in mesh; empty without speeds and torques.
 
-    A stage is one node: what its meshes pass on among its own members is no circle.  Where a loop of gears is
-    statically indeterminate the torques of `Kinematics` stand for it.
+    A stage is one node of the power graph: power between its own members is no cycle.  In a statically indeterminate
+    loop of gears the torques are those of `Kinematics`.
     """
     speed, mesh, tied = kinematics.speed, kinematics.mesh_torque, kinematics.tie_torque
     if speed is None or mesh is None or tied is None:
         return ()
     scale = sum(value for value in (kinematics.power or {}).values() if value > 0)
-    ways = [(_tie_path(tie), tie.a, tie.b, tied[tie.name]) for tie in ties]
+    edges = [(_tie_path(tie), tie.a, tie.b, tied[tie.name]) for tie in ties]
     flows = _stage_flows(gearings, mesh, speed)
-    for _, a, b, torque in ways:
+    for _, a, b, torque in edges:
         flows[a, b] = flows.get((a, b), 0.0) + _watts(torque, speed[b])
-    round_ = _circles((way if power > 0 else way[::-1]) for way, power in flows.items() if abs(power) > _NONE * scale)
+    cyclic = _edges_on_cycles(
+        (edge if power > 0 else edge[::-1]) for edge, power in flows.items() if abs(power) > _NONE * scale
+    )
 
-    def on_circle(a: str, b: str) -> bool:
-        return (a, b) in round_ or (b, a) in round_
+    def circulates(a: str, b: str) -> bool:
+        return (a, b) in cyclic or (b, a) in cyclic
 
-    found = [(*way, on_circle(way[1], way[2])) for way in ways]
+    paths = [(*edge, circulates(edge[1], edge[2])) for edge in edges]
     for g in gearings:
         stage = f"stages/{g.stage}"
-        found.append((g.pair, g.a, g.b, mesh[g.pair], on_circle(stage, g.a) and on_circle(stage, g.b)))
+        paths.append((g.pair, g.a, g.b, mesh[g.pair], circulates(stage, g.a) and circulates(stage, g.b)))
     return tuple(
-        PowerPath(path=path, first=a, second=b, torque=torque, power=_watts(torque, speed[b]), circulating=circle)
-        for path, a, b, torque, circle in found
+        PowerPath(path=path, first=a, second=b, torque=torque, power=_watts(torque, speed[b]), circulating=circulating)
+        for path, a, b, torque, circulating in paths
     )
 
 
 def _tie_path(tie: Tie) -> str:
-    """The table of a tie: a coupling, or the gear that sits on a shaft of its stage."""
+    """Path of the table of a tie: a coupling, or the gear on a shaft of its stage."""
     return f"stages.{tie.name}" if "." in tie.name else f"couplings.{tie.name}"
 
 
@@ -74,21 +76,21 @@ def _watts(torque: float, speed: Fraction) -> float:
 def _stage_flows(
     gearings: Sequence[Gearing], mesh: Mapping[str, float], speed: Mapping[str, Fraction]
 ) -> dict[tuple[str, str], float]:
-    """Power that each stage gives to each of its members, by (stage, member) [W]."""
+    """Power from each stage into each of its members, by (stage, member) [W]."""
     flows: dict[tuple[str, str], float] = {}
     for g in gearings:
         on_b = mesh[g.pair]
         on_a = on_b * g.teeth_a / (-g.teeth_b if g.internal else g.teeth_b)
         torques = {g.a: on_a, g.b: on_b} | ({} if g.carrier is None else {g.carrier: -on_a - on_b})
         for member, torque in torques.items():
-            way = (f"stages/{g.stage}", member)
-            flows[way] = flows.get(way, 0.0) + _watts(torque, speed[member])
+            edge = (f"stages/{g.stage}", member)
+            flows[edge] = flows.get(edge, 0.0) + _watts(torque, speed[member])
     return flows
 
 
-def _circles(ways: Iterable[tuple[str, str]]) -> set[tuple[str, str]]:
-    """The ways (from, to) from whose end one comes back to their beginning."""
-    every = set(ways)
+def _edges_on_cycles(edges: Iterable[tuple[str, str]]) -> set[tuple[str, str]]:
+    """Edges (from, to) of a directed graph that lie on a cycle."""
+    every = set(edges)
     following: dict[str, set[str]] = {}
     for start, end in every:
         following.setdefault(start, set()).add(end)

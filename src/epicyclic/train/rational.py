@@ -11,9 +11,9 @@ Row = list[Fraction]
 
 
 def null_space(rows: Sequence[Sequence[Fraction]], order: Sequence[int]) -> dict[int, Row]:
-    """Vectors v with rows @ v = 0, by the unknown that is 1 in it and 0 in all others of them.
+    """Basis of the null space: vectors v (n,), rows @ v = 0, by the free unknown that is 1 in v and 0 in the others.
 
-    rows : (m, n).  order : all n unknowns; the later one stands, the sooner it becomes one of the free ones.
+    rows : (m, n).  order : all n unknowns; later ones become free first.
     """
     reduced, pivots = _reduce([[row[j] for j in order] for row in rows], len(order))
     free = [j for j in range(len(order)) if j not in pivots]
@@ -28,7 +28,7 @@ def null_space(rows: Sequence[Sequence[Fraction]], order: Sequence[int]) -> dict
 
 
 def least_norm(rows: Sequence[Sequence[Fraction]], right: Sequence[Fraction]) -> Row | None:
-    """Solution of rows @ x = right, the shortest where there are several, None where there is none."""
+    """Solution x (n,) of least norm of rows @ x = right, rows (m, n), right (m,); None where there is none."""
     count = len(rows[0]) if rows else 0
     reduced, pivots = _reduce([[*row, value] for row, value in zip(rows, right, strict=True)], count + 1)
     if count in pivots:
@@ -58,13 +58,13 @@ def _reduce(rows: Sequence[Row], columns: int) -> tuple[list[Row], list[int]]:
             continue
         left = [row for row in left if row is not found]
         pivot = [value / found[column] for value in found]
-        done = [_less(row, pivot, column) for row in done] + [pivot]
-        left = [row for row in (_less(row, pivot, column) for row in left) if any(row)]
+        done = [_eliminated(row, pivot, column) for row in done] + [pivot]
+        left = [row for row in (_eliminated(row, pivot, column) for row in left) if any(row)]
         pivots.append(column)
     return done, pivots
 
 
-def _less(row: Row, pivot: Row, column: int) -> Row:
+def _eliminated(row: Row, pivot: Row, column: int) -> Row:
     factor = row[column]
     return [a - factor * b if b else a for a, b in zip(row, pivot, strict=True)] if factor else row
 

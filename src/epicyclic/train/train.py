@@ -1,4 +1,4 @@
-"""The resolved train: frozen data that says what exists, with nothing left implicit."""
+"""The resolved train: frozen data with nothing left implicit."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ __all__ = ["Damping", "Derived", "Displacement", "Load", "MeshError", "Train"]
 class Displacement:
     """A displaced feature of one body: run-out, pin position, bearing eccentricity, tilt.
 
-    path : where it stands in the file.  cause : run_out, bearing_run_out, position or tilt.
-    body : the body the file names.
-    rows : which gaps the feature enters, and through which body (docs/conventions.md, errors):
+    path : of its entry in the model file.  cause : run_out, bearing_run_out, position or tilt.
+    body : the body that the file names.
+    rows : which gaps the feature enters, and through which body (docs/conventions.md, Forces, stiffness, errors):
         ``mesh``  every mesh row of `body`, through `body`'s columns (run-out of a gear);
         ``own``   the rows of the links in `links`, through `body`'s columns (bearing run-out; of a carrier: its pins);
         ``seat``  the rows of the links in `links`, through the columns of the other body, or of the frame
-                  (position and tilt: what carries `body` holds it in the wrong place).
-    links : names of the links meant.
+                  (position and tilt: the seat of `body` is displaced).
+    links : names of those links.
     vector : (6,) complex, E(t) = Re(vector exp(2 pi i frequency t)) in the axes of `body`; x y z [m], rx ry rz [rad].
-    frequency : exact, signed, in the frame of `body` [Hz at the operating speed]; 0 = stands still.
+    frequency : exact, signed, in the frame of `body` [Hz at the operating speed]; 0 = at rest there.
     """
 
     path: str
@@ -53,7 +53,7 @@ class MeshError:
     """A scalar error of one mesh, along the tooth normal: profile, gap, one harmonic of a pitch deviation.
 
     e(t) = Re(amplitude exp(2 pi i frequency t)) [m], positive = material missing.  cause : profile, gap, pitch;
-    contact where loaded contact says it (`Mesh.table`).
+    contact where it is that of loaded contact (`Mesh.table`).
     """
 
     path: str
@@ -84,8 +84,8 @@ class Load:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damping:
-    """Damping said for the whole train.  modal : ratio of every elastic mode [1]; mass [1/s] and stiffness [s] :
-    proportional; mesh : ratio of every mesh [1].  None = not given."""
+    """Damping of the whole train.  modal : ratio of every elastic mode [1].  mass [1/s], stiffness [s] : proportional.
+    mesh : ratio of every mesh [1].  None = not given."""
 
     modal: float | None = None
     mass: float | None = None
@@ -95,7 +95,7 @@ class Damping:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Derived:
-    """One resolved value and where it came from: given, stage, as <gear>, geometry, default, assumed, set."""
+    """One resolved value and its origin: given, stage, as <gear>, geometry, default, assumed, set."""
 
     path: str
     value: object

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from epicyclic.train import power
-from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve
+from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from epicyclic.train.power import PowerPath, power_flow
 
 
@@ -31,7 +31,7 @@ MEMBERS = ("main.sun", "main.planet", "main.ring", "main.carrier")
 
 
 def flow(gearings: tuple[Gearing, ...], ties: tuple[Tie, ...], **given: Any) -> tuple[Kinematics, dict[str, PowerPath]]:
-    found = solve(gearings=gearings, ties=ties, **given)
+    found = solve_kinematics(gearings=gearings, ties=ties, **given)
     return found, {path.path: path for path in power_flow(found, gearings, ties)}
 
 
@@ -120,5 +120,5 @@ def test_a_stage_passes_on_what_it_takes() -> None:
 
 def test_nothing_without_speed_or_torque() -> None:
     for speeds in ({}, {"main.sun": Fraction(10)}):
-        found = solve(members=MEMBERS, gearings=MAIN, held=("main.ring",), speeds=speeds)
+        found = solve_kinematics(members=MEMBERS, gearings=MAIN, held=("main.ring",), speeds=speeds)
         assert power_flow(found, MAIN, ()) == ()

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve, tones
+from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve_kinematics, tones
 
 
 def mesh(a: str, b: str, za: int, zb: int, internal: bool = False, carrier: str | None = "carrier") -> Gearing:
@@ -32,7 +32,7 @@ SIMPLE: dict[str, Any] = {
 
 
 def simple(**changes: Any) -> Kinematics:
-    return solve(**{**SIMPLE, "held": ("ring",), **changes})
+    return solve_kinematics(**{**SIMPLE, "held": ("ring",), **changes})
 
 
 def refusal(**changes: Any) -> ModelError:
@@ -158,7 +158,7 @@ def test_a_stepped_shaft_gives_the_stage_a_second_tone() -> None:
         mesh("sun", "star1", 24, 22, carrier=None),
         mesh("star2", "ring", 31, 99, internal=True, carrier=None),
     )
-    found = solve(
+    found = solve_kinematics(
         members=("sun", "star1", "star2", "ring"),
         gearings=gearings,
         ties=(Tie(name="shaft", a="star1", b="star2"),),

@@ -1,1 +1,1 @@
-"""Laws of gaps: what force a gap, or a group of gaps, gives."""
+"""Laws of gaps: force of one gap, or of a group of gaps, as a function of its stretch."""

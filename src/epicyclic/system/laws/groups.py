@@ -6,14 +6,15 @@ All laws but one are radial, force = f(rho) delta / rho with
     f(rho) = min(k rho, F_m) + C <rho - S_2>^n        S_1 = F_m / k,  S_2 = S_1 + clearance
 
 Without friction (F_m = 0) that is play and then a power law; with friction it is a spline [dong2019, eq. 27]: elastic
-up to the slip start S_1, sliding at F_m until the clearance is used up, elastic again.  S_1 is derived: any other
-value makes the force jump.  C follows from k, the tangent stiffness at the stated load F: k = n C^(1/n) F^((n - 1)/n).
+up to the slip start S_1, sliding at F_m over the clearance, elastic again.  S_1 is derived: any other value makes the
+force discontinuous.  C follows from k, the tangent stiffness at the given load F: k = n C^(1/n) F^((n - 1)/n).
 
-The law with a memory (Coulomb) has a slider s in series with the spring: force = k (delta - s), and at each step
+The law with a memory (Coulomb) has a slider s in series with the spring, force = k (delta - s), and at each step
+(derived here)
 
     s = argmin  k |delta - s|^2 / 2 + F_m |s - s_before|    over  |s| <= clearance
 
-Along a first straight pull it equals the radial law; on the way back it sticks, where the radial one slides back.
+Along a first straight pull it equals the radial law; on reversal it sticks, where the radial law slides back.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ Array = NDArray[np.float64]
 _T = TypeVar("_T", bound=np.generic)
 
 STATES = ("play", "stick", "slip", "stop")
-# a slider this part of the clearance beyond it is at the stop: rounding of its steps
+# a slider within this share of the clearance is at the stop: rounding of its steps
 _AT_STOP = 1e-12
 # Newton steps or halvings until its angle there is found to rounding [rad]
 _SEARCH, _ANGLE = 60, 1e-15
@@ -54,7 +55,7 @@ _SEARCH, _ANGLE = 60, 1e-15
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Law:
-    """One law, in SI.
+    """Law of one group of rows.
 
     stiffness : k, tangent at `load` where the exponent is not 1 [N/m].  clearance : radial [m].  exponent : n [1].
     load : [N].  friction : F_m [N], 0 without.  memory : Coulomb friction with a history; else holonomic.
@@ -80,7 +81,7 @@ class Law:
 
     @property
     def kind(self) -> str:
-        """What it is called in results."""
+        """Name of the law in results."""
         if self.friction:
             return "coulomb spline" if self.memory else "holonomic spline"
         if self.exponent != 1.0:
@@ -90,7 +91,7 @@ class Law:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LawGroup:
-    """The rows of one link that follow a law.
+    """Rows of one link that follow one law.
 
     name : of the link, ``main/sun/support``.  kind : of the link: support, bearing, coupling, ...
     rows : (r,) ``main/sun/support/x``.  B : (n, r).  law.
@@ -112,7 +113,8 @@ class LawGroup:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Laws:
-    """The laws of G groups over R rows as arrays: first row of each group, owner of each row, and the (G,) numbers."""
+    """Laws of G groups over R rows as arrays: first (G,) row of each group, owner (R,) group of each row, and the
+    numbers (G,) of `Law`."""
 
     first: NDArray[np.int64]
     owner: NDArray[np.int64]
@@ -141,7 +143,7 @@ class Laws:
 
 
 def stacked(groups: Sequence[LawGroup]) -> Laws:
-    """The laws of the groups, rows in order."""
+    """Laws of the groups as arrays, rows in order."""
     counts = np.array([len(group.rows) for group in groups], dtype=np.int64)
     laws = [group.law for group in groups]
 
@@ -167,12 +169,12 @@ def row_owner(laws: Laws, values: NDArray[_T]) -> NDArray[_T]:
 
 
 def size(laws: Laws, rows: Array) -> Array:
-    """Length |.| of each group's part of (..., R), (..., G)."""
+    """Euclidean length (..., G) of the part of each group in rows (..., R), in their unit."""
     return np.sqrt(_dot(laws, rows, rows))
 
 
 def radial_parts(laws: Laws, rho: Array) -> tuple[Array, Array]:
-    """f and f' of the radial law at rho (..., G): [N], [N/m]."""
+    """Force f (..., G) [N] and slope f' (..., G) [N/m] of the radial law at rho (..., G) [m]."""
     beyond = rho - (laws.slip_start + laws.clearance)
     pressed = np.maximum(beyond, 0.0)
     n = laws.exponent
@@ -183,7 +185,8 @@ def radial_parts(laws: Laws, rho: Array) -> tuple[Array, Array]:
 
 
 def potential(laws: Laws, delta: Array, anchor: Array | None = None) -> Array:
-    """Energy of each group (..., G) [J]; with a memory that of one step from the slider `anchor` (..., R) [m]."""
+    """Energy of each group (..., G) [J] at delta (..., R) [m]; with a memory that of one step from the slider `anchor`
+    (..., R) [m]."""
     rho, start, n = size(laws, delta), laws.slip_start, laws.exponent
     pressed = np.maximum(rho - (start + laws.clearance), 0.0)
     stuck = laws.stiffness * rho**2 / 2
@@ -198,7 +201,7 @@ def potential(laws: Laws, delta: Array, anchor: Array | None = None) -> Array:
 
 
 def force(laws: Laws, delta: Array, anchor: Array | None = None) -> Array:
-    """Force along every row, the gradient of the potential (..., R) [N]."""
+    """Force along every row (..., R) [N], the gradient of the potential; delta, anchor : (..., R) [m]."""
     rho = size(laws, delta)
     value, slope = radial_parts(laws, rho)
     secant = np.where(rho > 0, value / np.where(rho > 0, rho, 1.0), slope)
@@ -210,7 +213,7 @@ def force(laws: Laws, delta: Array, anchor: Array | None = None) -> Array:
 
 
 def tangent(laws: Laws, delta: Array, anchor: Array | None = None) -> Array:
-    """Derivative of the force, symmetric, block by block (..., R, R) [N/m]."""
+    """Derivative of the force (..., R, R) [N/m], symmetric, block by block; delta, anchor : (..., R) [m]."""
     rho = size(laws, delta)
     value, slope = radial_parts(laws, rho)
     secant = np.where(rho > 0, value / np.where(rho > 0, rho, 1.0), slope)
@@ -222,7 +225,7 @@ def tangent(laws: Laws, delta: Array, anchor: Array | None = None) -> Array:
 
 
 def _blocks(laws: Laws, unit: Array, *, along: Array, across: Array) -> Array:
-    """along n n' + across (1 - n n') in every group, for unit vectors n (..., R)."""
+    """Blocks along n n' + across (1 - n n') (..., R, R) [N/m] for unit vectors n (..., R); along, across : (..., G)."""
     same = laws.owner[:, None] == laws.owner
     dyad = row_owner(laws, along - across)[..., :, None] * unit[..., :, None] * unit[..., None, :]
     result: Array = np.where(same, dyad, 0.0)
@@ -232,9 +235,9 @@ def _blocks(laws: Laws, unit: Array, *, along: Array, across: Array) -> Array:
 
 
 def kinks(laws: Laws, delta: Array, step: Array, anchor: Array | None = None) -> Array:
-    """Lengths a at which delta + a step crosses S_1 or S_2 of a group, or is nearest to its middle, (T, 5 G).
+    """Step lengths a (T, 5 G) [1] at which delta + a step crosses S_1 or S_2 of a group, or is nearest to its centre.
 
-    nan and negative where it does not.  With a memory S_1 counts from the slider.
+    delta, step, anchor : (T, R) [m].  nan or negative where it does not.  With a memory S_1 counts from the slider.
     """
     start = laws.slip_start
     around = np.where(row_owner(laws, laws.memory), 0.0 if anchor is None else anchor, 0.0)
@@ -247,7 +250,7 @@ def kinks(laws: Laws, delta: Array, step: Array, anchor: Array | None = None) ->
 
 
 def _crossings(laws: Laws, delta: Array, step: Array, radius: Array) -> tuple[Array, Array]:
-    """Both a with |delta + a step| = radius."""
+    """Both step lengths a (..., G) [1] with |delta + a step| = radius; delta, step : (..., R), radius : (G,) [m]."""
     square = size(laws, step) ** 2
     middle = -_dot(laws, delta, step) / square
     half = np.sqrt(middle**2 - (size(laws, delta) ** 2 - radius**2) / square)
@@ -255,11 +258,12 @@ def _crossings(laws: Laws, delta: Array, step: Array, radius: Array) -> tuple[Ar
 
 
 def _dot(laws: Laws, a: Array, b: Array) -> Array:
+    """Scalar products (..., G) of the parts of each group in a and b (..., R)."""
     return np.add.reduceat(a * b, laws.first, axis=-1) if laws.first.size else a[..., :0]
 
 
 def state(laws: Laws, delta: Array, anchor: Array | None = None) -> NDArray[np.int64]:
-    """What each group does (..., G), as an index into `STATES`.
+    """State of each group (..., G), an index into `STATES`; delta, anchor : (..., R) [m].
 
     play : inside the clearance, no force.  stick : elastic before the slip start.  slip : sliding at the friction
     force.  stop : beyond the clearance, on the elements or the teeth.
@@ -279,13 +283,14 @@ def state(laws: Laws, delta: Array, anchor: Array | None = None) -> NDArray[np.i
 
 
 def slide(laws: Laws, delta: Array, anchor: Array) -> Array:
-    """Slider of every group after a step to delta from a slider at `anchor`, (..., R) [m]; 0 without a memory."""
+    """Slider of every group after a step to delta (..., R) from a slider at `anchor` (..., R), (..., R) [m]; 0 without
+    a memory."""
     slider, _ = _slid(laws, delta, anchor)
     return np.where(row_owner(laws, laws.memory), slider, 0.0)
 
 
 def _slid(laws: Laws, delta: Array, anchor: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Slider (..., R), and whether it is at its stop (..., G).
+    """Slider (..., R) [m], and whether it is at its stop (..., G).
 
     Away from the stop it is anchor + w <1 - S_1 / |w|> with w = delta - anchor.
     """
@@ -300,10 +305,11 @@ def _slid(laws: Laws, delta: Array, anchor: Array) -> tuple[Array, NDArray[np.bo
 
 
 def _at_stop(laws: Laws, delta: Array, anchor: Array, out: NDArray[np.bool_]) -> Array:
-    """Slider on the circle of the clearance, between the directions of delta and the anchor; on delta's side of a row.
+    """Slider (..., R) [m] on the circle of the clearance, between the directions of delta and the anchor.
 
-    At the angle theta from delta, psi from the anchor, the slope of the energy along the circle is
-    k |delta| sin theta - F_m |anchor| sin psi / |slip|: zero, found by Newton steps kept between ends that close in.
+    Of a group of one row it is on the side of delta.  At the angle theta from delta and psi from the anchor the slope
+    of the energy along the circle, k |delta| sin theta - F_m |anchor| sin psi / |slip|, is zero.  Safeguarded Newton
+    steps on the whole array find it: the groups of all instants at once, in every step of a static history.
     """
     first, pair = laws.first, laws.pair
     second = first + pair
@@ -339,9 +345,9 @@ def _at_stop(laws: Laws, delta: Array, anchor: Array, out: NDArray[np.bool_]) ->
 
 
 def _sliding_tangent(laws: Laws, delta: Array, anchor: Array) -> Array:
-    """Derivative of k (delta - s): k where it sticks, F_m / |delta - anchor| across the slip where it slides.
+    """Derivative (..., R, R) [N/m] of k (delta - s): k in stick, F_m / |delta - anchor| across the slip in slip.
 
-    At the stop the slider can only move along it, by k / D of what delta does along it, with
+    At the stop the slider moves along the circle only, by k / D of the motion of delta along it, with
     D = (k delta - F_m n) . s / |s|^2 + F_m (n . s / |s|)^2 / |s - anchor| and n the direction of the slip.
     """
     k, friction = laws.stiffness, laws.friction

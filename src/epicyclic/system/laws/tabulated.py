@@ -1,7 +1,7 @@
-"""Meshes whose force is tabulated over the gap and the phase of the mesh cycle.
+"""Law of meshes whose force is tabulated over the gap and the phase of the mesh cycle.
 
-Between phases places of equal force and slopes follow monotone cubics of the phase, between forces a rising cubic with
-the tabulated slopes: a law with continuous derivatives.  Beyond the last force it goes on along its tangent.
+Gaps of equal force and slopes are monotone cubics of the phase [fritsch1980]; between forces a rising cubic has the
+tabulated slopes: the derivatives are continuous.  Beyond the last force the law continues along its tangent.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshTable:
-    """Law of some mesh rows that differ in their phases alone.
+    """Tabulated law of mesh rows that differ in their phases alone.
 
     rows : (c,) their numbers.  lead, sense : (c,) sigma = sense (cycles + lead).
     force : (L,) from zero up [N].  gap : (S, L) B'q - e at sigma = 0, 1/S, ... [m].  slope : (S, L) [N/m].
@@ -48,7 +48,7 @@ class Curves:
     slope: Array
 
     def at(self, chosen: NDArray[np.generic]) -> Curves:
-        """The same at some of the instants."""
+        """Curves at the chosen ones of the T instants."""
         return Curves(rows=self.rows, gap=self.gap[chosen], force=self.force[chosen], slope=self.slope[chosen])
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
@@ -73,7 +73,7 @@ class Curves:
 
 
 def curves_at(tables: Sequence[MeshTable], cycles: Array) -> Curves | None:
-    """The laws at times (T, m) counted in cycles of each mesh row; None without tables."""
+    """Force curves (T, c, L) at times (T, m) counted in cycles of each mesh row; None without tables."""
     if not tables:
         return None
     parts = [_interpolated(table, cycles) for table in tables]
@@ -87,12 +87,12 @@ def curves_at(tables: Sequence[MeshTable], cycles: Array) -> Curves | None:
 
 
 def _interpolated(table: MeshTable, cycles: Array) -> tuple[Array, Array]:
-    """Gaps and slopes at the knots (T, c, L)."""
+    """Gaps (T, c, L) [m] and slopes (T, c, L) [N/m] at the knots; cycles : (T, m) [mesh cycles]."""
     from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
 
     sigma = np.mod(table.sense * (cycles[:, table.rows] + table.lead), 1.0)
     L = len(table.force)
-    # first touch, and how much further each load goes: what is positive in the table stays positive
+    # first touch and the increments of the gap from load to load: increments that are positive stay positive
     steps = np.hstack([table.gap[:, :1], np.diff(table.gap, axis=1), table.slope])
     S = len(steps)
     wrapped = PchipInterpolator(np.arange(-3, S + 4) / S, steps[np.arange(-3, S + 4) % S])(sigma)
