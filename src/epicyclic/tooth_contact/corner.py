@@ -11,7 +11,6 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from .lines import PlaneOfAction
 
@@ -35,20 +34,19 @@ def tip_separation(plane: PlaneOfAction, sigma: ArrayLike) -> Array:
 
 
 def corner_reach(plane: PlaneOfAction, gap: float) -> tuple[float, float]:
-    """Distances beyond both ends of the path of contact at which the separation reaches a gap [m] [base pitches]."""
-    return _reach(plane, gap, plane.limits[0], -1.0), _reach(plane, gap, plane.limits[1], 1.0)
+    """Distances beyond both ends of the path of contact at which the separation reaches a gap [m] [base pitches].
 
-
-def _reach(plane: PlaneOfAction, gap: float, edge: float, away: float) -> float:
-    """Distance beyond one end of the path of contact, at most 1, where the separation is a gap [m] [base pitches]."""
-
-    def excess(past: float) -> float:
-        # the separation is infinite where the tip has left the involute of its mate: twice the gap is as good
-        return min(float(tip_separation(plane, edge + away * past)), 2 * gap) - gap
-
-    if gap <= 0:
-        return 0.0
-    return 1.0 if excess(1.0) <= 0 else float(brentq(excess, 0.0, 1.0, xtol=1e-15, rtol=4 * np.finfo(float).eps))
+    At most one base pitch.
+    """
+    # Bisection stays: the separation is infinite where a tip has left the flank, and a secant step would stop there.
+    found = []
+    for edge, away in ((plane.limits[0], -1.0), (plane.limits[1], 1.0)):
+        low, high = 0.0, 1.0
+        for _ in range(50):  # to rounding of one base pitch
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if float(tip_separation(plane, edge + away * middle)) < gap else (low, middle)
+        found.append(high)
+    return found[0], found[1]
 
 
 def _of_tip(plane: PlaneOfAction, past: Array, *, tip_of_b: bool) -> Array:
