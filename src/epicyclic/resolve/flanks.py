@@ -9,7 +9,7 @@ from ..gears import geometry
 from ..gears.flank import PLAIN, Flank, Relief, Wave, check_flank
 from ..gears.tooth_pair import ToothPair
 from ..model.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
-from ..tooth_contact.lines import Plane
+from ..tooth_contact.lines import PlaneOfAction
 from .bodies import half_station
 from .centres import StageShape
 from .gears import width_of
@@ -59,7 +59,7 @@ def tooth_pair(
 
 def _check(teeth: ToothPair, internal: bool) -> None:
     """Raise ModelError for micro-geometry that does not fit the height and the width of its flank."""
-    plane = Plane(
+    plane = PlaneOfAction(
         base_a=teeth.base_a,
         base_b=teeth.base_b,
         internal=internal,

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..gears import stiffness as teeth_stiffness
-from ..gears.force_table import ContactTable
 from ..gears.series import fourier_series, series_in_time, table_series
-from ..gears.tooth_pair import ToothPair
+from ..gears.tooth_pair import ContactTable, ToothPair
 from ..model.schema import ModelFile, VariationTable
 from ..model.units import Quantity
 from ..train.connections import Mesh
@@ -200,7 +199,7 @@ def _variation(
             raise ModelError("the teeth do not touch: contact ratio below 0", path=p.path)
         lines = teeth_stiffness.contact_line_series(meshing.limits, 0.0)
         narrow = lines if own is None or form == "contact-lines" else own
-        return teeth_stiffness.over_face(narrow, overlap), narrow
+        return teeth_stiffness.face_average(narrow, overlap), narrow
     if series is None or form == "none":
         return np.zeros(0, complex), None
     if form == "values":
@@ -230,7 +229,7 @@ def _contact_law(
 
     Raises
     ------
-    ModelError : what loaded contact refuses, see `pieces.check_pair`.
+    ModelError : what loaded contact refuses, see `pair.check_pair`.
     """
     meshing = shape.meshes[p.name]
     width = min(teeth.face_a[1], teeth.face_b[1]) - max(teeth.face_a[0], teeth.face_b[0])
@@ -249,20 +248,19 @@ def _table_of_pair(
     teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str
 ) -> tuple[ContactTable, tuple[str, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
-    from ..tooth_contact.drawn import pair_of_teeth  # heavy, and needed by loaded contact alone
-    from ..tooth_contact.energy import Meshing, interference
-    from ..tooth_contact.pieces import check_pair
+    from ..tooth_contact.energy import MeshedTeeth, interference_warnings  # heavy, and needed by loaded contact alone
+    from ..tooth_contact.pair import check_pair, drawn_pair
     from ..tooth_contact.table import contact_table
     from ..tooth_contact.tooth import ToothCompliance
 
-    pair = pair_of_teeth(teeth, internal=internal, base_helix=base_helix, lean=lean)
+    pair = drawn_pair(teeth, internal=internal, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)
     table = contact_table(pair, force)
     a, b = pair.tooth_a, pair.tooth_b
     assert isinstance(a, ToothCompliance)
     assert isinstance(b, ToothCompliance)
-    mesh = Meshing(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
-    return table, tuple(dict.fromkeys((*a.warnings, *b.warnings, *interference(mesh, path=path))))
+    mesh = MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
+    return table, tuple(dict.fromkeys((*a.warnings, *b.warnings, *interference_warnings(mesh, path=path))))
 
 
 def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:
@@ -274,13 +272,13 @@ def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshE
     for mesh in meshes:
         if mesh.table is None:
             continue
-        series = series_in_time(mesh.table.missing[1:], lead=mesh.lead, sense=mesh.sense)
+        series = series_in_time(mesh.table.error[1:], lead=mesh.lead, sense=mesh.sense)
         frequency = (kinematics.mesh_frequency or {}).get(mesh.stage)
         error = MeshError(
             path=f"{mesh.pair}.stiffness",
             cause="contact",
             mesh=mesh.name,
-            amplitude=complex(mesh.table.missing[0].real),
+            amplitude=complex(mesh.table.error[0].real),
             frequency=Fraction(0),
         )
         found.append(error)

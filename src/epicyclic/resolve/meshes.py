@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..gears.phasing import shift_term
-from ..gears.stiffness import over_face
+from ..gears.stiffness import face_average
 from ..model.schema import ModelFile
 from ..train.connections import Mesh, MeshSlice
 from ..train.kinematics import Kinematics
@@ -288,7 +288,7 @@ def _slices_of(mesh: Mesh, count: int, width: float, narrow: NDArray[np.complex1
     variation: NDArray[np.complex128] = mesh.variation
     if narrow is not None and mesh.hand:
         shift = mesh.sense * mesh.flank * mesh.hand * mesh.overlap_ratio * place
-        variation = over_face(narrow, mesh.overlap_ratio / count)
+        variation = face_average(narrow, mesh.overlap_ratio / count)
     return tuple(
         MeshSlice(station=mesh.station + width * z, lead=mesh.lead + turn if turn else mesh.lead, variation=variation)
         for z, turn in zip(place.tolist(), shift.tolist(), strict=True)

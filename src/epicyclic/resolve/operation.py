@@ -9,7 +9,7 @@ from fractions import Fraction
 from ..errors import ModelError
 from ..model.schema import ModelFile
 from ..train.bodies import Body
-from ..train.kinematics import Gearing, Kinematics, Tie, solve
+from ..train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from ..train.train import Load
 from .bodies import member_centre
 from .plan import Plan, gear_below
@@ -66,7 +66,7 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
         log.note(f"operation.power.{name}", power, "W")
     for name, speed in operation.speed.items():
         log.note(f"operation.speed.{name}", speed, "rad/s")
-    return solve(
+    return solve_kinematics(
         members=members,
         gearings=gearings_of(plans),
         ties=ties_of(model, plans),

@@ -90,7 +90,11 @@ def energy_law(
     ------
     ModelError : teeth that cannot be, that interfere, that part between pairs.
     """
-    from ..tooth_contact.energy import Meshing, energy_series, interference  # heavy, and needed by energy alone
+    from ..tooth_contact.energy import (  # heavy, and needed by energy alone
+        MeshedTeeth,
+        energy_series,
+        interference_warnings,
+    )
     from ..tooth_contact.tooth import tooth_compliance
 
     meshing = shape.meshes[p.name]
@@ -98,10 +102,10 @@ def energy_law(
     a, b = (
         tooth_compliance(tooth_form(shape, name, model, log), path=shape.plan.member_path(name)) for name in (p.a, p.b)
     )
-    mesh = Meshing(a=a, b=b, working_angle=meshing.tooth_angle, limits=meshing.limits)
+    mesh = MeshedTeeth(a=a, b=b, working_angle=meshing.tooth_angle, limits=meshing.limits)
     load = nominal_load(shape, p, torque, width)
     log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
     mean, series = energy_series(mesh, load, path=p.path)
-    for text in (*a.warnings, *b.warnings, *interference(mesh, path=p.path)):
+    for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path)):
         log.warn(f"{p.path}: {text}")
     return mean * width / math.cos(mesh.base_helix), series
