@@ -85,11 +85,7 @@ def rows(quick: bool) -> list[table.Row]:
     given = linear.compliance, linear.gap, linear.valid
     found = {
         f"nnls with a heavy row, linear, {size}": (lambda: _nnls(linear), math.inf),
-        "active sets, numpy, linear": (lambda: _of(solve.solve_linear(*given, load)), math.inf),
-        "active sets, numba, linear": (
-            lambda: compiled.active_set_batch(*given[:2], count, load, linear.valid, 40)[:2],
-            3e-3,
-        ),
+        "active sets, numpy, linear": (lambda: _of(solve.solve_linear(*given, load)), 3e-3),
         "Newton, numpy, Hertz": (
             lambda: _of(solve.solve_hertzian(hertz.compliance, hertz.gap, hertz.valid, load, hertz.law)),
             25e-3,

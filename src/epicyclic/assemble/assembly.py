@@ -25,7 +25,7 @@ from ..system.inertia import (
     mass_diagonal,
     spin_up_load,
 )
-from ..system.laws.tabulated import MeshTable
+from ..system.laws.tabulated import TabulatedLaw
 from ..system.symmetry import commutes, reduced_operator, turn_operator
 from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 from ..train.bodies import DIRECTIONS
@@ -212,7 +212,7 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
     )
 
 
-def _tables(structure: Structure) -> tuple[MeshTable, ...]:
+def _tables(structure: Structure) -> tuple[TabulatedLaw, ...]:
     """Laws of the rows of tabulated meshes, those of one table together; a slice has its share of the force."""
     alike: dict[tuple[int, int], list[int]] = {}
     count = Counter(row.whole for row in structure.meshes)
@@ -225,7 +225,7 @@ def _tables(structure: Structure) -> tuple[MeshTable, ...]:
         table = meshes[0].table
         assert table is not None
         found.append(
-            MeshTable(
+            TabulatedLaw(
                 rows=np.array(rows, np.int64),
                 lead=np.array([float(mesh.lead) for mesh in meshes]),
                 sense=np.array([float(mesh.sense) for mesh in meshes]),

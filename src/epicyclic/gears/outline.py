@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from ..errors import ModelError
 from . import geometry
@@ -252,6 +251,8 @@ def _ring_fillet(gear: GearForm, shape: Outline, path: str) -> tuple[Array, Arra
     if pushed > shape.half_pitch:
         if gear.tip_rounding is not None:
             raise ModelError("does not fit the gap of the ring", path=path, given=gear.tip_rounding)
+        from scipy.optimize import brentq  # heavy, and needed by rings alone
+
         # a full round: the centre of the arc stands in the middle of the gap
         rho = brentq(lambda radius: _arc(shape, radius)[2] - shape.half_pitch, 0.0, rho, xtol=_XTOL * rho, rtol=_RTOL)
         touch, angle, pushed = _arc(shape, rho)
@@ -269,6 +270,7 @@ def _arc(shape: Outline, rho: float) -> tuple[float, float, float]:
 
     The centre lies rho off the flank along the normal, away from the tooth, and rho inside the root circle.
     """
+    from scipy.optimize import brentq  # heavy, and needed by rings alone
 
     def centre(radius: float) -> tuple[float, float, float]:
         psi, normal = (float(v[0]) for v in shape.flank_angle(np.array([radius])))

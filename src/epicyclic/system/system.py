@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from .display import damping_text, system_html
 from .laws.groups import LawGroup, Laws, stacked
-from .laws.tabulated import MeshTable
+from .laws.tabulated import TabulatedLaw
 
 __all__ = ["Dofs", "FarFlanks", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
 
@@ -83,7 +83,7 @@ class MeshRows:
     ends: tuple[tuple[str, str], ...] = ()
     internal: tuple[bool, ...] = ()
     direction: Array = field(default_factory=lambda: np.zeros(0))
-    tables: tuple[MeshTable, ...] = ()
+    tables: tuple[TabulatedLaw, ...] = ()
 
     def __repr__(self) -> str:
         """One line: number of rows, range of the mean stiffness, orders of its variation."""

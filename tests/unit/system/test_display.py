@@ -37,7 +37,7 @@ def test_laws_are_counted() -> None:
     }
     system = epicyclic.assemble(epicyclic.load("ren2021", overrides=overrides))
     assert repr(system.groups[0]).startswith("LawGroup('main/sun/support', play, 2 rows")
-    assert repr(system.meshes.tables[0]).startswith("MeshTable(3 rows, 50 phases x 21 loads")
+    assert repr(system.meshes.tables[0]).startswith("TabulatedLaw(3 rows, 50 phases x 21 loads")
     cells = [cell.text for cell in ElementTree.fromstring(system._repr_html_()).iter("td")]
     assert cells[cells.index("links with a law") + 1] == "1 play"
     assert cells[cells.index("tabulated laws") + 1] == "6 rows"

@@ -13,7 +13,7 @@ from epicyclic.errors import ModelError
 from epicyclic.gears.flank import Flank, Relief
 from epicyclic.gears.series import evaluate_series
 from epicyclic.resolve import load
-from epicyclic.system.laws.tabulated import Curves, MeshTable, curves_at
+from epicyclic.system.laws.tabulated import Curves, TabulatedLaw, curves_at
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.tooth_contact.pair import ContactPair
 from epicyclic.tooth_contact.table import contact_table
@@ -30,7 +30,7 @@ def pair(pair_of: Callable[..., ContactPair]) -> ContactPair:
 
 def curves(pair: ContactPair, sigma: Any, samples: int = 50) -> tuple[Any, Curves]:
     table = contact_table(pair, LOAD, samples=samples)
-    law = MeshTable(
+    law = TabulatedLaw(
         rows=np.arange(1),
         lead=np.zeros(1),
         sense=np.ones(1),

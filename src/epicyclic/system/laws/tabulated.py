@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Curves", "MeshTable", "curves_at"]
+__all__ = ["Curves", "TabulatedLaw", "curves_at"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MeshTable:
+class TabulatedLaw:
     """Tabulated law of mesh rows that differ in their phases alone.
 
     rows : (c,) their numbers.  lead, sense : (c,) sigma = sense (cycles + lead).
@@ -35,7 +35,7 @@ class MeshTable:
     def __repr__(self) -> str:
         """One line: number of rows, size of the table and largest force."""
         phases, loads = self.gap.shape
-        return f"MeshTable({len(self.rows)} rows, {phases} phases x {loads} loads up to {self.force[-1]:.4g} N)"
+        return f"TabulatedLaw({len(self.rows)} rows, {phases} phases x {loads} loads up to {self.force[-1]:.4g} N)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,7 +72,7 @@ class Curves:
         return force, np.where(open_, 0.0, rate)
 
 
-def curves_at(tables: Sequence[MeshTable], cycles: Array) -> Curves | None:
+def curves_at(tables: Sequence[TabulatedLaw], cycles: Array) -> Curves | None:
     """Force curves (T, c, L) at times (T, m) counted in cycles of each mesh row; None without tables."""
     if not tables:
         return None
@@ -86,7 +86,7 @@ def curves_at(tables: Sequence[MeshTable], cycles: Array) -> Curves | None:
     )
 
 
-def _interpolated(table: MeshTable, cycles: Array) -> tuple[Array, Array]:
+def _interpolated(table: TabulatedLaw, cycles: Array) -> tuple[Array, Array]:
     """Gaps (T, c, L) [m] and slopes (T, c, L) [N/m] at the knots; cycles : (T, m) [mesh cycles]."""
     from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
 
