@@ -16,8 +16,8 @@ from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium
 from ..analyses.static.record import Excitation, Record, excitation, positive_count, record_of, turn_fraction
 from ..analyses.static.static import free_position_warnings, law_attributes
 from ..assemble import assemble
-from ..assemble.faces import FaceLoad, MeshContacts, contacts_of, three_rows
-from ..assemble.tooth_pairs import tooth_messages
+from ..assemble.faces import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
+from ..assemble.tooth_pairs import tooth_warnings
 from ..errors import ModelError
 from ..results.dataset import dataset
 from ..system.faces import faces
@@ -66,7 +66,7 @@ def train_contact(
     """
     levels = _levels(train, factors)
     case = _case(train, record=(None if turns or of else cycles, turns, of, positive_count("samples", samples, 32)))
-    contacts = contacts_of(train, slices=slices, linear_at=linear_at, corner=corner)
+    contacts = face_laws(train, slices=slices, linear_at=linear_at, corner=corner)
     ready = _ready(case, contacts)
     states: list[ContactEquilibrium] = []
     for i, level in enumerate(levels):
@@ -129,7 +129,7 @@ def _levels(train: Train, factors: Sequence[float]) -> Array:
 
 
 def _case(train: Train, *, record: tuple[int | None, int | None, str | None, int]) -> _Case:
-    system = assemble(three_rows(train))
+    system = assemble(with_three_rows(train))
     cycles, turned, of, samples = record
     over = record_of(system, cycles=cycles, turns=turned, of=of, samples=samples, most=64 * samples)
     index = np.arange(over.instants, dtype=np.int64)
@@ -148,7 +148,7 @@ def _case(train: Train, *, record: tuple[int | None, int | None, str | None, int
     )
 
 
-def _ready(case: _Case, contacts: Sequence[MeshContacts]) -> _Ready:
+def _ready(case: _Case, contacts: Sequence[MeshFaceLaw]) -> _Ready:
     return [(one.at(case.cycles[:, list(one.meshes)]), np.array(one.meshes, np.int64)) for one in contacts]
 
 
@@ -170,7 +170,7 @@ def _mesh_force(state: ContactEquilibrium) -> Array:
     return total
 
 
-def _faces(case: _Case, contacts: Sequence[MeshContacts], ready: _Ready, state: ContactEquilibrium) -> list[FaceLoad]:
+def _faces(case: _Case, contacts: Sequence[MeshFaceLaw], ready: _Ready, state: ContactEquilibrium) -> list[FaceLoad]:
     rows = state.approach.reshape(len(state.approach), -1, 3)
     return [
         at.face(rows[:, list(one.meshes)], start)
@@ -201,7 +201,7 @@ def _forces(system: System, record: Record, force: Array) -> dict[str, Any]:
 
 
 def _over_faces(
-    case: _Case, contacts: Sequence[MeshContacts], loads: Sequence[Sequence[FaceLoad]], now: int
+    case: _Case, contacts: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]], now: int
 ) -> dict[str, Any]:
     """Variables along the faces of all meshes."""
     order = np.argsort([mesh for one in contacts for mesh in one.meshes])
@@ -259,9 +259,9 @@ def _motion(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     }
 
 
-def _warnings(case: _Case, contacts: Sequence[MeshContacts], force: Array) -> list[str]:
+def _warnings(case: _Case, contacts: Sequence[MeshFaceLaw], force: Array) -> list[str]:
     system = case.system
-    said = [text for one in contacts for text in tooth_messages(one.pair)]
+    said = [text for one in contacts for text in tooth_warnings(one.pair)]
     open_ = (force <= _NOTHING * force.max(initial=0.0)).any(axis=1)
     names = [name for name, lost in zip(faces(system.meshes).name, open_, strict=True) if lost]
     if names:

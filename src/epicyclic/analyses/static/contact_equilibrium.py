@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...system.laws import groups as law
-from ...system.laws.face import ROWS, Contact, Pressed
+from ...system.laws.face import ROWS, FaceContact, FaceForce
 from ...system.system import Array, System
 from .equilibrium import Compliance
 
@@ -45,7 +45,7 @@ class ContactProblem:
 
     system: System
     flexible: Compliance
-    contacts: Sequence[tuple[Contact, Index]]
+    contacts: Sequence[tuple[FaceContact, Index]]
     gap: Array
     force: Array
 
@@ -78,7 +78,7 @@ class _Point:
 
     q: Array
     rows: Array
-    contact_states: tuple[Pressed, ...]
+    contact_states: tuple[FaceForce, ...]
     energy: Array
     residual: Array
     force_residual: Array
@@ -226,7 +226,7 @@ def _backtracked(problem: ContactProblem, point: _Point, todo: Index, direction:
 def _subset(point: _Point, keep: NDArray[np.intp]) -> _Point:
     """The same at the places `keep` (t,)."""
     contact_states = tuple(
-        Pressed(
+        FaceForce(
             force=p.force[keep],
             tangent=p.tangent[keep],
             energy=p.energy[keep],
