@@ -5,112 +5,23 @@
     system = epicyclic.assemble(train)
     epicyclic.modes(system).frequency
 
-Names are imported when they are first used, so that ``import epicyclic`` is quick.
-
-Depends on: nothing at import; every room when used.
+The names are those of the stub `__init__.pyi`.  They are imported when they are first used, so that
+``import epicyclic`` is quick.
 """
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
 
-from .errors import ConvergenceError, ModelError
+_STUB = Path(__file__).with_name("__init__.pyi").read_text(encoding="utf-8")
+# name -> module that defines it
+_HOME = {name: home for home, name in re.findall(r"^from (\S+) import (\w+) as \2$", _STUB, re.MULTILINE)}
 
-if TYPE_CHECKING:
-    from .assemble import assemble
-    from .audits.audit import audit
-    from .resolve import load
-    from .results.dataset import load_result, save_result, to_json
-    from .show.report import write_report
-    from .studies.curves import vary
-    from .system.system import System
-    from .train.train import Train
-    from .verbs.verbs import (
-        campbell,
-        check,
-        contact,
-        modes,
-        modulation,
-        relief,
-        sensitivity,
-        sharing,
-        stability,
-        static,
-        steady,
-        stiffness,
-        sweep,
-        track,
-        train_contact,
-        transient,
-    )
-
-__all__ = [
-    "ConvergenceError",
-    "ModelError",
-    "System",
-    "Train",
-    "assemble",
-    "audit",
-    "campbell",
-    "check",
-    "contact",
-    "load",
-    "load_result",
-    "modes",
-    "modulation",
-    "relief",
-    "save_result",
-    "sensitivity",
-    "sharing",
-    "stability",
-    "static",
-    "steady",
-    "stiffness",
-    "sweep",
-    "to_json",
-    "track",
-    "train_contact",
-    "transient",
-    "vary",
-    "write_report",
-]
-
-_HOME = {
-    "System": "system.system",
-    "Train": "train.train",
-    "assemble": "assemble",
-    "audit": "audits.audit",
-    "load": "resolve",
-    "load_result": "results.dataset",
-    "save_result": "results.dataset",
-    "to_json": "results.dataset",
-    "vary": "studies.curves",
-    "write_report": "show.report",
-    **dict.fromkeys(
-        (
-            "campbell",
-            "check",
-            "contact",
-            "modes",
-            "modulation",
-            "sensitivity",
-            "relief",
-            "sharing",
-            "stability",
-            "static",
-            "steady",
-            "stiffness",
-            "sweep",
-            "track",
-            "transient",
-            "train_contact",
-        ),
-        "verbs.verbs",
-    ),
-}
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> object:
@@ -123,7 +34,7 @@ def __getattr__(name: str) -> object:
             return "unknown"
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    value = getattr(import_module(_HOME[name], __name__), name)
     globals()[name] = value
     return value
 

@@ -16,7 +16,7 @@ import xarray as xr
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..studies.source import system_of, train_of
-from ..verbs.verbs import VERBS
+from ..verbs.record import verbs
 from .data import Audit, Row, audited_drives, claim_of, read_audit
 from .take import converted, evaluate
 
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 __all__ = ["HOLDS", "audit"]
 
 HOLDS, CONTRADICTED = "holds", "contradicted"
-_ON_TRAIN = ("check", "contact", "relief", "stiffness", "train_contact")
 _ROUNDING = 1e-12  # a difference equal to the tolerance is within it
 
 
@@ -112,17 +111,16 @@ def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Trai
     run = data.resolved(name)
     if run.needs is not None and find_spec(run.needs) is None:
         raise ConvergenceError(f"{run.needs} is not installed, without which this cannot be computed")
-    verb = run.verb or ""
-    on_train = verb in _ON_TRAIN
-    key = json.dumps([run.drive or drive, run.set], sort_keys=True, default=str), on_train
+    verb = verbs()[run.verb or ""]
+    key = json.dumps([run.drive or drive, run.set], sort_keys=True, default=str), verb.drawing
     if key not in models:
-        models[key] = (train_of if on_train else system_of)(run.drive or drive, overrides=run.set or None)
+        models[key] = (train_of if verb.drawing else system_of)(run.drive or drive, overrides=run.set or None)
     try:
-        return VERBS[verb](models[key], **run.options)
+        return verb.run(models[key], **run.options)
     except TypeError as error:
         if "keyword argument" not in str(error):
             raise
-        raise ModelError(f"an option that {verb} does not have: {error}", path="options", given=run.options) from None
+        raise ModelError(f"unknown option: {error}", path="options", given=run.options) from None
 
 
 def _checked(row: Row, at: int, *, drive: str, fitted: bool, result_of: Callable[[str], xr.Dataset]) -> Iterator[_Line]:

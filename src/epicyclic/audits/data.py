@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..errors import ModelError
-from ..verbs.verbs import VERBS
+from ..verbs.record import verbs
 
 __all__ = ["AUDITED", "Audit", "Claim", "Label", "Row", "Run", "Value", "audited_drives", "claim_of", "read_audit"]
 
@@ -57,9 +57,9 @@ class Run(_Table):
     @model_validator(mode="after")
     def _known(self) -> Run:
         if self.verb is None and self.based_on is None:
-            raise ModelError("neither verb nor based_on", allowed="verb = " + ", ".join(VERBS))
-        if self.verb is not None and self.verb not in VERBS:
-            raise ModelError(f"no verb {self.verb!r}", allowed=", ".join(VERBS))
+            raise ModelError("neither verb nor based_on", allowed="verb = " + ", ".join(verbs()))
+        if self.verb is not None and self.verb not in verbs():
+            raise ModelError(f"no verb {self.verb!r}", allowed=", ".join(verbs()))
         return self
 
 
@@ -181,7 +181,7 @@ class Audit(_Table):
                     "fitted, but not set", path=f"runs.{name}.fitted", given=missing, allowed="paths of set"
                 )
             if self.resolved(name).verb is None:
-                raise ModelError("no verb", path=f"runs.{name}.verb", allowed=", ".join(VERBS))
+                raise ModelError("no verb", path=f"runs.{name}.verb", allowed=", ".join(verbs()))
         for at, row in enumerate(self.rows):
             if row.verdict == "reproduced" and self.fitted(row):
                 raise ModelError(

@@ -1,7 +1,4 @@
-"""The command `epicyclic audit`: published numbers beside ours.
-
-Depends on: console, terminal, studies, results, imported when used.
-"""
+"""The command `epicyclic audit`: published numbers beside ours."""
 
 from __future__ import annotations
 

@@ -1,13 +1,10 @@
-"""What every command needs: overrides, progress, files that appear whole or not at all, errors as one block of text.
-
-Depends on: files (overrides); results, report (writing).
-"""
+"""Streams and files of all commands: overrides, progress, files that appear whole or not at all, errors as text."""
 
 from __future__ import annotations
 
 import os
-import re
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,11 +17,9 @@ from ..results.whole_file import write_text
 
 __all__ = [
     "complain",
-    "frequency",
     "parsed_overrides",
     "progress_bar",
     "reported",
-    "seconds",
     "target_of",
     "write_result",
 ]
@@ -39,9 +34,15 @@ def complain(text: str) -> None:
 
 @contextmanager
 def reported() -> Iterator[None]:
-    """Turn what can go wrong into a message on stderr and an exit status; a traceback only with EPICYCLIC_DEBUG set."""
+    """Turn errors into a message on stderr and an exit status; a traceback only with EPICYCLIC_DEBUG set.
+
+    Old spellings, which warn, are told on stderr too.
+    """
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.filterwarnings("always", category=DeprecationWarning, module=r"epicyclic\.(cli|audits)")
+            warnings.showwarning = lambda message, *_, **__: complain(f"warning: {message}")
+            yield
         sys.stdout.flush()
     except typer.Exit:
         raise
@@ -77,40 +78,6 @@ def parsed_overrides(sets: list[str] | None) -> dict[str, object]:
     from ..model.overrides import parse_setting
 
     return dict(parse_setting(text) for text in sets)
-
-
-def frequency(text: str, option: str) -> float:
-    """Read a frequency [Hz] with or without its unit.
-
-    Raises
-    ------
-    ModelError : not a positive number of Hz or kHz.
-    """
-    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?\d+)?)\s*(Hz|kHz)?\s*", text)
-    try:
-        value = float(found[1]) * (1000.0 if found[2] == "kHz" else 1.0) if found else 0.0
-    except ValueError:
-        value = 0.0
-    if not 0.0 < value < 1e9:
-        raise ModelError("not a frequency", path=option, given=text, allowed='a positive mesh frequency, e.g. "20 Hz"')
-    return value
-
-
-def seconds(text: str, option: str) -> float:
-    """Read a time [s] with or without its unit.
-
-    Raises
-    ------
-    ModelError : not a time of zero or more in s, ms or min.
-    """
-    found = re.fullmatch(r"\s*([0-9.]+(?:[eE][+-]?\d+)?)\s*(s|ms|min)?\s*", text)
-    try:
-        value = float(found[1]) * {"ms": 1e-3, "min": 60.0}.get(found[2] or "s", 1.0) if found else -1.0
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value < 1e9:
-        raise ModelError("not a time", path=option, given=text, allowed='a time, e.g. "0.5 s" or "20 ms"')
-    return value
 
 
 def target_of(path: Path, suffixes: tuple[str, ...]) -> None:

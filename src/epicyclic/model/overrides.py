@@ -25,7 +25,9 @@ def parse_setting(text: str) -> tuple[str, object]:
     """
     path, equals, value = text.partition("=")
     if not equals or not path.strip():
-        raise ModelError("not a setting", path="--set", given=text, allowed="PATH=VALUE, stages.main.sun.mass=750 kg")
+        raise ModelError(
+            "not a setting", path="overrides", given=text, allowed="PATH=VALUE, stages.main.sun.mass=750 kg"
+        )
     value = value.strip()
     return path.strip(), _toml_value(value) if value else None
 

@@ -78,7 +78,7 @@ def sensitivity(
     _check(of, mode=mode, mesh=mesh, harmonic=harmonic, mesh_frequency=mesh_frequency)
     asked = all_parameters(train) if paths is None else [parameter_at(train, path) for path in paths]
     if not asked:
-        raise ModelError("no path given", path="--path", allowed="paths of the model file, or none for all")
+        raise ModelError("no path given", path="paths", allowed="paths of the model file, or none for all")
     found = tangents(train, asked, progress=progress)
     kept = _usable(found, given=paths is not None)
     parameters = [found.along[place].parameter for place in kept]
@@ -116,11 +116,11 @@ def _check(of: str, *, mode: int | None, mesh: str | None, harmonic: int | None,
     if of not in ("frequency", "force"):
         raise ModelError("unknown choice", path="of", given=of, allowed="frequency, force")
     if of == "frequency" and (mesh is not None or harmonic is not None or mesh_frequency is not None):
-        raise ModelError("a mesh, its order or frequency goes with forces", path="--of", given=of, allowed="force")
+        raise ModelError("a mesh, its order or frequency goes with forces", path="of", given=of, allowed="force")
     if of == "force" and mode is not None:
-        raise ModelError("a mode goes with frequencies", path="--of", given=of, allowed="frequency")
+        raise ModelError("a mode goes with frequencies", path="of", given=of, allowed="frequency")
     if harmonic is not None and harmonic < 1:
-        raise ModelError("no mesh order that moves", path="--harmonic", given=harmonic, allowed="1 or more")
+        raise ModelError("no mesh order that moves", path="harmonic", given=harmonic, allowed="1 or more")
 
 
 def _usable(found: Tangents, *, given: bool) -> list[int]:
@@ -158,7 +158,7 @@ def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: flo
         derivative = whirl_derivatives(system, turning, changes, relative_speed=relative_speed)
     elastic = np.flatnonzero(hertz > 0)
     if mode is not None and not 1 <= mode <= hertz.size:
-        raise ModelError("no such mode", path="--mode", given=mode, allowed=f"1 .. {hertz.size}")
+        raise ModelError("no such mode", path="mode", given=mode, allowed=f"1 .. {hertz.size}")
     if not elastic.size:
         raise ModelError("no mode is elastic: nothing to differentiate", path="stages")
     first = int(elastic[0]) if mode is None else mode - 1
@@ -203,7 +203,7 @@ def _forces(
     names = faces(system.meshes).name
     if mesh is not None and mesh not in names:
         raise ModelError(
-            f"no such mesh{nearest(mesh, names)}", path="--mesh", given=mesh, allowed=f"{names[0]} .. {names[-1]}"
+            f"no such mesh{nearest(mesh, names)}", path="mesh", given=mesh, allowed=f"{names[0]} .. {names[-1]}"
         )
     found = force_derivatives(system, changes, relative_speed=speed, harmonic=harmonic)
     value = found.value[:, 0]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     Source = str | Path | Mapping[str, Any] | Train | System
 
-__all__ = ["FACTORS", "spread", "stability_map"]
+__all__ = ["FACTORS", "stability_map"]
 
 FACTORS = ("variation", "damping")
 """What is varied without assembling again: the variation of all mesh stiffness, and all damping, by a factor."""
@@ -121,27 +121,6 @@ def _factor(path: str, value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise ModelError("not a factor", path=path, given=value, allowed="a number of 0 or more") from None
-
-
-def spread(text: str, points: int) -> list[Any]:
-    """Values of ``a..b`` evenly spaced, or of a list ``a, b, c``; a unit behind the last holds for all.
-
-    Raises
-    ------
-    ModelError : neither a range nor a list of numbers.
-    """
-    found = re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*\.\.\s*{_NUMBER}\s*{_UNIT}?\s*", text)
-    if found:
-        first, one, last, other = found.groups()
-        numbers = [float(value) for value in np.linspace(float(first), float(last), max(points, 1))]
-        unit = other or one
-    else:
-        parts = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", part) for part in text.split(",")]
-        if not all(parts):
-            raise ModelError("not values", path="--values", given=text, allowed='"0..2", "1 %..5 %" or "1, 2, 5"')
-        numbers = [float(part[1]) for part in parts if part]
-        unit = next((part[2] for part in parts[::-1] if part and part[2]), None)
-    return [f"{value:.12g} {unit}" for value in numbers] if unit else numbers
 
 
 def _labelled(

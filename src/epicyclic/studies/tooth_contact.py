@@ -19,7 +19,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
 
-__all__ = ["contact", "factors_of", "force_of", "meshes_named", "radians_of"]
+__all__ = ["contact", "force_of", "meshes_named", "radians_of"]
 
 Array = NDArray[np.float64]
 
@@ -126,22 +126,7 @@ def meshes_named(train: Train, name: str | None) -> tuple[Mesh, ...]:
     ):
         if tries and len({m.pair for m in tries}) == 1:
             return tuple(sorted(tries, key=lambda m: m.station))
-    raise ModelError("no such mesh", path="--mesh", given=name, allowed=", ".join(m.name for m in train.meshes))
-
-
-def factors_of(text: str, points: int) -> tuple[float, ...]:
-    """Relative loads of ``0..1.5`` or ``0.5, 2``.
-
-    Raises
-    ------
-    ModelError : neither a range nor a list of numbers, or negative ones.
-    """
-    from .stability import spread
-
-    found = spread(text, points)
-    if any(isinstance(value, str) or value < 0 for value in found):
-        raise ModelError("relative loads", path="--loads", given=text, allowed='"0..1.5" or "0.5, 2", 0 or more')
-    return tuple(float(value) for value in found)
+    raise ModelError("no such mesh", path="mesh", given=name, allowed=", ".join(m.name for m in train.meshes))
 
 
 def _pair_name(mesh: Mesh) -> str:
@@ -155,7 +140,7 @@ def force_of(train: Train, sides: Sequence[Mesh], torque: float | str | None) ->
         force = mean_force(train, sides[0])
         if not force > 0:
             raise ModelError(
-                "no torque passes this mesh", path="operation.torque", given=force, allowed="a torque, or --torque"
+                "no torque passes this mesh", path="operation.torque", given=force, allowed="a torque, here or there"
             )
         return force
     value = _newton_metres(torque)
@@ -165,11 +150,11 @@ def force_of(train: Train, sides: Sequence[Mesh], torque: float | str | None) ->
 
 
 def _newton_metres(torque: float | str) -> float:
-    return _in_si(torque, "torque", "--torque", "850 N m")
+    return _in_si(torque, "torque", "torque", "850 N m")
 
 
 def radians_of(angle: float | str) -> float:
-    return _in_si(angle, "angle", "--misalignment", "0.1 mrad")
+    return _in_si(angle, "angle", "misalignment", "0.1 mrad")
 
 
 def _in_si(given: float | str, kind: str, option: str, example: str) -> float:
@@ -192,7 +177,7 @@ def _end(name: str | None) -> End | None:
     if name is None:
         return None
     if name not in ("left", "right"):
-        raise ModelError("no end of a face", path="--torque-end", given=name, allowed="left or right")
+        raise ModelError("no end of a face", path="torque_end", given=name, allowed="left or right")
     return "left" if name == "left" else "right"
 
 

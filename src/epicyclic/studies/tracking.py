@@ -65,7 +65,7 @@ def track(
     parameter = parameter_at(train, over)
     low, high = _limits(parameter, start, stop)
     if points < 3:
-        raise ModelError("too few points to follow a mode", path="--points", given=points, allowed="3 or more")
+        raise ModelError("too few points to follow a mode", path="points", given=points, allowed="3 or more")
     first = _system(train, parameter, low)
     count = [0]
 
@@ -110,12 +110,12 @@ def _system(train: Train, parameter: Parameter, value: float) -> System:
 def _limits(parameter: Parameter, start: str | float | None, stop: str | float | None) -> tuple[float, float]:
     """The range in the unit of the file."""
     if parameter.value == 0 and (start is None or stop is None):
-        raise ModelError("the value is 0: say from where to where", path="--from, --to", allowed="two values")
-    low = parameter.value / 2 if start is None else _read(start, parameter, "--from")
-    high = parameter.value * 2 if stop is None else _read(stop, parameter, "--to")
+        raise ModelError("the value is 0: say from where to where", path="start, stop", allowed="two values")
+    low = parameter.value / 2 if start is None else _read(start, parameter, "start")
+    high = parameter.value * 2 if stop is None else _read(stop, parameter, "stop")
     if not np.isfinite(high - low) or high == low:
         raise ModelError(
-            "the range is empty", path="--from, --to", given=f"{low:g} to {high:g}", allowed="two values that differ"
+            "the range is empty", path="start, stop", given=f"{low:g} to {high:g}", allowed="two values that differ"
         )
     return low, high
 

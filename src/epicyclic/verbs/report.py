@@ -8,8 +8,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from ..errors import ConvergenceError, ModelError
-from ..studies.source import system_of, train_of
-from . import verbs
+from .record import Verb, verbs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,10 +17,15 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["REPORT_VERBS", "STUDIES", "run_report"]
+__all__ = ["STUDIES", "report_verbs", "run_report"]
 
-REPORT_VERBS = ("check", "stiffness", "contact", "modes", "campbell", "sharing", "sweep")
 STUDIES = ("support stiffness", "run-out")
+
+
+def report_verbs() -> tuple[str, ...]:
+    """Names of the verbs of a report, in the order in which they run."""
+    shown = [verb for verb in verbs().values() if verb.in_report]
+    return tuple(verb.name for verb in sorted(shown, key=lambda verb: verb.in_report))
 
 
 def run_report(
@@ -38,12 +42,14 @@ def run_report(
 
     Returns
     -------
-    name -> Dataset, in the order of `REPORT_VERBS` and `STUDIES`.
+    name -> Dataset, in the order of `report_verbs` and `STUDIES`.
 
     Raises
     ------
     ModelError : the model itself is wrong.
     """
+    from ..studies.source import train_of
+
     train = train_of(source, overrides=overrides)
     results: dict[str, xr.Dataset] = {}
     left_out: list[str] = []
@@ -54,25 +60,23 @@ def run_report(
             results[name] = step()
         except (ModelError, ConvergenceError) as error:
             left_out.append(f"no {name}: {error}")
-    _warn(results["check"], left_out)
+    first = next(iter(results.values()))
+    first.attrs["warnings"] = json.dumps([*json.loads(first.attrs.get("warnings", "[]")), *left_out])
     return results
 
 
 def _steps(train: Train) -> dict[str, Callable[[], xr.Dataset]]:
     """Everything a report shows, by name; the System is made once, when first asked for."""
     from ..studies.design import run_out_study, support_study
+    from ..studies.source import system_of
 
     system = cache(lambda: system_of(train))
-    drawn = {name: partial(verbs.VERBS[name], train) for name in ("check", "stiffness", "contact")}
-    studies = dict(zip(STUDIES, (partial(support_study, train), partial(run_out_study, train)), strict=True))
-    run = {name: partial(_on_system, verbs.VERBS[name], system) for name in REPORT_VERBS if name not in drawn}
-    return {**drawn, **run, **studies}
+    steps: dict[str, Callable[[], xr.Dataset]] = {
+        name: partial(_run, verbs()[name], train, system) for name in report_verbs()
+    }
+    studies = (partial(support_study, train), partial(run_out_study, train))
+    return steps | dict(zip(STUDIES, studies, strict=True))
 
 
-def _on_system(verb: Callable[..., xr.Dataset], system: Callable[[], System]) -> xr.Dataset:
-    return verb(system())
-
-
-def _warn(result: xr.Dataset, texts: list[str]) -> None:
-    warnings = json.loads(result.attrs.get("warnings", "[]"))
-    result.attrs["warnings"] = json.dumps([*warnings, *texts])
+def _run(verb: Verb, train: Train, system: Callable[[], System]) -> xr.Dataset:
+    return verb.run(train if verb.drawing else system())

@@ -194,7 +194,7 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
     if about.is_file() and (begun or resume):
         if not resume:
             raise ModelError(
-                "an interrupted run lies there", path=str(folder), allowed="resume (--resume), or delete the folder"
+                "an interrupted run lies there", path=str(folder), allowed="resume, or delete the folder"
             )
         try:
             known = json.loads(about.read_text(encoding="utf-8"))["run"]

@@ -1,59 +1,22 @@
-"""What a person says about a sensor, read into what the analysis takes: angles with units, tables from files."""
+"""Window and transfer path of a sensor from CSV files; angles and lengths with their units."""
 
 from __future__ import annotations
 
 import csv
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..errors import ModelError
 from ..model.units import Bounds, factor, read_quantity
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from ..analyses.modulation.transfer import Transfer
+    from ..analyses.modulation.windows import Window
 
-    from ..analyses.modulation.path import Transfer, Window
-    from ..system.system import System
-
-__all__ = ["modulation", "read_transfer", "read_window"]
+__all__ = ["quantity", "read_transfer", "read_window"]
 
 Columns = dict[str, tuple[str, list[float]]]
-
-
-def modulation(
-    system: System,
-    *,
-    sensor: float | str = 0.0,
-    window: Window | str | Path = "hann",
-    width: float | str | None = None,
-    transfer: Transfer | str | Path | None = None,
-    radius: float | str | None = None,
-    **options: Any,
-) -> xr.Dataset:
-    """Run `epicyclic.analyses.modulation.modulation.modulation` on numbers or on texts with units.
-
-    Parameters
-    ----------
-    sensor, width : an angle [rad], or a text with its unit.  radius : a length [m], or a text with its unit.
-    window : a name, a `Window`, or a CSV file of angles and gains, see `read_window`.
-    transfer : a `Transfer`, or a CSV file of frequencies, gains and phases, see `read_transfer`.
-
-    Raises
-    ------
-    ModelError : as of the analysis; a text without a unit, a file that cannot be read.
-    """
-    from ..analyses.modulation.modulation import modulation as run
-
-    return run(
-        system,
-        sensor=_quantity(sensor, "angle", "sensor") or 0.0,
-        window=read_window(window) if _is_file(window) else window,  # type: ignore[arg-type]
-        width=_quantity(width, "angle", "width"),
-        transfer=read_transfer(transfer) if isinstance(transfer, str | Path) else transfer,
-        radius=_quantity(radius, "length", "radius"),
-        **options,
-    )
 
 
 def read_window(path: str | Path) -> Window:
@@ -93,12 +56,17 @@ def read_transfer(path: str | Path) -> Transfer:
     )
 
 
-def _is_file(window: object) -> bool:
-    return isinstance(window, Path) or (isinstance(window, str) and window.lower().endswith(".csv"))
+def quantity(value: float | str | None, kind: str, path: str) -> float | None:
+    """A number in SI; a text must say its unit.
 
+    Parameters
+    ----------
+    kind : of quantity, angle or length.  path : keyword, for an error.
 
-def _quantity(value: float | str | None, kind: str, path: str) -> float | None:
-    """A number in SI; a text must say its unit."""
+    Raises
+    ------
+    ModelError : a text without a unit, or with one of another kind.
+    """
     if value is None or not isinstance(value, str):
         return value
     if not re.search(r"[A-Za-z°]\s*$", value) or re.fullmatch(r"\s*[+-]?(inf|nan)\s*", value, re.IGNORECASE):

@@ -1,0 +1,33 @@
+"""Names of the package, one a line: `__init__.py` reads these lines and imports a name when it is first used."""
+
+from .assemble import assemble as assemble
+from .audits.audit import audit as audit
+from .errors import ConvergenceError as ConvergenceError
+from .errors import ModelError as ModelError
+from .resolve import load as load
+from .results.dataset import load_result as load_result
+from .results.dataset import save_result as save_result
+from .results.dataset import to_json as to_json
+from .show.report import write_report as write_report
+from .studies.curves import vary as vary
+from .system.system import System as System
+from .train.train import Train as Train
+from .verbs.campbell import campbell as campbell
+from .verbs.check import check as check
+from .verbs.contact import contact as contact
+from .verbs.modes import modes as modes
+from .verbs.modulation import modulation as modulation
+from .verbs.relief import relief as relief
+from .verbs.sensitivity import sensitivity as sensitivity
+from .verbs.sharing import sharing as sharing
+from .verbs.stability import stability as stability
+from .verbs.static import static as static
+from .verbs.steady import steady as steady
+from .verbs.stiffness import stiffness as stiffness
+from .verbs.sweep import sweep as sweep
+from .verbs.track import track as track
+from .verbs.train_contact import train_contact as train_contact
+from .verbs.transient import transient as transient
+
+__all__: list[str]
+__version__: str

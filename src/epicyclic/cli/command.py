@@ -1,0 +1,110 @@
+"""Command of a verb: the signature of the verb's function, turned into one that typer reads."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from enum import StrEnum
+from inspect import Parameter, Signature
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, ForwardRef, Literal, Union, get_args, get_origin
+
+import typer
+
+from ..verbs.record import Option, Verb, keywords
+from .console import complain
+from .run import run_verb
+
+__all__ = ["Json", "Model", "Output", "Sets", "command", "help_of"]
+
+Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
+Output = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the result: .nc, .json or .html.")
+]
+_ModelOutput = Annotated[
+    Path | None,
+    typer.Option("-o", "--output", metavar="FILE", help="Write the model (.toml) or the result (.nc, .json, .html)."),
+]
+_FORMER = "former_"  # before the name of a keyword: its flag under the old spelling
+
+
+def command(verb: Verb) -> Callable[..., None]:
+    """Function that runs a verb, with the signature, the name and the help that typer makes a command of."""
+    shown = {name: entry for name, entry in keywords(verb.run).items() if entry[2].flag is not None}
+    flags = {name: option.flag or f"--{name.replace('_', '-')}" for name, (_, _, option) in shown.items()}
+
+    def run(model: str, sets: list[str] | None, as_json: bool, output: Path | None, **given: Any) -> None:
+        for name, (_, _, option) in shown.items():
+            if (value := given.pop(_FORMER + name, None)) is not None:
+                complain(f"warning: {option.former} is now {flags[name]}")
+                given[name] = value
+        options = {name: value for name, value in given.items() if value not in (None, [])}
+        run_verb(verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output)
+
+    annotations: dict[str, Any] = {"model": Model}
+    defaults: dict[str, Any] = {"model": Parameter.empty}
+    for name, (parameter, kind, option) in shown.items():
+        annotations[name], defaults[name] = _option(option, flags[name], kind, parameter.default)
+        if option.former:
+            old = typer.Option(option.former, hidden=True)
+            annotations[_FORMER + name], defaults[_FORMER + name] = Annotated[_type(kind) | None, old], None
+    annotations |= {"sets": Sets, "as_json": Json, "output": _ModelOutput if verb.model_text else Output}
+    defaults |= {"sets": None, "as_json": False, "output": None}
+    run.__name__, run.__doc__, run.__annotations__ = verb.name, help_of(verb), annotations
+    run.__signature__ = Signature(  # type: ignore[attr-defined]
+        [
+            Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotations[name], default=defaults[name])
+            for name in annotations
+        ]
+    )
+    return run
+
+
+def help_of(verb: Verb) -> str:
+    """The paragraphs of a verb's docstring before its sections."""
+    paragraphs = (verb.run.__doc__ or "").split("\n\n")
+    return "\n\n".join(" ".join(text.split()) for text in paragraphs if "\n    ----" not in text)
+
+
+def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, Any]:
+    """Annotation and default of one option; a default that nobody could type is shown and left to the verb."""
+    typed = _type(kind)
+    if typed is bool and default is not False:
+        flag = f"{flag}/--no-{flag.removeprefix('--')}"
+    left = default is not Parameter.empty and not isinstance(default, typed if isinstance(typed, type) else ())
+    if isinstance(typed, type) and issubclass(typed, StrEnum) and isinstance(default, str):
+        default, left = typed(default), False
+    words = option.default or (_worded(default) if left and default is not None else "")
+    made = typer.Option(
+        flag,
+        help=re.sub(r"\[(?=[a-z])", r"\\[", option.help),  # no markup of rich: [rad] is a unit
+        min=option.least,
+        max=option.most,
+        metavar=option.metavar or None,
+        show_default=words or default is not None,
+        hidden=option.hidden,
+    )
+    return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
+
+
+def _worded(default: Any) -> str:
+    return ", ".join(map(str, default)) if isinstance(default, tuple) else str(default)
+
+
+def _type(kind: Any) -> Any:
+    """What the command line reads for a type: a text where one can be typed, repeated ones for a sequence of them."""
+    members = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+    entries = [get_args(one)[0] for one in members if get_origin(one) is Sequence]
+    for entry in entries:
+        if entry is str or get_origin(entry) is Literal:
+            return list[_type(entry)]  # type: ignore[misc]
+    if any(one is str or isinstance(one, str | ForwardRef) for one in members):
+        return str
+    (only,) = (one for one in members if one is not NoneType)
+    return StrEnum("Choice", [(word, word) for word in get_args(only)]) if get_origin(only) is Literal else only

@@ -1,0 +1,28 @@
+"""The verb check."""
+
+from typing import TYPE_CHECKING
+
+from .record import Verb
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "check"]
+
+
+def check(source: "Source", *, overrides: "Overrides | None" = None) -> "xr.Dataset":
+    """Speeds, torques, geometry, phases; every derived value and where it came from.
+
+    Raises
+    ------
+    ModelError : the model is wrong, or a System is given, which has no drawing left.
+    """
+    from ..studies.check import check as run
+    from ..studies.source import train_of
+
+    return run(train_of(source, overrides=overrides))
+
+
+VERB = Verb(run=check, gives=("check",), drawing=True, in_report=10)

@@ -1,0 +1,89 @@
+"""The verb contact."""
+
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+from .options import Corner, LinearAt, Misalignment, Slices
+from .parsing import loads_of
+from .record import Option, Verb, former, refuse_without
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "contact"]
+
+
+@former(factors="loads", torque_ends=("torque_end_a", "torque_end_b"))
+def contact(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    mesh: Annotated[
+        str | None,
+        Option("A mesh, main/sun-planet/2, or a pair, sun-planet.", default="the first", metavar="NAME"),
+    ] = None,
+    torque: Annotated[
+        float | str | None,
+        Option('On the first gear of the mesh [N m], or e.g. "850 N m".', default="as operated"),
+    ] = None,
+    loads: Annotated[
+        Sequence[float] | str | None,
+        Option('Further loads, relative to the operating one: "0..1.5" or "0.5, 2".', default="0.1 to 1.5"),
+    ] = None,
+    load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=10_000)] = 7,
+    samples: Annotated[int, Option("Phases of a mesh cycle.", least=3, most=100_000)] = 64,
+    slices: Slices = 20,
+    misalignment: Misalignment = 0.0,
+    torque_end_a: Annotated[
+        str | None, Option("Where torque leaves the first gear: left or right; it twists.", default="nowhere")
+    ] = None,
+    torque_end_b: Annotated[str | None, Option("The same of the second gear.", default="nowhere")] = None,
+    corner: Corner = False,
+    linear_at: LinearAt = None,
+    train: Annotated[bool, Option("Old spelling of train-contact.", hidden=True)] = False,
+) -> "xr.Dataset":
+    """Loaded tooth contact of one mesh: load over the flank, transmission error, stiffness, at several loads.
+
+    Raises
+    ------
+    ModelError : the model or an option is wrong; no torque, no face width; teeth that do not mesh.
+    """
+    if train:
+        warnings.warn(
+            "contact with train is now train_contact, epicyclic train-contact", DeprecationWarning, stacklevel=3
+        )
+        from .train_contact import train_contact
+
+        ends = {"torque_end_a": torque_end_a, "torque_end_b": torque_end_b}
+        refuse_without(False, "a single mesh", mesh=mesh, torque=torque, misalignment=misalignment or None, **ends)
+        return train_contact(
+            source,
+            overrides=overrides,
+            loads=loads,
+            load_points=load_points,
+            samples=samples,
+            slices=slices,
+            corner=corner,
+            linear_at=linear_at,
+        )
+    from ..studies.source import train_of
+    from ..studies.tooth_contact import contact as run
+
+    return run(
+        train_of(source, overrides=overrides),
+        mesh=mesh,
+        torque=torque,
+        samples=samples,
+        slices=slices,
+        linear_at=linear_at,
+        corner=corner,
+        misalignment=misalignment,
+        torque_ends=(torque_end_a, torque_end_b),
+        **({} if loads is None else {"factors": loads_of(loads, load_points)}),
+    )
+
+
+VERB = Verb(run=contact, gives=("contact",), drawing=True, in_report=30)

@@ -1,0 +1,67 @@
+"""Annotated types of keywords that several verbs share, so that one word has one meaning and one help text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from .record import Option
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+__all__ = [
+    "Corner",
+    "Cycles",
+    "FrameSpeed",
+    "LinearAt",
+    "MeshFrequencies",
+    "Misalignment",
+    "Of",
+    "RelativeSpeed",
+    "RelativeSpeeds",
+    "Samples",
+    "ShaftOrders",
+    "ShaftTones",
+    "Slices",
+    "Start",
+    "Stop",
+    "Turns",
+]
+
+# one speed
+RelativeSpeed = Annotated[float, Option("Speed per operating speed; 0 is standstill, 1 the operating point.")]
+
+# ranges of speed
+Start = Annotated[
+    float | str | None,
+    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', flag="--from", default="by the modes"),
+]
+Stop = Annotated[
+    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', flag="--to", default="by the modes")
+]
+MeshFrequencies = Annotated["ArrayLike | None", Option("(P,) mesh frequencies of the first mesh [Hz].", flag=None)]
+RelativeSpeeds = Annotated["ArrayLike | None", Option("(P,) speeds per operating speed [1].", flag=None)]
+FrameSpeed = Annotated[
+    Literal["kinematic", "operating"], Option("Let the frame turn with the speed, or as at operation.")
+]
+
+# records
+Cycles = Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, default="chosen")]
+Turns = Annotated[int | None, Option("Length in turns of a body (--of).", least=1, default="chosen")]
+Of = Annotated[str | None, Option("Count turns of this body, e.g. main/sun.", metavar="BODY")]
+Samples = Annotated[int | None, Option("Instants per mesh cycle or turn.", least=1, default="chosen")]
+
+# shaft orders
+ShaftOrders = Annotated[bool, Option("Count run-outs and other shaft orders between the mesh orders.")]
+ShaftTones = Annotated[
+    int | None,
+    Option("With --contact-loss: shaft frequencies that are phases of the torus.", least=0, most=3, default="chosen"),
+]
+
+# loaded teeth
+Slices = Annotated[int, Option("Pieces of each face.", least=1, most=1000)]
+Corner = Annotated[bool, Option("Let tips bear beyond the path of contact.")]
+LinearAt = Annotated[
+    float | None, Option("Load per length [N/m] at which the flanks' contact is made linear.", default="Hertz")
+]
+Misalignment = Annotated[float | str, Option('Of the flanks [rad], or e.g. "0.1 mrad"; positive opens the right end.')]

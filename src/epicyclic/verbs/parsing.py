@@ -1,0 +1,198 @@
+"""Texts of a person to numbers: speeds, times, ranges, relative loads, torque steps, settings.
+
+Errors carry the keyword of the verb as path; the command line puts its flag there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ModelError
+
+if TYPE_CHECKING:
+    from ..train.train import Train
+
+__all__ = ["ends", "frequency", "loads_of", "mesh_frequency", "seconds", "settings", "spread", "torque_step"]
+
+_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+_UNIT = r"([A-Za-z%°µ].*?)"
+_SPEED = 'a positive mesh frequency, speed or share of the operating speed: "20 Hz", "0.6 kHz", "100 rpm", "50 %"'
+_HERTZ = {"Hz": 1.0, "kHz": 1e3}
+_SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
+
+
+def mesh_frequency(value: float | str, *, path: str, tone: float, train: Train | None) -> float:
+    """A mesh frequency [Hz] from a number [Hz], or a text with its unit Hz, kHz, rpm or %; Hz where it says none.
+
+    Parameters
+    ----------
+    path : keyword, for an error.  tone : mesh frequency at the operating speed [Hz].
+    train : says which member rpm means: the first that `operation.speed` gives, and that turns.
+
+    Raises
+    ------
+    ModelError : no such text, or rpm without a train or a member that turns.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    number, unit = _quantity(value, ("Hz", "kHz", "rpm", "%"))
+    if not 0 < number < 1e9:
+        raise ModelError("not a speed", path=path, given=value, allowed=_SPEED)
+    if unit == "rpm":
+        return number / _given_speed(train, path, value) * tone
+    return number * tone / 100 if unit == "%" else number * _HERTZ[unit]
+
+
+def _given_speed(train: Train | None, path: str, value: str) -> float:
+    """Size of the speed of the first member given that turns [rpm]."""
+    speed = {} if train is None else train.kinematics.speed or {}
+    operation: Any = None if train is None else train.document.get("operation")
+    for member in _members((operation or {}).get("speed") or {}):
+        if speed.get(member):
+            return abs(float(speed[member]))
+    raise ModelError(
+        "nothing says which member that is the speed of",
+        path=path,
+        given=value,
+        allowed="a model whose operation.speed gives a member that turns, or Hz, %",
+    )
+
+
+def _members(given: Mapping[str, Any], before: str = "") -> list[str]:
+    """Names of the members in the order of the file, ``main.sun``."""
+    names: list[str] = []
+    for key, value in given.items():
+        names += _members(value, f"{before}{key}.") if isinstance(value, Mapping) else [f"{before}{key}"]
+    return names
+
+
+def frequency(value: float | str, path: str) -> float:
+    """A frequency [Hz] from a number [Hz], or a text with its unit Hz or kHz; Hz where it says none.
+
+    Raises
+    ------
+    ModelError : a text that is no positive frequency.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    number, unit = _quantity(value, tuple(_HERTZ))
+    if not 0.0 < number < 1e9:
+        raise ModelError("not a frequency", path=path, given=value, allowed='a positive mesh frequency, e.g. "20 Hz"')
+    return number * _HERTZ[unit]
+
+
+def ends(start: float | str | None, stop: float | str | None) -> tuple[float, float] | None:
+    """Both ends of a range of mesh frequencies [Hz]; None where neither is given.
+
+    Raises
+    ------
+    ModelError : one without the other, or no frequency.
+    """
+    if start is None and stop is None:
+        return None
+    if start is None or stop is None:
+        raise ModelError("go together", path="start, stop", allowed='two mesh frequencies, "200 Hz" and "2 kHz"')
+    return frequency(start, "start"), frequency(stop, "stop")
+
+
+def seconds(value: float | str, path: str) -> float:
+    """A time [s] from a number [s], or a text with its unit s, ms or min; s where it says none.
+
+    Raises
+    ------
+    ModelError : a text that is no time of zero or more.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    number, unit = _quantity(value, tuple(_SECONDS))
+    if not 0.0 <= number < 1e9:
+        raise ModelError("not a time", path=path, given=value, allowed='a time, e.g. "0.5 s" or "20 ms"')
+    return number * _SECONDS[unit]
+
+
+def torque_step(value: tuple[float, float] | str) -> tuple[float, float]:
+    """Factor and time [s] of a torque step, from ``FACTOR@TIME`` where it is a text.
+
+    Raises
+    ------
+    ModelError : no such text.
+    """
+    if not isinstance(value, str):
+        return value
+    factor, at, time = value.partition("@")
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*", factor)
+    if found is None or not at:
+        raise ModelError("not a torque step", path="torque_step", given=value, allowed='FACTOR@TIME, e.g. "1.5@0.2 s"')
+    return float(found[1]), seconds(time, "torque_step")
+
+
+def spread(text: str, points: int, path: str = "values") -> list[Any]:
+    """Values of ``a..b`` evenly spaced, or of a list ``a, b, c``; a unit behind the last holds for all.
+
+    Parameters
+    ----------
+    points : number of values of a range.  path : keyword, for an error.
+
+    Returns
+    -------
+    numbers, or texts with the unit where there is one.
+
+    Raises
+    ------
+    ModelError : neither a range nor a list of numbers.
+    """
+    import numpy as np
+
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*\.\.\s*{_NUMBER}\s*{_UNIT}?\s*", text)
+    if found:
+        first, one, last, other = found.groups()
+        numbers = [float(value) for value in np.linspace(float(first), float(last), max(points, 1))]
+        unit = other or one
+    else:
+        parts = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", part) for part in text.split(",")]
+        if not all(parts):
+            raise ModelError("not values", path=path, given=text, allowed='"0..2", "1 %..5 %" or "1, 2, 5"')
+        numbers = [float(part[1]) for part in parts if part]
+        unit = next((part[2] for part in parts[::-1] if part and part[2]), None)
+    return [f"{value:.12g} {unit}" for value in numbers] if unit else numbers
+
+
+def loads_of(value: Sequence[float] | str, points: int) -> tuple[float, ...]:
+    """Relative loads [1] from numbers, or from a text ``0..1.5`` or ``0.5, 2``.
+
+    Raises
+    ------
+    ModelError : a text that is neither a range nor a list of numbers, or that has negative ones.
+    """
+    if not isinstance(value, str):
+        return tuple(value)
+    found = spread(value, points, path="loads")
+    if any(isinstance(one, str) or one < 0 for one in found):
+        raise ModelError("relative loads", path="loads", given=value, allowed='"0..1.5" or "0.5, 2", 0 or more')
+    return tuple(float(one) for one in found)
+
+
+def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str, object]:
+    """Name -> text of entries ``NAME=TEXT``; a mapping stays what it is.
+
+    Raises
+    ------
+    ModelError : no name or no text in an entry.
+    """
+    if isinstance(value, Mapping):
+        return dict(value)
+    found: dict[str, object] = {}
+    for text in value:
+        name, _, bounds = text.partition("=")
+        if not name.strip() or not bounds.strip():
+            raise ModelError("not bounds", path=path, given=text, allowed='tip_relief.amount="0..40 um"')
+        found[name.strip()] = bounds.strip()
+    return found
+
+
+def _quantity(text: str, units: tuple[str, ...]) -> tuple[float, str]:
+    """Number and unit of a text, the first unit where it says none; nan where it is no number of these units."""
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*({'|'.join(units)})?\s*", text)
+    return (float(found[1]), found[2] or units[0]) if found else (float("nan"), units[0])

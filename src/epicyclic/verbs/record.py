@@ -1,0 +1,136 @@
+"""Record of a verb: the plain typed function is the declaration, its annotations carry what a command line needs.
+
+    def modes(source, *, overrides=None, damped: Annotated[bool, Option("Solve the damped problem.")] = False): ...
+    VERB = Verb(run=modes, gives=("modes",))
+
+Annotations of a verb are evaluated when its file is imported, so types of heavy rooms stand in quotes and heavy rooms
+are imported inside the function.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache, wraps
+from importlib import import_module
+from inspect import Parameter, signature
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin
+
+from ..errors import ModelError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Option", "Progress", "Verb", "former", "given", "keywords", "refuse_without", "verbs"]
+
+Progress = Callable[[float], None]
+"""Called with the share done, 0..1."""
+
+Run = TypeVar("Run", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Option:
+    """What help, documentation and command line say of a keyword.
+
+    help : one sentence.  flag : of the command line; empty: the keyword with dashes; None: keyword of Python alone.
+    least, most : bounds of a number.  default : in words, where the default is None.  metavar : of the value.
+    former : an old spelling of the flag, understood for one version with a warning.  hidden : left out of the help.
+    """
+
+    help: str
+    flag: str | None = ""
+    least: float | None = None
+    most: float | None = None
+    default: str = ""
+    metavar: str = ""
+    former: str = ""
+    hidden: bool = False
+
+    def __repr__(self) -> str:
+        """The help alone: `help(verb)` shows it beside the type."""
+        return repr(self.help)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verb:
+    """One verb.
+
+    run : source and keywords -> Dataset.  gives : kinds of result, values of the attribute `verb` of the Dataset.
+    drawing : whether the source must have its drawing; a System will not do.
+    in_report : place in the order in which a report runs verbs; 0: not part of a report.
+    model_text : text of a model file made of a result, where the verb proposes a model.
+    """
+
+    run: Callable[..., xr.Dataset]
+    gives: tuple[str, ...]
+    drawing: bool = False
+    in_report: int = 0
+    model_text: Callable[[xr.Dataset], str] | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the verb in Python; with dashes that of the command."""
+        return self.run.__name__
+
+
+@cache
+def verbs() -> Mapping[str, Verb]:
+    """Name -> record of every file of this folder that has one, in alphabetical order."""
+    folder = __name__.rpartition(".")[0]
+    modules = [import_module(f"{folder}.{found.name}") for found in iter_modules(import_module(folder).__path__)]
+    records = [cast(Verb, module.VERB) for module in modules if hasattr(module, "VERB")]
+    return {record.name: record for record in sorted(records, key=lambda record: record.name)}
+
+
+def keywords(run: Callable[..., Any]) -> dict[str, tuple[Parameter, Any, Option]]:
+    """Keyword -> parameter, type and option of every keyword of a verb that has an option."""
+    found = {}
+    for name, parameter in signature(run).parameters.items():
+        if get_origin(parameter.annotation) is Annotated:
+            kind, option = get_args(parameter.annotation)
+            found[name] = parameter, kind, option
+    return found
+
+
+def former(**spelling: str | tuple[str, ...]) -> Callable[[Run], Run]:
+    """Let a verb understand keywords under their old names for one version, with a DeprecationWarning.
+
+    spelling : old keyword = its new name, or the new names of the entries of a tuple.
+    """
+
+    def decorate(run: Run) -> Run:
+        @wraps(run)
+        def understood(*arguments: Any, **options: Any) -> Any:
+            for old in spelling.keys() & options.keys():
+                new, value = spelling[old], options.pop(old)
+                words = new if isinstance(new, str) else ", ".join(new)
+                warnings.warn(f"{run.__name__}: {old} is now {words}", DeprecationWarning, stacklevel=2)
+                if isinstance(new, str):
+                    options[new] = value
+                elif value is not None:
+                    options |= zip(new, value, strict=True)
+            return run(*arguments, **options)
+
+        return cast(Run, understood)
+
+    return decorate
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """The options that are not None, so that the default of the others is that of the analysis."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def refuse_without(condition: bool, words: str, **options: object) -> None:
+    """Refuse options that mean nothing without a condition.
+
+    Raises
+    ------
+    ModelError : one of the options is not None and the condition does not hold.
+    """
+    if not condition:
+        for name, value in given(**options).items():
+            raise ModelError(f"goes with {words}", path=name, given=value)

@@ -1,0 +1,113 @@
+"""The verb relief."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from .options import Corner, Misalignment, Slices
+from .parsing import ends, loads_of, settings
+from .record import Option, Progress, Verb, former
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "relief"]
+
+
+@former(factors="loads", speeds=("start", "stop"), speed_points="points")
+def relief(
+    source: "Source",
+    *,
+    vary: Annotated[
+        Mapping[str, object] | Sequence[str],
+        Option(
+            'tip_relief.amount="0..40 um", sun.tip_relief.length="0.5..3 mm", tip_relief.shape=linear,parabolic; '
+            "without a gear on all flanks alike; one value is set. May be repeated.",
+            metavar="[GEAR.]KEY=BOUNDS",
+        ),
+    ],
+    overrides: "Overrides | None" = None,
+    mesh: Annotated[
+        str | Sequence[str] | None,
+        Option("A mesh or pair; may be repeated.", default="every mesh with face widths", metavar="NAME"),
+    ] = None,
+    torque: Annotated[
+        float | str | None, Option('On the first gear of the mesh [N m], or e.g. "850 N m".', default="as operated")
+    ] = None,
+    objectives: Annotated[
+        Sequence[Literal["lte", "load", "force_rms", "force_peak"]],
+        Option("What is made least; several give a Pareto set.", flag="--objective"),
+    ] = ("lte",),
+    loads: Annotated[
+        Sequence[float] | str, Option('Loads of lte and load, relative: "0.5..1.25" or "0.5, 1".', default="1")
+    ] = (1.0,),
+    load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=1000)] = 4,
+    start: Annotated[
+        float | str | None,
+        Option(
+            'Lowest mesh frequency of dynamic forces [Hz], e.g. "200 Hz".',
+            flag="--from",
+            default="a fifth of operating",
+        ),
+    ] = None,
+    stop: Annotated[float | str | None, Option('Highest, e.g. "2 kHz".', flag="--to", default="1.2 of it")] = None,
+    points: Annotated[int, Option("Number of speeds.", least=1, most=10_000)] = 30,
+    population: Annotated[int, Option("Candidates a generation.", least=4, most=100_000)] = 60,
+    generations: Annotated[int, Option("Generations.", least=1, most=100_000)] = 60,
+    seed: Annotated[int, Option("The same seed, the same search.", least=0)] = 1,
+    resume: Annotated[
+        str | Path | None,
+        Option("Record of the search, written as it goes; gone on with if there.", metavar="FILE"),
+    ] = None,
+    pick: Annotated[
+        int | None, Option("Number of the solution to take, from 0.", least=0, default="nearest to all best")
+    ] = None,
+    samples: Annotated[int, Option("Phases of a mesh cycle.", least=3, most=10_000)] = 64,
+    slices: Slices = 20,
+    misalignment: Misalignment = 0.0,
+    corner: Corner = False,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """The best tip and root relief and lead modification of a mesh, or of all meshes of a train.
+
+    One objective is searched by a genetic algorithm, several by NSGA-II. Ctrl-C ends the search with the best so far.
+
+    Raises
+    ------
+    ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
+    """
+    from ..studies.relief import relief as run
+
+    return run(
+        source,
+        overrides=overrides,
+        vary=settings(vary, "vary"),
+        mesh=mesh,
+        torque=torque,
+        objectives=objectives,
+        factors=loads_of(loads, load_points),
+        speeds=ends(start, stop),
+        speed_points=points,
+        population=population,
+        generations=generations,
+        seed=seed,
+        resume=resume,
+        pick=pick,
+        samples=samples,
+        slices=slices,
+        corner=corner,
+        misalignment=misalignment,
+        progress=progress,
+    )
+
+
+def _model_text(result: "xr.Dataset") -> str:
+    """The model with the relief found, as a model file."""
+    from ..studies.relief import relief_model
+
+    return relief_model(result)
+
+
+VERB = Verb(run=relief, gives=("relief",), drawing=True, model_text=_model_text)

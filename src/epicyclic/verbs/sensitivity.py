@@ -1,0 +1,67 @@
+"""The verb sensitivity."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from .parsing import frequency
+from .record import Option, Progress, Verb
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "sensitivity"]
+
+
+def sensitivity(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    of: Annotated[
+        Literal["frequency", "force"], Option("Natural frequencies, or the RMS of the dynamic mesh forces.")
+    ] = "frequency",
+    mode: Annotated[int | None, Option("Rank by this mode, from 1.", default="lowest elastic")] = None,
+    mesh: Annotated[str | None, Option("Rank by this mesh, e.g. main/sun-planet/1.", default="largest force")] = None,
+    paths: Annotated[
+        Sequence[str] | None,
+        Option(
+            "A number of the model, PATH[2] for an entry of a list; may be repeated.",
+            flag="--path",
+            default="all that move something",
+        ),
+    ] = None,
+    mesh_frequency: Annotated[
+        float | str | None,
+        Option('Mesh frequency for forces [Hz], e.g. "0.6 kHz".', default="operating speed", former="--at"),
+    ] = None,
+    harmonic: Annotated[int | None, Option("Amplitude of this mesh order in place of the RMS.", default="RMS")] = None,
+    relative_speed: Annotated[
+        float | None,
+        Option("Speed per operating speed; gyroscopic terms for frequencies.", default="standstill; of forces 1"),
+    ] = None,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Which number of the model moves a natural frequency or a mesh force most: percent per percent, ranked.
+
+    Raises
+    ------
+    ModelError : the model is wrong; a path that is no number; options that do not go together; no damping or speed.
+    """
+    from ..studies.sensitivity import sensitivity as run
+    from ..studies.source import train_of
+
+    return run(
+        train_of(source, overrides=overrides),
+        of=of,
+        mode=mode,
+        mesh=mesh,
+        paths=paths,
+        mesh_frequency=None if mesh_frequency is None else frequency(mesh_frequency, "mesh_frequency"),
+        relative_speed=relative_speed,
+        harmonic=harmonic,
+        progress=progress,
+    )
+
+
+VERB = Verb(run=sensitivity, gives=("sensitivity",), drawing=True)

@@ -1,0 +1,66 @@
+"""Range of speeds of a sweep: from what a person says to mesh frequencies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..errors import ModelError
+from .parsing import mesh_frequency
+
+if TYPE_CHECKING:
+    from ..studies.source import Overrides, Source
+    from ..system.system import System
+    from ..train.train import Train
+
+__all__ = ["SPEED_HINT", "mesh_frequencies", "train_and_system"]
+
+SPEED_HINT = 'a speed of a member, e.g. speed.sun = "100 rpm"'
+
+
+def train_and_system(source: Source, overrides: Overrides | None) -> tuple[Train | None, System]:
+    """The Train of a source, None where it is assembled already, and its System."""
+    from ..studies.source import system_of, train_of
+    from ..system.system import System
+
+    if isinstance(source, System):
+        return None, system_of(source, overrides=overrides)
+    train = train_of(source, overrides=overrides)
+    return train, system_of(train)
+
+
+def mesh_frequencies(
+    system: System, train: Train | None, start: float | str | None, stop: float | str | None, points: int
+) -> list[float]:
+    """Evenly spaced mesh frequencies of the first mesh (points,) [Hz].
+
+    Parameters
+    ----------
+    train : as of `parsing.mesh_frequency`.
+    start, stop : ends, numbers [Hz] or texts; None: a fifth of the lowest, 1.2 times the highest of the natural
+        frequencies and the mesh frequency in operation.
+
+    Raises
+    ------
+    ModelError : no speed in the model, an end that is no speed, or an empty range.
+    """
+    import numpy as np
+
+    from ..analyses.modes.eigen import eigen
+    from ..analyses.static.record import reference_tone
+
+    if not system.tones:
+        raise ModelError("a sweep needs a speed", path="operation.speed", allowed=SPEED_HINT)
+    omega = eigen(system).omega
+    tone = float(reference_tone(system))
+    known = [tone, *(omega[omega > 0] / (2 * np.pi))]
+    low, high = (
+        None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
+        for end, path in ((start, "start"), (stop, "stop"))
+    )
+    low = 0.2 * min(known) if low is None else low
+    high = max(1.2 * max(known), low) if high is None else high
+    if not 0 < low <= high:
+        raise ModelError(
+            "the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz", allowed="0 < start <= stop"
+        )
+    return [float(frequency) for frequency in np.linspace(low, high, points)]

@@ -1,0 +1,96 @@
+"""The verb stability."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+from ..errors import ModelError
+from .options import FrameSpeed, MeshFrequencies, RelativeSpeeds, Start, Stop
+from .parsing import spread
+from .record import Option, Verb, given, refuse_without
+from .speeds import mesh_frequencies, train_and_system
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "stability"]
+
+
+def stability(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    start: Start = None,
+    stop: Stop = None,
+    points: Annotated[
+        int | None, Option("Number of speeds.", least=1, most=100_000, default="200, of a map 100")
+    ] = None,
+    mesh_frequency: MeshFrequencies = None,
+    relative_speed: RelativeSpeeds = None,
+    frame_speed: FrameSpeed = "kinematic",
+    variation: Annotated[
+        float | None, Option("Factor of the stiffness variation of all meshes.", least=0, default="1")
+    ] = None,
+    damping: Annotated[float | None, Option("Factor of all damping.", least=0, default="1")] = None,
+    over: Annotated[
+        str | None,
+        Option(
+            "Second parameter of a map: a path of the model file, or variation or damping, a factor.",
+            metavar="PATH",
+        ),
+    ] = None,
+    values: Annotated[Sequence[Any] | str | None, Option('Its values: "0..2", "1 %..5 %" or "1, 2, 5".')] = None,
+    value_points: Annotated[int, Option("Number of values in a range.", least=1, most=10_000)] = 21,
+    progress: "Callable[[int, int], None] | None" = None,
+) -> "xr.Dataset":
+    """Floquet stability over speed: where the varying mesh stiffness makes vibration grow by itself.
+
+    With a second parameter the result is a map over both, with the boundaries that averaging predicts.
+
+    Parameters
+    ----------
+    progress : called with (points done, points).
+
+    Raises
+    ------
+    ModelError : the model is wrong, or says no speed; one of `over` and `values` without the other.
+    """
+    if (over is None) != (values is None):
+        raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
+    train, system = train_and_system(source, overrides)
+    ranged = start is not None or stop is not None or points is not None
+    if over is None or values is None:
+        from ..analyses.stability.stability import stability as run
+
+        return run(
+            system,
+            mesh_frequency=mesh_frequencies(system, train, start, stop, points or 200) if ranged else mesh_frequency,
+            relative_speed=relative_speed,
+            frame_speed=frame_speed,
+            progress=progress,
+            **given(variation=variation, damping=damping),
+        )
+    import numpy as np
+
+    from ..studies.stability import stability_map
+
+    refuse_without(
+        False, "speed as the only parameter", variation=variation, damping=damping, relative_speed=relative_speed
+    )
+    if mesh_frequency is None:
+        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 100)
+    return stability_map(
+        source,
+        over.strip(),
+        spread(values, value_points) if isinstance(values, str) else values,
+        np.atleast_1d(np.asarray(mesh_frequency, dtype=float)).tolist(),
+        overrides=overrides,
+        frame_speed=frame_speed,
+        progress=progress,
+    )
+
+
+VERB = Verb(run=stability, gives=("stability",))

@@ -1,0 +1,40 @@
+"""The verb static."""
+
+from typing import TYPE_CHECKING
+
+from .options import Cycles, Of, Samples, Turns
+from .record import Progress, Verb
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "static"]
+
+
+def static(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    cycles: Cycles = None,
+    turns: Turns = None,
+    of: Of = None,
+    samples: Samples = None,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Static equilibrium over the record; the teeth can only push.
+
+    Raises
+    ------
+    ModelError : the model or an option is wrong, or a load that nothing holds.  ConvergenceError : no equilibrium.
+    """
+    from ..analyses.static.static import static as run
+    from ..studies.source import system_of
+
+    return run(
+        system_of(source, overrides=overrides), cycles=cycles, turns=turns, of=of, samples=samples, progress=progress
+    )
+
+
+VERB = Verb(run=static, gives=("static",))

@@ -1,0 +1,49 @@
+"""The verb track."""
+
+from typing import TYPE_CHECKING, Annotated
+
+from .record import Option, Progress, Verb
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "track"]
+
+
+def track(
+    source: "Source",
+    *,
+    over: Annotated[str, Option("The number that is moved, PATH[2] for an entry of a list.", metavar="PATH")],
+    overrides: "Overrides | None" = None,
+    start: Annotated[
+        float | str | None,
+        Option('First value, as the file says it: "1e8 N/m".', flag="--from", default="half of it"),
+    ] = None,
+    stop: Annotated[float | str | None, Option("Last value.", flag="--to", default="twice")] = None,
+    points: Annotated[int, Option("Values to begin with; more where modes meet.", least=3, most=10_000)] = 41,
+    modes: Annotated[int | None, Option("How many modes, from the lowest.", least=1, default="all")] = None,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Natural frequencies along a number of the model, each mode followed; where they cross and where they veer.
+
+    Raises
+    ------
+    ModelError : the model is wrong; a path that is no number, an empty range, a value the model cannot have.
+    """
+    from ..studies.source import train_of
+    from ..studies.tracking import track as run
+
+    return run(
+        train_of(source, overrides=overrides),
+        over=over,
+        start=start,
+        stop=stop,
+        points=points,
+        modes=modes,
+        progress=progress,
+    )
+
+
+VERB = Verb(run=track, gives=("track",), drawing=True)

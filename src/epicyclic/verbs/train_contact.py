@@ -1,0 +1,62 @@
+"""The verb train_contact."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+from .options import Corner, LinearAt, Of, Slices, Turns
+from .parsing import loads_of
+from .record import Option, Progress, Verb, former
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..studies.source import Overrides, Source
+
+__all__ = ["VERB", "train_contact"]
+
+
+@former(factors="loads")
+def train_contact(
+    source: "Source",
+    *,
+    overrides: "Overrides | None" = None,
+    loads: Annotated[
+        Sequence[float] | str | None,
+        Option('Further torques, relative to the operating ones: "0..1.5" or "0.5, 2".', default="0.1 to 1.5"),
+    ] = None,
+    load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=10_000)] = 7,
+    cycles: Annotated[int | None, Option("Length of the record in mesh cycles.", least=1)] = 1,
+    turns: Turns = None,
+    of: Of = None,
+    samples: Annotated[int, Option("Instants per mesh cycle or turn.", least=1)] = 32,
+    slices: Slices = 20,
+    corner: Corner = False,
+    linear_at: LinearAt = None,
+    progress: Progress | None = None,
+) -> "xr.Dataset":
+    """Tooth contact of all meshes at once, in the equilibrium of the train: load along the faces, K_Hbeta, K_gamma.
+
+    Every mesh is misaligned by its own tilt and twist, and branches and sides share the load as the train lets them.
+
+    Raises
+    ------
+    ModelError : the model or an option is wrong; no torque, no face width.  ConvergenceError : no equilibrium.
+    """
+    from ..studies.source import train_of
+    from ..studies.train_tooth_contact import train_contact as run
+
+    return run(
+        train_of(source, overrides=overrides),
+        cycles=cycles,
+        turns=turns,
+        of=of,
+        samples=samples,
+        slices=slices,
+        linear_at=linear_at,
+        corner=corner,
+        progress=progress,
+        **({} if loads is None else {"factors": loads_of(loads, load_points)}),
+    )
+
+
+VERB = Verb(run=train_contact, gives=("train_contact",), drawing=True)
