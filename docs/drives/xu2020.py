@@ -247,7 +247,7 @@ def _curves(drawn: go.Figure, cases: Mapping[str, xr.Dataset]) -> None:
 @cache
 def _unit_loads(changes: str) -> Array:
     """Largest and smallest load per length of contact line of both sides, (2, 2) [N/mm]."""
-    result = epicyclic.train_contact("xu2020", overrides=json.loads(changes), factors=(), samples=32)
+    result = epicyclic.train_contact("xu2020", overrides=json.loads(changes), loads=(), samples=32)
     mine = result.sel(torque_factor=1.0, mesh=[f"main/sun-planet/1/{side}" for side in SIDES])
     return np.array([mine.largest_load_per_length.values, mine.smallest_load_per_length.values]) / 1e3
 
@@ -294,7 +294,7 @@ def fig8() -> go.Figure:
 
 def teeth() -> go.Figure:
     """Load per length over the flanks of sun and planet 1, both sides, held as fitted."""
-    result = epicyclic.train_contact("xu2020", overrides=dict(FITTED), factors=(), samples=64, slices=24)
+    result = epicyclic.train_contact("xu2020", overrides=dict(FITTED), loads=(), samples=64, slices=24)
     names = [f"main/sun-planet/1/{side}" for side in SIDES]
     load = result["flank_load_per_length"].sel(mesh=names).values / 1e3
     share = result["side_share"].sel(mesh=names, torque_factor=1.0).values

@@ -223,7 +223,7 @@ def relief_error() -> go.Figure:
         y="loaded transmission error [µm]",
         height=460,
     )
-    options = {**TEETH, "samples": 256, "factors": [1.0]}
+    options = {**TEETH, "samples": 256, "loads": [1.0]}
     curves = [("as drawn", epicyclic.contact("yue2014-i", **options).transmission_error.values, INK)]
     printed = epicyclic.contact("yue2014-i", overrides=flanks(*PRINTED), **options)
     curves.append(("printed optimum, both gears", printed.transmission_error.values, PALETTE[1]))

@@ -179,7 +179,7 @@ def test_a_displaced_rigid_seat_is_the_limit_of_a_stiff_one() -> None:
             for name, value in zip(system.links.name, rate, strict=True):
                 start[1, system.dofs.names.index(name.replace("/bearing", ""))] += value
         found = epicyclic.transient(
-            system, mesh_frequency=(0.5 * tone, tone), duration=0.06, contact="linear", start=start, decimate=8
+            system, mesh_frequency=(0.5 * tone, tone), duration=0.06, contact="linear", initial=start, decimate=8
         )
         forces.append(found.mesh_force.values[:, 276:])  # dampers of the meshes have settled the start
     moved = np.ptp(forces[0], axis=1).max()

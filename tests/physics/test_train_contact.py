@@ -184,14 +184,14 @@ def test_where_nothing_tilts_a_mesh_is_the_pair_alone_under_its_force(helix: flo
 
 
 def test_identical_branches_share_alike() -> None:
-    result = epicyclic.train_contact(document(helix_angle=0.0), samples=6, slices=4, factors=[0.5])
+    result = epicyclic.train_contact(document(helix_angle=0.0), samples=6, slices=4, loads=[0.5])
     # planets a third of a cycle apart: what each carries over a cycle is the same to rounding
     np.testing.assert_allclose(result.branch_load_factor, 1.0, rtol=1e-9)
     moved = epicyclic.train_contact(
         document(helix_angle=0.0, deviations={"planet": {"position": {"y": [15e-6, 0.0, 0.0]}}}),
         samples=6,
         slices=4,
-        factors=[0.25, 2.0],
+        loads=[0.25, 2.0],
     )
     factor = moved.branch_load_factor.sel(mesh_pair="stages.main.meshes.sun-planet").values
     assert (np.diff(factor) < 0).all()  # an error in place weighs less, the more the teeth give way
@@ -307,7 +307,7 @@ def test_a_row_along_the_line_of_action_turns_with_the_bodies() -> None:
     ("changes", "options", "words"),
     [
         ({"face_width": None}, {}, "face_width"),
-        ({}, {"factors": [-1.0]}, "relative torques"),
+        ({}, {"loads": [-1.0]}, "relative torques"),
         ({}, {"samples": 0}, "samples"),
         ({"no torque": True}, {}, "no torque"),
     ],

@@ -140,6 +140,8 @@ def test_no_cycle_at_import() -> None:
 
 @pytest.mark.parametrize("module", list(MODULES))
 def test_public_names_are_listed(module: str) -> None:
+    if module == "__init__":
+        return  # the package itself lists what its stub names
     tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
     listed = [
         ast.literal_eval(node.value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -17,9 +18,9 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.cli.console import frequency
 from epicyclic.cli.main import app
-from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.errors import ConvergenceError
+from epicyclic.verbs.record import keywords, verbs
 
 
 class Outcome(NamedTuple):
@@ -228,13 +229,13 @@ def test_schema_and_systems(command: Command) -> None:
 
 
 def test_no_convergence_is_status_3(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("epicyclic.verbs.job.run", raising(ConvergenceError("lower the load")))
+    monkeypatch.setattr("epicyclic.analyses.modes.modal.modal", raising(ConvergenceError("lower the load")))
     assert command("modes", "lin1999-n4") == (3, "", "no convergence: lower the load\n")
 
 
 def test_a_fault_is_one_message(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("EPICYCLIC_DEBUG", raising=False)
-    monkeypatch.setattr("epicyclic.verbs.job.run", raising(IndexError("off by one")))
+    monkeypatch.setattr("epicyclic.analyses.modes.modal.modal", raising(IndexError("off by one")))
     status, out, err = command("modes", "lin1999-n4")
     assert (status, out) == (1, "")
     assert "IndexError: off by one" in err
@@ -243,7 +244,7 @@ def test_a_fault_is_one_message(command: Command, monkeypatch: pytest.MonkeyPatc
 
 def test_a_fault_has_a_traceback_on_demand(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EPICYCLIC_DEBUG", "1")
-    monkeypatch.setattr("epicyclic.verbs.job.run", raising(IndexError("off by one")))
+    monkeypatch.setattr("epicyclic.analyses.modes.modal.modal", raising(IndexError("off by one")))
     with pytest.raises(IndexError):
         app(["modes", "lin1999-n4"])
 
@@ -282,12 +283,25 @@ def test_a_closed_pipe_is_quiet() -> None:
         assert "Traceback" not in running.stderr.read()
 
 
-@pytest.mark.parametrize(("text", "value"), [("20", 20.0), ("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])
-def test_frequency(text: str, value: float) -> None:
-    assert frequency(text, "--from") == pytest.approx(value, rel=1e-15)  # one rounding
+@pytest.mark.parametrize("name", list(verbs()))
+def test_every_verb_is_a_command_that_explains_its_options(command: Command, name: str) -> None:
+    status, out, _ = command(name.replace("_", "-"), "--help")
+    assert status == 0
+    shown = [option for _, _, option in keywords(verbs()[name].run).values() if option.flag is not None]
+    for option in shown:
+        first = re.split(r"[^A-Za-z]", option.help)[0]
+        assert option.hidden or first in out
 
 
-@pytest.mark.parametrize("text", ["", "Hz", "-3", "0", "nan", "inf", "20 rpm", "1.2.3", "1e400", "twenty"])
-def test_not_a_frequency(text: str) -> None:
-    with pytest.raises(ModelError, match="--from"):
-        frequency(text, "--from")
+def test_an_old_flag_is_understood_and_told(command: Command) -> None:
+    words = ("sensitivity", "ren2021", "--of", "force", "--path", "stages.main.sun.mass", "--json")
+    new, old = command(*words, "--mesh-frequency", "60 Hz"), command(*words, "--at", "60 Hz")
+    assert (old.status, old.out) == (0, new.out)
+    assert "warning: --at is now --mesh-frequency" in old.err.splitlines()
+    assert "--at" not in command("sensitivity", "--help").out.split()
+
+
+def test_errors_name_flags(command: Command) -> None:
+    assert "--from, --to = 600 Hz to 20 Hz" in command("sweep", "ren2021", "--from", "600", "--to", "20").err
+    assert "--unstable = ignore: goes with contact loss" in command("sweep", "ren2021", "--unstable", "ignore").err
+    assert "--set = nothing" in command("check", "ren2021", "--set", "nothing").err

@@ -30,7 +30,9 @@ def test_frequencies_ranked() -> None:
 
 def test_forces_at_a_speed(tmp_path: Path) -> None:
     target = tmp_path / "result.nc"
-    done = run("sensitivity", "ren2021", "--of", "force", "--path", PINS, "--at", "60 Hz", "-o", str(target))
+    done = run(
+        "sensitivity", "ren2021", "--of", "force", "--path", PINS, "--mesh-frequency", "60 Hz", "-o", str(target)
+    )
     assert done.exit_code == 0
     found = epicyclic.load_result(target)
     assert json.loads(found.attrs["options"])["mesh_frequency"] == pytest.approx(60.0)
@@ -76,7 +78,7 @@ def test_track_tells_where_modes_meet(tmp_path: Path) -> None:
     [
         (["sensitivity", "ren2021", "--path", "stages.main.sun.mas"], "did you mean"),
         (["sensitivity", "ren2021", "--mode", "99"], "no such mode"),
-        (["sensitivity", "ren2021", "--of", "force", "--at", "fast"], "--at"),
+        (["sensitivity", "ren2021", "--of", "force", "--mesh-frequency", "fast"], "--mesh-frequency"),
         (["sensitivity", "lin1999-n4", "--of", "force"], "no damping"),
         (["track", "ren2021", "--over", "stages.main.sun.teeth"], "whole number"),
         (["track", "ren2021", "--over", PINS, "--from", "1 kg"], "not a value"),

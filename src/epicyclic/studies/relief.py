@@ -171,10 +171,10 @@ def _check(objectives: Sequence[str], factors: Sequence[float], torque: object, 
         raise ModelError("out of range", path="samples, slices", given=given, allowed="3 or more, 1 or more")
     unknown = [name for name in objectives if name not in OBJECTIVES]
     if unknown or not objectives or len(set(objectives)) != len(objectives):
-        raise ModelError("objectives", path="objective", given=list(objectives), allowed=", ".join(OBJECTIVES))
+        raise ModelError("objectives", path="objectives", given=list(objectives), allowed=", ".join(OBJECTIVES))
     values = np.asarray(factors, dtype=float)
     if not values.size or not (np.isfinite(values).all() and (values > 0).all()):
-        raise ModelError("relative loads", path="factors", given=list(factors), allowed="above 0")
+        raise ModelError("relative loads", path="loads", given=list(factors), allowed="above 0")
     if torque is not None and any(name in DYNAMIC for name in objectives):
         raise ModelError(
             "the dynamic force is that of the train at its own torque",

@@ -124,7 +124,7 @@ def run_up(system: System, speeds: tuple[float, float] | None, points: int) -> A
     tone = float(reference_tone(system))
     low, high = (0.2 * tone, 1.2 * tone) if speeds is None else speeds
     if not (0 < low <= high < math.inf) or points < 1:
-        raise ModelError("the range is empty", path="speeds", given=f"{low:g} Hz to {high:g} Hz, {points} points")
+        raise ModelError("the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz, {points} points")
     return np.linspace(low, high, points) / tone
 
 

@@ -122,7 +122,7 @@ _Ready = Sequence[tuple[Any, NDArray[np.int64]]]
 def _levels(train: Train, factors: Sequence[float]) -> Array:
     levels = np.array(sorted({1.0, *(float(factor) for factor in factors)}))
     if not (np.isfinite(levels).all() and (levels > 0).all()):
-        raise ModelError("relative torques", path="factors", given=list(factors), allowed="above 0")
+        raise ModelError("relative torques", path="loads", given=list(factors), allowed="above 0")
     if not any(train.torques.values()):
         raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
     return levels

@@ -15,6 +15,7 @@ import epicyclic
 from epicyclic.audits import audit as module
 from epicyclic.cli.main import app
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.verbs.record import Verb
 
 HEAD = 'format = 1\nsource = "A. Author 2020"\ndrive = "lin1999-n3"\n[runs.modes]\nverb = "modes"\n'
 OURS = 'ours = { run = "modes", take = "frequency", reduce = "max" }'  # 11775.266 Hz
@@ -140,7 +141,7 @@ def test_a_run_is_computed_once(run: Auditor, monkeypatch: pytest.MonkeyPatch) -
         calls.append(options)
         return epicyclic.modes(source, **options)
 
-    monkeypatch.setattr(module, "VERBS", {"modes": counting})
+    monkeypatch.setattr(module, "verbs", lambda: {"modes": Verb(run=counting, gives=("modes",))})
     run(row("reproduced"), row("reproduced"), row("not reproducible", "a curve", ours="", extra=""))
     assert calls == [{}]
 
@@ -149,7 +150,7 @@ def test_no_convergence_is_an_outcome(run: Auditor, monkeypatch: pytest.MonkeyPa
     def failing(source: Any, **options: Any) -> xr.Dataset:
         raise ConvergenceError("no contact state found")
 
-    monkeypatch.setattr(module, "VERBS", {"modes": failing})
+    monkeypatch.setattr(module, "verbs", lambda: {"modes": Verb(run=failing, gives=("modes",))})
     result = run(row("reproduced"), row("not reproducible"))
     assert result.outcome.values.tolist() == ["no convergence: no contact state found"] * 2
     assert np.isnan(result.ours.values).all()

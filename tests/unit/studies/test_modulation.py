@@ -15,7 +15,7 @@ import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
-from epicyclic.studies.modulation import read_transfer, read_window
+from epicyclic.verbs.sensor_files import read_transfer, read_window
 
 
 @pytest.fixture(scope="module")

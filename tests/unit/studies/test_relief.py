@@ -114,7 +114,7 @@ def test_a_record_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_another_search_does_not_go_on_with_a_record(tmp_path: Path) -> None:
     record = tmp_path / "search.json"
     found(generations=1, resume=record)
-    for change in ({"seed": 2}, {"vary": {**TIP, "crown": "0..5 um"}}, {"population": 9}, {"factors": (0.5,)}):
+    for change in ({"seed": 2}, {"vary": {**TIP, "crown": "0..5 um"}}, {"population": 9}, {"loads": (0.5,)}):
         with pytest.raises(ModelError, match="another search"):
             found(resume=record, **change)
     record.write_text("{}")
@@ -135,7 +135,7 @@ def swing_of(amount: float) -> float:
     document = copy.deepcopy(PAIR)
     for gear in ("pinion", "wheel"):
         document["stages"]["main"][gear]["flank"] = {"tip_relief": {"amount": amount, "length": "3 mm"}}
-    one = epicyclic.contact(document, samples=24, slices=2, factors=[1.0])
+    one = epicyclic.contact(document, samples=24, slices=2, loads=[1.0])
     return float(one.transmission_error_peak_to_peak[0])
 
 
@@ -160,7 +160,7 @@ def test_what_is_drawn_is_among_the_candidates(single: xr.Dataset) -> None:
 
 
 def test_no_solution_of_the_pareto_set_is_beaten() -> None:
-    options: dict[str, Any] = {"objectives": ["lte", "force_rms"], "speed_points": 3}
+    options: dict[str, Any] = {"objectives": ["lte", "force_rms"], "points": 3}
     result = found(**options)
     front, every = result.solution_objective.values, result.evaluated_objective.values
     assert len(front) > 1
@@ -197,7 +197,7 @@ def test_the_model_written_differs_in_its_flanks_alone(single: xr.Dataset, tmp_p
     for gear in ("pinion", "wheel"):
         del stage["main"][gear]["flank"]
     assert document == dict(epicyclic.load(PAIR).document)
-    contact = epicyclic.contact(path, samples=24, factors=single.load_factor.values)
+    contact = epicyclic.contact(path, samples=24, loads=single.load_factor.values)
     np.testing.assert_array_equal(contact.loaded_transmission_error, single.relieved_error[1, 0])
     # one piece across the face in the search, twenty in the verb: the same teeth
     assert float(single.objective_after[0]) == pytest.approx(float(single.relieved_peak_to_peak[1, 0, 3]), rel=1e-9)
@@ -251,7 +251,7 @@ def test_relief_makes_entry_and_exit_smooth() -> None:
 def test_all_meshes_of_a_train_at_once() -> None:
     small: dict[str, Any] = {"population": 4, "generations": 1, "samples": 8, "slices": 4}
     vary = {"planet.tip_relief.amount": "5..40 um", "planet.tip_relief.length": "1 mm", "sun.crown": "0..9 um"}
-    result = epicyclic.relief("ren2021", vary=vary, objectives=["lte", "load"], factors=(0.5, 1.0), **small)
+    result = epicyclic.relief("ren2021", vary=vary, objectives=["lte", "load"], loads=(0.5, 1.0), **small)
     assert result.relieved_mesh.values.tolist() == ["main/sun-planet/1", "main/planet-ring/1"]
     swing = result.relieved_peak_to_peak.sel(state="after", load_factor=[0.5, 1.0])
     # both helices together, the largest over the loads, the mean over the meshes; herringbone halves are alike
@@ -284,13 +284,13 @@ def test_slope_takes_misalignment_back() -> None:
 
 
 def test_relief_for_the_dynamic_force() -> None:
-    result = found(objectives=["force_rms"], vary={**TIP, "tip_relief.length": "1.5 mm"}, speed_points=6)
+    result = found(objectives=["force_rms"], vary={**TIP, "tip_relief.length": "1.5 mm"}, points=6)
     assert result.mesh_force_rms.dims == ("state", "speed")
     assert result.speed.values[[0, -1]] == pytest.approx([0.2, 1.2])
     assert float(result.objective_before[0]) == float(result.mesh_force_rms[0].max())
     assert float(result.objective_after[0]) == pytest.approx(float(result.mesh_force_rms[1].max()), rel=1e-9)
     assert float(result.objective_after[0]) < 0.5 * float(result.objective_before[0])
-    slow = found(objectives=["force_peak"], speeds=(0.2, 0.4), speed_points=2, generations=1)
+    slow = found(objectives=["force_peak"], start=0.2, stop=0.4, points=2, generations=1)
     force = float(slow.relieved_force[0])
     np.testing.assert_allclose(slow.mesh_force_peak, force, rtol=1e-4)  # slowly the teeth bear what they transmit
     np.testing.assert_array_less(slow.mesh_force_rms, 1e-4 * force)
@@ -320,7 +320,7 @@ def test_relief_for_the_dynamic_force() -> None:
         ({"vary": {**TIP, "tip_relief.shape": "round"}}, "parabolic"),
         ({"objectives": ["noise"]}, "force_rms"),
         ({"objectives": []}, "lte"),
-        ({"factors": [0.0]}, "relative loads"),
+        ({"loads": [0.0]}, "relative loads"),
         ({"population": 2}, "population"),
         ({"generations": 0}, "generations"),
         ({"pick": 99}, "no such solution"),
@@ -328,7 +328,7 @@ def test_relief_for_the_dynamic_force() -> None:
         ({"slices": 0}, "slices"),
         ({"misalignment": "3 mm"}, "misalignment"),
         ({"objectives": ["force_rms"], "torque": "3 N m"}, "its own torque"),
-        ({"objectives": ["force_rms"], "speeds": (5.0, 1.0)}, "range is empty"),
+        ({"objectives": ["force_rms"], "start": 5.0, "stop": 1.0}, "range is empty"),
     ],
 )
 def test_wrong_input_is_named(options: dict[str, Any], named: str) -> None:
@@ -448,7 +448,7 @@ def test_a_stopped_command_has_its_status(run: Run, monkeypatch: pytest.MonkeyPa
 
 def test_figures_say_their_units(single: xr.Dataset) -> None:
     several = found(objectives=["lte", "load"])
-    moving = found(objectives=["lte", "force_rms"], generations=1, speed_points=3)
+    moving = found(objectives=["lte", "force_rms"], generations=1, points=3)
     for drawn in (*map(relief_search, (single, several)), *map(relief_effect, (single, moving))):
         titles = [axis.title.text for axis in [*drawn.select_xaxes(), *drawn.select_yaxes()]]
         assert all(str(title).endswith("]") or title == "generation" for title in titles)

@@ -15,7 +15,6 @@ from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.show.figures.stability_map import stability_map as drawn_map
 from epicyclic.show.figures.stability_over_speed import stability_over_speed
-from epicyclic.studies.stability import spread
 
 # xu2020 beside its widest range of instability, f34 + f36 = f
 SPEEDS: dict[str, Any] = {"start": 3300.0, "stop": 3900.0, "points": 4}
@@ -95,18 +94,6 @@ def test_a_path_and_its_values_go_together() -> None:
         epicyclic.stability("xu2020", over="damping.modal")
     with pytest.raises(ModelError, match="overrides"):
         epicyclic.stability(epicyclic.load("xu2020"), over="damping.modal", values=[0.01], **SPEEDS)
-
-
-def test_spread() -> None:
-    assert spread("0..2", 3) == [0.0, 1.0, 2.0]
-    assert spread("1 % .. 5 %", 3) == ["1 %", "3 %", "5 %"]
-    assert spread("1..3 kN/mm", 2) == ["1 kN/mm", "3 kN/mm"]
-    assert spread(".5e1 N/m..1e1 N/m", 2) == ["5 N/m", "10 N/m"]
-    assert spread("1, 2, 5", 9) == [1.0, 2.0, 5.0]
-    assert spread("1, 2 um", 9) == ["1 um", "2 um"]
-    for text in ("", "much", "1..much", "a..b", "1,,2", ".."):
-        with pytest.raises(ModelError, match="--values"):
-            spread(text, 3)
 
 
 def test_progress_counts_cells() -> None:

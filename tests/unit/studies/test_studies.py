@@ -1,4 +1,4 @@
-"""Verbs, jobs, one-parameter studies and the report's run."""
+"""Verbs, one-parameter studies and the report's run."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.studies.design import run_out_study, support_study
 from epicyclic.studies.drives import drive_titles
-from epicyclic.verbs import job
-from epicyclic.verbs.report import REPORT_VERBS, STUDIES, run_report
+from epicyclic.verbs.record import verbs
+from epicyclic.verbs.report import STUDIES, report_verbs, run_report
 
 
 def test_a_verb_takes_a_name_a_train_or_a_system() -> None:
@@ -30,20 +30,10 @@ def test_overrides_belong_to_a_file() -> None:
         epicyclic.check(epicyclic.assemble(train))
 
 
-def test_job() -> None:
-    described = job.Job(verb="modes", source="lin1999-n3", overrides={"stages.main.sun.mass": 1.0})
-    expected = epicyclic.modes("lin1999-n3", overrides={"stages.main.sun.mass": 1.0})
-    assert job.run(described).identical(expected)
-    with pytest.raises(ModelError, match="verb = guess"):
-        job.run(job.Job(verb="guess", source="lin1999-n3"))
-
-
-@pytest.mark.parametrize(
-    ("verb", "options"), [("sweep", {"start": 20.0, "stop": 40.0, "points": 5}), ("campbell", {}), ("static", {})]
-)
-def test_progress_ends_at_one(verb: str, options: dict[str, object]) -> None:
+@pytest.mark.parametrize("verb", ["campbell", "static", "sharing"])
+def test_progress_ends_at_one(verb: str) -> None:
     seen: list[float] = []
-    job.run(job.Job(verb=verb, source="ren2021", options=options), progress=seen.append)
+    verbs()[verb].run("ren2021", progress=seen.append)
     assert seen == sorted(seen)
     assert seen[-1] == 1.0
 
@@ -111,7 +101,7 @@ def test_design_studies_need_something_to_vary() -> None:
 def test_report_runs_everything() -> None:
     begun: list[str] = []
     results = run_report("ren2021", progress=begun.append)
-    assert list(results) == begun == [*REPORT_VERBS, *STUDIES]
+    assert list(results) == begun == [*report_verbs(), *STUDIES]
 
 
 def test_report_says_what_is_left_out() -> None:

@@ -1,4 +1,4 @@
-"""The verb and the command `contact --train`: variables, table, figures, saving, what is refused."""
+"""The verb and the command `train-contact`: variables, table, figures, saving, what is refused."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from epicyclic.show.views.train_contact import tables
 
 @pytest.fixture(scope="module")
 def result() -> xr.Dataset:
-    return epicyclic.train_contact("ren2021", samples=9, slices=6, factors=[0.2])
+    return epicyclic.train_contact("ren2021", samples=9, slices=6, loads=[0.2])
 
 
 def test_factors_follow_from_the_forces(result: xr.Dataset) -> None:
@@ -44,14 +44,14 @@ def test_factors_follow_from_the_forces(result: xr.Dataset) -> None:
 def test_a_slide_that_is_held_loads_one_side() -> None:
     held = {"stages.main.sun.support.z": "inf", "stages.main.planet.bearing.z": "inf"}
     slid = epicyclic.train_contact(
-        "xu2020", overrides={**held, "deviations.sun.position.z": "60 um"}, samples=4, slices=4, factors=[]
+        "xu2020", overrides={**held, "deviations.sun.position.z": "60 um"}, samples=4, slices=4, loads=[]
     )
-    plain = epicyclic.train_contact("xu2020", overrides=held, samples=4, slices=4, factors=[])
+    plain = epicyclic.train_contact("xu2020", overrides=held, samples=4, slices=4, loads=[])
     left = [name for name in plain.mesh.values if "sun" in name and name.endswith("left")]
     change = (slid.side_share - plain.side_share).sel(mesh=left, torque_factor=1.0)
     # to the right, with the left helix of the sun left-hand: the left side opens
     assert (change < -0.03).all()
-    floating = epicyclic.train_contact("xu2020", samples=4, slices=4, factors=[])
+    floating = epicyclic.train_contact("xu2020", samples=4, slices=4, loads=[])
     np.testing.assert_allclose(floating.side_share, 0.5, rtol=1e-9)  # sum F_z = 0
 
 
@@ -69,9 +69,12 @@ def test_table_figures_and_file(result: xr.Dataset, tmp_path: Path) -> None:
 
 
 def test_the_command() -> None:
-    words = ["contact", "ren2021", "--train", "--samples", "3", "--slices", "2", "--loads", "0.5", "--json"]
-    answer = CliRunner().invoke(app, words)
+    words = ["ren2021", "--samples", "3", "--slices", "2", "--loads", "0.5", "--json"]
+    answer = CliRunner().invoke(app, ["train-contact", *words])
     assert answer.exit_code == 0, answer.output
+    old = CliRunner().invoke(app, ["contact", "--train", *words])  # its old spelling
+    assert old.stdout == answer.stdout
+    assert "train-contact" in old.stderr
     found = json.loads(answer.stdout)
     assert found["coords"]["torque_factor"]["data"] == [0.5, 1.0]
     assert found["attrs"]["verb"] == "train_contact"
@@ -90,7 +93,7 @@ def test_audits_can_ask_for_it(tmp_path: Path) -> None:
     data = tmp_path / "ren2021.audit.toml"
     data.write_text(
         'format = 1\nsource = "none"\ndrive = "ren2021"\n[runs.teeth]\nverb = "train_contact"\n'
-        "options = { samples = 3, slices = 2, factors = [] }\n[[rows]]\n"
+        "options = { samples = 3, slices = 2, loads = [] }\n[[rows]]\n"
         'quantity = "K_gamma"\nplace = "nowhere"\npublished = "1 .. 1.1"\nverdict = "reproduced"\n'
         'ours = { run = "teeth", take = "branch_load_factor", reduce = "max" }\n'
     )

@@ -7,8 +7,8 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.studies.speeds import mesh_frequency
 from epicyclic.train.train import Train
+from epicyclic.verbs.parsing import mesh_frequency
 
 TONE = 27.3125
 
@@ -22,6 +22,7 @@ def ren() -> Train:
     ("value", "hertz"),
     [
         (20.0, 20.0),
+        ("20", 20.0),
         ("20 Hz", 20.0),
         ("0.6kHz", 600.0),
         (" 2e1 Hz ", 20.0),
@@ -31,21 +32,21 @@ def ren() -> Train:
     ],
 )
 def test_every_way_to_say_a_speed(ren: Train, value: float | str, hertz: float) -> None:
-    assert mesh_frequency(value, path="--from", tone=TONE, train=ren) == pytest.approx(hertz, rel=1e-15)
+    assert mesh_frequency(value, path="start", tone=TONE, train=ren) == pytest.approx(hertz, rel=1e-15)
 
 
-@pytest.mark.parametrize("value", ["", "rpm", "-3 rpm", "0 %", "1.2.3 Hz", "20", "nan Hz", "20 min", "1e400 rpm"])
+@pytest.mark.parametrize("value", ["", "rpm", "-3 rpm", "0 %", "1.2.3 Hz", "nan Hz", "20 min", "1e400 rpm"])
 def test_what_is_no_speed(ren: Train, value: str) -> None:
-    with pytest.raises(ModelError, match=r"--to.*rpm"):
-        mesh_frequency(value, path="--to", tone=TONE, train=ren)
+    with pytest.raises(ModelError, match=r"stop.*rpm"):
+        mesh_frequency(value, path="stop", tone=TONE, train=ren)
 
 
 def test_rpm_needs_a_member_that_turns() -> None:
     with pytest.raises(ModelError, match="which member"):
-        mesh_frequency("100 rpm", path="--from", tone=TONE, train=None)
+        mesh_frequency("100 rpm", path="start", tone=TONE, train=None)
     still = epicyclic.load("lin1999-n4")
     with pytest.raises(ModelError, match=r"operation\.speed"):
-        mesh_frequency("100 rpm", path="--from", tone=TONE, train=still)
+        mesh_frequency("100 rpm", path="start", tone=TONE, train=still)
 
 
 def test_a_sweep_in_rpm_is_that_in_hertz(ren: Train) -> None:

@@ -67,7 +67,7 @@ def test_it_stays_where_nothing_changes() -> None:
 
 def test_methods_agree(swinging: System) -> None:
     rk4, dop853, radau = (
-        epicyclic.transient(swinging, cycles=0.5, method=method, start="rest", samples=16).mesh_force.values
+        epicyclic.transient(swinging, cycles=0.5, method=method, initial="rest", samples=16).mesh_force.values
         for method in ("rk4", "dop853", "radau")
     )
     top = np.abs(dop853).max()
@@ -77,14 +77,14 @@ def test_methods_agree(swinging: System) -> None:
 
 
 def test_a_run_goes_on_from_the_end_of_another(swinging: System) -> None:
-    whole = epicyclic.transient(swinging, cycles=6, start="rest")
-    first = epicyclic.transient(swinging, cycles=3, start="rest")
-    second = epicyclic.transient(swinging, cycles=3, start=first)
+    whole = epicyclic.transient(swinging, cycles=6, initial="rest")
+    first = epicyclic.transient(swinging, cycles=3, initial="rest")
+    second = epicyclic.transient(swinging, cycles=3, initial=first)
     # the phase is carried on as a number of seconds: rounding, 1e-12 of the stiffness
     np.testing.assert_allclose(second.mesh_force, whole.mesh_force[:, 96:], rtol=1e-8)
     assert float(second.end_phase) == pytest.approx(6 / TONE, rel=1e-12)
     with pytest.raises(ModelError, match="not a transient of this train"):
-        epicyclic.transient(swinging, start=epicyclic.modes(swinging))
+        epicyclic.transient(swinging, initial=epicyclic.modes(swinging))
 
 
 def test_decimation_keeps_every_so_many(swinging: System) -> None:
@@ -222,7 +222,7 @@ import epicyclic
 from epicyclic.analyses.transient import run
 run._STEPS, run._PIECES = 1000, 2
 train = epicyclic.load(json.loads(sys.argv[1]))
-found = epicyclic.transient(train, cycles=200, start="rest", folder=sys.argv[2], resume=True)
+found = epicyclic.transient(train, cycles=200, initial="rest", folder=sys.argv[2], resume=True)
 epicyclic.save_result(found, sys.argv[2] + ".nc")
 """
 
@@ -238,7 +238,7 @@ def test_a_killed_run_continues_to_the_same_bits(tmp_path: Path) -> None:
     assert not (tmp_path / "a.nc").exists()
     assert len(list((tmp_path / "a").glob("*.npy"))) >= 1
     subprocess.run([*command, str(tmp_path / "a")], check=True)
-    whole = epicyclic.transient(drive(), cycles=200, start="rest")
+    whole = epicyclic.transient(drive(), cycles=200, initial="rest")
     assert np.array_equal(epicyclic.load_result(tmp_path / "a.nc").mesh_force, whole.mesh_force)
 
 

@@ -1,0 +1,62 @@
+"""Texts of a person: frequencies, times, ranges, loads, settings."""
+
+from __future__ import annotations
+
+import pytest
+
+from epicyclic.errors import ModelError
+from epicyclic.verbs.parsing import ends, frequency, loads_of, seconds, settings, spread, torque_step
+
+
+@pytest.mark.parametrize(("text", "value"), [("20", 20.0), ("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])
+def test_frequency(text: str, value: float) -> None:
+    assert frequency(text, "start") == pytest.approx(value, rel=1e-15)  # one rounding
+
+
+@pytest.mark.parametrize("text", ["", "Hz", "-3", "0", "nan", "inf", "20 rpm", "1.2.3", "1e400", "twenty"])
+def test_not_a_frequency(text: str) -> None:
+    with pytest.raises(ModelError, match="start"):
+        frequency(text, "start")
+
+
+def test_ends_go_together() -> None:
+    assert ends(None, None) is None
+    assert ends("20 Hz", 30.0) == (20.0, 30.0)
+    with pytest.raises(ModelError, match="start, stop: go together"):
+        ends("20 Hz", None)
+
+
+def test_times_and_steps() -> None:
+    assert [seconds(value, "duration") for value in (2.0, "2", "20 ms", "1 min", "0 s")] == [2.0, 2.0, 0.02, 60.0, 0.0]
+    assert torque_step("1.5@20 ms") == torque_step((1.5, 0.02)) == (1.5, 0.02)
+
+
+def test_settings() -> None:
+    assert settings(["tip_relief.amount = 0..40 um", "crown=3 um"], "vary") == {
+        "tip_relief.amount": "0..40 um",
+        "crown": "3 um",
+    }
+    assert settings({"crown": "3 um"}, "vary") == {"crown": "3 um"}
+    for text in ("crown", "=3 um", "crown="):
+        with pytest.raises(ModelError, match="vary"):
+            settings([text], "vary")
+
+
+def test_spread() -> None:
+    assert spread("0..2", 3) == [0.0, 1.0, 2.0]
+    assert spread("1 % .. 5 %", 3) == ["1 %", "3 %", "5 %"]
+    assert spread("1..3 kN/mm", 2) == ["1 kN/mm", "3 kN/mm"]
+    assert spread(".5e1 N/m..1e1 N/m", 2) == ["5 N/m", "10 N/m"]
+    assert spread("1, 2, 5", 9) == [1.0, 2.0, 5.0]
+    assert spread("1, 2 um", 9) == ["1 um", "2 um"]
+    for text in ("", "much", "1..much", "a..b", "1,,2", ".."):
+        with pytest.raises(ModelError, match="values"):
+            spread(text, 3)
+
+
+def test_loads_are_ranges_or_lists() -> None:
+    assert loads_of("0..1", 3) == (0.0, 0.5, 1.0)
+    assert loads_of("0.5, 2", 3) == (0.5, 2.0)
+    for text in ("-1..1", "a", "1 kN"):
+        with pytest.raises(ModelError, match="loads"):
+            loads_of(text, 3)

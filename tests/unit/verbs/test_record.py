@@ -1,0 +1,90 @@
+"""Records of the verbs: every one is exported, typed, explained, and gives the kinds of result it says."""
+
+from __future__ import annotations
+
+import re
+from inspect import signature
+from pathlib import Path
+from typing import Annotated, get_origin
+
+import pytest
+
+import epicyclic
+from epicyclic.verbs.record import Option, Verb, former, keywords, verbs
+
+STUB = Path(epicyclic.__file__).with_name("__init__.pyi").read_text(encoding="utf-8")
+NAMES = sorted(verbs())
+
+
+def test_every_verb_is_a_line_of_the_stub() -> None:
+    exported = re.findall(r"^from \.verbs\.(\w+) import (\w+) as \2$", STUB, re.MULTILINE)
+    assert exported == [(name, name) for name in NAMES]  # one file a verb, which bears its name
+    assert set(NAMES) <= set(epicyclic.__all__)
+
+
+def test_the_stub_has_one_name_a_line_and_no_other_import() -> None:
+    lines = [line for line in STUB.splitlines() if "import" in line and not line.startswith('"""')]
+    assert len(lines) == len(epicyclic.__all__)
+    for name in epicyclic.__all__:
+        assert getattr(epicyclic, name) is not None
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_keyword_is_typed_and_explained(name: str) -> None:
+    verb = verbs()[name]
+    assert getattr(epicyclic, name) is verb.run
+    assert verb.gives
+    parameters = signature(verb.run).parameters
+    assert next(iter(parameters)) == "source"
+    assert all(one.kind is one.KEYWORD_ONLY for keyword, one in parameters.items() if keyword != "source")
+    bare = {key for key, one in parameters.items() if get_origin(one.annotation) is not Annotated}
+    assert bare <= {"source", "overrides", "progress"}
+    for _, _, option in keywords(verb.run).values():
+        assert option.help.endswith((".", "...", ")"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_wrong_keyword_names_the_verb(name: str) -> None:
+    with pytest.raises(TypeError, match=rf"^{name}\(\) got an unexpected keyword argument 'guess'"):
+        verbs()[name].run("ren2021", guess=1)
+
+
+def test_kinds_belong_to_one_verb() -> None:
+    kinds = [kind for verb in verbs().values() for kind in verb.gives]
+    assert len(kinds) == len(set(kinds))
+
+
+@pytest.mark.parametrize("name", ["check", "stiffness", "modes", "campbell", "static", "sharing"])
+def test_a_result_is_of_a_kind_the_record_says(name: str) -> None:
+    assert verbs()[name].run("ren2021").attrs["verb"] in verbs()[name].gives
+
+
+def test_old_keywords_are_understood_and_warn() -> None:
+    @former(factors="loads", ends=("first", "last"))
+    def verb(source: str, *, loads: int = 0, first: int = 0, last: int = 0) -> tuple[int, int, int]:
+        return loads, first, last
+
+    with pytest.warns(DeprecationWarning, match="verb: factors is now loads"):
+        assert verb("", factors=3) == (3, 0, 0)  # type: ignore[call-arg]
+    with pytest.warns(DeprecationWarning, match="ends is now first, last"):
+        assert verb("", ends=(1, 2)) == (0, 1, 2)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="guess"):
+        verb("", guess=3)  # type: ignore[call-arg]
+
+
+def test_old_keywords_of_the_verbs() -> None:
+    with pytest.warns(DeprecationWarning, match="start is now initial"):
+        old = epicyclic.transient("ren2021", cycles=1, start="rest")  # before `initial`, the state was `start`
+    assert old.identical(epicyclic.transient("ren2021", cycles=1, initial="rest"))
+    with pytest.warns(DeprecationWarning, match="slow_tones is now shaft_tones"), pytest.raises(epicyclic.ModelError):
+        epicyclic.steady("ren2021", contact_loss=True, slow_tones=9)  # type: ignore[call-arg]
+
+
+def test_help_shows_what_a_keyword_means() -> None:
+    assert repr(Option("Solve the damped problem.")) == "'Solve the damped problem.'"
+    assert "Solve the damped problem." in str(signature(epicyclic.modes))
+
+
+def test_a_record_needs_its_function_and_kinds() -> None:
+    with pytest.raises(TypeError):
+        Verb(run=epicyclic.modes)  # type: ignore[call-arg]
