@@ -16,7 +16,7 @@ import xarray as xr
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..studies.source import system_of, train_of
-from ..verbs.record import verbs
+from ..verbs.record import keywords, verbs
 from .data import Audit, Row, audited_drives, claim_of, read_audit
 from .take import converted, evaluate
 
@@ -120,7 +120,7 @@ def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Trai
     except TypeError as error:
         if "keyword argument" not in str(error):
             raise
-        raise ModelError(f"unknown option: {error}", path="options", given=run.options) from None
+        raise ModelError(f"unknown option: {error}", path="options", allowed=", ".join(keywords(verb.run))) from None
 
 
 def _checked(row: Row, at: int, *, drive: str, fitted: bool, result_of: Callable[[str], xr.Dataset]) -> Iterator[_Line]:

@@ -44,7 +44,7 @@ def command(verb: Verb) -> Callable[..., None]:
             if (value := given.pop(_FORMER + name, None)) is not None:
                 complain(f"warning: {option.former} is now {flags[name]}")
                 given[name] = value
-        options = {name: value for name, value in given.items() if value not in (None, [])}
+        options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
         run_verb(verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output)
 
     annotations: dict[str, Any] = {"model": Model}
@@ -91,6 +91,13 @@ def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, An
         hidden=option.hidden,
     )
     return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
+
+
+def _plain(value: Any) -> Any:
+    """Value without the enumeration of typer: a word stays a plain text."""
+    if isinstance(value, list):
+        return [_plain(one) for one in value]
+    return value.value if isinstance(value, StrEnum) else value
 
 
 def _worded(default: Any) -> str:
