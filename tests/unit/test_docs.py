@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import io
 import re
 import shlex
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import epicyclic
 from epicyclic.cli.main import app
+from epicyclic.results.variables import VARIABLES
+from epicyclic.verbs.record import verbs
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -71,6 +75,47 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
         app(words)
     assert stop.value.code == 0
     assert seen == ([words[0].replace("-", "_")] if words[0] != "systems" else [])
+
+
+def make_verbs() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_verbs", ROOT / "docs" / "make_verbs.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_of_verbs_is_what_the_records_say() -> None:
+    assert (ROOT / "docs" / "verbs.md").read_text(encoding="utf-8") == make_verbs().page()  # else: make it again
+
+
+def variables_of_kinds() -> dict[str, set[str]]:
+    """Kind of result -> variables that docs/design.md lists."""
+    text = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+    _, _, table = text.partition("| kind | variables |\n|---|---|\n")
+    found: dict[str, set[str]] = {}
+    for line in table.partition("\n\n")[0].splitlines():
+        _, kind, cell, _ = line.split("|")
+        last = ""
+        for name in re.findall(r"`([a-z]\w*|_\w+)`", cell):
+            last = f"{last.rpartition('_')[0]}{name}" if name.startswith("_") else name
+            found.setdefault(kind.split("`")[1], set()).add(last)
+    return found
+
+
+def test_every_kind_of_result_has_its_variables_in_the_table() -> None:
+    kinds = {kind for verb in verbs().values() for kind in verb.gives}
+    assert set(variables_of_kinds()) == kinds | {"audit"}
+    known = set(VARIABLES) | {"mesh_frequency", "relative_speed", "time"}
+    unknown = {kind: names - known for kind, names in variables_of_kinds().items() if names - known}
+    assert unknown == {}
+
+
+@pytest.mark.parametrize("kind", ["check", "campbell", "modes", "stiffness"])
+def test_a_result_has_the_variables_of_the_table(kind: str) -> None:
+    result = verbs()[kind].run("ren2021")
+    assert variables_of_kinds()[kind] - {str(name) for name in result.variables} == set()
 
 
 def test_make_targets_exist() -> None:

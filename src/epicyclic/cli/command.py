@@ -12,11 +12,11 @@ from typing import Annotated, Any, ForwardRef, Literal, Union, get_args, get_ori
 
 import typer
 
-from ..verbs.record import Option, Verb, keywords
+from ..verbs.record import Option, Verb, help_of, keywords
 from .console import complain
 from .run import run_verb
 
-__all__ = ["Json", "Model", "Output", "Sets", "command", "help_of"]
+__all__ = ["Json", "Model", "Output", "Sets", "command"]
 
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
 Sets = Annotated[
@@ -37,7 +37,7 @@ _FORMER = "former_"  # before the name of a keyword: its flag under the old spel
 def command(verb: Verb) -> Callable[..., None]:
     """Function that runs a verb, with the signature, the name and the help that typer makes a command of."""
     shown = {name: entry for name, entry in keywords(verb.run).items() if entry[2].flag is not None}
-    flags = {name: option.flag or f"--{name.replace('_', '-')}" for name, (_, _, option) in shown.items()}
+    flags = {name: str(option.flag_of(name)) for name, (_, _, option) in shown.items()}
 
     def run(model: str, sets: list[str] | None, as_json: bool, output: Path | None, **given: Any) -> None:
         for name, (_, _, option) in shown.items():
@@ -64,12 +64,6 @@ def command(verb: Verb) -> Callable[..., None]:
         ]
     )
     return run
-
-
-def help_of(verb: Verb) -> str:
-    """The paragraphs of a verb's docstring before its sections."""
-    paragraphs = (verb.run.__doc__ or "").split("\n\n")
-    return "\n\n".join(" ".join(text.split()) for text in paragraphs if "\n    ----" not in text)
 
 
 def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, Any]:

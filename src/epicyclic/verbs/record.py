@@ -23,7 +23,7 @@ from ..errors import ModelError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Option", "Progress", "Verb", "former", "given", "keywords", "refuse_without", "verbs"]
+__all__ = ["Option", "Progress", "Verb", "former", "given", "help_of", "keywords", "refuse_without", "verbs"]
 
 Progress = Callable[[float], None]
 """Called with the share done, 0..1."""
@@ -52,6 +52,10 @@ class Option:
     def __repr__(self) -> str:
         """The help alone: `help(verb)` shows it beside the type."""
         return repr(self.help)
+
+    def flag_of(self, keyword: str) -> str | None:
+        """Flag of a keyword; None where it has none."""
+        return f"--{keyword.replace('_', '-')}" if self.flag == "" else self.flag
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +97,12 @@ def keywords(run: Callable[..., Any]) -> dict[str, tuple[Parameter, Any, Option]
             kind, option = get_args(parameter.annotation)
             found[name] = parameter, kind, option
     return found
+
+
+def help_of(verb: Verb) -> str:
+    """The paragraphs of a verb's docstring before its sections."""
+    paragraphs = (verb.run.__doc__ or "").split("\n\n")
+    return "\n\n".join(" ".join(text.split()) for text in paragraphs if "\n    ----" not in text)
 
 
 def former(**spelling: str | tuple[str, ...]) -> Callable[[Run], Run]:
