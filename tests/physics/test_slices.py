@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -202,7 +202,7 @@ def test_static_gives_the_load_along_the_face() -> None:
 
 
 @pytest.mark.parametrize("method", ["static", "steady"])
-def test_a_slice_that_opens_is_contact_lost_although_its_mesh_presses(method: str) -> None:
+def test_a_slice_that_opens_is_contact_lost_although_its_mesh_presses(method: Literal["static", "steady"]) -> None:
     data = document(4, planet__bearing={"radial": 2e8, "z": 3e8, "tilt": 1e3})
     result = epicyclic.sharing(data, method=method, cycles=20)
     assert result.mesh_force.values.min() > 0

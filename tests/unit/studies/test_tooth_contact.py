@@ -107,10 +107,8 @@ def test_a_slide_takes_from_the_face() -> None:
 
 
 def test_misalignment_and_twist_load_one_end() -> None:
-    plain, open_, twisted = (
-        epicyclic.contact("ren2021", loads=[], samples=8, slices=10, **more)
-        for more in ({}, {"misalignment": "0.1 mrad"}, {"torque_end_a": "left"})
-    )
+    cases: list[dict[str, Any]] = [{}, {"misalignment": "0.1 mrad"}, {"torque_end_a": "left"}]
+    plain, open_, twisted = (epicyclic.contact("ren2021", loads=[], samples=8, slices=10, **more) for more in cases)
     ends = [one.load_per_length.mean("mesh_phase").values[:, [0, -1]] for one in (plain, open_, twisted)]
     assert ends[0][:, 0] == pytest.approx(ends[0][::-1, 1], rel=1e-6)  # mirror images
     assert (ends[1][:, 0] > ends[0][:, 0]).all()
