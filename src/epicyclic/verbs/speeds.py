@@ -61,6 +61,6 @@ def mesh_frequencies(
     high = max(1.2 * max(known), low) if high is None else high
     if not 0 < low <= high:
         raise ModelError(
-            "the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz", allowed="0 < lowest <= highest"
+            "the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz", allowed="0 < first <= last"
         )
     return [float(frequency) for frequency in np.linspace(low, high, points)]
