@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.audits.data import audited_drives, read_audit
+from epicyclic.audits.audit_file import audited_drives, read_audit
 from epicyclic.show.views.audit import tally
 
 PAGES = Path(__file__).parents[2] / "docs" / "drives"

@@ -24,7 +24,7 @@ import epicyclic
 from epicyclic.analyses.static.record import Record, record_of
 from epicyclic.analyses.static.static import static
 from epicyclic.assemble import assemble
-from epicyclic.audits.data import read_audit
+from epicyclic.audits.audit_file import read_audit
 from epicyclic.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.train import Train

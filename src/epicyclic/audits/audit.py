@@ -1,4 +1,4 @@
-"""Published numbers beside ours: runs what an audit file asks for and checks what it claims."""
+"""Audit of published numbers: runs of the verbs that an audit file names, and a check of every claim."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..studies.source import system_of, train_of
 from ..verbs.record import keywords, verbs
-from .data import Audit, Row, audited_drives, claim_of, read_audit
-from .take import converted, evaluate
+from .audit_file import Audit, Row, audited_drives, claim_of, read_audit
+from .evaluation import converted, evaluate
 
 if TYPE_CHECKING:
     from ..system.system import System
@@ -108,6 +108,7 @@ def _runner(drive: str, data: Audit, count: Callable[[], None]) -> Callable[[str
 
 
 def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Train | System]) -> xr.Dataset:
+    """Dataset of a run by its name; models : Trains and Systems loaded before, by drive, overrides and kind."""
     run = data.resolved(name)
     if run.needs is not None and find_spec(run.needs) is None:
         raise ConvergenceError(f"{run.needs} is not installed, without which this cannot be computed")
@@ -142,7 +143,7 @@ def _checked(row: Row, at: int, *, drive: str, fitted: bool, result_of: Callable
 
 
 def _ours(row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]) -> tuple[Sequence[float], str]:
-    """Our numbers in the unit of the row, and why there are none."""
+    """Our values (count,) in the unit of the row; nan and the reason where a run did not converge."""
     if row.ours is None:
         return [math.nan] * count, ""
     try:
@@ -160,7 +161,7 @@ def _ours(row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset])
 
 
 def _holds(row: Row, published: float | str, ours: float) -> bool:
-    """Whether a number bears out the verdict."""
+    """Whether our value [unit of the row] is consistent with the verdict."""
     within = _within(row, published, ours)
     if row.verdict == "not reproducible":
         return row.ours is None or (not math.isnan(ours) and within is not True)
@@ -168,7 +169,7 @@ def _holds(row: Row, published: float | str, ours: float) -> bool:
 
 
 def _within(row: Row, published: float | str, ours: float) -> bool | None:
-    """Whether ours agrees with what is published; None where that is not said."""
+    """Whether ours is within the tolerance or bounds; None where the row has none."""
     if isinstance(published, str):
         claim = claim_of(published)
         if claim is None:
@@ -179,13 +180,14 @@ def _within(row: Row, published: float | str, ours: float) -> bool | None:
 
 
 def _tolerance(row: Row, published: float) -> float:
-    """How far ours may be away [unit of the row]; nan where that is not said."""
+    """Absolute tolerance [unit of the row]; nan where the row has none."""
     if row.tolerance is not None:
         return row.tolerance
     return math.nan if row.relative is None else row.relative * abs(published)
 
 
 def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
+    """Dataset along `row` of all lines; what is contradicted or not computed is a warning."""
     columns: dict[str, Any] = {
         "drive": [line.drive for line in lines],
         "quantity": [line.quantity for line in lines],

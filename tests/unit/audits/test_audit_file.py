@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from epicyclic.audits.data import audited_drives, claim_of, read_audit
+from epicyclic.audits.audit_file import audited_drives, claim_of, read_audit
 from epicyclic.errors import ModelError
 
 HEAD = 'format = 1\nsource = "A. Author 2020"\n[runs.modes]\nverb = "modes"\n'

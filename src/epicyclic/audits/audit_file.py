@@ -1,4 +1,4 @@
-"""What an audit file says: published numbers of a drive, how ours is computed, and what is claimed of the two.
+"""Audit file: published numbers of a drive, how ours is computed, and what is claimed of the two.
 
 The format is described in docs/audit.md.  Reading it checks its form; whether the claims hold is found by `audit`.
 """
@@ -230,7 +230,7 @@ class Audit(_Table):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """What a published entry says of a number: between low and high (in the row's unit), one of them infinite."""
+    """Bounds of a published inequality or range [unit of the row]; one of them may be infinite."""
 
     low: float
     high: float
@@ -294,7 +294,7 @@ def _text(source: str | Path) -> tuple[str, str]:
 
 
 def _check_step(step: str, read: str | None) -> None:
-    """Raise where a step of a reduction is none."""
+    """Raise ModelError for a step that is no reduction."""
     words = step.split()
     known = (*_REDUCTIONS, *_PLACES, "only", "each")
     if not words or words[0] not in known or len(words) > 2:
@@ -304,7 +304,7 @@ def _check_step(step: str, read: str | None) -> None:
 
 
 def _problems(row: Row) -> Iterator[tuple[str, str]]:
-    """What contradicts what in a row, and what is allowed."""
+    """Contradictions within a row: problem, and what is allowed."""
     claimed = row.verdict != "not reproducible"
     bounds = row.tolerance is not None or row.relative is not None
     worded = isinstance(row.published, str) and claim_of(row.published) is None

@@ -1,4 +1,4 @@
-"""Numbers out of Datasets: selection by labels, reduction, arithmetic and units, as an audit file describes them."""
+"""Evaluation of the values of an audit file: selection by labels, reduction, arithmetic and units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .data import Label, Value
+from .audit_file import Label, Value
 
 __all__ = ["Measured", "converted", "evaluate"]
 
@@ -25,21 +25,25 @@ _ANGULAR = re.compile(r"(?<![A-Za-z])(rad|rev|turn|deg|rpm|degree|radian)(?![A-Z
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """Numbers (k,) and their unit."""
+    """Values (k,) and their unit, as text."""
 
     values: Array
     unit: str
 
 
 def evaluate(value: Value, result_of: Callable[[str], xr.Dataset]) -> Measured:
-    """Compute a value; result_of : Dataset of a run by its name.
+    """Values (k,) of a table `ours`, in the order select, reduce, combine, convert, absolute, scale, offset.
+
+    Parameters
+    ----------
+    value : the table.  result_of : Dataset of a run by its name.
 
     Raises
     ------
     ModelError : no such variable, label or dimension, several numbers where one is wanted, or units that do not fit.
     """
     if value.run is not None and value.take is not None:
-        found = _taken(result_of(value.run), value, value.take)
+        found = _selected(result_of(value.run), value, value.take)
     elif value.value is not None:
         found = Measured(values=np.array([value.value]), unit=value.unit or "1")
     else:
@@ -52,7 +56,7 @@ def evaluate(value: Value, result_of: Callable[[str], xr.Dataset]) -> Measured:
 
 
 def converted(number: Measured, unit: str) -> Measured:
-    """The same in another unit.
+    """The same values (k,) in another unit; revolutions and radians per time are not mixed.
 
     Raises
     ------
@@ -73,8 +77,8 @@ def converted(number: Measured, unit: str) -> Measured:
     return Measured(values=number.values * factor, unit=unit)
 
 
-def _taken(result: xr.Dataset, value: Value, name: str) -> Measured:
-    """Select and reduce one variable."""
+def _selected(result: xr.Dataset, value: Value, name: str) -> Measured:
+    """Values (k,) of one variable after selection by labels, ranges and positions, and reduction."""
     kept = result
     if name == "warnings":
         kept = kept.assign({"warnings": ("warning", np.array(json.loads(result.attrs["warnings"]), dtype=str))})
@@ -96,6 +100,7 @@ def _taken(result: xr.Dataset, value: Value, name: str) -> Measured:
 
 
 def _variable(result: xr.Dataset, name: str, key: str) -> xr.DataArray:
+    """Variable of a result; key : of the audit file, for an error."""
     if name not in result.variables:
         allowed = ", ".join(sorted(map(str, result.variables)))
         raise ModelError("no such variable in the result", path=key, given=name, allowed=allowed)
@@ -111,6 +116,7 @@ def _line(result: xr.Dataset, label: str) -> xr.DataArray:
 
 
 def _where(result: xr.Dataset, label: str, wanted: Label | list[Label]) -> xr.Dataset:
+    """Part of a result whose label is one of those wanted."""
     along = _line(result, label)
     at = np.flatnonzero(_matches(along.values, wanted))
     if not at.size:
@@ -120,7 +126,7 @@ def _where(result: xr.Dataset, label: str, wanted: Label | list[Label]) -> xr.Da
 
 
 def _matches(labels: NDArray[Any], wanted: Label | list[Label]) -> NDArray[np.bool_]:
-    """Which labels are wanted: texts with * and ?, numbers within rounding, any entry of a list."""
+    """Which labels (n,) are wanted: texts with * and ?, numbers within rounding, any entry of a list; (n,)."""
     if isinstance(wanted, list):
         found = np.zeros(len(labels), dtype=bool)
         for one in wanted:
@@ -135,6 +141,7 @@ def _matches(labels: NDArray[Any], wanted: Label | list[Label]) -> NDArray[np.bo
 
 
 def _picked(result: xr.Dataset, name: str, pick: int | list[int]) -> xr.Dataset:
+    """Part of a result at positions in the only dimension of a variable that is longer than 1."""
     dims = [dim for dim in result[name].dims if result.sizes[dim] != 1] or list(result[name].dims)[:1]
     places = [pick] if isinstance(pick, int) else pick
     if len(dims) != 1 or not all(-result.sizes[dims[0]] <= place < result.sizes[dims[0]] for place in places):
@@ -144,7 +151,7 @@ def _picked(result: xr.Dataset, name: str, pick: int | list[int]) -> xr.Dataset:
 
 
 def _reduced(result: xr.Dataset, name: str, value: Value) -> Measured:
-    """Go through the steps of the reduction."""
+    """Values (k,) after the steps of the reduction, of complex values by magnitude; k > 1 only with a step `each`."""
     data = result[name]
     unit = str(data.attrs.get("units", ""))
     if np.iscomplexobj(data.values):
@@ -168,7 +175,7 @@ def _reduced(result: xr.Dataset, name: str, value: Value) -> Measured:
 
 
 def _read(result: xr.Dataset, data: xr.DataArray, name: str, *, largest: bool) -> tuple[xr.DataArray, str]:
-    """Another variable, read where this one is largest (smallest)."""
+    """Value and unit of another variable where this one is largest (smallest)."""
     other, same = xr.broadcast(_variable(result, name, "read"), data)
     if same.size != data.size:
         raise ModelError("has a dimension of its own", path="read", given=name, allowed=", ".join(map(str, data.dims)))
@@ -195,7 +202,7 @@ _REDUCE: Mapping[str, Callable[[xr.DataArray, list[Any]], xr.DataArray]] = {
 
 
 def _combined(value: Value, parts: list[Measured]) -> Measured:
-    """Make one value of others."""
+    """Ratio, product, difference, sum, greatest or least of values (k,) of equal length, or of length 1."""
     first = parts[0]
     if value.ratio is not None or value.product is not None:
         over = value.ratio is not None
@@ -214,7 +221,7 @@ def _combined(value: Value, parts: list[Measured]) -> Measured:
 
 
 def _scale(scale: float | str, unit: str) -> tuple[float, str]:
-    """Factor and the unit it leads to."""
+    """Factor of a `scale`, and the unit of the product."""
     if not isinstance(scale, str):
         return float(scale), unit
     found = re.fullmatch(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(\S.*)", scale)
@@ -224,7 +231,7 @@ def _scale(scale: float | str, unit: str) -> tuple[float, str]:
 
 
 def _known(unit: str) -> bool:
-    """Whether a unit can be understood; that of a variable that mixes several cannot."""
+    """Whether a unit can be parsed; that of a variable that mixes several cannot."""
     try:
         _parsed(unit)
     except Exception:  # pint raises many kinds on bad text
@@ -234,7 +241,7 @@ def _known(unit: str) -> bool:
 
 @cache
 def _parsed(unit: str) -> Any:
-    """The unit as pint has it; `kg m2` is kg m^2."""
+    """Unit of pint; `kg m2` is kg m^2."""
     text = re.sub(r"(?<=[A-Za-z])(?=[2-9])", "^", unit.strip()) or "1"
     return _registry().parse_units("dimensionless" if text == "1" else re.sub(r"\(1\)", "(dimensionless)", text))
 
