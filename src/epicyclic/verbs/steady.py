@@ -46,7 +46,7 @@ def steady(
     if contact_loss:
         from ..analyses.contact_loss.steady import contact_steady
 
-        options = given(shaft_orders=shaft_orders, slow_tones=shaft_tones)
+        options = given(shaft_orders=shaft_orders, shaft_tones=shaft_tones)
         return contact_steady(system, relative_speed=relative_speed, **options)
     from ..analyses.steady.steady import steady as run
 

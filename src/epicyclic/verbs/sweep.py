@@ -1,5 +1,6 @@
 """The verb sweep."""
 
+import warnings
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import FrameSpeed, MeshFrequencies, RelativeSpeeds, ShaftOrders, ShaftTones, Start, Stop
@@ -40,8 +41,11 @@ def sweep(
     ] = None,
     contact_loss: Annotated[bool, Option("Teeth part and touch again: run-up, coast-down, all branches.")] = False,
     unstable: Annotated[
-        Literal["replace", "tell", "ignore"] | None,
-        Option("With --contact-loss: replace motions that are not stable, or tell.", default="replace"),
+        Literal["replace", "report", "ignore", "tell"] | None,
+        Option(
+            "With --contact-loss: replace motions that are not stable, or report them; tell is the old word.",
+            default="replace",
+        ),
     ] = None,
     harmonics: Annotated[
         int | None, Option("With --contact-loss: harmonics where teeth part.", least=1, default="as each point needs")
@@ -64,6 +68,9 @@ def sweep(
     """
     refuse_without(contact_loss, "contact loss", unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones)
     refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance, compiled=compiled)
+    if unstable == "tell":
+        warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=3)
+        unstable = "report"
     train, system = train_and_system(source, overrides)
     if start is not None or stop is not None or points is not None:
         mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200)
@@ -77,7 +84,7 @@ def sweep(
             frame_speed=frame_speed,
             shaft_orders=shaft_orders,
             progress=progress,
-            **given(unstable=unstable, harmonics=harmonics, slow_tones=shaft_tones),
+            **given(unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones),
         )
     from ..analyses.steady.sweep import sweep as run
 
