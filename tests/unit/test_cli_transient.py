@@ -58,7 +58,7 @@ def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str]
         (["--torque", "none.csv"], "none.csv: cannot be read"),
         (["--resume"], "--resume: needs the file of the run"),
         (["--initial", "none.nc"], "none.nc: no such file"),
-        (["--initial", "moon"], "moon: no such start"),
+        (["--initial", "moon"], "--initial = moon: no such"),
         (["--duration", "1 s", "--cycles", "3"], "not both"),
     ],
 )

@@ -184,19 +184,21 @@ def _state(moving: Motion, start: object) -> Array:
     """
     if isinstance(start, str):
         if start not in ("equilibrium", "rest"):
-            raise ModelError("no such start", path="start", given=start, allowed="equilibrium, rest, a state, a result")
+            raise ModelError(
+                "no such state", path="initial", given=start, allowed="equilibrium, rest, (2, n), a result"
+            )
         return at_equilibrium(moving) if start == "equilibrium" else at_rest(moving)
     dofs = moving.system.dofs
     if hasattr(start, "attrs"):
         result: Any = start
         if "end_displacement" not in result or list(map(str, result["dof"].values)) != list(dofs.names):
-            raise ModelError("is not a transient of this train", path="start", allowed="a result of `transient`")
+            raise ModelError("is not a transient of this train", path="initial", allowed="a result of `transient`")
         state = np.stack([result["end_displacement"].values, result["end_velocity"].values]) / dofs.radius
     else:
         state = np.asarray(start, dtype=float)
     if state.shape != (2, len(dofs.names)) or not np.isfinite(state).all():
         raise ModelError(
-            "not a state", path="start", given=str(state.shape), allowed=f"(2, {len(dofs.names)}) finite numbers"
+            "not a state", path="initial", given=str(state.shape), allowed=f"(2, {len(dofs.names)}) finite numbers"
         )
     return state
 

@@ -176,7 +176,7 @@ def test_a_stopped_run_continues_to_the_same_bits(tmp_path: Path, swinging: Syst
         if done > stop:
             raise KeyboardInterrupt
 
-    options: dict[str, Any] = {"cycles": 3, "start": "rest", "method": method}
+    options: dict[str, Any] = {"cycles": 3, "initial": "rest", "method": method}
     whole = epicyclic.transient(swinging, **options)
     folder = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
@@ -260,9 +260,9 @@ def test_a_killed_run_continues_to_the_same_bits(tmp_path: Path) -> None:
         ({"cycles": 1e7}, "decimate = 1: a result of"),
         ({"method": "euler"}, "method"),
         ({"contact": "glue"}, "contact"),
-        ({"start": "anywhere"}, "start"),
-        ({"start": np.zeros(3)}, "not a state"),
-        ({"start": np.full((2, 5), np.inf)}, "not a state"),
+        ({"initial": "anywhere"}, "initial"),
+        ({"initial": np.zeros(3)}, "not a state"),
+        ({"initial": np.full((2, 5), np.inf)}, "not a state"),
         ({"torque_step": (1.5, 1e9)}, "torque step is out of range"),
         ({"torque_step": (np.nan, 0.001)}, "torque step is out of range"),
         ({"torque_ramp": -1.0}, "torque_ramp"),
