@@ -74,7 +74,7 @@ def _put(verb: Verb, result: xr.Dataset, *, as_json: bool, output: Path | None) 
             complain(f"warning: {text}")
         typer.echo(to_json(result))
     elif output is None or output.suffix.lower() == ".toml":
-        from ..show.terminal import show, stdout_console
+        from ..show.console import show, stdout_console
 
         show(result, stdout_console())
 

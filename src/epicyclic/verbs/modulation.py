@@ -10,8 +10,7 @@ from .sensor_files import quantity, read_transfer, read_window
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..analyses.modulation.transfer import Transfer
-    from ..analyses.modulation.windows import Window
+    from ..analyses.modulation.path import Transfer, Window
     from ..studies.source import Overrides, Source
 
 __all__ = ["VERB", "modulation"]

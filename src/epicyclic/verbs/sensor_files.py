@@ -11,8 +11,7 @@ from ..errors import ModelError
 from ..model.units import Bounds, factor, read_quantity
 
 if TYPE_CHECKING:
-    from ..analyses.modulation.transfer import Transfer
-    from ..analyses.modulation.windows import Window
+    from ..analyses.modulation.path import Transfer, Window
 
 __all__ = ["quantity", "read_transfer", "read_window"]
 

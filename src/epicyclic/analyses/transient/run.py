@@ -193,9 +193,7 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
     begun = (folder / f"{0:06d}.npy").is_file()
     if about.is_file() and (begun or resume):
         if not resume:
-            raise ModelError(
-                "an interrupted run lies there", path=str(folder), allowed="resume, or delete the folder"
-            )
+            raise ModelError("an interrupted run lies there", path=str(folder), allowed="resume, or delete the folder")
         try:
             known = json.loads(about.read_text(encoding="utf-8"))["run"]
         except (OSError, ValueError, KeyError, TypeError) as error:
