@@ -86,4 +86,4 @@ def contact(
     )
 
 
-VERB = Verb(run=contact, gives=("contact",), drawing=True, in_report=30)
+VERB = Verb(run=contact, gives=("contact",), examples=({"samples": 8, "slices": 4},), drawing=True, in_report=30)

@@ -16,6 +16,7 @@ from functools import cache, wraps
 from importlib import import_module
 from inspect import Parameter, signature
 from pkgutil import iter_modules
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin
 
 from ..errors import ModelError
@@ -65,6 +66,7 @@ class Verb:
     run : source and keywords -> Dataset.  gives : kinds of result, values of the attribute `verb` of the Dataset.
     drawing : whether the source must have its drawing; a System will not do.
     in_report : place in the order in which a report runs verbs; 0: not part of a report.
+    examples : keywords of short runs of a ready drive, which give each of the kinds; pages and tests take them.
     model_text : text of a model file made of a result, where the verb proposes a model.
     """
 
@@ -72,6 +74,7 @@ class Verb:
     gives: tuple[str, ...]
     drawing: bool = False
     in_report: int = 0
+    examples: tuple[Mapping[str, Any], ...] = (MappingProxyType({}),)
     model_text: Callable[[xr.Dataset], str] | None = None
 
     @property

@@ -110,4 +110,15 @@ def _model_text(result: "xr.Dataset") -> str:
     return relief_model(result)
 
 
-VERB = Verb(run=relief, gives=("relief",), drawing=True, model_text=_model_text)
+VERB = Verb(
+    run=relief,
+    gives=("relief",),
+    examples=(
+        {
+            **{"mesh": "sun-planet", "vary": {"tip_relief.amount": "0..40 um", "tip_relief.length": "1..3 mm"}},
+            **{"population": 4, "generations": 1, "samples": 8, "slices": 4},
+        },
+    ),
+    drawing=True,
+    model_text=_model_text,
+)

@@ -64,4 +64,9 @@ def sensitivity(
     )
 
 
-VERB = Verb(run=sensitivity, gives=("sensitivity",), drawing=True)
+VERB = Verb(
+    run=sensitivity,
+    gives=("sensitivity",),
+    examples=({"paths": ("stages.main.sun.mass",)}, {"of": "force", "paths": ("stages.main.sun.mass",)}),
+    drawing=True,
+)

@@ -52,4 +52,4 @@ def sharing(
     )
 
 
-VERB = Verb(run=sharing, gives=("sharing",), in_report=60)
+VERB = Verb(run=sharing, gives=("sharing",), examples=({"cycles": 2},), in_report=60)

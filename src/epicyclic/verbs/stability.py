@@ -93,4 +93,8 @@ def stability(
     )
 
 
-VERB = Verb(run=stability, gives=("stability",))
+VERB = Verb(
+    run=stability,
+    gives=("stability",),
+    examples=({"points": 3}, {"points": 2, "over": "damping", "values": (1.0, 2.0)}),
+)

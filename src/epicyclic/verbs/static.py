@@ -37,4 +37,4 @@ def static(
     )
 
 
-VERB = Verb(run=static, gives=("static",))
+VERB = Verb(run=static, gives=("static",), examples=({"cycles": 2},))

@@ -53,4 +53,4 @@ def steady(
     return run(system, relative_speed=relative_speed, **given(samples=samples, method=method))
 
 
-VERB = Verb(run=steady, gives=("steady",))
+VERB = Verb(run=steady, gives=("steady",), examples=({}, {"contact_loss": True}))

@@ -99,4 +99,9 @@ def sweep(
     )
 
 
-VERB = Verb(run=sweep, gives=("sweep", "contact_sweep"), in_report=70)
+VERB = Verb(
+    run=sweep,
+    gives=("sweep", "contact_sweep"),
+    examples=({"points": 3, "stop": 40.0}, {"points": 3, "stop": 40.0, "contact_loss": True}),
+    in_report=70,
+)

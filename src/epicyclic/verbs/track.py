@@ -46,4 +46,6 @@ def track(
     )
 
 
-VERB = Verb(run=track, gives=("track",), drawing=True)
+VERB = Verb(
+    run=track, gives=("track",), examples=({"over": "stages.main.sun.support.radial", "points": 5},), drawing=True
+)

@@ -59,4 +59,6 @@ def train_contact(
     )
 
 
-VERB = Verb(run=train_contact, gives=("train_contact",), drawing=True)
+VERB = Verb(
+    run=train_contact, gives=("train_contact",), examples=({"samples": 4, "slices": 2, "loads": (1.0,)},), drawing=True
+)

@@ -149,4 +149,4 @@ def _history(path: str | Path) -> "History":
     )
 
 
-VERB = Verb(run=transient, gives=("transient",))
+VERB = Verb(run=transient, gives=("transient",), examples=({"cycles": 2},))
