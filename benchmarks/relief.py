@@ -15,7 +15,7 @@ from scipy.optimize import differential_evolution
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.gears.flank import Flank, Relief
 from epicyclic.resolve import load
-from epicyclic.studies.relief import relief
+from epicyclic.studies.relief.optimisation import relief
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.tooth_contact.microgeometries import microgeometry_contact
 from epicyclic.tooth_contact.segments import ContactSegments, contact_segments

@@ -19,7 +19,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
 
-__all__ = ["contact", "force_of", "meshes_named", "radians_of"]
+__all__ = ["contact", "normal_force", "helices_of", "in_radians"]
 
 Array = NDArray[np.float64]
 
@@ -59,13 +59,13 @@ def contact(
     ------
     ModelError : no such mesh, no torque, no face width, and all that `epicyclic.assemble.tooth_pairs.pair_of` refuses.
     """
-    sides = meshes_named(train, mesh)
-    force = force_of(train, sides, torque)
+    sides = helices_of(train, mesh)
+    force = normal_force(train, sides, torque)
     loads = force * np.array(sorted({1.0, *(float(f) for f in factors)}))
     if samples < 3 or slices < 1 or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     phase = np.arange(samples) / samples
-    turn = radians_of(misalignment)
+    turn = in_radians(misalignment)
     ends = _end(torque_ends[0]), _end(torque_ends[1])
     how = {"slices": slices, "corner": corner, "misalignment": turn}
     pairs = [
@@ -108,7 +108,7 @@ def contact(
     return result
 
 
-def meshes_named(train: Train, name: str | None) -> tuple[Mesh, ...]:
+def helices_of(train: Train, name: str | None) -> tuple[Mesh, ...]:
     """The helices of one mesh, left to right: by its name, with or without side, or by its pair in the first branch.
 
     Raises
@@ -134,7 +134,7 @@ def _pair_name(mesh: Mesh) -> str:
     return f"{stage}/{pair}"
 
 
-def force_of(train: Train, sides: Sequence[Mesh], torque: float | str | None) -> float:
+def normal_force(train: Train, sides: Sequence[Mesh], torque: float | str | None) -> float:
     """Force of one helix [N]."""
     if torque is None:
         force = mean_force(train, sides[0])
@@ -153,7 +153,7 @@ def _newton_metres(torque: float | str) -> float:
     return _in_si(torque, "torque", "torque", "850 N m")
 
 
-def radians_of(angle: float | str) -> float:
+def in_radians(angle: float | str) -> float:
     return _in_si(angle, "angle", "misalignment", "0.1 mrad")
 
 
