@@ -361,7 +361,9 @@ def test_candidates_that_fail_are_left_behind() -> None:
     assert result.candidates[result.best[0], 0] == pytest.approx(0.6, abs=0.02)
     tied = genetic_search(lambda places: (places * 3).round(), 2, 2, population=20, generations=1, seed=1)
     assert tied.objectives[tied.best].tolist() == [[0.0, 0.0]]  # not [0, 1] too, which is as good in one of them
-    nothing = genetic_search(lambda places: np.full((len(places), 1), np.nan), 1, 1, population=4, generations=1, seed=1)
+    nothing = genetic_search(
+        lambda places: np.full((len(places), 1), np.nan), 1, 1, population=4, generations=1, seed=1
+    )
     assert nothing.best.size == 0
 
 

@@ -129,9 +129,7 @@ def helix_contacts(
     for helices in meshes:
         contacts = []
         for mesh, force in helices:
-            pair = pair_of(
-                train, mesh, slices=contact.slices, corner=contact.corner, misalignment=contact.misalignment
-            )
+            pair = pair_of(train, mesh, slices=contact.slices, corner=contact.corner, misalignment=contact.misalignment)
             if uniform_along_face(pair) and not varies_along_face(variables, fixed):
                 pair = replace(pair, slices=1)
             segments = contact_segments(pair, mesh.sense * (phase + float(mesh.lead)))
