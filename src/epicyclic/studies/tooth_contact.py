@@ -19,7 +19,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
 
-__all__ = ["contact", "normal_force", "helices_of", "in_radians"]
+__all__ = ["contact", "helices_of", "in_radians", "normal_force"]
 
 Array = NDArray[np.float64]
 

@@ -385,7 +385,7 @@ def _before_and_after(
 
 
 def _largest_along_path(result: xr.Dataset) -> Array:
-    """Load per length at places of the path of contact, largest over the face and the helices [N/m]; 0 out of contact."""
+    """Largest load per length over face and helices at places of the path of contact [N/m]; 0 out of contact."""
     return np.asarray(np.nan_to_num(result.flank_load_per_length.values).max(axis=(0, 1)))
 
 
