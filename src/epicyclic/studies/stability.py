@@ -226,7 +226,11 @@ def _resonance_ranges(rows: Sequence[_MapRow]) -> dict[str, tuple[Sequence[str],
             rate[i, j] = np.fmax(rate[i, j], one.growth)
     dims = ("value", "resonance")
     # what a combination is does not depend on the value
-    fixed = {name: values for name, values in resonance_columns(combinations).items() if name.removeprefix("resonance_") in _FIXED}
+    fixed = {
+        name: values
+        for name, values in resonance_columns(combinations).items()
+        if name.removeprefix("resonance_") in _FIXED
+    }
     return {"resonance_low": (dims, low), "resonance_high": (dims, high), "resonance_growth": (dims, rate), **fixed}
 
 

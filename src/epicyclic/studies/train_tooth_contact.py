@@ -178,7 +178,9 @@ def _equilibrium(case: _Case, contacts: _FaceContacts, factor: float) -> Contact
     springs = equilibrium(
         case.flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force, laws=case.system.laws
     )
-    problem = ContactProblem(system=case.system, flexible=case.flexible, contacts=contacts, gap=acting.gap, force=acting.force)
+    problem = ContactProblem(
+        system=case.system, flexible=case.flexible, contacts=contacts, gap=acting.gap, force=acting.force
+    )
     return contact_equilibrium(problem, springs.displacement)
 
 
