@@ -153,7 +153,7 @@ def _left_out(derivatives: SystemDerivatives, kept: Sequence[int]) -> dict[str, 
 
 
 def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: float, mode: int | None) -> _Derivatives:
-    """Natural frequencies [Hz] and their derivatives, at standstill undamped, else with gyroscopic terms."""
+    """Natural frequencies [Hz] and their derivatives [fox1968], at standstill undamped, else with gyroscopic terms."""
     modes = eigen(system)
     if relative_speed == 0:
         squared: NDArray[np.inexact] = modes.omega_squared
@@ -191,7 +191,7 @@ def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: flo
 
 
 def _mode_text(target: NDArray[np.bool_], hertz: float, kind: str) -> str:
-    """``modes 4 to 5, one root, 1091.16 Hz, translational``."""
+    """Text ``modes 4 to 5, one root, 1091.16 Hz, translational``; target : (t,) of the modes."""
     low, high = (int(place) + 1 for place in np.flatnonzero(target)[[0, -1]])
     modes = f"mode {low}" if low == high else f"modes {low} to {high}, one root"
     return f"{modes}, {hertz:.6g} Hz, {kind}"

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,15 +24,12 @@ from ..analyses.stability.scan import (
 from ..analyses.stability.stability import combination_name, combination_names, resonance_columns, scan_warnings
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from .source import Source, system_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..analyses.steady.response import FrameSpeed
-    from ..system.system import System
-    from ..train.train import Train
-
-    Source = str | Path | Mapping[str, Any] | Train | System
 
 __all__ = ["FACTORS", "stability_map"]
 
@@ -88,8 +84,6 @@ def stability_map(
     """
     if not len(values) or not len(mesh_frequency):
         raise ModelError("nothing to go over", path=path, given=f"{len(values)} values, {len(mesh_frequency)} speeds")
-    from .source import system_of
-
     if path in FACTORS:  # assembled once for all of them
         source, overrides = system_of(source, overrides=overrides), None
     frequency = np.asarray(mesh_frequency, dtype=float)
@@ -118,8 +112,6 @@ def _row(
     progress: Callable[[int, int], None] | None,
 ) -> _MapRow:
     """Growth rates (P,) and predicted combinations at one value, setting : path -> value."""
-    from .source import system_of
-
     try:
         ((path, value),) = setting.items()
         if path in FACTORS:
@@ -143,7 +135,7 @@ def _factor(path: str, value: Any) -> float:
 def _labelled(
     path: str, values: Sequence[Any], frequency: NDArray[np.float64], rows: Sequence[_MapRow], frame_speed: str
 ) -> xr.Dataset:
-    """Dataset of the map: V values, P mesh frequencies."""
+    """Dataset of the map: V values, frequency : (P,) of the first mesh [Hz], rows : one a value."""
     ready = next(row.ready for row in rows if row.ready is not None)
     several = len(ready.tones) > 1
     scans = [row.found for row in rows]

@@ -226,7 +226,7 @@ def _face_columns(laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad
     order = np.argsort([mesh for law in laws for mesh in law.meshes])
 
     def gathered(parts: Sequence[Array]) -> Array:
-        """Rows of all laws in the order of the meshes."""
+        """Values (g, ...) of the meshes of each law as one array (w, ...) in the order of the meshes."""
         return np.concatenate(parts)[order]
 
     mean, largest, smallest = [], [], []
@@ -276,6 +276,7 @@ def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
 
 
 def _warnings(case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[str]:
+    """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
     messages = [text for law in laws for text in tooth_warnings(law.pair)]
     parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1)

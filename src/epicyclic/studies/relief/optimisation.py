@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -23,6 +23,7 @@ from ...tooth_contact.pair import check_pair
 from ...train.connections import Mesh
 from ...train.train import Train
 from ..check import train_provenance
+from ..source import Source, train_of
 from ..tooth_contact import contact, helices_of, in_radians, normal_force
 from .objectives import (
     DYNAMIC,
@@ -38,9 +39,6 @@ from .objectives import (
 )
 from .search import SearchResult, genetic_search
 from .variables import DesignVariable, FlankSettings, length_text, overrides_of, read_variables, settings_of
-
-if TYPE_CHECKING:
-    from ..source import Source
 
 __all__ = ["relief", "relief_model"]
 
@@ -106,8 +104,6 @@ def relief(
     ------
     ModelError : wrong model, name, bounds or record; a relief that does not fit its flank; pymoo not installed.
     """
-    from ..source import train_of
-
     train = train_of(source, overrides=overrides)
     settings = ContactSettings(samples=samples, slices=slices, corner=corner, misalignment=in_radians(misalignment))
     _check_options(objectives, factors, torque, settings)

@@ -1,6 +1,7 @@
 """Genetic search (GA, NSGA-II) over the unit cube with a record on disk.
 
-One objective is minimised by a genetic algorithm, several by NSGA-II, both those of pymoo.  The search follows from its
+One objective is minimised by a genetic algorithm, several by NSGA-II [deb2002], both those of pymoo [blank2020].  The
+search follows from its
 seed alone, so the record holds evaluations and not the state of the algorithm.  A resumed search is repeated from its
 seed with the recorded objectives, which takes no evaluation, and continues to the bits of an uninterrupted search.
 """
@@ -57,7 +58,7 @@ def genetic_search(
     problem: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> SearchResult:
-    """Minimise one objective, or find the Pareto set of several.
+    """Minimise one objective, or find the Pareto set of several [deb2002].
 
     Ctrl-C ends the search with the evaluations of the completed generations.
 
@@ -114,7 +115,7 @@ def genetic_search(
 
 
 def _first_generation(variables: int, population: int, seed: int, start: Array | None) -> Array:
-    """Latin hypercube (P, v) whose first candidates are replaced by the given ones."""
+    """Latin hypercube (P, v) [mckay1979] whose first candidates are replaced by the given ones (k, v)."""
     random = np.random.default_rng(seed)
     stratum = np.stack([random.permutation(population) for _ in range(variables)], axis=1)
     candidates: Array = (stratum + random.random((population, variables))) / population
@@ -124,7 +125,7 @@ def _first_generation(variables: int, population: int, seed: int, start: Array |
 
 
 def _algorithm(first: Array, variables: int, objectives: int, seed: int) -> Any:
-    """GA or NSGA-II of pymoo, set up to be asked for one generation after the other."""
+    """GA, or NSGA-II of several objectives, of pymoo [blank2020] with its first generation (P, v)."""
     try:
         from pymoo.algorithms.moo.nsga2 import NSGA2
         from pymoo.algorithms.soo.nonconvex.ga import GA
@@ -192,13 +193,13 @@ def _read_record(record: Path, identity: dict[str, Any]) -> list[tuple[Array, Ar
 
 
 def _write_record(record: Path, identity: dict[str, Any], evaluated: list[tuple[Array, Array]]) -> None:
-    """Write identity and evaluations as JSON; the file is replaced as a whole and its numbers are read back exactly."""
+    """Write identity and evaluations (P, v), (P, o) as JSON; numbers are read back exactly."""
     generations = [{"place": candidates.tolist(), "objective": values.tolist()} for candidates, values in evaluated]
     write_text(record, json.dumps({**identity, "generations": generations}))
 
 
 def _require_equal(candidates: Array, recorded: Array, record: Path | None) -> None:
-    """Refuse a record whose candidates are not those that follow from the seed."""
+    """Refuse a record whose candidates (P, v) are not those that follow from the seed."""
     if candidates.shape != recorded.shape or not np.array_equal(candidates, recorded):
         raise ModelError(
             "the record does not follow from its seed: made by another version of pymoo?",
