@@ -49,7 +49,7 @@ class _MapRow:
 
     status: str
     ready: ParametricSystem | None = None
-    found: FloquetScan | None = None
+    floquet: FloquetScan | None = None
     ranges: tuple[Combination, ...] = ()
 
 
@@ -91,7 +91,7 @@ def stability_map(
     for i, value in enumerate(values):
         share = _row_progress(progress, i * frequency.size, len(values) * frequency.size)
         rows.append(_row(source, {path: value}, overrides or {}, frequency, frame_speed, share))
-    if all(row.found is None for row in rows):
+    if all(row.floquet is None for row in rows):
         raise ModelError(rows[0].status)
     return _labelled(path, values, frequency, rows, frame_speed)
 
@@ -120,8 +120,8 @@ def _row(
             ready = parametric_system(system_of(source, overrides={**overrides, **setting}), frame_speed=frame_speed)
     except (ModelError, ConvergenceError) as error:
         return _MapRow(status=str(error))
-    found = floquet_scan(ready, frequency, progress=progress)
-    return _MapRow(status="ok", ready=ready, found=found, ranges=tuple(predicted_combinations(ready, frequency)))
+    floquet = floquet_scan(ready, frequency, progress=progress)
+    return _MapRow(status="ok", ready=ready, floquet=floquet, ranges=tuple(predicted_combinations(ready, frequency)))
 
 
 def _factor(path: str, value: Any) -> float:
@@ -138,14 +138,14 @@ def _labelled(
     """Dataset of the map: V values, frequency : (P,) of the first mesh [Hz], rows : one a value."""
     ready = next(row.ready for row in rows if row.ready is not None)
     several = len(ready.tones) > 1
-    scans = [row.found for row in rows]
+    scans = [row.floquet for row in rows]
     numbers, unit = _value_axis(values)
     status = [
-        np.full(frequency.size, row.status, dtype=object) if row.found is None else row.found.status for row in rows
+        np.full(frequency.size, row.status, dtype=object) if row.floquet is None else row.floquet.status for row in rows
     ]
     kinds = _stacked([None if one is None else one.kind for one in scans], np.full(frequency.size, "", dtype=object))
     names = [
-        [""] * frequency.size if row.found is None else combination_names(row.found, row.ranges, frequency, several)
+        [""] * frequency.size if row.floquet is None else combination_names(row.floquet, row.ranges, frequency, several)
         for row in rows
     ]
     cells, blank = ("value", "speed"), np.full(frequency.size, np.nan)
@@ -231,9 +231,9 @@ _FIXED = ("first", "second", "order")
 
 def _warnings(rows: Sequence[_MapRow]) -> list[str]:
     """Number of failed values, and the warnings of all scans as of one."""
-    failed = [row.status for row in rows if row.found is None]
+    failed = [row.status for row in rows if row.floquet is None]
     messages = [f"{len(failed)} of {len(rows)} values failed: {failed[0]}"] if failed else []
-    scans = [row.found for row in rows if row.found is not None]
+    scans = [row.floquet for row in rows if row.floquet is not None]
     whole = FloquetScan(
         multipliers=np.zeros((0, 0), complex),
         largest=np.concatenate([one.largest for one in scans]),

@@ -152,25 +152,30 @@ def _number(text: str) -> object:
 
 
 def _labelled(
-    train: Train, parameter: Parameter, loci: list[ModeSet], found: list[LocusEvent], kinds: tuple[str, ...], modes: int
+    train: Train,
+    parameter: Parameter,
+    loci: list[ModeSet],
+    events: list[LocusEvent],
+    kinds: tuple[str, ...],
+    modes: int,
 ) -> xr.Dataset:
     """Dataset of the lowest loci and of the events among them; kinds : (n,) of the modes at the start."""
     hertz = np.sqrt(np.array([state.omega_squared for state in loci])).T / (2 * np.pi)
     values = np.array([state.value for state in loci])
-    found = [event for event in found if min(event.first) < modes and min(event.second) < modes]
-    event_hertz = np.array([np.sqrt(event.omega_squared) / (2 * np.pi) for event in found])
+    events = [event for event in events if min(event.first) < modes and min(event.second) < modes]
+    event_hertz = np.array([np.sqrt(event.omega_squared) / (2 * np.pi) for event in events])
     columns: dict[str, tuple[str, Any]] = {
-        "event_kind": ("event", np.array([event.kind for event in found], object)),
-        "event_value": ("event", np.array([event.value for event in found])),
+        "event_kind": ("event", np.array([event.kind for event in events], object)),
+        "event_value": ("event", np.array([event.value for event in events])),
         "event_frequency": ("event", event_hertz),
-        "event_first": ("event", np.array([_mode_numbers(event.first) for event in found], object)),
-        "event_second": ("event", np.array([_mode_numbers(event.second) for event in found], object)),
+        "event_first": ("event", np.array([_mode_numbers(event.first) for event in events], object)),
+        "event_second": ("event", np.array([_mode_numbers(event.second) for event in events], object)),
         "event_gap": (
             "event",
-            np.array([event.gap for event in found]) / (8 * np.pi**2 * np.where(event_hertz > 0, event_hertz, 1)),
+            np.array([event.gap for event in events]) / (8 * np.pi**2 * np.where(event_hertz > 0, event_hertz, 1)),
         ),
-        "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in found])),
-        "veering_index": ("event", np.array([event.index for event in found])),
+        "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in events])),
+        "veering_index": ("event", np.array([event.index for event in events])),
     }
     squared = np.array([state.omega_squared for state in loci])
     multiplicity = {i: len(group) for group in repeated_loci(squared) for i in group}
@@ -181,7 +186,7 @@ def _labelled(
             "multiplicity": ("mode", np.array([multiplicity[i] for i in range(len(kinds))][:modes])),
             **columns,
         },
-        {"mode": np.arange(1, len(kinds) + 1)[:modes], "parameter": values, "event": np.arange(1, len(found) + 1)},
+        {"mode": np.arange(1, len(kinds) + 1)[:modes], "parameter": values, "event": np.arange(1, len(events) + 1)},
         verb="track",
         options={"over": parameter.path, "value": parameter.value, "unit": parameter.unit},
         provenance=train_provenance(train),
