@@ -1,4 +1,4 @@
-"""Best tip relief of the p-d pair of yue2014: time of the genetic search, and its answer beside a grid and scipy's."""
+"""Optimal tip relief of the p-d pair of yue2014: time of the genetic search, its answer beside a grid and scipy's."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scipy.optimize import differential_evolution
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.gears.flank import Flank, Relief
 from epicyclic.resolve import load
-from epicyclic.studies.relief import relief
+from epicyclic.studies.relief.optimisation import relief
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.tooth_contact.microgeometries import microgeometry_contact
 from epicyclic.tooth_contact.segments import ContactSegments, contact_segments
@@ -32,35 +32,36 @@ _BOUNDS = {
     "within the printed bounds": ((20e-6, 80e-6), (1e-6, 2.6e-3)),
     "amount free": ((0.0, 80e-6), (1e-6, 2.6e-3)),
 }
-# what the search may miss of the least that the grid and scipy find, of the peak to peak: 20 nm
-_MISSED = 20e-9
+# excess of the peak to peak over the minimum of grid and scipy that is allowed [m]
+_EXCESS = 20e-9
 
 
 def rows(quick: bool) -> list[table.Row]:
-    """Time and answer; quick : 20 candidates and 20 generations in place of 60 and 60."""
+    """Time and answer of the search; quick : 20 candidates and 20 generations in place of 60 and 60."""
     size = 20 if quick else 60
-    pieces, force = _pieces()
-    found: list[table.Row] = []
+    segments, force = _segments()
+    result_rows: list[table.Row] = []
     for name, bounds in _BOUNDS.items():
         took, result = _timed(lambda bounds=bounds: _search(bounds, size), 1 if quick else 3)
         value = float(result.objective_after[0])
         count = result.sizes["evaluation"]
-        least = min(_grid(pieces, force, bounds), _evolved(pieces, force, bounds))
+        least = min(_grid(segments, force, bounds), _differential_evolution(segments, force, bounds))
         verdict = "ok" if took <= _SECONDS else "MISSED"
-        told = f"{count / took:.0f} candidates/s; {verdict}"
-        found.append((f"relief, yue2014 p-d, {name}, {size} x {size}", f"{took:.1f} s", f"{_SECONDS:g} s", told))
-        told = "ok" if value <= least + _MISSED else "MISSED"
+        note = f"{count / took:.0f} candidates/s; {verdict}"
+        result_rows.append((f"relief, yue2014 p-d, {name}, {size} x {size}", f"{took:.1f} s", f"{_SECONDS:g} s", note))
+        note = "ok" if value <= least + _EXCESS else "MISSED"
         answer = ", ".join(map(str, result.solution_text.values[0]))
-        found.append((f"  {answer}", f"{1e6 * value:.3f} um", f"{1e6 * least:.3f} um by grid and scipy", told))
-    one, _ = _timed(lambda: loaded_contact(replace(pieces.pair, slices=20), force, pieces.sigma), 5)
-    many, _ = _timed(lambda: _swing(pieces, force, np.tile([6e-6, 2.4e-3], (size, 1))), 5)
-    told = f"{one * size / many:.0f} times"
-    found.append(("  a candidate by itself, 20 pieces across the face", f"{1e3 * one:.1f} ms", "", ""))
-    found.append((f"  a candidate among {size}, one piece", f"{1e3 * many / size:.2f} ms", "", told))
-    return found
+        result_rows.append((f"  {answer}", f"{1e6 * value:.3f} um", f"{1e6 * least:.3f} um by grid and scipy", note))
+    one, _ = _timed(lambda: loaded_contact(replace(segments.pair, slices=20), force, segments.sigma), 5)
+    many, _ = _timed(lambda: _peak_to_peak(segments, force, np.tile([6e-6, 2.4e-3], (size, 1))), 5)
+    note = f"{one * size / many:.0f} times"
+    result_rows.append(("  a candidate by itself, 20 segments across the face", f"{1e3 * one:.1f} ms", "", ""))
+    result_rows.append((f"  a candidate among {size}, one piece", f"{1e3 * many / size:.2f} ms", "", note))
+    return result_rows
 
 
-def _pieces() -> tuple[ContactSegments, float]:
+def _segments() -> tuple[ContactSegments, float]:
+    """Contact segments of the p-d pair over a mesh cycle, and the normal force [N]."""
     train = load("yue2014-i")
     mesh = next(mesh for mesh in train.meshes if mesh.name == "main/p-d/1")
     force = 43.0 / 34.5e-3  # N m, base radius as printed
@@ -74,34 +75,40 @@ def _search(bounds: tuple[tuple[float, float], ...], size: int) -> object:
     return relief("yue2014-i", vary=vary, **options)
 
 
-def _swing(pieces: ContactSegments, force: float, places: Array) -> Array:
-    """Peak to peak (S,) at amounts and lengths (S, 2)."""
-    pair = pieces.pair
+def _peak_to_peak(segments: ContactSegments, force: float, places: Array) -> Array:
+    """Peak to peak (S,) [m] of the approach at amounts and lengths (S, 2) [m], equal on both flanks; force [N]."""
+    pair = segments.pair
     shapes = [Flank(tip_relief=Relief(amount=float(d), length=float(h))) for d, h in places]
     pairs = [replace(pair, flank_a=shape, flank_b=shape) for shape in shapes]
-    return np.ptp(microgeometry_contact(pieces, pairs, force).approach[:, 0], axis=1)
+    return np.ptp(microgeometry_contact(segments, pairs, force).approach[:, 0], axis=1)
 
 
-def _grid(pieces: ContactSegments, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
-    """Least of 81 x 81 places, and of as many around it."""
+def _grid(segments: ContactSegments, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
+    """Least peak to peak [m] of an 81 x 81 grid, refined once around its minimum."""
     low, high = np.array(bounds).T
     for _ in range(2):
         axes = [np.linspace(a, b, 81) for a, b in zip(low, high, strict=True)]
         places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        swing = _swing(pieces, force, places)
-        best, step = places[np.argmin(swing)], (high - low) / 80
+        values = _peak_to_peak(segments, force, places)
+        best, step = places[np.argmin(values)], (high - low) / 80
         low, high = np.maximum(best - 2 * step, low), np.minimum(best + 2 * step, high)
-    return float(swing.min())
+    return float(values.min())
 
 
-def _evolved(pieces: ContactSegments, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
+def _differential_evolution(segments: ContactSegments, force: float, bounds: tuple[tuple[float, float], ...]) -> float:
+    """Least peak to peak [m] by differential evolution."""
     found = differential_evolution(
-        lambda x: _swing(pieces, force, np.atleast_2d(x.T)), bounds, rng=1, vectorized=True, updating="deferred"
+        lambda x: _peak_to_peak(segments, force, np.atleast_2d(x.T)),
+        bounds,
+        rng=1,
+        vectorized=True,
+        updating="deferred",
     )
     return float(found.fun)
 
 
 def _timed(run: Callable[[], T], repeats: int) -> tuple[float, T]:
+    """Median processor time [s] of repeated runs, and the result."""
     times = []
     for _ in range(repeats):
         start = time.process_time()

@@ -9,7 +9,7 @@ from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
 from .show.report import write_report as write_report
-from .studies.curves import vary as vary
+from .studies.parameter_studies import vary as vary
 from .system.system import System as System
 from .train.train import Train as Train
 from .verbs.campbell import campbell as campbell

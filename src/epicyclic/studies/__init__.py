@@ -1,4 +1,4 @@
-"""Whole runs: a source in, a Dataset out; many trains at once.
+"""Studies: answers that need the Train, its teeth or many trains, where an analysis needs one System.
 
-Depends on: files, assemble, analyses, results.
+Depends on: model, resolve, train, gears, tooth_contact, assemble, system, analyses, results.
 """

@@ -1,4 +1,4 @@
-"""What a train is made of, as derived: speeds, torques, geometry, phases, and where every value came from."""
+"""Derived data of a train: speeds, torques, power, geometry, mesh phases, orders, and the origin of every value."""
 
 from __future__ import annotations
 
@@ -23,18 +23,19 @@ _NAN = float("nan")
 
 
 def check(train: Train) -> xr.Dataset:
-    """Everything derived from a model file, as one Dataset over bodies, gears, meshes, stages, links and orders.
+    """Derived data of a train as one Dataset over bodies, gears, meshes, stages, links, orders and power paths.
 
     Parameters
     ----------
-    train : the resolved train.
+    train : resolved train.
 
     Returns
     -------
-    Dataset : speed [rpm], torque [N m] and power [W] of every body (torque external, held members included), power
+    Dataset : speed [rpm], torque [N m] and power [W] of every body (external torque, held members included), power
         through every coupling, shaft and pair (from the first to the second member, seen from the housing), geometry
-        [m, rad] of every gear, phase and contact ratio of every mesh, stiffness of every link; nan where the model says
-        nothing.  Attributes ``values`` (path, value, unit, origin of each resolved value) and ``assumed``.
+        [m, rad] of every gear, lead [mesh cycles] and contact ratio of every mesh, stiffness of every link [N/m,
+        N m/rad]; nan where the model gives no value.  Attributes ``values`` (path, value, unit, origin of each
+        resolved value) and ``assumed``.
     """
     columns = {
         **_body_columns(train),
@@ -64,7 +65,7 @@ def check(train: Train) -> xr.Dataset:
 
 
 def train_provenance(train: Train) -> dict[str, str]:
-    """Attributes that say which train a result belongs to: title, doi, the whole model and its assumptions as JSON."""
+    """Provenance attributes of a result: title and doi of the train, its whole model and its assumptions as JSON."""
     return {
         "title": train.title,
         "doi": train.doi,
@@ -90,8 +91,8 @@ def _body_columns(train: Train) -> Columns:
     speed = {body.name: _member_speed(train, body) for body in bodies}
     torque = {body.name: _torque(train, body) for body in bodies}
 
-    def column(pick: Callable[[Body], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
-        return "body", _numbers(pick(body) for body in bodies)
+    def column(value: Callable[[Body], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
+        return "body", _numbers(value(body) for body in bodies)
 
     return {
         "body": ("body", _texts(body.name for body in bodies)),
@@ -121,7 +122,7 @@ def _member_speed(train: Train, body: Body) -> float:
 
 
 def _torque(train: Train, body: Body) -> float:
-    """External torque [N m]: what the train puts on this body, else its share of what its member carries."""
+    """External torque [N m]: given on this body, else an equal share of the rest of its member."""
     torques = train.kinematics.torque
     if torques is None:
         return _NAN
@@ -133,7 +134,7 @@ def _torque(train: Train, body: Body) -> float:
 
 
 def _outer_radius(train: Train, body: Body) -> float:
-    """Outer radius for a drawing [m]: tip circle, rim of a ring, reach of the pins of a carrier, else an equal disc."""
+    """Outer radius for a drawing [m]: tip circle, rim of a ring, reach of a carrier's pins, else disc of inertia."""
     if body.gear is not None:
         gear = body.gear
         return max(gear.root_radius, gear.tip_radius) + 2 * gear.module if gear.internal else gear.tip_radius
@@ -147,8 +148,8 @@ def _outer_radius(train: Train, body: Body) -> float:
 def _gear_columns(train: Train) -> Columns:
     gears = [(body.name, body.gear) for body in train.bodies if body.gear is not None]
 
-    def column(pick: Callable[[GearData], float | None]) -> tuple[str, NDArray[np.generic]]:
-        return "gear", _numbers(pick(gear) for _, gear in gears)
+    def column(value: Callable[[GearData], float | None]) -> tuple[str, NDArray[np.generic]]:
+        return "gear", _numbers(value(gear) for _, gear in gears)
 
     return {
         "gear": ("gear", _texts(name for name, _ in gears)),
@@ -172,8 +173,8 @@ def _gear_columns(train: Train) -> Columns:
 def _mesh_columns(train: Train) -> Columns:
     meshes = train.meshes
 
-    def column(pick: Callable[[Mesh], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
-        return "mesh", _numbers(pick(mesh) for mesh in meshes)
+    def column(value: Callable[[Mesh], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
+        return "mesh", _numbers(value(mesh) for mesh in meshes)
 
     return {
         "mesh": ("mesh", _texts(mesh.name for mesh in meshes)),
@@ -212,7 +213,7 @@ def _stage_meshes(train: Train, stage: str) -> list[Mesh]:
 
 
 def _hunting_period(train: Train, stage: str) -> int:
-    """Mesh cycles after which every gear of the stage, also of stepped shafts, has made whole turns in its frame."""
+    """Hunting period [mesh cycles]: every gear of the stage, also of stepped shafts, makes whole turns in its frame."""
     carrier = next((frame.carrier for frame in train.frames if frame.name == stage), None)
     teeth = {body.member: body.gear.teeth for body in train.bodies if body.frame == stage and body.gear is not None}
     mesh = next((mesh.a for mesh in train.meshes if mesh.stage == stage), None)
@@ -243,6 +244,7 @@ def _order_columns(train: Train) -> Columns:
 
 
 def _shaft_lines(train: Train) -> list[tuple[str, Fraction, Fraction]]:
+    """Name, frequency [Hz] and mesh frequency of the stage [Hz] of every mesh and rotation; exact."""
     kinematics = train.kinematics
     if kinematics.speed is None or kinematics.mesh_frequency is None:
         return []
@@ -264,7 +266,7 @@ def _shaft_lines(train: Train) -> list[tuple[str, Fraction, Fraction]]:
 
 
 def _path_columns(train: Train) -> Columns:
-    """Power through couplings, shafts and meshes, and its share of the power that goes into the train."""
+    """Torque [N m] and power [W] of every power path, and its share [1] of the input power."""
     paths = train.power_paths
     power = np.array([path.power for path in paths])
     driving = sum(value for value in (train.kinematics.power or {}).values() if value > 0)
@@ -280,9 +282,9 @@ def _path_columns(train: Train) -> Columns:
 
 
 def _circulation(train: Train) -> list[str]:
-    """A warning where power goes round in a circle, with the least power of its ways."""
-    ways = [path for path in train.power_paths if path.circulating]
-    if not ways:
+    """Warning of circulating power, with the least power of its paths."""
+    circulating = [path for path in train.power_paths if path.circulating]
+    if not circulating:
         return []
-    least = min(abs(path.power) for path in ways)
-    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in ways)}"]
+    least = min(abs(path.power) for path in circulating)
+    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}"]

@@ -1,4 +1,7 @@
-"""The numbers of a model file that can be turned a little: which there are, what they say, how to say them changed."""
+"""Parameters of a model file: every number that may be differentiated, its value, and its overrides.
+
+Written numbers and derived ones (masses, inertias, mean mesh stiffnesses) are parameters; counts and texts are not.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,8 @@ __all__ = ["Parameter", "all_parameters", "parameter_at"]
 
 _COUNTS = ("teeth", "planets", "slices", "count", "order", "seed")
 _TEXTS = ("format", "title", "doi", "notes", "assumed", "tolerance")
-_TABLES = ("pitch", "values")  # long lists: an entry of them is asked for by name
+# long lists, whose entries are parameters only where a path names them
+_TABLES = ("pitch", "values")
 _DERIVED = ("mass", "inertia", "tilt_inertia", "stiffness")
 _PAIRS = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
 _INDEXED = re.compile(r"(.*)\[(\d{1,4})\]\s*")
@@ -26,11 +30,11 @@ _INDEXED = re.compile(r"(.*)\[(\d{1,4})\]\s*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
-    """One number of the file.
+    """One number of the model file.
 
-    path : as it is named, ``PATH[2]`` for the second of a list.  leaves : the full paths it stands at.
-    value : in `unit`, as written; a bare number is SI.  number : what stands there.  index : of a list, from 0.
-    beside : what has to be said with it, so that nothing else changes where the file does not say it.
+    path : its name, ``PATH[2]`` for the second entry of a list.  leaves : full paths that hold it.
+    value : in `unit` as written; a bare number is SI.  number : number or list as written.  index : of a list, from 0.
+    companions : overrides that keep a derived value which an override of this number would replace.
     """
 
     path: str
@@ -39,39 +43,39 @@ class Parameter:
     unit: str
     number: Written
     index: int = 0
-    beside: tuple[tuple[str, object], ...] = ()
+    companions: tuple[tuple[str, object], ...] = ()
 
     def at(self, value: float) -> dict[str, object]:
-        """Overrides that put another value, in `unit`, in its place."""
+        """Overrides that set another value, in `unit`."""
         values = (*self.number.values[: self.index], value, *self.number.values[self.index + 1 :])
-        return {**dict(self.beside), **dict.fromkeys(self.leaves, self.number.text(values))}
+        return {**dict(self.companions), **dict.fromkeys(self.leaves, self.number.text(values))}
 
 
 def all_parameters(train: Train) -> list[Parameter]:
-    """Every number the file says, entries of lists one by one, and what of masses and stiffnesses follows from it.
+    """Every written number without counts, entries of lists one by one, and derived masses and stiffnesses.
 
-    Counts are left out; stiffnesses alike in x and y are one parameter, `radial`, in rx and ry `tilt`.
+    Equal stiffnesses in x and y are one parameter, `radial`; in rx and ry `tilt`.
     """
-    said = dict(leaves(dict(train.document)))
-    found: list[Parameter] = []
-    for path, at in _alike(said).items():
-        parts, number = path.split("."), written(said[at[0]])
+    document = dict(leaves(dict(train.document)))
+    parameters: list[Parameter] = []
+    for path, at in _named_leaves(document).items():
+        parts, number = path.split("."), written(document[at[0]])
         if number is not None and parts[0] not in _TEXTS and parts[-1] not in (*_COUNTS, *_TABLES):
-            found += _entries(path, at, number)
-    return [*found, *(one for one in _following(train) if not _said(one.path, said))]
+            parameters += _entries(path, at, number)
+    return [*parameters, *(one for one in _derived(train) if not _is_written(one.path, document))]
 
 
 def parameter_at(train: Train, text: str) -> Parameter:
-    """The parameter at a path, shorthands allowed; ``PATH[2]`` is an entry of a list, or one planet's of all.
+    """Parameter at a path, shorthands allowed; ``PATH[2]`` is an entry of a list, or one planet's of a common value.
 
     Raises
     ------
     ModelError : no such path (the nearest is named), no number, a count, a rigid connection, a list without an index.
     """
-    path, index = (found[1], int(found[2])) if (found := _INDEXED.fullmatch(text)) else (text.strip(), 0)
-    said = dict(leaves(dict(train.document)))
+    path, index = (match[1], int(match[2])) if (match := _INDEXED.fullmatch(text)) else (text.strip(), 0)
+    document = dict(leaves(dict(train.document)))
     at = expand_path(path, collect(dict(train.document)), path="path")
-    numbers = [_number_at(leaf, said, train, text) for leaf in at]
+    numbers = [_number_at(leaf, document, train, text) for leaf in at]
     number = numbers[0]
     if any(other != number for other in numbers):
         raise ModelError("stands at values that differ", path=text, given=", ".join(at), allowed="one of these paths")
@@ -80,7 +84,7 @@ def parameter_at(train: Train, text: str) -> Parameter:
     if number.many and not index:
         raise ModelError("a list", path=text, allowed=f"one of its entries, {path}[1] .. {path}[{len(number.values)}]")
     if index:
-        number = _spread(number, at[0], train, text, index)
+        number = _listed(number, at[0], train, text, index)
     name = f"{path}[{index}]" if index else path
     entry = max(index - 1, 0)
     return Parameter(
@@ -90,21 +94,24 @@ def parameter_at(train: Train, text: str) -> Parameter:
         unit=number.unit,
         number=number,
         index=entry,
-        beside=_beside(train, at[0], said),
+        companions=_companions(train, at[0], document),
     )
 
 
-def _alike(said: Mapping[str, object]) -> dict[str, tuple[str, ...]]:
-    """Name of every parameter and the paths it stands at; x and y of one value are `radial`."""
+def _named_leaves(document: Mapping[str, object]) -> dict[str, tuple[str, ...]]:
+    """Name of a parameter -> paths that hold it; equal stiffnesses in x and y are `radial`, in rx and ry `tilt`.
+
+    document : full path -> value, as below.
+    """
     result: dict[str, tuple[str, ...]] = {}
-    for path, value in said.items():
+    for path, value in document.items():
         head, _, last = path.rpartition(".")
         second, name = _PAIRS.get(last, ("", ""))
         twin = {"y": "x", "ry": "rx"}.get(last, "")
         stiff = path.split(".")[0] in ("stages", "bodies", "couplings")
-        if stiff and second and said.get(f"{head}.{second}") == value:
+        if stiff and second and document.get(f"{head}.{second}") == value:
             result[f"{head}.{name}"] = (path, f"{head}.{second}")
-        elif not (stiff and twin and said.get(f"{head}.{twin}") == value):
+        elif not (stiff and twin and document.get(f"{head}.{twin}") == value):
             result[path] = (path,)
     return result
 
@@ -115,64 +122,74 @@ def _entries(path: str, at: tuple[str, ...], number: Written) -> Iterator[Parame
         yield Parameter(path=name, leaves=at, value=value, unit=number.unit, number=number, index=index)
 
 
-def _following(train: Train) -> Iterator[Parameter]:
-    """Masses, inertias and mesh stiffnesses that follow from the rest, and a default pressure angle of the tool."""
+def _derived(train: Train) -> Iterator[Parameter]:
+    """Derived masses, inertias and mesh stiffnesses, and the pressure angle of the tool where it is the default."""
     tools: dict[str, set[float]] = {}
-    said = dict(leaves(dict(train.document)))
+    document = dict(leaves(dict(train.document)))
     for value in train.values:
         parts = value.path.split(".")
         if not isinstance(value.value, float) or not math.isfinite(value.value):
             continue
         if parts[-1] in _DERIVED:
-            yield _bare(value.path, value.value, value.unit, _beside(train, value.path, said))
+            yield _parameter(value.path, value.value, value.unit, _companions(train, value.path, document))
         elif parts[-1] == "pressure_angle" and "meshes" not in parts and value.origin == "default":
             tools.setdefault(f"stages.{parts[1]}.pressure_angle", set()).add(value.value)
-    # as drawings say it
-    yield from (_bare(path, math.degrees(angles.pop()), "deg") for path, angles in tools.items() if len(angles) == 1)
+    # degrees, as on drawings
+    yield from (
+        _parameter(path, math.degrees(angles.pop()), "deg") for path, angles in tools.items() if len(angles) == 1
+    )
 
 
-def _said(path: str, said: Mapping[str, object]) -> bool:
-    """Whether the file says this itself, or says more than this of it (a list, a side)."""
+def _is_written(path: str, document: Mapping[str, object]) -> bool:
+    """Whether the file holds a number at this path, or more special ones (of a side) below its head."""
     head, _, last = path.rpartition(".")
-    return any(p == path or (p.startswith(f"{head}.") and p.endswith(f".{last}")) for p in said if written(said[p]))
+    return any(
+        p == path or (p.startswith(f"{head}.") and p.endswith(f".{last}")) for p in document if written(document[p])
+    )
 
 
-def _beside(train: Train, path: str, said: Mapping[str, object]) -> tuple[tuple[str, object], ...]:
-    """The variation of a mesh whose mean stiffness the file does not say: a given stiffness would not vary."""
+def _companions(train: Train, path: str, document: Mapping[str, object]) -> tuple[tuple[str, object], ...]:
+    """Derived variation of a mesh whose mean stiffness is derived too: with a given stiffness it would not vary."""
     head, _, last = path.rpartition(".")
     if (
         last != "stiffness"
-        or written(said.get(path)) is not None
-        or any(p.startswith(f"{head}.variation") for p in said)
+        or written(document.get(path)) is not None
+        or any(p.startswith(f"{head}.variation") for p in document)
     ):
         return ()
     return tuple((v.path, v.value) for v in train.values if v.path == f"{head}.variation" and isinstance(v.value, str))
 
 
-def _bare(path: str, value: float, unit: str, beside: tuple[tuple[str, object], ...] = ()) -> Parameter:
-    said = "" if unit == "cycles" else unit
-    number = Written(values=(value,), unit=said, many=False)
-    return Parameter(path=path, leaves=(path,), value=value, unit=said, number=number, beside=beside)
+def _parameter(path: str, value: float, unit: str, companions: tuple[tuple[str, object], ...] = ()) -> Parameter:
+    """Parameter of a derived value that no list holds."""
+    written_unit = "" if unit == "cycles" else unit
+    number = Written(values=(value,), unit=written_unit, many=False)
+    return Parameter(path=path, leaves=(path,), value=value, unit=written_unit, number=number, companions=companions)
 
 
-def _number_at(leaf: str, said: Mapping[str, object], train: Train, text: str) -> Written:
-    """What stands at one full path: in the file, or derived from it."""
-    number = written(said[leaf]) if leaf in said else None
+def _number_at(leaf: str, document: Mapping[str, object], train: Train, text: str) -> Written:
+    """Number at one full path, written or derived.
+
+    Raises
+    ------
+    ModelError : no number there, or a rigid connection.
+    """
+    number = written(document[leaf]) if leaf in document else None
     if number is not None:
         return number
-    tools = {one.path: one.number for one in _following(train)}
-    if leaf in tools:
-        return tools[leaf]
-    known = {value.path: value for value in train.values}
-    following = known.get(leaf)
-    derived = None if following is None else written(following.value)
-    if following is not None and derived is not None and all(map(math.isfinite, derived.values)):
-        return replace(derived, unit="" if following.unit == "cycles" else following.unit)
-    value = said.get(leaf, None if following is None else following.value)
+    derived = {one.path: one.number for one in _derived(train)}
+    if leaf in derived:
+        return derived[leaf]
+    resolved = {value.path: value for value in train.values}
+    known = resolved.get(leaf)
+    number = None if known is None else written(known.value)
+    if known is not None and number is not None and all(map(math.isfinite, number.values)):
+        return replace(number, unit="" if known.unit == "cycles" else known.unit)
+    value = document.get(leaf, None if known is None else known.value)
     if value is None or isinstance(value, dict):
         every = [one.path for one in all_parameters(train)]
         raise ModelError(
-            f"no number at this path{nearest(text, [*every, *known, *said])}",
+            f"no number at this path{nearest(text, [*every, *resolved, *document])}",
             path=text,
             allowed="a number the model has; give it a value first, --set PATH=VALUE",
         )
@@ -180,8 +197,13 @@ def _number_at(leaf: str, said: Mapping[str, object], train: Train, text: str) -
     raise ModelError("rigid: no derivative" if rigid else "not a number: no derivative", path=text, given=value)
 
 
-def _spread(number: Written, leaf: str, train: Train, text: str, index: int) -> Written:
-    """A list with one entry for each planet where a common value stands."""
+def _listed(number: Written, leaf: str, train: Train, text: str, index: int) -> Written:
+    """Number as a list: one entry for each planet where a common value is written.
+
+    Raises
+    ------
+    ModelError : no such entry.
+    """
     stage = next((part for part in leaf.split(".")[1:2] if part in train.planets), None)
     if not number.many and stage is not None and train.planets[stage] > 1:
         number = Written(values=number.values * train.planets[stage], unit=number.unit, many=True)

@@ -1,4 +1,8 @@
-"""Which number on the drawing moves a frequency or a mesh force most: derivatives by any path of a model file."""
+"""Sensitivity of natural frequencies and mesh forces to the numbers of a model file: derivatives by any path, ranked.
+
+The assembly is differenced along each parameter (`system_derivatives`); derivatives of frequencies follow in closed
+form and those of mesh forces by one adjoint solution (`analyses.sensitivity`).
+"""
 
 from __future__ import annotations
 
@@ -24,7 +28,7 @@ from ..system.system import System
 from ..train.train import Train
 from .check import train_provenance
 from .parameters import Parameter, all_parameters, parameter_at
-from .tangents import Tangents, tangents
+from .system_derivatives import SystemDerivatives, system_derivatives
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,8 +38,8 @@ __all__ = ["Quantity", "sensitivity"]
 Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None
 Quantity = Literal["frequency", "force"]
-# Below this, percent per percent, a number does not move anything: rounding of the difference quotients.
-_NOTHING = 1e-9
+# sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
+_NEGLIGIBLE = 1e-9
 
 
 def sensitivity(
@@ -55,20 +59,20 @@ def sensitivity(
     Parameters
     ----------
     of : ``frequency``, of all modes, or ``force``, RMS of the dynamic force of every mesh.
-    mode : by which the paths are ranked, from 1; the lowest elastic one where None.  mesh : likewise; the one with the
-        largest force where None.
-    paths : paths of the file, ``PATH[2]`` for one entry; every number that moves something where None.
-    mesh_frequency : of the first mesh [Hz], or relative_speed : speed per operating speed [1].  Of forces, where it is
-        looked at, 1 where neither is given; a speed in the file moves it along.  Frequencies stand still, undamped,
-        unless a relative speed brings in gyroscopic terms.
-    harmonic : amplitude of this mesh order in place of the RMS.
+    mode : from 1, whose sensitivity ranks the paths; None: the lowest elastic one.
+    mesh : likewise; None: the one with the largest force.
+    paths : paths of the file, ``PATH[2]`` for one entry; None: every number with an effect.
+    mesh_frequency, relative_speed : speed of the forces, as mesh frequency of the first mesh [Hz] or per operating
+        speed [1]; 1 where neither is given.  It follows a speed in the file.  Frequencies take a relative speed alone,
+        for gyroscopic terms; they are undamped, and at standstill without one.
+    harmonic : mesh order whose amplitude takes the place of the RMS.
     progress : called with the share done, 0..1.
 
     Returns
     -------
-    Dataset : ``derivative`` [per unit as written] and ``sensitivity`` [percent per percent, nan for a value of 0] over
-        (path, mode or mesh), paths ranked by the largest sensitivity of what was asked for.  Of a repeated root the
-        derivatives are the set into which it splits; they belong to the group.
+    Dataset : ``derivative`` [Hz or N per unit as written] and ``sensitivity`` [percent per percent, nan for a value of
+        0] (path, mode or mesh), status, parameter_value, parameter_unit (path), ranked_by (mode or mesh).  Derivatives
+        of a repeated root are those of the roots into which it splits; they belong to the group.
 
     Raises
     ------
@@ -76,28 +80,29 @@ def sensitivity(
         not go together; of forces no damping or no speed.
     """
     _check(of, mode=mode, mesh=mesh, harmonic=harmonic, mesh_frequency=mesh_frequency)
-    asked = all_parameters(train) if paths is None else [parameter_at(train, path) for path in paths]
-    if not asked:
+    candidates = all_parameters(train) if paths is None else [parameter_at(train, path) for path in paths]
+    if not candidates:
         raise ModelError("no path given", path="paths", allowed="paths of the model file, or none for all")
-    found = tangents(train, asked, progress=progress)
-    kept = _usable(found, given=paths is not None)
-    parameters = [found.along[place].parameter for place in kept]
-    changes = [change for place in kept if (change := found.along[place].change) is not None]
+    derivatives = system_derivatives(train, candidates, progress=progress)
+    system = derivatives.system
+    kept = _effective(derivatives, required=paths is not None)
+    parameters = [derivatives.along[place].parameter for place in kept]
+    changes = [change for place in kept if (change := derivatives.along[place].change) is not None]
     if of == "frequency":
-        answer = _frequencies(found.system, changes, relative_speed or 0.0, mode)
+        quantity = _frequencies(system, changes, relative_speed or 0.0, mode)
     else:
-        speed = _speed(found.system, mesh_frequency, relative_speed)
-        answer = _forces(found.system, changes, speed, harmonic, mesh)
-    return _labelled(train, found.system, parameters, answer, _left(found, kept), everything=paths is None)
+        speed = _relative_speed(system, mesh_frequency, relative_speed)
+        quantity = _forces(system, changes, speed, harmonic, mesh)
+    return _labelled(train, system, parameters, quantity, _left_out(derivatives, kept), only_effective=paths is None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Answer:
-    """What was asked for.
+class _Derivatives:
+    """A differentiated quantity: t frequencies or mesh forces, c parameters.
 
-    dim : mode or mesh.  unit : of the values.  value : (t,).  derivative : (changes, t).  target : (t,) those the
-    ranking is by.  problem : (changes,) why a derivative is missing.
-    subject : what the ranking is by, in words.
+    dim : mode or mesh.  unit : of the quantity.  value : (t,).  derivative : (c, t) per unit of the parameter.
+    target : (t,) entries whose sensitivity ranks the paths.  problem : (c,) why a derivative is missing, else "".
+    subject : the targets in words.
     """
 
     dim: str
@@ -123,29 +128,32 @@ def _check(of: str, *, mode: int | None, mesh: str | None, harmonic: int | None,
         raise ModelError("no mesh order that moves", path="harmonic", given=harmonic, allowed="1 or more")
 
 
-def _usable(found: Tangents, *, given: bool) -> list[int]:
-    """Numbers of the parameters with a derivative that is not nothing.
+def _effective(derivatives: SystemDerivatives, *, required: bool) -> list[int]:
+    """Indices of the parameters with a derivative that is not zero; all of them where they are required.
 
     Raises
     ------
-    ModelError : one that was asked for by name has no derivative.
+    ModelError : a required parameter has no derivative.
     """
-    if given:
-        for one in found.along:
+    if required:
+        for one in derivatives.along:
             if one.change is None:
                 raise ModelError(one.problem, path=one.parameter.path, given=one.parameter.value)
-        return list(range(len(found.along)))
-    return [i for i, one in enumerate(found.along) if one.change is not None and is_nonzero(one.change)]
+        return list(range(len(derivatives.along)))
+    return [i for i, one in enumerate(derivatives.along) if one.change is not None and is_nonzero(one.change)]
 
 
-def _left(found: Tangents, kept: Sequence[int]) -> dict[str, str]:
-    """Paths that could have been listed and are not, and why."""
+def _left_out(derivatives: SystemDerivatives, kept: Sequence[int]) -> dict[str, str]:
+    """Path of a parameter that is not listed -> reason."""
     return {
-        one.parameter.path: one.problem or "moves nothing" for i, one in enumerate(found.along) if i not in set(kept)
+        one.parameter.path: one.problem or "moves nothing"
+        for i, one in enumerate(derivatives.along)
+        if i not in set(kept)
     }
 
 
-def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: float, mode: int | None) -> _Answer:
+def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: float, mode: int | None) -> _Derivatives:
+    """Natural frequencies [Hz] and their derivatives [fox1968], at standstill undamped, else with gyroscopic terms."""
     modes = eigen(system)
     if relative_speed == 0:
         squared: NDArray[np.inexact] = modes.omega_squared
@@ -164,7 +172,7 @@ def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: flo
     first = int(elastic[0]) if mode is None else mode - 1
     target = np.zeros(hertz.size, bool)
     target[next(group for group in repeated_roots(squared) if group.start <= first < group.stop)] = True
-    return _Answer(
+    return _Derivatives(
         dim="mode",
         unit="Hz",
         value=hertz,
@@ -178,18 +186,18 @@ def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: flo
         },
         coords={"mode": np.arange(1, hertz.size + 1)},
         options={"of": "frequency", "mode": first + 1, "relative_speed": relative_speed},
-        subject=_mode_words(target, float(hertz[first]), kinds.kind[first]),
+        subject=_mode_text(target, float(hertz[first]), kinds.kind[first]),
     )
 
 
-def _mode_words(target: NDArray[np.bool_], hertz: float, kind: str) -> str:
-    """``modes 4 to 5, one root, 1091.16 Hz, translational``."""
+def _mode_text(target: NDArray[np.bool_], hertz: float, kind: str) -> str:
+    """Text ``modes 4 to 5, one root, 1091.16 Hz, translational``; target : (t,) of the modes."""
     low, high = (int(place) + 1 for place in np.flatnonzero(target)[[0, -1]])
     modes = f"mode {low}" if low == high else f"modes {low} to {high}, one root"
     return f"{modes}, {hertz:.6g} Hz, {kind}"
 
 
-def _speed(system: System, mesh_frequency: float | None, relative_speed: float | None) -> float:
+def _relative_speed(system: System, mesh_frequency: float | None, relative_speed: float | None) -> float:
     if mesh_frequency is not None and relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     if mesh_frequency is None:
@@ -199,25 +207,26 @@ def _speed(system: System, mesh_frequency: float | None, relative_speed: float |
 
 def _forces(
     system: System, changes: Sequence[Numbers], speed: float, harmonic: int | None, mesh: str | None
-) -> _Answer:
+) -> _Derivatives:
+    """RMS of the dynamic mesh forces, or amplitudes of a mesh order [N], and their derivatives at a relative speed."""
     names = faces(system.meshes).name
     if mesh is not None and mesh not in names:
         raise ModelError(
             f"no such mesh{nearest(mesh, names)}", path="mesh", given=mesh, allowed=f"{names[0]} .. {names[-1]}"
         )
-    found = force_derivatives(system, changes, relative_speed=speed, harmonic=harmonic)
-    value = found.value[:, 0]
+    forces = force_derivatives(system, changes, relative_speed=speed, harmonic=harmonic)
+    value = forces.value[:, 0]
     first = names.index(mesh) if mesh is not None else int(np.argmax(np.nan_to_num(value)))
     hertz = speed * float(system.tones[system.meshes.tone[0]])
     words = "the RMS of the dynamic mesh force" if harmonic is None else f"mesh order {harmonic} of the mesh force"
     held = "takes hold of a motion that is free (radii that fit no one centre distance do this)"
-    return _Answer(
+    return _Derivatives(
         dim="mesh",
         unit="N",
         value=value,
-        derivative=found.derivative[:, :, 0],
+        derivative=forces.derivative[:, :, 0],
         target=np.arange(len(names)) == first,
-        problem=tuple(held if taken else "" for taken in found.constrained),
+        problem=tuple(held if taken else "" for taken in forces.constrained),
         variables={"mesh_force_rms" if harmonic is None else "mesh_force_amplitude": ("mesh", value)},
         coords={"mesh": list(names)},
         options={
@@ -235,38 +244,39 @@ def _labelled(
     train: Train,
     system: System,
     parameters: Sequence[Parameter],
-    answer: _Answer,
-    left: dict[str, str],
+    quantity: _Derivatives,
+    left_out: dict[str, str],
     *,
-    everything: bool,
+    only_effective: bool,
 ) -> xr.Dataset:
+    """Dataset of the paths by falling sensitivity; only_effective : leave out paths without effect."""
     at = np.array([parameter.value for parameter in parameters])
-    scale = np.where(answer.value > 0, answer.value, np.nan)
-    relative = np.where(at[:, None] != 0, at[:, None] * answer.derivative / scale, np.nan)
-    still = np.abs(relative) < _NOTHING
-    relative, derivative = (np.where(still, 0.0, values) for values in (relative, answer.derivative))
+    scale = np.where(quantity.value > 0, quantity.value, np.nan)
+    relative = np.where(at[:, None] != 0, at[:, None] * quantity.derivative / scale, np.nan)
+    negligible = np.abs(relative) < _NEGLIGIBLE
+    relative, derivative = (np.where(negligible, 0.0, values) for values in (relative, quantity.derivative))
     with np.errstate(invalid="ignore"):
-        size = np.nanmax(np.where(answer.target, np.abs(relative), -1.0), axis=1, initial=-1.0)
+        size = np.nanmax(np.where(quantity.target, np.abs(relative), -1.0), axis=1, initial=-1.0)
     rank = np.argsort(-size, kind="stable").tolist()
-    if everything:
-        idle = np.all(derivative == 0, axis=1)
-        left = left | {parameters[i].path: "moves nothing" for i in np.flatnonzero(idle).tolist()}
-        rank = [i for i in rank if not idle[i]]
+    if only_effective:
+        ineffective = np.all(derivative == 0, axis=1)
+        left_out = left_out | {parameters[i].path: "moves nothing" for i in np.flatnonzero(ineffective).tolist()}
+        rank = [i for i in rank if not ineffective[i]]
     result = dataset(
         {
-            **answer.variables,
-            "derivative": (("path", answer.dim), derivative[rank]),
-            "sensitivity": (("path", answer.dim), relative[rank]),
+            **quantity.variables,
+            "derivative": (("path", quantity.dim), derivative[rank]),
+            "sensitivity": (("path", quantity.dim), relative[rank]),
             "parameter_value": ("path", at[rank]),
             "parameter_unit": ("path", np.array([parameters[i].unit for i in rank], object)),
-            "status": ("path", np.array([answer.problem[i] or "ok" for i in rank], object)),
-            "ranked_by": (answer.dim, answer.target),
+            "status": ("path", np.array([quantity.problem[i] or "ok" for i in rank], object)),
+            "ranked_by": (quantity.dim, quantity.target),
         },
-        {"path": [parameters[i].path for i in rank], **answer.coords},
+        {"path": [parameters[i].path for i in rank], **quantity.coords},
         verb="sensitivity",
-        options=answer.options,
+        options=quantity.options,
         provenance=train_provenance(train),
         warnings=system.warnings,
-        units={"derivative": f"{answer.unit} per unit of the value"},
+        units={"derivative": f"{quantity.unit} per unit of the value"},
     )
-    return result.assign_attrs(subject=answer.subject, left_out=json.dumps(left))
+    return result.assign_attrs(subject=quantity.subject, left_out=json.dumps(left_out))

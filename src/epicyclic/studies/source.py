@@ -1,7 +1,4 @@
-"""Sources: what a verb or study takes, read as far as it has not been read.
-
-A source is the name of a ready drive, a path of a model file, a dict, or what has been loaded or assembled already.
-"""
+"""Sources of a verb or study: ready drive, model file, dict, Train or System, loaded and assembled as far as needed."""
 
 from __future__ import annotations
 
@@ -18,17 +15,18 @@ from ..train.train import Train
 __all__ = ["Overrides", "Source", "system_of", "train_of"]
 
 Source = str | Path | Mapping[str, Any] | Train | System
+"""Name of a ready drive, path of a model file, dict of a model, or a Train or System made from one."""
 Overrides = Mapping[str, Any]
+"""Path in the model file -> value in its place."""
 
 
 def train_of(source: Source, *, overrides: Overrides | None = None) -> Train:
-    """Load a source unless it is a Train already.
+    """Resolved Train of a source; a Train is returned as it is.
 
     Raises
     ------
-    ModelError : the model is wrong, or overrides are given with what is loaded already.
+    ModelError : a wrong model, a System, or overrides of a Train.
     """
-
     if isinstance(source, System):
         raise ModelError("a System has no drawing left: give the model file or the Train", path="source")
     if not isinstance(source, Train):
@@ -39,13 +37,12 @@ def train_of(source: Source, *, overrides: Overrides | None = None) -> Train:
 
 
 def system_of(source: Source, *, overrides: Overrides | None = None) -> System:
-    """Load and assemble a source, as far as that has not been done.
+    """Assembled System of a source; a System is returned as it is.
 
     Raises
     ------
-    ModelError : the model is wrong, or overrides are given with what is loaded already.
+    ModelError : a wrong model, or overrides of a Train or System.
     """
-
     if not isinstance(source, System):
         return assemble(train_of(source, overrides=overrides))
     if overrides:

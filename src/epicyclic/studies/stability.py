@@ -1,11 +1,13 @@
-"""Stability over speed and a second parameter: a value in the model file, or one factor of the assembled train."""
+"""Stability maps: Floquet growth rates over mesh frequency and a second parameter, with the averaged boundaries.
+
+The parameter is a value in the model file, or a factor of the assembled train.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,32 +24,32 @@ from ..analyses.stability.scan import (
 from ..analyses.stability.stability import combination_name, combination_names, resonance_columns, scan_warnings
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from .source import Source, system_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..analyses.steady.response import FrameSpeed
-    from ..system.system import System
-    from ..train.train import Train
-
-    Source = str | Path | Mapping[str, Any] | Train | System
 
 __all__ = ["FACTORS", "stability_map"]
 
 FACTORS = ("variation", "damping")
-"""What is varied without assembling again: the variation of all mesh stiffness, and all damping, by a factor."""
+"""Factors of the assembled train: of the variation of every mesh stiffness, and of all damping."""
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Row:
-    """One value of the parameter; nothing found where it failed."""
+class _MapRow:
+    """Results at one value of the parameter: the prepared System, its scan over speed, its predicted combinations.
+
+    status : "ok", or why there are none.
+    """
 
     status: str
     ready: ParametricSystem | None = None
-    found: FloquetScan | None = None
+    floquet: FloquetScan | None = None
     ranges: tuple[Combination, ...] = ()
 
 
@@ -63,60 +65,67 @@ def stability_map(
 ) -> xr.Dataset:
     """Growth rates over mesh frequency and a parameter, with the boundaries that averaging predicts.
 
+    A value or a speed that fails holds nan, and ``status`` the reason.
+
     Parameters
     ----------
     path : in the model file, whose train is assembled again for each value, or one of `FACTORS`.
-    values : as an override would say them, with units or without.  mesh_frequency : of the first mesh [Hz].
-    progress : called with (cells done, cells).
+    values : V values as overrides, with units or without.  mesh_frequency : (P,) of the first mesh [Hz].
+    frame_speed : as of `stability`.  progress : called with (cells done, cells).
+
+    Returns
+    -------
+    Dataset : largest_multiplier [1], growth_rate [1/s], stable, instability, taking_part, status (value, speed), and
+        resonance_low, resonance_high [Hz], resonance_growth [1/s] (value, resonance), nan where a range is closed.
 
     Raises
     ------
     ModelError : no values, no speeds, or no value that the model takes.
-    A value or a speed that fails holds nan, and ``status`` says why.
     """
     if not len(values) or not len(mesh_frequency):
         raise ModelError("nothing to go over", path=path, given=f"{len(values)} values, {len(mesh_frequency)} speeds")
-    from .source import system_of
-
     if path in FACTORS:  # assembled once for all of them
         source, overrides = system_of(source, overrides=overrides), None
     frequency = np.asarray(mesh_frequency, dtype=float)
     rows = []
     for i, value in enumerate(values):
-        done = _partly(progress, i * frequency.size, len(values) * frequency.size)
-        rows.append(_row(source, {path: value}, overrides or {}, frequency, frame_speed, done))
-    if all(row.found is None for row in rows):
+        share = _row_progress(progress, i * frequency.size, len(values) * frequency.size)
+        rows.append(_row(source, {path: value}, overrides or {}, frequency, frame_speed, share))
+    if all(row.floquet is None for row in rows):
         raise ModelError(rows[0].status)
     return _labelled(path, values, frequency, rows, frame_speed)
 
 
-def _partly(progress: Callable[[int, int], None] | None, before: int, whole: int) -> Callable[[int, int], None] | None:
+def _row_progress(
+    progress: Callable[[int, int], None] | None, before: int, whole: int
+) -> Callable[[int, int], None] | None:
+    """Progress of one row in cells of the whole map."""
     return None if progress is None else lambda done, _: progress(before + done, whole)
 
 
 def _row(
     source: Source,
-    here: Mapping[str, Any],
+    setting: Mapping[str, Any],
     overrides: Mapping[str, Any],
     frequency: NDArray[np.float64],
     frame_speed: FrameSpeed,
     progress: Callable[[int, int], None] | None,
-) -> _Row:
-    from .source import system_of
-
+) -> _MapRow:
+    """Growth rates (P,) and predicted combinations at one value, setting : path -> value."""
     try:
-        ((path, value),) = here.items()
+        ((path, value),) = setting.items()
         if path in FACTORS:
             ready = parametric_system(system_of(source), frame_speed=frame_speed, **{path: _factor(path, value)})
         else:
-            ready = parametric_system(system_of(source, overrides={**overrides, **here}), frame_speed=frame_speed)
+            ready = parametric_system(system_of(source, overrides={**overrides, **setting}), frame_speed=frame_speed)
     except (ModelError, ConvergenceError) as error:
-        return _Row(status=str(error))
-    found = floquet_scan(ready, frequency, progress=progress)
-    return _Row(status="ok", ready=ready, found=found, ranges=tuple(predicted_combinations(ready, frequency)))
+        return _MapRow(status=str(error))
+    floquet = floquet_scan(ready, frequency, progress=progress)
+    return _MapRow(status="ok", ready=ready, floquet=floquet, ranges=tuple(predicted_combinations(ready, frequency)))
 
 
 def _factor(path: str, value: Any) -> float:
+    """Factor [1] of variation or damping, refused where it is no number."""
     try:
         return float(value)
     except (TypeError, ValueError):
@@ -124,52 +133,54 @@ def _factor(path: str, value: Any) -> float:
 
 
 def _labelled(
-    path: str, values: Sequence[Any], frequency: NDArray[np.float64], rows: Sequence[_Row], frame_speed: str
+    path: str, values: Sequence[Any], frequency: NDArray[np.float64], rows: Sequence[_MapRow], frame_speed: str
 ) -> xr.Dataset:
+    """Dataset of the map: V values, frequency : (P,) of the first mesh [Hz], rows : one a value."""
     ready = next(row.ready for row in rows if row.ready is not None)
     several = len(ready.tones) > 1
-    found = [row.found for row in rows]
-    numbers, unit = _numbers(values)
+    scans = [row.floquet for row in rows]
+    numbers, unit = _value_axis(values)
     status = [
-        np.full(frequency.size, row.status, dtype=object) if row.found is None else row.found.status for row in rows
+        np.full(frequency.size, row.status, dtype=object) if row.floquet is None else row.floquet.status for row in rows
     ]
-    kinds = _stacked([None if one is None else one.kind for one in found], np.full(frequency.size, "", dtype=object))
-    taking = [
-        [""] * frequency.size if row.found is None else combination_names(row.found, row.ranges, frequency, several)
+    kinds = _stacked([None if one is None else one.kind for one in scans], np.full(frequency.size, "", dtype=object))
+    names = [
+        [""] * frequency.size if row.floquet is None else combination_names(row.floquet, row.ranges, frequency, several)
         for row in rows
     ]
     cells, blank = ("value", "speed"), np.full(frequency.size, np.nan)
     result = dataset(
         {
-            "largest_multiplier": (cells, _stacked([None if one is None else one.largest for one in found], blank)),
-            "growth_rate": (cells, _stacked([None if one is None else one.growth for one in found], blank)),
+            "largest_multiplier": (cells, _stacked([None if one is None else one.largest for one in scans], blank)),
+            "growth_rate": (cells, _stacked([None if one is None else one.growth for one in scans], blank)),
             "stable": (cells, kinds == "stable"),
             "instability": (cells, kinds),
-            "taking_part": (cells, np.array(taking, dtype=object)),
+            "taking_part": (cells, np.array(names, dtype=object)),
             "status": (cells, np.array(status, dtype=object)),
-            **_ranges(rows, several),
+            **_resonance_ranges(rows),
         },
         {
             "value": numbers,
             "speed": frequency / float(ready.tones[0]),
             "mesh_frequency": ("speed", frequency),
-            "resonance": [combination_name(one, several) for one in _keys(rows)],
+            "resonance": [combination_name(one, several) for one in _widest_combinations(rows)],
         },
         verb="stability",
         options={"over": path, "values": list(values), "frame_speed": frame_speed},
         provenance=ready.system.provenance,
-        warnings=[*ready.system.warnings, *_notes(rows)],
+        warnings=[*ready.system.warnings, *_warnings(rows)],
         units={"speed": "1", "value": unit},  # speed relative to the operating speed
     )
     return result.assign_attrs(over=path)
 
 
 def _stacked(rows: Sequence[Any], blank: Any) -> Any:
+    """Rows (P,) as (V, P), `blank` in place of a row that failed."""
     return np.array([blank if row is None else row for row in rows], dtype=blank.dtype)
 
 
-def _numbers(values: Sequence[Any]) -> tuple[Any, str]:
-    """Values as numbers with their unit where all are numbers of one unit, else as texts."""
+def _value_axis(values: Sequence[Any]) -> tuple[Any, str]:
+    """Coordinate of the values and its unit: numbers where all have one unit, else texts."""
     split = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", str(value)) for value in values]
     units = {part[2] or "" for part in split if part}
     if all(split) and len(units) == 1:
@@ -177,49 +188,58 @@ def _numbers(values: Sequence[Any]) -> tuple[Any, str]:
     return [str(value) for value in values], ""
 
 
-def _same(one: Combination) -> tuple[int, int, int, str]:
+def _identity(one: Combination) -> tuple[int, int, int, str]:
+    """Modes, order and stage, by which combinations at different values are one."""
     return one.first, one.second, one.order, one.stage
 
 
-def _keys(rows: Sequence[_Row]) -> list[Combination]:
-    """One of each combination that grows at any value, by its modes and order, widest first."""
+def _widest_combinations(rows: Sequence[_MapRow]) -> list[Combination]:
+    """Every combination that grows at any value, at the value of its widest range, widest first."""
     widest: dict[tuple[int, int, int, str], Combination] = {}
     for one in (one for row in rows for one in row.ranges):
-        kept = widest.get(_same(one))
+        kept = widest.get(_identity(one))
         if kept is None or one.high - one.low > kept.high - kept.low:
-            widest[_same(one)] = one
+            widest[_identity(one)] = one
     return sorted(widest.values(), key=lambda one: one.low - one.high)
 
 
-def _ranges(rows: Sequence[_Row], several: bool) -> dict[str, tuple[Sequence[str], Any]]:
-    """Boundaries of every combination at every value, nan where it is closed; of two ranges of one the outer ends."""
-    keys = _keys(rows)
-    place = {_same(one): i for i, one in enumerate(keys)}
-    low, high, rate = (np.full((len(rows), len(keys)), np.nan) for _ in range(3))
+def _resonance_ranges(rows: Sequence[_MapRow]) -> dict[str, tuple[Sequence[str], Any]]:
+    """Boundaries [Hz] and growth rates [1/s] of C combinations (V, C), nan where a range is closed.
+
+    Where a combination has two ranges, these are their outer ends.
+    """
+    combinations = _widest_combinations(rows)
+    place = {_identity(one): i for i, one in enumerate(combinations)}
+    low, high, rate = (np.full((len(rows), len(combinations)), np.nan) for _ in range(3))
     for i, row in enumerate(rows):
         for one in row.ranges:
-            j = place[_same(one)]
+            j = place[_identity(one)]
             low[i, j], high[i, j] = np.fmin(low[i, j], one.low), np.fmax(high[i, j], one.high)
             rate[i, j] = np.fmax(rate[i, j], one.growth)
     dims = ("value", "resonance")
-    columns = resonance_columns(keys)
-    fixed = {name: values for name, values in columns.items() if name.removeprefix("resonance_") in _FIXED}
+    # what a combination is does not depend on the value
+    fixed = {
+        name: values
+        for name, values in resonance_columns(combinations).items()
+        if name.removeprefix("resonance_") in _FIXED
+    }
     return {"resonance_low": (dims, low), "resonance_high": (dims, high), "resonance_growth": (dims, rate), **fixed}
 
 
 _FIXED = ("first", "second", "order")
 
 
-def _notes(rows: Sequence[_Row]) -> list[str]:
-    failed = [row.status for row in rows if row.found is None]
-    notes = [f"{len(failed)} of {len(rows)} values failed: {failed[0]}"] if failed else []
-    cells = [row.found for row in rows if row.found is not None]
+def _warnings(rows: Sequence[_MapRow]) -> list[str]:
+    """Number of failed values, and the warnings of all scans as of one."""
+    failed = [row.status for row in rows if row.floquet is None]
+    messages = [f"{len(failed)} of {len(rows)} values failed: {failed[0]}"] if failed else []
+    scans = [row.floquet for row in rows if row.floquet is not None]
     whole = FloquetScan(
         multipliers=np.zeros((0, 0), complex),
-        largest=np.concatenate([one.largest for one in cells]),
-        growth=np.concatenate([one.growth for one in cells]),
-        kind=np.concatenate([one.kind for one in cells]),
-        steps=np.concatenate([one.steps for one in cells]),
-        status=np.concatenate([one.status for one in cells]),
+        largest=np.concatenate([one.largest for one in scans]),
+        growth=np.concatenate([one.growth for one in scans]),
+        kind=np.concatenate([one.kind for one in scans]),
+        steps=np.concatenate([one.steps for one in scans]),
+        status=np.concatenate([one.status for one in scans]),
     )
-    return notes + scan_warnings(whole)
+    return messages + scan_warnings(whole)

@@ -1,4 +1,4 @@
-"""Mesh stiffness over one mesh cycle, as it varies in time."""
+"""Mesh stiffness of every mesh over one mesh cycle."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:
 
     Parameters
     ----------
-    train : the resolved train.  samples : points per mesh cycle.
+    train : resolved train.  samples : points per mesh cycle.
 
     Returns
     -------
-    Dataset : mesh_stiffness(mesh, mesh_phase) and mean_mesh_stiffness(mesh) [N/m], along the tooth normal; mesh_phase
-        is time in mesh cycles, so that the phase of every mesh is in it: k_i(t) = k_1(t + lead_i T).
+    Dataset : mesh_stiffness (mesh, mesh_phase) and mean_mesh_stiffness (mesh) [N/m] along the tooth normal, phase_lead
+        (mesh) [mesh cycles].  mesh_phase is time in mesh cycles and contains the lead: k_i(t) = k_1(t + lead_i T), see
+        docs/conventions.md.
     """
     phase = np.arange(samples) / samples
     return dataset(
@@ -45,8 +46,8 @@ def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:
 
 
 def stiffness_history(mesh: Mesh, phase: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mesh stiffness [N/m] at times `phase` [mesh cycles]: the series in sigma = sense (phase + lead)."""
+    """Mesh stiffness (T,) [N/m] at times `phase` (T,) [mesh cycles]: Fourier series in sigma = sense (phase + lead)."""
     sigma = mesh.sense * (phase + float(mesh.lead))
     order = np.arange(1, len(mesh.variation) + 1)
-    turn = np.exp(2j * np.pi * np.multiply.outer(sigma, order))
-    return mesh.stiffness * (1 + (turn @ mesh.variation).real)
+    rotation = np.exp(2j * np.pi * np.multiply.outer(sigma, order))
+    return mesh.stiffness * (1 + (rotation @ mesh.variation).real)

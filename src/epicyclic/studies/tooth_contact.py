@@ -1,4 +1,4 @@
-"""Loaded tooth contact of one mesh of a train: what carries the load where, transmission error, stiffness."""
+"""Loaded tooth contact of one mesh of a train: load distribution, transmission error, mesh stiffness."""
 
 from __future__ import annotations
 
@@ -19,11 +19,13 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
 
-__all__ = ["contact", "force_of", "meshes_named", "radians_of"]
+__all__ = ["FACTORS", "contact", "flank_map", "helices_of", "in_radians", "normal_force"]
 
 Array = NDArray[np.float64]
 
 FACTORS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
+"""Loads by default, relative to the operating one [1]."""
+# mesh orders of the transmission error, and places along the path of contact of a flank map
 _ORDERS, _PLACES = 10, 161
 
 
@@ -40,34 +42,42 @@ def contact(
     misalignment: float | str = 0.0,
     torque_ends: tuple[str | None, str | None] = (None, None),
 ) -> xr.Dataset:
-    """Loaded tooth contact over a mesh cycle, both helices.
+    """Loaded tooth contact of one mesh over its mesh cycle, both helices.
 
-    Every helix of the mesh bears the same force, as gears do that find their place along the axis by themselves.
+    Every helix bears the same force, as in gears that are free to find their axial position.
 
     Parameters
     ----------
-    train : the resolved train.  mesh : its name, ``main/sun-planet/2``, or its pair, ``sun-planet``; the first of all.
-    torque : that the mesh puts on its first gear [N m], or a text with its unit; None: that of the train.
-    factors : loads beside the operating one, relative to it.  samples : phases of a mesh cycle.
-    slices : pieces of each face.  linear_at : load per length [N/m] at which the contact of the flanks is made linear;
-        None: Hertz.  corner : let tips bear beyond the path of contact.
+    train : resolved train.
+    mesh : name, ``main/sun-planet/2``, or pair, ``sun-planet``; None: the first mesh.
+    torque : of the mesh on its first gear [N m], or a text with its unit; None: that of the train.
+    factors : loads beside the operating one, relative to it [1].  samples : phases of a mesh cycle.
+    slices : segments of each face.
+    linear_at : load per length [N/m] at which the contact of the flanks is linearised; None: Hertz.
+    corner : solve corner contact, tips that bear beyond the path of contact.
     misalignment : of the flanks, in the plane of action [rad], or a text with its unit; positive opens the right end.
-    torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear; their
-        bodies then twist along the face.
+    torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear, whose
+        bodies then twist along the face; None: rigid.
+
+    Returns
+    -------
+    Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
+        pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
+        and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).
 
     Raises
     ------
-    ModelError : no such mesh, no torque, no face width, and all that `epicyclic.assemble.tooth_pairs.pair_of` refuses.
+    ModelError : no such mesh, no torque, no face width, numbers out of range, and all that `pair_of` refuses.
     """
-    sides = meshes_named(train, mesh)
-    force = force_of(train, sides, torque)
+    helices = helices_of(train, mesh)
+    force = normal_force(train, helices, torque)
     loads = force * np.array(sorted({1.0, *(float(f) for f in factors)}))
     if samples < 3 or slices < 1 or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
     phase = np.arange(samples) / samples
-    turn = radians_of(misalignment)
-    ends = _end(torque_ends[0]), _end(torque_ends[1])
-    how = {"slices": slices, "corner": corner, "misalignment": turn}
+    angle = in_radians(misalignment)
+    ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
+    settings = {"slices": slices, "corner": corner, "misalignment": angle}
     pairs = [
         pair_of(
             train,
@@ -75,41 +85,46 @@ def contact(
             slices=slices,
             linear_at=linear_at,
             corner=corner,
-            misalignment=turn,
+            misalignment=angle,
             torque_ends=ends,
         )
-        for one in sides
+        for one in helices
     ]
-    found = [
+    results = [
         loaded_contact(pair, loads, one.sense * (phase + float(one.lead)))
-        for pair, one in zip(pairs, sides, strict=True)
+        for pair, one in zip(pairs, helices, strict=True)
     ]
-    now = int(np.argmin(np.abs(loads - force)))
+    operating = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair in pairs for text in tooth_warnings(pair)]
     result = dataset(
-        {**_over_loads(found), **_curves(found, now), **_over_faces(found, now), **_facts(sides, found, loads)},
+        {
+            **_load_columns(results),
+            **_phase_columns(results, operating),
+            **_face_columns(results, operating),
+            **_mesh_columns(helices, results, loads),
+        },
         coords={
-            "side": [one.side or "face" for one in sides],
+            "side": [one.side or "face" for one in helices],
             "mesh_load": loads,
             "mesh_phase": phase,
             "width": (np.arange(slices) + 0.5) / slices,
-            "path_place": _places(found),
+            "path_place": _path_places(results),
             "harmonic": np.arange(_ORDERS + 1),
             "end": ["before", "behind"],
         },
         verb="contact",
-        options={"samples": samples, "linear_at": linear_at, "torque_ends": torque_ends, **how},
-        warnings=[*train.warnings, *dict.fromkeys(messages), *_warnings(found, now, corner)],
+        options={"samples": samples, "linear_at": linear_at, "torque_ends": torque_ends, **settings},
+        warnings=[*train.warnings, *dict.fromkeys(messages), *_warnings(results, operating, corner)],
         provenance=train_provenance(train),
     )
-    name = sides[0].name if sides[0].side is None or len(sides) == 1 else sides[0].name.rsplit("/", 1)[0]
-    gears = (body.split("/")[1] for body in (sides[0].a, sides[0].b))
+    name = helices[0].name if helices[0].side is None or len(helices) == 1 else helices[0].name.rsplit("/", 1)[0]
+    gears = (body.split("/")[1] for body in (helices[0].a, helices[0].b))
     result.attrs |= {"mesh": name, "force": force, **dict(zip(("gear_a", "gear_b"), gears, strict=True))}
     return result
 
 
-def meshes_named(train: Train, name: str | None) -> tuple[Mesh, ...]:
-    """The helices of one mesh, left to right: by its name, with or without side, or by its pair in the first branch.
+def helices_of(train: Train, name: str | None) -> tuple[Mesh, ...]:
+    """Helices of one mesh, left to right: by its name, with or without side, or by its pair in the first branch.
 
     Raises
     ------
@@ -118,47 +133,58 @@ def meshes_named(train: Train, name: str | None) -> tuple[Mesh, ...]:
     wanted = train.meshes[0].name if name is None else name.strip().strip("/")
     if name is None and train.meshes[0].side is not None:
         wanted = wanted.rsplit("/", 1)[0]
-    for tries in (
+    for matching in (
         [m for m in train.meshes if m.name == wanted],
         [m for m in train.meshes if m.side is not None and m.name == f"{wanted}/{m.side}"],
         [m for m in train.meshes if _pair_name(m) == wanted and m.branch in (None, 1)],
         [m for m in train.meshes if _pair_name(m).split("/")[-1] == wanted and m.branch in (None, 1)],
     ):
-        if tries and len({m.pair for m in tries}) == 1:
-            return tuple(sorted(tries, key=lambda m: m.station))
+        if matching and len({m.pair for m in matching}) == 1:
+            return tuple(sorted(matching, key=lambda m: m.station))
     raise ModelError("no such mesh", path="mesh", given=name, allowed=", ".join(m.name for m in train.meshes))
 
 
 def _pair_name(mesh: Mesh) -> str:
+    """``main/sun-planet``."""
     _, stage, _, pair = mesh.pair.split(".", 3)
     return f"{stage}/{pair}"
 
 
-def force_of(train: Train, sides: Sequence[Mesh], torque: float | str | None) -> float:
-    """Force of one helix [N]."""
+def normal_force(train: Train, helices: Sequence[Mesh], torque: float | str | None) -> float:
+    """Force of one helix along the tooth normal [N], of a torque on the first gear [N m] or of the train.
+
+    Raises
+    ------
+    ModelError : no torque passes this mesh; a text without a unit of torque.
+    """
     if torque is None:
-        force = mean_force(train, sides[0])
+        force = mean_force(train, helices[0])
         if not force > 0:
             raise ModelError(
                 "no torque passes this mesh", path="operation.torque", given=force, allowed="a torque, here or there"
             )
         return force
-    value = _newton_metres(torque)
-    one = sides[0]
-    lever = one.radius_a * math.cos(one.pressure_angle) * math.cos(one.base_helix)
-    return abs(value) / (len(sides) * lever)
+    value = _in_si(torque, "torque", "torque", "850 N m")
+    return abs(value) / (len(helices) * _lever(helices[0]))
 
 
-def _newton_metres(torque: float | str) -> float:
-    return _in_si(torque, "torque", "torque", "850 N m")
+def _lever(mesh: Mesh) -> float:
+    """Torque on the first gear per normal force [m]: its base radius times the cosine of the base helix angle."""
+    return mesh.radius_a * math.cos(mesh.pressure_angle) * math.cos(mesh.base_helix)
 
 
-def radians_of(angle: float | str) -> float:
+def in_radians(angle: float | str) -> float:
+    """Angle [rad] from a number [rad], or a text with its unit.
+
+    Raises
+    ------
+    ModelError : a text without a unit of angle.
+    """
     return _in_si(angle, "angle", "misalignment", "0.1 mrad")
 
 
 def _in_si(given: float | str, kind: str, option: str, example: str) -> float:
-    """A number in SI; a text must say its unit."""
+    """Quantity in SI from a number in SI, or a text that must have a unit of this kind."""
     if not isinstance(given, str):
         return float(given)
     from ..model.units import Bounds, read_quantity
@@ -173,7 +199,7 @@ def _in_si(given: float | str, kind: str, option: str, example: str) -> float:
     return value
 
 
-def _end(name: str | None) -> End | None:
+def _face_end(name: str | None) -> End | None:
     if name is None:
         return None
     if name not in ("left", "right"):
@@ -181,110 +207,123 @@ def _end(name: str | None) -> End | None:
     return "left" if name == "left" else "right"
 
 
-def _over_loads(found: Sequence[LoadedContact]) -> dict[str, tuple[Any, Array]]:
-    """Variables over side and load."""
-    whole = np.mean([one.transmission_error for one in found], axis=0)
+def _load_columns(results: Sequence[LoadedContact]) -> dict[str, tuple[Any, Array]]:
+    """Variables over side and load; results : one a helix."""
+    whole = np.mean([one.transmission_error for one in results], axis=0)
     sided = ("side", "mesh_load")
     return {
         "loaded_transmission_error": (("mesh_load", "mesh_phase"), whole),
         "transmission_error_peak_to_peak": ("mesh_load", np.ptp(whole, axis=1)),
         "transmission_error_harmonic": (("mesh_load", "harmonic"), harmonics(whole, _ORDERS)),
-        "tangent_stiffness": ((*sided, "mesh_phase"), np.array([one.tangent for one in found])),
-        "secant_stiffness": ((*sided, "mesh_phase"), np.array([one.secant for one in found])),
-        "average_stiffness": (sided, np.array([one.mean_stiffness for one in found])),
-        "average_secant_stiffness": (sided, np.array([one.secant.mean(axis=1) for one in found])),
-        "largest_load_per_length": (sided, np.array([one.largest_load for one in found])),
-        "largest_pressure": (sided, np.array([one.largest_pressure for one in found])),
-        "face_factor": (sided, np.array([_face_factor(one) for one in found])),
-        "corner_overlap": ((*sided, "end"), np.array([one.corner for one in found])),
-        "contact_residual": (sided, np.array([one.residual.max(axis=1) for one in found])),
+        "tangent_stiffness": ((*sided, "mesh_phase"), np.array([one.tangent for one in results])),
+        "secant_stiffness": ((*sided, "mesh_phase"), np.array([one.secant for one in results])),
+        "average_stiffness": (sided, np.array([one.mean_stiffness for one in results])),
+        "average_secant_stiffness": (sided, np.array([one.secant.mean(axis=1) for one in results])),
+        "largest_load_per_length": (sided, np.array([one.largest_load for one in results])),
+        "largest_pressure": (sided, np.array([one.largest_pressure for one in results])),
+        "face_factor": (sided, np.array([_face_factor(one) for one in results])),
+        "corner_overlap": ((*sided, "end"), np.array([one.corner for one in results])),
+        "contact_residual": (sided, np.array([one.residual.max(axis=1) for one in results])),
     }
 
 
-def _face_factor(one: LoadedContact) -> Array:
-    """Largest over mean load per width, loads averaged over the phases, (F,); nan without load."""
-    over = one.force.sum(axis=2).mean(axis=1)
+def _face_factor(result: LoadedContact) -> Array:
+    """Largest over mean load per width, loads averaged over the phases, (F,) [1]; nan without load."""
+    over = result.force.sum(axis=2).mean(axis=1)
     mean = over.mean(axis=1)
     return np.where(mean > 0, over.max(axis=1) / np.where(mean > 0, mean, 1.0), np.nan)
 
 
-def _curves(found: Sequence[LoadedContact], now: int) -> dict[str, tuple[Any, Array]]:
-    """Variables over the phase, at the operating load."""
-    sided = np.array([one.transmission_error[now] for one in found])
-    most = max(one.force.shape[2] for one in found)
-    share = np.zeros((len(found), most, sided.shape[1]))
-    for i, one in enumerate(found):
-        share[i, : one.force.shape[2]] = one.share[now].T
+def _phase_columns(results: Sequence[LoadedContact], operating: int) -> dict[str, tuple[Any, Array]]:
+    """Variables over the phase; operating : index of the operating load."""
+    sided = np.array([one.transmission_error[operating] for one in results])
+    most = max(one.force.shape[2] for one in results)
+    share = np.zeros((len(results), most, sided.shape[1]))
+    for i, one in enumerate(results):
+        share[i, : one.force.shape[2]] = one.share[operating].T
     return {
         "transmission_error": ("mesh_phase", sided.mean(axis=0)),
-        "no_load_transmission_error": ("mesh_phase", np.mean([one.no_load_error for one in found], axis=0)),
+        "no_load_transmission_error": ("mesh_phase", np.mean([one.no_load_error for one in results], axis=0)),
         "side_transmission_error": (("side", "mesh_phase"), sided),
         "pair_share": (("side", "tooth_pair", "mesh_phase"), share),
     }
 
 
-def _over_faces(found: Sequence[LoadedContact], now: int) -> dict[str, tuple[Any, Array]]:
-    """Variables over the face, at the operating load."""
-    load = [np.where(one.whole, one.load_per_length()[now], 0.0) for one in found]
-    stress = [np.where(one.whole, one.pressure()[now], 0.0) for one in found]
-    place = _places(found)
+def _face_columns(results: Sequence[LoadedContact], operating: int) -> dict[str, tuple[Any, Array]]:
+    """Variables over the face and the flank; operating : index of the operating load."""
+    load = [np.where(one.whole, one.load_per_length()[operating], 0.0) for one in results]
+    stress = [np.where(one.whole, one.pressure()[operating], 0.0) for one in results]
+    place = _path_places(results)
     sided = ("side", "width", "mesh_phase")
     return {
         "load_per_length": (sided, np.array([p.max(axis=1).T for p in load])),
         "contact_pressure": (sided, np.array([p.max(axis=1).T for p in stress])),
         "flank_load_per_length": (
             ("side", "width", "path_place"),
-            np.array([_on_flank(one, p, place) for one, p in zip(found, load, strict=True)]),
+            np.array(
+                [flank_map(one.segments.lines.sigma, p, one.whole, place) for one, p in zip(results, load, strict=True)]
+            ),
         ),
         "flank_pressure": (
             ("side", "width", "path_place"),
-            np.array([_on_flank(one, p, place) for one, p in zip(found, stress, strict=True)]),
+            np.array(
+                [
+                    flank_map(one.segments.lines.sigma, p, one.whole, place)
+                    for one, p in zip(results, stress, strict=True)
+                ]
+            ),
         ),
-        "line_place": (("side", "line", "width"), np.array([_first_lines(one) for one in found])),
+        "line_place": (("side", "line", "width"), np.array([_first_lines(one) for one in results])),
     }
 
 
-def _places(found: Sequence[LoadedContact]) -> Array:
-    """Places along the path of contact on which flanks are shown, (places,) [base pitches]."""
-    lines = found[0].segments.lines
+def _path_places(results: Sequence[LoadedContact]) -> Array:
+    """Evenly spaced places along the path of contact of a flank map, (P,) [base pitches]."""
+    lines = results[0].segments.lines
     touched = lines.sigma[lines.length > 0]
     return np.linspace(float(touched.min()), float(touched.max()), _PLACES)
 
 
-def _on_flank(one: LoadedContact, values: Array, place: Array) -> Array:
-    """Values (T, J, K) of all phases, laid on the flank of one tooth, (K, places); nan where nothing touches."""
-    lines = one.segments.lines
-    flank = np.full((lines.length.shape[2], len(place)), np.nan)
+def flank_map(sigma: Array, values: Array, loaded: NDArray[np.bool_], place: Array) -> Array:
+    """Values of all phases and tooth pairs laid on the flank of one tooth, (K, P); nan where nothing touches.
+
+    Parameters
+    ----------
+    sigma : (T, J, K) places on the path of contact [base pitches] at T phases, J pairs of teeth, K slices.
+    values, loaded : (T, J, K) values there, and which of them count.  place : (P,) places of the map [base pitches].
+    """
+    flank = np.full((sigma.shape[2], len(place)), np.nan)
     for k in range(len(flank)):
-        touched = one.whole[:, :, k]
-        at, value = lines.sigma[:, :, k][touched], values[:, :, k][touched]
+        touching = loaded[:, :, k]
+        at, value = sigma[:, :, k][touching], values[:, :, k][touching]
         order = np.argsort(at)
         flank[k] = np.interp(place, at[order], value[order], left=np.nan, right=np.nan)
     return flank
 
 
-def _first_lines(one: LoadedContact) -> Array:
-    """Contact lines of the first phase, (lines, K) [base pitches]; nan where they leave the path."""
-    lines = one.segments.lines
+def _first_lines(result: LoadedContact) -> Array:
+    """Contact lines of the first phase, (J, K) [base pitches]; nan where they leave the path."""
+    lines = result.segments.lines
     return np.where(lines.length[0] > 0, lines.sigma[0], np.nan)
 
 
-def _facts(sides: Sequence[Mesh], found: Sequence[LoadedContact], loads: Array) -> dict[str, tuple[Any, Array]]:
-    one = sides[0]
-    lever = one.radius_a * math.cos(one.pressure_angle) * math.cos(one.base_helix)
+def _mesh_columns(
+    helices: Sequence[Mesh], results: Sequence[LoadedContact], loads: Array
+) -> dict[str, tuple[Any, Array]]:
+    """Torque on the first gear [N m] at each load (F,) [N], and face width [m] of each side."""
     return {
-        "load_torque": ("mesh_load", loads * len(sides) * lever),
-        "shared_face": ("side", np.array([result.segments.pair.plane.width for result in found])),
+        "load_torque": ("mesh_load", loads * len(helices) * _lever(helices[0])),
+        "shared_face": ("side", np.array([result.segments.pair.plane.width for result in results])),
     }
 
 
-def _warnings(found: Sequence[LoadedContact], now: int, corner: bool) -> list[str]:
-    lost = sorted({str(text) for one in found for text in one.status.ravel() if text})
-    said = [f"contact: {text} at some phases" for text in lost]
-    overlap = max(float(one.corner[now].max()) for one in found)
+def _warnings(results: Sequence[LoadedContact], operating: int, corner: bool) -> list[str]:
+    lost = sorted({str(text) for one in results for text in one.status.ravel() if text})
+    messages = [f"contact: {text} at some phases" for text in lost]
+    overlap = max(float(one.corner[operating].max()) for one in results)
     if overlap > 0 and not corner:
-        said.append(
+        messages.append(
             f"tips would bear outside the path of contact at the operating load: they overlap by "
             f"{overlap * 1e6:.3g} um; relieve them, or let them bear (corner)"
         )
-    return said
+    return messages

@@ -1,4 +1,8 @@
-"""Natural frequencies along a number of the model file, each mode followed; where two cross and where they veer."""
+"""Mode tracking: loci of the natural frequencies along a parameter of the model file, crossings and veerings.
+
+Where two loci approach, a crossing and a veering differ in the coupling of the two modes [perkins1986, lin2001,
+dubois2011]; `analyses.modes` follows the modes and finds these events.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,8 @@ if TYPE_CHECKING:
 __all__ = ["track"]
 
 Array = NDArray[np.float64]
-_WIDE = 10
+# ratio of the limits above which the first values lie in equal ratios
+_WIDE_RANGE = 10
 
 
 def track(
@@ -42,21 +47,22 @@ def track(
     modes: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Follow every mode while one number of the model file goes from one value to another.
+    """Loci of the natural frequencies along one number of the model file, with their crossings and veerings.
 
     Parameters
     ----------
     over : path of the number, ``PATH[2]`` for one entry of a list.
-    start, stop : values as the file says them ("1e8 N/m"), or numbers in the unit written there; half and twice the
-        value where None.
-    points : values to begin with; more are taken where shapes change quickly, cross or veer.
-    modes : how many loci are told, from the lowest at the start; all where None.
+    start, stop : values as the file writes them ("1e8 N/m"), or numbers in the unit written there; None: half and
+        twice the value.
+    points : initial values; more are inserted where shapes change quickly, cross or veer.
+    modes : number of loci in the result, from the lowest at the start; None: all.
     progress : called with the share done, 0..1.
 
     Returns
     -------
-    Dataset : ``frequency`` (mode, parameter), mode_kind (mode) at the start, and events: crossings, of shapes that have
-        nothing to do with each other, and veerings, with the coupling of the two shapes.
+    Dataset : frequency [Hz] (mode, parameter), mode_kind and multiplicity (mode) at the start, and event_kind,
+        event_value, event_frequency [Hz], event_gap [Hz], coupling_factor, veering_index [1] (event): crossings of
+        uncoupled shapes, and veerings [dubois2011].
 
     Raises
     ------
@@ -67,48 +73,50 @@ def track(
     if points < 3:
         raise ModelError("too few points to follow a mode", path="points", given=points, allowed="3 or more")
     first = _system(train, parameter, low)
-    count = [0]
+    assembled = [0]
 
     @cache
     def system(value: float) -> System:
-        count[0] += 1
+        assembled[0] += 1
         if progress is not None:
-            progress(min(0.95, count[0] / (4 * points)))
+            progress(min(0.95, assembled[0] / (4 * points)))
         return _system(train, parameter, value)
 
-    def at(value: float) -> ModeSet:
+    def modes_at(value: float) -> ModeSet:
         here = system(value)
         if here.dofs.names != first.dofs.names:
             raise ModelError("another number of motions at this value", path=over, given=value)
-        found = eigen(here)
-        return ModeSet(value=value, omega_squared=found.omega_squared, vectors=found.vectors, M=here.M)
+        solved = eigen(here)
+        return ModeSet(value=value, omega_squared=solved.omega_squared, vectors=solved.vectors, M=here.M)
 
-    def slope(value: float) -> tuple[Array, Array]:
+    def matrix_derivatives(value: float) -> tuple[Array, Array]:
+        """Derivatives (n, n) of mean stiffness and mass along the parameter, by central differences."""
         step = 1e-4 * (high - low)
         above, below = system(value + step), system(value - step)
-        both = above.mean_stiffness - below.mean_stiffness, above.M - below.M
-        return both[0] / (2 * step), both[1] / (2 * step)
+        differences = above.mean_stiffness - below.mean_stiffness, above.M - below.M
+        return differences[0] / (2 * step), differences[1] / (2 * step)
 
-    path = track_modes(at, _values(low, high, points))
-    met = locus_events(path, slope)
-    start_modes = at(low)
+    loci = track_modes(modes_at, _initial_values(low, high, points))
+    crossings_and_veerings = locus_events(loci, matrix_derivatives)
+    start_modes = modes_at(low)
     kinds = classify_modes(first, start_modes.omega_squared, start_modes.vectors).kind
-    return _labelled(train, parameter, path, met, kinds, modes or len(kinds))
+    return _labelled(train, parameter, loci, crossings_and_veerings, kinds, modes or len(kinds))
 
 
-def _values(low: float, high: float, points: int) -> list[float]:
-    """Values to begin with, over a wide range in equal ratios."""
-    wide = low * high > 0 and max(low / high, high / low) > _WIDE
+def _initial_values(low: float, high: float, points: int) -> list[float]:
+    """Values from `low` to `high`, evenly spaced, over a wide range in equal ratios."""
+    wide = low * high > 0 and max(low / high, high / low) > _WIDE_RANGE
     spaced = np.geomspace(low, high, points) if wide else np.linspace(low, high, points)
     return [low, *spaced[1:-1].tolist(), high]
 
 
 def _system(train: Train, parameter: Parameter, value: float) -> System:
+    """Linearised System with the parameter at a value."""
     return linearised(assemble(load(train.document, overrides=parameter.at(value))))
 
 
 def _limits(parameter: Parameter, start: str | float | None, stop: str | float | None) -> tuple[float, float]:
-    """The range in the unit of the file."""
+    """Limits of the range, in the unit of the file; half and twice the value where not given."""
     if parameter.value == 0 and (start is None or stop is None):
         raise ModelError("the value is 0: say from where to where", path="start, stop", allowed="two values")
     low = parameter.value / 2 if start is None else _read(start, parameter, "start")
@@ -121,13 +129,19 @@ def _limits(parameter: Parameter, start: str | float | None, stop: str | float |
 
 
 def _read(text: str | float, parameter: Parameter, option: str) -> float:
-    said = written(float(text) if isinstance(text, (int, float)) else text)
-    if said is None and isinstance(text, str):
-        said = written(_number(text))
-    if said is None or said.many or said.unit not in ("", parameter.unit):
+    """Limit in the unit of the parameter, from a number or a text in that unit.
+
+    Raises
+    ------
+    ModelError : no single number, or another unit.
+    """
+    number = written(float(text) if isinstance(text, (int, float)) else text)
+    if number is None and isinstance(text, str):
+        number = written(_number(text))
+    if number is None or number.many or number.unit not in ("", parameter.unit):
         unit = f" in {parameter.unit}, as the file says it" if parameter.unit else " without a unit"
         raise ModelError("not a value of this parameter", path=option, given=text, allowed=f"a number{unit}")
-    return said.values[0]
+    return number.values[0]
 
 
 def _number(text: str) -> object:
@@ -138,26 +152,32 @@ def _number(text: str) -> object:
 
 
 def _labelled(
-    train: Train, parameter: Parameter, path: list[ModeSet], met: list[LocusEvent], kinds: tuple[str, ...], modes: int
+    train: Train,
+    parameter: Parameter,
+    loci: list[ModeSet],
+    events: list[LocusEvent],
+    kinds: tuple[str, ...],
+    modes: int,
 ) -> xr.Dataset:
-    hertz = np.sqrt(np.array([state.omega_squared for state in path])).T / (2 * np.pi)
-    values = np.array([state.value for state in path])
-    met = [event for event in met if min(event.first) < modes and min(event.second) < modes]
-    middle = np.array([np.sqrt(event.omega_squared) / (2 * np.pi) for event in met])
+    """Dataset of the lowest loci and of the events among them; kinds : (n,) of the modes at the start."""
+    hertz = np.sqrt(np.array([state.omega_squared for state in loci])).T / (2 * np.pi)
+    values = np.array([state.value for state in loci])
+    events = [event for event in events if min(event.first) < modes and min(event.second) < modes]
+    event_hertz = np.array([np.sqrt(event.omega_squared) / (2 * np.pi) for event in events])
     columns: dict[str, tuple[str, Any]] = {
-        "event_kind": ("event", np.array([event.kind for event in met], object)),
-        "event_value": ("event", np.array([event.value for event in met])),
-        "event_frequency": ("event", middle),
-        "event_first": ("event", np.array([_named(event.first) for event in met], object)),
-        "event_second": ("event", np.array([_named(event.second) for event in met], object)),
+        "event_kind": ("event", np.array([event.kind for event in events], object)),
+        "event_value": ("event", np.array([event.value for event in events])),
+        "event_frequency": ("event", event_hertz),
+        "event_first": ("event", np.array([_mode_numbers(event.first) for event in events], object)),
+        "event_second": ("event", np.array([_mode_numbers(event.second) for event in events], object)),
         "event_gap": (
             "event",
-            np.array([event.gap for event in met]) / (8 * np.pi**2 * np.where(middle > 0, middle, 1)),
+            np.array([event.gap for event in events]) / (8 * np.pi**2 * np.where(event_hertz > 0, event_hertz, 1)),
         ),
-        "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in met])),
-        "veering_index": ("event", np.array([event.index for event in met])),
+        "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in events])),
+        "veering_index": ("event", np.array([event.index for event in events])),
     }
-    squared = np.array([state.omega_squared for state in path])
+    squared = np.array([state.omega_squared for state in loci])
     multiplicity = {i: len(group) for group in repeated_loci(squared) for i in group}
     result = dataset(
         {
@@ -166,7 +186,7 @@ def _labelled(
             "multiplicity": ("mode", np.array([multiplicity[i] for i in range(len(kinds))][:modes])),
             **columns,
         },
-        {"mode": np.arange(1, len(kinds) + 1)[:modes], "parameter": values, "event": np.arange(1, len(met) + 1)},
+        {"mode": np.arange(1, len(kinds) + 1)[:modes], "parameter": values, "event": np.arange(1, len(events) + 1)},
         verb="track",
         options={"over": parameter.path, "value": parameter.value, "unit": parameter.unit},
         provenance=train_provenance(train),
@@ -176,6 +196,6 @@ def _labelled(
     return result
 
 
-def _named(loci: tuple[int, ...]) -> str:
-    """Numbers of the modes at the start, ``4, 5``."""
+def _mode_numbers(loci: tuple[int, ...]) -> str:
+    """Numbers of the modes at the start, from 1: ``4, 5``."""
     return ", ".join(str(i + 1) for i in loci)

@@ -1,4 +1,4 @@
-"""Loaded tooth contact of all meshes of a train at once, in its own static equilibrium."""
+"""Loaded tooth contact of all meshes of a train at once, in the static equilibrium of the train."""
 
 from __future__ import annotations
 
@@ -23,15 +23,18 @@ from ..results.dataset import dataset
 from ..system.faces import faces
 from ..system.system import System
 from ..train.train import Train
+from .tooth_contact import flank_map
 
 __all__ = ["TORQUES", "train_contact"]
 
 Array = NDArray[np.float64]
 
 TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
+"""Torques by default, relative to the operating ones [1]."""
+# places along the path of contact of a flank map
 _PLACES = 81
-# A mesh below this part of the largest force is open.
-_NOTHING = 1e-7
+# mesh force per largest one below which a mesh is open: rounding of the equilibrium is far below
+_OPEN_RATIO = 1e-7
 
 
 def train_contact(
@@ -47,17 +50,26 @@ def train_contact(
     corner: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Contact of every mesh over a record: branches, sides and flanks share the load as the train lets them.
+    """Loaded contact of every mesh over a record: branches, sides and flanks share the load as the train lets them.
 
-    Misalignment is what comes of the bodies' own tilt and twist, of pins and carrier, beside what deviations say.
-    Springs of meshes play no part in the result.
+    Misalignment follows from tilt and twist of the bodies, of pins and carrier, and from deviations.  Mesh stiffnesses
+    of the model have no part in the result.
 
     Parameters
     ----------
-    factors : torques beside the operating ones, relative to them; weight and other loads stay.
-    cycles, turns, of, samples : the record, as of `static`; one mesh cycle if nothing is said.
-    slices : pieces of each face.  linear_at : load per length [N/m] at which the contact of the flanks is made linear;
-        None: Hertz.  corner : let tips bear beyond the path of contact.  progress : called with the share done, 0..1.
+    factors : torques beside the operating ones, relative to them [1]; weight and other loads stay.
+    cycles, turns, of, samples : the record, as of `static`; one mesh cycle by default.
+    slices : segments of each face.
+    linear_at : load per length [N/m] at which the contact of the flanks is linearised; None: Hertz.
+    corner : solve corner contact, tips that bear beyond the path of contact.
+    progress : called with the share done, 0..1.
+
+    Returns
+    -------
+    Dataset : mesh_force [N] (torque_factor, mesh, time), face_load [N/m] (torque_factor, mesh, width), factors of face,
+        side and branch (torque_factor, mesh or mesh_pair), flank_load_per_length [N/m] (mesh, width, flank_place),
+        displacement [m, rad] (dof, time), link_force and link_deflection (link_row, time), relative residuals
+        (torque_factor).
 
     Raises
     ------
@@ -66,22 +78,22 @@ def train_contact(
     """
     levels = _levels(train, factors)
     case = _case(train, record=(None if turns or of else cycles, turns, of, positive_count("samples", samples, 32)))
-    contacts = face_laws(train, slices=slices, linear_at=linear_at, corner=corner)
-    ready = _ready(case, contacts)
+    laws = face_laws(train, slices=slices, linear_at=linear_at, corner=corner)
+    contacts = _face_contacts(case, laws)
     states: list[ContactEquilibrium] = []
     for i, level in enumerate(levels):
-        states.append(_loaded(case, ready, float(level)))
+        states.append(_equilibrium(case, contacts, float(level)))
         if progress is not None:
             progress((i + 1) / len(levels))
-    loads = [_faces(case, contacts, ready, state) for state in states]
-    now = int(np.argmin(np.abs(levels - 1.0)))
+    loads = [_face_loads(laws, contacts, state) for state in states]
+    operating = int(np.argmin(np.abs(levels - 1.0)))
     force = np.array([_mesh_force(state) for state in states])
     options = {"samples": samples, "slices": slices, "linear_at": linear_at, "corner": corner}
     result = dataset(
         {
-            **_forces(case.system, case.record, force),
-            **_over_faces(case, contacts, loads, now),
-            **_motion(case, states[now]),
+            **_force_columns(case.system, case.record, force),
+            **_face_columns(laws, loads, operating),
+            **_motion_columns(case, states[operating]),
             "contact_residual": ("torque_factor", np.array([state.contact_residual.max() for state in states])),
             "balance_residual": ("torque_factor", np.array([state.force_residual.max() for state in states])),
         },
@@ -97,7 +109,7 @@ def train_contact(
         },
         verb="train_contact",
         options=options,
-        warnings=_warnings(case, contacts, force[now]),
+        warnings=_warnings(case, laws, force[operating]),
         provenance={**case.system.provenance, **law_attributes(case.system, case.record)},
     )
     result["time"].attrs.update({"units": "s" if case.system.tones else "mesh cycles", "long_name": "time"})
@@ -107,7 +119,11 @@ def train_contact(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Case:
-    """A train with three rows a mesh, what acts on it at the instants of a record, and the mesh cycles there (T, w)."""
+    """A train with three rows a mesh over a record of T instants.
+
+    flexible : its compliance without meshes.  acting : stiffness, errors and loads at the instants.
+    cycles : (T, w) time of each of w meshes [mesh cycles].
+    """
 
     system: System
     flexible: Compliance
@@ -116,10 +132,12 @@ class _Case:
     cycles: Array
 
 
-_Ready = Sequence[tuple[Any, NDArray[np.int64]]]
+# contact of equal meshes at all instants, and the numbers of these meshes
+_FaceContacts = Sequence[tuple[Any, NDArray[np.int64]]]
 
 
 def _levels(train: Train, factors: Sequence[float]) -> Array:
+    """Torque factors (F,) [1] rising, the operating one among them."""
     levels = np.array(sorted({1.0, *(float(factor) for factor in factors)}))
     if not (np.isfinite(levels).all() and (levels > 0).all()):
         raise ModelError("relative torques", path="loads", given=list(factors), allowed="above 0")
@@ -129,6 +147,7 @@ def _levels(train: Train, factors: Sequence[float]) -> Array:
 
 
 def _case(train: Train, *, record: tuple[int | None, int | None, str | None, int]) -> _Case:
+    """Train, loads and phases over a record of (cycles, turns, of, samples)."""
     system = assemble(with_three_rows(train))
     cycles, turned, of, samples = record
     over = record_of(system, cycles=cycles, turns=turned, of=of, samples=samples, most=64 * samples)
@@ -148,38 +167,40 @@ def _case(train: Train, *, record: tuple[int | None, int | None, str | None, int
     )
 
 
-def _ready(case: _Case, contacts: Sequence[MeshFaceLaw]) -> _Ready:
-    return [(one.at(case.cycles[:, list(one.meshes)]), np.array(one.meshes, np.int64)) for one in contacts]
+def _face_contacts(case: _Case, laws: Sequence[MeshFaceLaw]) -> _FaceContacts:
+    """Contact segments of all meshes at all instants."""
+    return [(law.at(case.cycles[:, list(law.meshes)]), np.array(law.meshes, np.int64)) for law in laws]
 
 
-def _loaded(case: _Case, ready: _Ready, factor: float) -> ContactEquilibrium:
-    """Equilibrium at a multiple of the torques, from that of the train with springs for meshes."""
+def _equilibrium(case: _Case, contacts: _FaceContacts, factor: float) -> ContactEquilibrium:
+    """Equilibrium at a multiple of the torques; Newton starts from that of the train with springs for meshes."""
     acting = replace(case.acting, force=case.acting.force + (factor - 1.0) * case.system.force)
     springs = equilibrium(
         case.flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force, laws=case.system.laws
     )
     problem = ContactProblem(
-        system=case.system, flexible=case.flexible, contacts=ready, gap=acting.gap, force=acting.force
+        system=case.system, flexible=case.flexible, contacts=contacts, gap=acting.gap, force=acting.force
     )
     return contact_equilibrium(problem, springs.displacement)
 
 
 def _mesh_force(state: ContactEquilibrium) -> Array:
-    """Forces (w, T)."""
+    """Forces of the meshes along the tooth normal, (w, T) [N]."""
     total: Array = state.row_force.reshape(len(state.row_force), -1, 3).sum(axis=2).T
     return total
 
 
-def _faces(case: _Case, contacts: Sequence[MeshFaceLaw], ready: _Ready, state: ContactEquilibrium) -> list[FaceLoad]:
+def _face_loads(laws: Sequence[MeshFaceLaw], contacts: _FaceContacts, state: ContactEquilibrium) -> list[FaceLoad]:
+    """Load along the faces of the meshes of each law."""
     rows = state.approach.reshape(len(state.approach), -1, 3)
     return [
-        at.face(rows[:, list(one.meshes)], start)
-        for one, (at, _), start in zip(contacts, ready, state.states, strict=True)
+        at.face(rows[:, list(law.meshes)], start)
+        for law, (at, _), start in zip(laws, contacts, state.states, strict=True)
     ]
 
 
-def _forces(system: System, record: Record, force: Array) -> dict[str, Any]:
-    """Variables of the forces (F, w, T)."""
+def _force_columns(system: System, record: Record, force: Array) -> dict[str, Any]:
+    """Mesh forces (F, w, T) [N], and how branches and sides share them [1]."""
     face = faces(system.meshes)
     pair = np.array(system.meshes.pair, dtype=object)[face.first]
     branch = np.array(system.meshes.branch)[face.first]
@@ -200,13 +221,12 @@ def _forces(system: System, record: Record, force: Array) -> dict[str, Any]:
     }
 
 
-def _over_faces(
-    case: _Case, contacts: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]], now: int
-) -> dict[str, Any]:
-    """Variables along the faces of all meshes."""
-    order = np.argsort([mesh for one in contacts for mesh in one.meshes])
+def _face_columns(laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]], operating: int) -> dict[str, Any]:
+    """Variables along the faces of all meshes; loads : at each torque, by law; operating : index of that torque."""
+    order = np.argsort([mesh for law in laws for mesh in law.meshes])
 
     def gathered(parts: Sequence[Array]) -> Array:
+        """Values (g, ...) of the meshes of each law as one array (w, ...) in the order of the meshes."""
         return np.concatenate(parts)[order]
 
     mean, largest, smallest = [], [], []
@@ -215,7 +235,7 @@ def _over_faces(
         largest.append(gathered([np.nanmax(one.per_length, axis=(0, 2, 3)) for one in load]))
         smallest.append(gathered([np.nanmin(one.per_length, axis=(0, 2, 3)) for one in load]))
     slice_load = np.array(mean)
-    span = gathered([np.full(len(one.meshes), one.pair.plane.width / one.pair.slices) for one in contacts])
+    span = gathered([np.full(len(law.meshes), law.pair.plane.width / law.pair.slices) for law in laws])
     with np.errstate(invalid="ignore", divide="ignore"):
         factor = slice_load.max(axis=2) / slice_load.mean(axis=2)
     return {
@@ -225,31 +245,27 @@ def _over_faces(
         "smallest_load_per_length": (("torque_factor", "mesh"), np.array(smallest)),
         "flank_load_per_length": (
             ("mesh", "width", "flank_place"),
-            gathered([_on_flank(one) for one in loads[now]]),
+            gathered([_flank_maps(one) for one in loads[operating]]),
         ),
     }
 
 
-def _on_flank(load: FaceLoad) -> Array:
-    """Load per length of all instants laid on the flank of one tooth, (g, K, places) from end to end of the path."""
-    _, g, _, K = load.per_length.shape
-    flank = np.full((g, K, _PLACES), np.nan)
-    for mesh in range(g):
-        on = np.isfinite(load.per_length[:, mesh])
-        at, value = load.sigma[:, mesh], load.per_length[:, mesh]
-        # what every slice of the face reaches
-        low = max(at[:, :, k][on[:, :, k]].min() for k in range(K))
-        high = min(at[:, :, k][on[:, :, k]].max() for k in range(K))
-        place = np.linspace(low, high, _PLACES)
-        for k in range(K):
-            mine = on[:, :, k]
-            order = np.argsort(at[:, :, k][mine])
-            sorted_at, sorted_value = at[:, :, k][mine][order], value[:, :, k][mine][order]
-            flank[mesh, k] = np.interp(place, sorted_at, sorted_value, left=np.nan, right=np.nan)
-    return flank
+def _flank_maps(load: FaceLoad) -> Array:
+    """Load per length of all instants laid on the flank of one tooth, (g, K, P) [N/m] from end to end of the path."""
+    maps = []
+    for mesh in range(load.per_length.shape[1]):
+        sigma, value = load.sigma[:, mesh], load.per_length[:, mesh]
+        loaded = np.isfinite(value)
+        # stretch of the path that every slice of the face reaches
+        slices = range(value.shape[2])
+        low = max(sigma[:, :, k][loaded[:, :, k]].min() for k in slices)
+        high = min(sigma[:, :, k][loaded[:, :, k]].max() for k in slices)
+        maps.append(flank_map(sigma, value, loaded, np.linspace(low, high, _PLACES)))
+    return np.array(maps)
 
 
-def _motion(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
+def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
+    """Displacement of every degree of freedom (n, T) [m, rad], force and deflection of every link row (p, T)."""
     links = case.system.links
     deflection = state.displacement @ links.B - case.acting.link_gap
     return {
@@ -259,18 +275,19 @@ def _motion(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     }
 
 
-def _warnings(case: _Case, contacts: Sequence[MeshFaceLaw], force: Array) -> list[str]:
+def _warnings(case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[str]:
+    """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
-    said = [text for one in contacts for text in tooth_warnings(one.pair)]
-    open_ = (force <= _NOTHING * force.max(initial=0.0)).any(axis=1)
-    names = [name for name, lost in zip(faces(system.meshes).name, open_, strict=True) if lost]
+    messages = [text for law in laws for text in tooth_warnings(law.pair)]
+    parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1)
+    names = [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]
     if names:
-        said.append(f"meshes open at some instants: {', '.join(names)}")
+        messages.append(f"meshes open at some instants: {', '.join(names)}")
     if system.laws.memory.any():
-        said.append("friction of splines has no history here: they follow their first pull")
+        messages.append("friction of splines has no history here: they follow their first pull")
     return [
         *system.warnings,
-        *dict.fromkeys(said),
+        *dict.fromkeys(messages),
         *free_position_warnings(system, case.flexible.free),
         *case.record.warnings,
     ]

@@ -78,7 +78,7 @@ def relief(
     ------
     ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
     """
-    from ..studies.relief import relief as run
+    from ..studies.relief.optimisation import relief as run
 
     return run(
         source,
@@ -105,7 +105,7 @@ def relief(
 
 def _model_text(result: "xr.Dataset") -> str:
     """The model with the relief found, as a model file."""
-    from ..studies.relief import relief_model
+    from ..studies.relief.optimisation import relief_model
 
     return relief_model(result)
 

@@ -67,7 +67,7 @@ def run_report(
 
 def _steps(train: Train) -> dict[str, Callable[[], xr.Dataset]]:
     """Everything a report shows, by name; the System is made once, when first asked for."""
-    from ..studies.design import run_out_study, support_study
+    from ..studies.parameter_studies import run_out_study, support_study
     from ..studies.source import system_of
 
     system = cache(lambda: system_of(train))

@@ -18,8 +18,8 @@ from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.show.figures.relief_effect import relief_effect
 from epicyclic.show.figures.relief_search import relief_search
-from epicyclic.studies.relief import relief, relief_model
-from epicyclic.studies.search import search
+from epicyclic.studies.relief.optimisation import relief, relief_model
+from epicyclic.studies.relief.search import genetic_search
 
 pytest.importorskip("pymoo")
 
@@ -356,12 +356,14 @@ def test_candidates_that_fail_are_left_behind() -> None:
         value = (places[:, :1] - 0.7) ** 2
         return np.where(places[:, :1] > 0.6, np.nan, value)
 
-    result = search(half, 1, 1, population=12, generations=6, seed=1)
-    assert np.isnan(result.objective).any()
-    assert result.place[result.best[0], 0] == pytest.approx(0.6, abs=0.02)
-    tied = search(lambda places: (places * 3).round(), 2, 2, population=20, generations=1, seed=1)
-    assert tied.objective[tied.best].tolist() == [[0.0, 0.0]]  # not [0, 1] too, which is as good in one of them
-    nothing = search(lambda places: np.full((len(places), 1), np.nan), 1, 1, population=4, generations=1, seed=1)
+    result = genetic_search(half, 1, 1, population=12, generations=6, seed=1)
+    assert np.isnan(result.objectives).any()
+    assert result.candidates[result.best[0], 0] == pytest.approx(0.6, abs=0.02)
+    tied = genetic_search(lambda places: (places * 3).round(), 2, 2, population=20, generations=1, seed=1)
+    assert tied.objectives[tied.best].tolist() == [[0.0, 0.0]]  # not [0, 1] too, which is as good in one of them
+    nothing = genetic_search(
+        lambda places: np.full((len(places), 1), np.nan), 1, 1, population=4, generations=1, seed=1
+    )
     assert nothing.best.size == 0
 
 
@@ -428,9 +430,9 @@ def test_wrong_use_is_status_2(run: Run, arguments: tuple[str, ...]) -> None:
 
 
 def test_a_stopped_command_has_its_status(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from epicyclic.studies import relief_objectives
+    from epicyclic.studies.relief import objectives
 
-    plain, calls = relief_objectives.judged, []
+    plain, calls = objectives.objectives_of, []
 
     def stopped(*arguments: Any) -> Any:
         calls.append(1)
@@ -438,7 +440,7 @@ def test_a_stopped_command_has_its_status(run: Run, monkeypatch: pytest.MonkeyPa
             raise KeyboardInterrupt
         return plain(*arguments)
 
-    monkeypatch.setattr(relief_objectives, "judged", stopped)
+    monkeypatch.setattr(objectives, "objectives_of", stopped)
     best = tmp_path / "best.toml"
     status, out, _ = run("--vary", "crown=0..3 um", "-o", str(best))
     assert status == 130

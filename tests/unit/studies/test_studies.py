@@ -9,8 +9,8 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
-from epicyclic.studies.design import run_out_study, support_study
 from epicyclic.studies.drives import drive_titles
+from epicyclic.studies.parameter_studies import run_out_study, support_study
 from epicyclic.verbs.record import verbs
 from epicyclic.verbs.report import STUDIES, report_verbs, run_report
 

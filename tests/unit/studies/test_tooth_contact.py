@@ -17,7 +17,7 @@ from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.figures.contact_curves import contact_curves
 from epicyclic.show.figures.contact_map import contact_map
-from epicyclic.studies.tooth_contact import meshes_named
+from epicyclic.studies.tooth_contact import helices_of
 
 
 @pytest.fixture(scope="module")
@@ -87,12 +87,12 @@ def test_mesh_phase_is_time() -> None:
 
 @pytest.mark.parametrize("name", [None, "sun-planet", "main/sun-planet", "main/sun-planet/1"])
 def test_a_mesh_has_several_names(name: str | None) -> None:
-    found = meshes_named(epicyclic.load("ren2021"), name)
+    found = helices_of(epicyclic.load("ren2021"), name)
     assert [m.name for m in found] == ["main/sun-planet/1/left", "main/sun-planet/1/right"]
 
 
 def test_one_helix_alone() -> None:
-    found = meshes_named(epicyclic.load("ren2021"), "main/planet-ring/2/right")
+    found = helices_of(epicyclic.load("ren2021"), "main/planet-ring/2/right")
     assert [m.name for m in found] == ["main/planet-ring/2/right"]
     spur = epicyclic.contact("yue2014-i", mesh="p-d", torque="43 N m", loads=[], samples=8, slices=2)
     assert spur.side.values.tolist() == ["face"]

@@ -1,7 +1,8 @@
-"""Derivatives of a System along numbers of its model file: central differences of the assembly, extrapolated.
+"""Derivatives of a System along parameters of its model file: central differences of the assembly, extrapolated.
 
-The way from the file to the matrices is smooth and exact to rounding, so that differences with steps h and h/2
-(h = 1e-3 of the value) give its derivative to about 1e-10.  Where a value may not go to both sides, differences to one.
+The map from the file to the matrices is smooth and exact to rounding.  Richardson extrapolation of differences with
+steps h and h/2, h = 1e-3 of the value, therefore gives its derivative to about 1e-10.  Where a value may not go to both
+sides, one-sided differences of third order take their place.
 """
 
 from __future__ import annotations
@@ -21,21 +22,22 @@ from ..system.system import System
 from ..train.train import Train
 from .parameters import Parameter
 
-__all__ = ["Tangent", "Tangents", "tangents"]
+__all__ = ["ParameterDerivative", "SystemDerivatives", "system_derivatives"]
 
 _STEP = 1e-3
-# a step for a value of 0, in the unit it is written in
-_FROM_ZERO = {"": 1e-3, "um": 1.0, "mm": 1e-3, "m": 1e-6, "deg": 1e-2, "rad": 1e-4, "N/m": 1e4, "N m/rad": 1e4}
-# Quotients of steps h and h/2 differ by h^2 f'''/8: where they differ by more than this the number is not smooth there.
+# step of a value of 0, in the unit it is written in
+_STEP_AT_ZERO = {"": 1e-3, "um": 1.0, "mm": 1e-3, "m": 1e-6, "deg": 1e-2, "rad": 1e-4, "N/m": 1e4, "N m/rad": 1e4}
+# Quotients of steps h and h/2 differ by h^2 f'''/8.  A larger relative difference means that the map is not smooth.
 _SMOOTH = 1e-3
+# relative rounding of an assembled array
 _ROUNDING = 1e-13
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Tangent:
-    """The derivative of a System's numbers per unit of one parameter, or why there is none.
+class ParameterDerivative:
+    """Derivative of a System's numbers per unit of one parameter, or why there is none.
 
-    change : None where there is none.  problem : "" or the reason.
+    change : derivatives, per unit of the parameter as written; None where there is none.  problem : "" or the reason.
     """
 
     parameter: Parameter
@@ -44,17 +46,23 @@ class Tangent:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Tangents:
-    """A System without laws of links, with an empty line wherever a parameter would put one, and its tangents."""
+class SystemDerivatives:
+    """A linearised System and its derivatives along parameters.
+
+    system : with an empty line at every frequency that a parameter would excite.  along : one entry a parameter.
+    """
 
     system: System
-    along: tuple[Tangent, ...]
+    along: tuple[ParameterDerivative, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Stencil:
-    """Systems at some steps of one parameter, and the weights of two difference quotients of them, of one order;
-    here : which is the value itself."""
+    """Systems at steps of one parameter, and weights of two difference quotients of them of one order.
+
+    coarse, fine : weights of the quotients with steps h and h/2, per unit of the parameter.
+    order : of their error.  here : index of the unchanged System.  step : h, in the unit of the parameter.
+    """
 
     systems: tuple[System, ...]
     coarse: tuple[float, ...]
@@ -64,10 +72,12 @@ class _Stencil:
     step: float
 
 
-def tangents(
+def system_derivatives(
     train: Train, parameters: Sequence[Parameter], *, progress: Callable[[float], None] | None = None
-) -> Tangents:
-    """Differentiate the assembly along each parameter.
+) -> SystemDerivatives:
+    """Derivatives of the linearised assembly along each parameter; derived here.
+
+    A parameter without derivative holds the reason in place of the derivative.
 
     Parameters
     ----------
@@ -86,7 +96,7 @@ def tangents(
             stencils.append(getattr(error, "problem", None) or str(error))
         if progress is not None:
             progress((place + 1) / len(parameters))
-    added = [
+    frequencies = [
         line.frequency
         for stencil in stencils
         if isinstance(stencil, _Stencil)
@@ -94,17 +104,24 @@ def tangents(
         if system.tones == base.tones
         for line in system.lines
     ]
-    whole = with_lines(base, tuple(dict.fromkeys(added)))
-    return Tangents(
+    whole = with_lines(base, tuple(dict.fromkeys(frequencies)))
+    return SystemDerivatives(
         system=whole,
         along=tuple(
-            _tangent(base, whole, parameter, stencil) for parameter, stencil in zip(parameters, stencils, strict=True)
+            _derivative(base, whole, parameter, stencil)
+            for parameter, stencil in zip(parameters, stencils, strict=True)
         ),
     )
 
 
 def _stencil(document: Mapping[str, object], base: System, parameter: Parameter) -> _Stencil:
-    step = _STEP * abs(parameter.value) or _FROM_ZERO.get(parameter.unit, 1e-3)
+    """Central differences of second order, else one-sided ones of third order.
+
+    Raises
+    ------
+    ModelError : the model can go to neither side, or has other degrees of freedom there.
+    """
+    step = _STEP * abs(parameter.value) or _STEP_AT_ZERO.get(parameter.unit, 1e-3)
 
     def at(share: float) -> System:
         system = linearised(assemble(load(document, overrides=parameter.at(parameter.value + share * step))))
@@ -122,11 +139,14 @@ def _stencil(document: Mapping[str, object], base: System, parameter: Parameter)
             step=step,
         )
     except ModelError:
-        return _to_one_side(at, base, step)
+        return _one_sided_stencil(at, base, step)
 
 
-def _to_one_side(at: Callable[[float], System], base: System, step: float) -> _Stencil:
-    """Quotients of third order, (-11 f0 + 18 f1 - 9 f2 + 2 f3) / 6 d, with d an eighth and a quarter of the step."""
+def _one_sided_stencil(at: Callable[[float], System], base: System, step: float) -> _Stencil:
+    """One-sided quotients of third order, (-11 f0 + 18 f1 - 9 f2 + 2 f3) / 6 d, d an eighth and a quarter of the step.
+
+    The side is above the value, or below it where the model cannot go above.
+    """
     shares = (0.125, 0.25, 0.375, 0.5, 0.75)
     try:
         side, systems = 1, tuple(at(share) for share in shares)
@@ -143,47 +163,47 @@ def _to_one_side(at: Callable[[float], System], base: System, step: float) -> _S
     )
 
 
-def _tangent(base: System, whole: System, parameter: Parameter, stencil: _Stencil | str) -> Tangent:
-    """Extrapolate the two quotients, and see whether they agree."""
+def _derivative(base: System, whole: System, parameter: Parameter, stencil: _Stencil | str) -> ParameterDerivative:
+    """Richardson extrapolation of the two quotients, refused where they do not agree."""
     if isinstance(stencil, str):
-        return Tangent(parameter=parameter, change=None, problem=stencil)
+        return ParameterDerivative(parameter=parameter, change=None, problem=stencil)
     try:
         values = [_aligned(system, base, whole) for system in stencil.systems]
-        # what does not change is to leave nothing behind, so the value itself goes first
-        moved = [combined([1.0, -1.0], [value, values[stencil.here]]) for value in values]
-        coarse, fine = combined(stencil.coarse, moved), combined(stencil.fine, moved)
+        # differences to the value first: an array that does not change has a derivative of exactly zero
+        differences = [combined([1.0, -1.0], [value, values[stencil.here]]) for value in values]
+        coarse, fine = combined(stencil.coarse, differences), combined(stencil.fine, differences)
     except ModelError as error:
-        return Tangent(parameter=parameter, change=None, problem=error.problem)
+        return ParameterDerivative(parameter=parameter, change=None, problem=error.problem)
     power = 2**stencil.order
     change = combined([power / (power - 1), -1 / (power - 1)], [fine, coarse])
     change = _without_rounding(change, values[stencil.here], stencil.step)
     if any(_differ(name, coarse, change) for name in _NAMES) or _kinked(stencil, values):
-        return Tangent(parameter=parameter, change=None, problem="not smooth at this value: no derivative")
-    return Tangent(parameter=parameter, change=change)
+        return ParameterDerivative(parameter=parameter, change=None, problem="not smooth at this value: no derivative")
+    return ParameterDerivative(parameter=parameter, change=change)
 
 
 def _without_rounding(change: Numbers, value: Numbers, step: float) -> Numbers:
-    """Arrays whose derivative is rounding of the quotient, 1e-13 of the value over the step, as exact zeros."""
-    gone = {}
+    """Derivatives with zeros for arrays that are rounding of the quotient, below 1e-13 of the value over the step."""
+    zeros = {}
     for name in _NAMES:
         array, limit = getattr(change, name), _ROUNDING * float(np.abs(getattr(value, name)).max(initial=0.0)) / step
         if 0 < float(np.abs(array).max(initial=0.0)) <= limit:
-            gone[name] = np.zeros_like(array)
-    return replace(change, **gone)
+            zeros[name] = np.zeros_like(array)
+    return replace(change, **zeros)
 
 
 _NAMES = tuple(field.name for field in fields(Numbers))
 
 
 def _differ(name: str, coarse: Numbers, change: Numbers) -> bool:
-    """Whether the quotients of one array differ by more than those of a smooth function do."""
+    """Whether coarse quotient and derivative of one array differ by more than those of a smooth function."""
     size = float(np.abs(getattr(change, name)).max(initial=0.0))
     off = float(np.abs(getattr(coarse, name) - getattr(change, name)).max(initial=0.0))
     return size > 0 and off > _SMOOTH * size
 
 
 def _kinked(stencil: _Stencil, values: Sequence[Numbers]) -> bool:
-    """Whether the second difference shrinks like a kink's, with the step, instead of with its square."""
+    """Whether the second difference of an array shrinks with the step, as at a kink, and not with its square."""
     if stencil.order == 3:
         return False
     for name in _NAMES:
@@ -197,8 +217,9 @@ def _kinked(stencil: _Stencil, values: Sequence[Numbers]) -> bool:
 
 
 def _aligned(system: System, base: System, whole: System) -> Numbers:
-    """Numbers of a system with a line for each of those of `whole`: of the same frequency, or where the speeds differ
-    of the same place in the order.
+    """Numbers of a System with one line for each line of `whole`.
+
+    Lines correspond by frequency, or by their place in the order where the parameter changes the speed.
 
     Raises
     ------

@@ -1,0 +1,407 @@
+"""Optimisation of tip, root and end relief, crown and slope of one mesh of a train or of several, and its Dataset."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ...assemble import assemble
+from ...errors import ModelError
+from ...gears.flank import Flank
+from ...resolve import load
+from ...results.dataset import dataset
+from ...system.system import System
+from ...tooth_contact.pair import check_pair
+from ...train.connections import Mesh
+from ...train.train import Train
+from ..check import train_provenance
+from ..source import Source, train_of
+from ..tooth_contact import contact, helices_of, in_radians, normal_force
+from .objectives import (
+    DYNAMIC,
+    OBJECTIVES,
+    ContactSettings,
+    HelixContact,
+    ReliefProblem,
+    contact_histories,
+    force_curves,
+    helix_contacts,
+    objectives_of,
+    relative_speeds,
+)
+from .search import SearchResult, genetic_search
+from .variables import DesignVariable, FlankSettings, length_text, overrides_of, read_variables, settings_of
+
+__all__ = ["relief", "relief_model"]
+
+Array = NDArray[np.float64]
+Columns = dict[str, tuple[Any, Any]]
+
+# loads of the Harris maps before and after, relative to the operating one
+_MAP_LOADS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
+# evaluations kept in a result, so that its file stays below some ten megabytes
+_MOST_EVALUATIONS = 200_000
+
+
+def relief(
+    source: Source,
+    *,
+    vary: Mapping[str, object],
+    overrides: Mapping[str, Any] | None = None,
+    mesh: str | Sequence[str] | None = None,
+    torque: float | str | None = None,
+    objectives: Sequence[str] = ("lte",),
+    factors: Sequence[float] = (1.0,),
+    speeds: tuple[float, float] | None = None,
+    speed_points: int = 30,
+    population: int = 60,
+    generations: int = 60,
+    seed: int = 1,
+    resume: str | Path | None = None,
+    pick: int | None = None,
+    samples: int = 64,
+    slices: int = 20,
+    corner: bool = False,
+    misalignment: float | str = 0.0,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Optimal micro-geometry: one objective by a genetic algorithm, the Pareto set of several by NSGA-II.
+
+    Ctrl-C ends the search with the best candidates so far; the attribute ``stopped`` says so.
+
+    Parameters
+    ----------
+    source, overrides : the model.
+    vary : ``[GEAR.]KEY`` -> bounds ``"0..40 um"``, one value, or shapes; keys of `variables.KEYS`.
+    mesh : names or pairs as of `contact`; None: every mesh with face widths.
+    torque : on the first gear of the mesh [N m], or a text with its unit; None: that of the train.
+    objectives : of `objectives.OBJECTIVES`.
+    factors : loads of the objectives lte and load, relative to the operating one [1].
+    speeds, speed_points : lowest and highest mesh frequency of the dynamic force [Hz] and number of speeds; None is
+        0.2 .. 1.2 times the operating mesh frequency.
+    population, generations, seed : of the search; equal seeds give equal bits.
+    resume : record of the evaluations, written after every generation; an existing one is resumed.
+    pick : index of the solution that is the answer, from 0; None: nearest to the best of each objective.
+    samples, slices, corner, misalignment : as of `contact`; a uniform face of spur teeth is one slice.
+    progress : called with the share done, 0..1.
+
+    Returns
+    -------
+    Dataset : design variables of every solution (solution, variable), objectives (solution, objective), before and
+        after (objective), loaded contact before and after (state, relieved_mesh, ...), forces over speed of dynamic
+        objectives (state, speed), and the evaluations (evaluation, ...).  Attributes ``overrides`` and
+        ``relieved_model``: the answer as overrides and as a model.
+
+    Raises
+    ------
+    ModelError : wrong model, name, bounds or record; a relief that does not fit its flank; pymoo not installed.
+    """
+    train = train_of(source, overrides=overrides)
+    settings = ContactSettings(samples=samples, slices=slices, corner=corner, misalignment=in_radians(misalignment))
+    _check_options(objectives, factors, torque, settings)
+    meshes = _meshes(train, mesh)
+    flanks = {path: flank for helices in meshes for helix in helices for path, flank in _flanks(helix)}
+    variables, fixed = read_variables(vary, flanks)
+    forces = [[(helix, normal_force(train, helices, torque)) for helix in helices] for helices in meshes]
+    dynamic = any(name in DYNAMIC for name in objectives)
+    system = assemble(train) if dynamic else None
+    problem = ReliefProblem(
+        objectives=tuple(objectives),
+        variables=variables,
+        fixed=fixed,
+        meshes=helix_contacts(train, forces, settings, variables=variables, fixed=fixed),
+        factors=np.array(factors, dtype=float),
+        train=train,
+        system=system,
+        speeds=None if system is None else relative_speeds(system, speeds, speed_points),
+    )
+    _check_bounds(problem)
+    options = {
+        **{"vary": dict(vary), "mesh": mesh, "torque": torque, "objectives": list(objectives)},
+        **{"factors": list(factors), **asdict(settings)},
+        **({"speeds": speeds, "speed_points": speed_points} if dynamic else {}),
+    }
+    result = genetic_search(
+        problem,
+        len(variables),
+        len(objectives),
+        population=population,
+        generations=generations,
+        seed=seed,
+        start=_drawn_candidate(problem, flanks),
+        record=None if resume is None else Path(resume),
+        problem=_fingerprint(train, options),
+        progress=progress,
+    )
+    if not result.best.size:
+        raise ModelError("no candidate could be computed", path="vary", given=dict(vary))
+    answer = _answer(result, pick)
+    best = settings_of(variables, fixed, result.candidates[answer])
+    changes = overrides_of(best, flanks)
+    after = _modified_train(source, train, {**(overrides or {}), **changes}, changes)
+    search_options = {"population": population, "generations": generations, "seed": seed}
+    labelled = dataset(
+        {
+            **_solutions(problem, result, answer, flanks),
+            **_before_and_after(problem, (train, after), torque, settings),
+            **(_forces_over_speed(problem, best) if dynamic else {}),
+        },
+        coords=_coords(problem, result),
+        verb="relief",
+        options=options | search_options,
+        warnings=_warnings(train, after, problem, result, generations),
+        provenance=train_provenance(train),
+    )
+    labelled.attrs |= {
+        "picked": int(np.flatnonzero(result.best == answer)[0]),
+        "overrides": json.dumps(changes),
+        "relieved_model": json.dumps(dict(after.document), default=str),
+        "stopped": int(result.stopped),
+        "method": "GA" if len(objectives) == 1 else "NSGA-II",
+    }
+    return labelled
+
+
+def relief_model(result: xr.Dataset) -> str:
+    """Model file (TOML) of a result of `relief`: that of the source with the flanks of the answer."""
+    from ...model.toml_writer import to_toml
+
+    return to_toml(json.loads(str(result.attrs["relieved_model"])))
+
+
+def _modified_train(source: Source, train: Train, whole: Mapping[str, Any], changes: Mapping[str, Any]) -> Train:
+    """Train with the flanks of the answer; whole : all overrides of the source, changes : those of the answer alone."""
+    if isinstance(source, Train):
+        return load(dict(train.document), changes)
+    assert not isinstance(source, System)
+    return load(source, whole)
+
+
+# statement of the problem --------------------------------------------------------------------------------------------
+
+
+def _check_options(
+    objectives: Sequence[str], factors: Sequence[float], torque: object, settings: ContactSettings
+) -> None:
+    if settings.samples < 3 or settings.slices < 1:
+        given = settings.samples, settings.slices
+        raise ModelError("out of range", path="samples, slices", given=given, allowed="3 or more, 1 or more")
+    unknown = [name for name in objectives if name not in OBJECTIVES]
+    if unknown or not objectives or len(set(objectives)) != len(objectives):
+        raise ModelError("objectives", path="objectives", given=list(objectives), allowed=", ".join(OBJECTIVES))
+    values = np.asarray(factors, dtype=float)
+    if not values.size or not (np.isfinite(values).all() and (values > 0).all()):
+        raise ModelError("relative loads", path="loads", given=list(factors), allowed="above 0")
+    if torque is not None and any(name in DYNAMIC for name in objectives):
+        raise ModelError(
+            "the dynamic force is that of the train at its own torque",
+            path="torque",
+            given=torque,
+            allowed="operation.torque in the model",
+        )
+
+
+def _meshes(train: Train, mesh: str | Sequence[str] | None) -> list[tuple[Mesh, ...]]:
+    """Helices of every mesh to optimise, one branch of each pair."""
+    if mesh is not None:
+        names = [mesh] if isinstance(mesh, str) else list(mesh)
+        meshes = [helices_of(train, name) for name in names]
+        without = next((name for name, helices in zip(names, meshes, strict=True) if helices[0].teeth is None), None)
+    else:
+        first: dict[str, Mesh] = {}
+        for one in train.meshes:
+            if one.teeth is not None:
+                first.setdefault(one.pair, one)
+        meshes = [
+            tuple(m for m in train.meshes if m.pair == one.pair and m.branch == one.branch) for one in first.values()
+        ]
+        without = None if meshes else "every mesh"
+    if without is not None:
+        raise ModelError("has no face width, which tooth contact needs", path="mesh", given=without)
+    return list({helices[0].pair: helices for helices in meshes}.values())
+
+
+def _flanks(mesh: Mesh) -> list[tuple[str, Flank]]:
+    """Path in the model file and flank of both gears of a mesh."""
+    teeth = mesh.teeth
+    assert teeth is not None
+    return list(zip(teeth.paths, (teeth.flank_a, teeth.flank_b), strict=True))
+
+
+def _check_bounds(problem: ReliefProblem) -> None:
+    """Refuse bounds whose lowest or highest values do not fit a flank."""
+    for corner in (np.zeros(len(problem.variables)), np.ones(len(problem.variables))):
+        settings = settings_of(problem.variables, problem.fixed, corner)
+        for helix in (one for helices in problem.meshes for one in helices):
+            assert helix.mesh.teeth is not None
+            check_pair(helix.modified_pair(settings), path=helix.mesh.pair, paths=helix.mesh.teeth.paths)
+
+
+def _drawn_candidate(problem: ReliefProblem, flanks: Mapping[str, Flank]) -> Array | None:
+    """Candidate (1, v) of the micro-geometry as drawn; None where it is out of bounds or differs between flanks."""
+    coordinates = []
+    for variable in problem.variables:
+        values = {_drawn_value(flanks[path], variable.key) for path in variable.paths}
+        if len(values) > 1:
+            return None
+        value = values.pop()
+        coordinates.append(0.5 if value is None else variable.coordinate(value))
+    inside = np.array([0 <= coordinate <= 1 for coordinate in coordinates])
+    return np.array([coordinates]) if inside.all() else None
+
+
+def _drawn_value(flank: Flank, key: str) -> float | str | None:
+    """Drawn value of a key of a flank [m], or shape; a relief that is not drawn has amount 0, else None."""
+    table, _, name = key.partition(".")
+    value = getattr(flank, table)
+    if name and value is None:
+        return 0.0 if name == "amount" else None
+    if name == "shape":
+        return str(value.shape)
+    return float(getattr(value, name) if name else value)
+
+
+def _fingerprint(train: Train, options: Mapping[str, Any]) -> str:
+    """SHA-256 of model and options, by which a record knows its search."""
+    text = json.dumps([dict(train.document), options], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _answer(result: SearchResult, pick: int | None) -> int:
+    """Index among the evaluations of the answer: the picked solution, else the least distance to the ideal point.
+
+    The distance is Euclidean, each objective scaled by its range over the Pareto set.
+    """
+    values = result.objectives[result.best]
+    if pick is not None:
+        if not 0 <= pick < len(result.best):
+            raise ModelError("no such solution", path="pick", given=pick, allowed=f"0 .. {len(result.best) - 1}")
+        return int(result.best[pick])
+    span = np.ptp(values, axis=0)
+    distance = (values - values.min(axis=0)) / np.where(span > 0, span, 1.0)
+    return int(result.best[np.argmin((distance**2).sum(axis=1))])
+
+
+# Dataset -------------------------------------------------------------------------------------------------------------
+
+
+def _coords(problem: ReliefProblem, result: SearchResult) -> dict[Any, Any]:
+    return {
+        "variable": [one.name for one in problem.variables],
+        "objective": list(problem.objectives),
+        "solution": np.arange(len(result.best)),
+        "state": ["before", "after"],
+        "relieved_mesh": [_mesh_name(helices) for helices in problem.meshes],
+        **({} if problem.speeds is None else {"speed": problem.speeds}),
+    }
+
+
+def _mesh_name(helices: Sequence[HelixContact]) -> str:
+    """Name of a mesh, without its side where both helices are meant."""
+    name = helices[0].mesh.name
+    return name if len(helices) == 1 else name.rsplit("/", 1)[0]
+
+
+def _solutions(problem: ReliefProblem, result: SearchResult, answer: int, flanks: Mapping[str, Flank]) -> Columns:
+    """Variables of the solutions (solution, ...), of before and after (objective), and of the evaluations."""
+    variables, objectives = problem.variables, problem.objectives
+    candidates = result.candidates[result.best]
+    values = [[one.value(at) for one, at in zip(variables, row, strict=True)] for row in candidates.tolist()]
+    numeric = [[one.numeric(value) for one, value in zip(variables, row, strict=True)] for row in values]
+    texts = [[_value_text(one, value) for one, value in zip(variables, row, strict=True)] for row in values]
+    drawn = objectives_of(problem, [{path: {} for path in flanks}])[0]
+    return {
+        "lower_bound": ("variable", np.array([one.low for one in variables])),
+        "upper_bound": ("variable", np.array([one.high for one in variables])),
+        "solution_value": (("solution", "variable"), np.array(numeric)),
+        "solution_text": (("solution", "variable"), np.array(texts, dtype=object)),
+        "solution_objective": (("solution", "objective"), result.objectives[result.best]),
+        "objective_before": ("objective", drawn),
+        "objective_after": ("objective", result.objectives[answer]),
+        "objective_meaning": ("objective", np.array([OBJECTIVES[name][1] for name in objectives], dtype=object)),
+        "objective_unit": ("objective", np.array([OBJECTIVES[name][0] for name in objectives], dtype=object)),
+        "evaluated_place": (("evaluation", "variable"), result.candidates[:_MOST_EVALUATIONS]),
+        "evaluated_objective": (("evaluation", "objective"), result.objectives[:_MOST_EVALUATIONS]),
+        "evaluated_generation": ("evaluation", result.generation[:_MOST_EVALUATIONS]),
+        "best_so_far": (("generation", "objective"), _best_so_far(result)),
+    }
+
+
+def _value_text(variable: DesignVariable, value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    return length_text(value, -3 if variable.key.endswith("length") else -6)
+
+
+def _best_so_far(result: SearchResult) -> Array:
+    """Least of each objective up to the end of each of G generations, (G, o)."""
+    count = int(result.generation.max()) + 1
+    least = [
+        np.nanmin(np.where(result.generation[:, None] <= g, result.objectives, np.nan), axis=0) for g in range(count)
+    ]
+    return np.array(least)
+
+
+def _before_and_after(
+    problem: ReliefProblem, trains: Sequence[Train], torque: float | str | None, settings: ContactSettings
+) -> Columns:
+    """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
+    factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
+    results = [
+        [
+            contact(train, mesh=_mesh_name(helices), torque=torque, factors=factors.tolist(), **asdict(settings))
+            for helices in problem.meshes
+        ]
+        for train in trains
+    ]
+
+    def stacked(values: Callable[[xr.Dataset], Array]) -> Array:
+        """Values of each result, (state, relieved_mesh, ...)."""
+        return np.array([[values(one) for one in meshes] for meshes in results])
+
+    over = ("state", "relieved_mesh", "load_factor")
+    return {
+        "load_factor": ("load_factor", factors),
+        "mesh_phase": ("mesh_phase", np.arange(settings.samples) / settings.samples),
+        "relieved_force": ("relieved_mesh", np.array([float(one.attrs["force"]) for one in results[0]])),
+        "relieved_error": ((*over, "mesh_phase"), stacked(lambda one: one.loaded_transmission_error.values)),
+        "relieved_peak_to_peak": (over, stacked(lambda one: one.transmission_error_peak_to_peak.values)),
+        "relieved_largest_load": (over, stacked(lambda one: one.largest_load_per_length.values.max(axis=0))),
+        "relieved_place": (("relieved_mesh", "path_point"), np.array([one.path_place.values for one in results[0]])),
+        "relieved_load": (("state", "relieved_mesh", "path_point"), stacked(_largest_along_path)),
+    }
+
+
+def _largest_along_path(result: xr.Dataset) -> Array:
+    """Largest load per length over face and helices at places of the path of contact [N/m]; 0 out of contact."""
+    return np.asarray(np.nan_to_num(result.flank_load_per_length.values).max(axis=(0, 1)))
+
+
+def _forces_over_speed(problem: ReliefProblem, settings: Mapping[str, FlankSettings]) -> Columns:
+    """Dynamic mesh force (state, speed) [N], before and after."""
+    drawn: dict[str, FlankSettings] = {path: {} for path in settings}
+    curves = [force_curves(problem, contact_histories(problem, one)) for one in (drawn, settings)]
+    return {DYNAMIC[name]: (("state", "speed"), np.array([one[name] for one in curves])) for name in DYNAMIC}
+
+
+def _warnings(train: Train, after: Train, problem: ReliefProblem, result: SearchResult, generations: int) -> list[str]:
+    messages = [*train.warnings, *(text for text in after.warnings if text not in train.warnings)]
+    completed = int(result.generation.max()) + 1
+    if result.stopped:
+        messages.append(f"stopped after {completed} of {generations} generations: the best so far")
+    failed = int((~np.isfinite(result.objectives)).any(axis=1).sum())
+    if failed:
+        messages.append(f"{failed} of {len(result.objectives)} candidates could not be computed")
+    for column, variable in enumerate(problem.variables):
+        at = result.candidates[result.best, column]
+        if not variable.shapes and len(at) == 1 and (at[0] < 1e-3 or at[0] > 1 - 1e-3):
+            messages.append(f"{variable.name} ends at its {'lower' if at[0] < 0.5 else 'upper'} bound")
+    return messages

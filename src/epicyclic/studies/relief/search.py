@@ -1,0 +1,208 @@
+"""Genetic search (GA, NSGA-II) over the unit cube with a record on disk.
+
+One objective is minimised by a genetic algorithm, several by NSGA-II [deb2002], both those of pymoo [blank2020].  The
+search follows from its
+seed alone, so the record holds evaluations and not the state of the algorithm.  A resumed search is repeated from its
+seed with the recorded objectives, which takes no evaluation, and continues to the bits of an uninterrupted search.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...results.whole_file import write_text
+
+__all__ = ["SearchResult", "genetic_search"]
+
+Array = NDArray[np.float64]
+
+_FORMAT = 1
+# objective of a candidate that could not be computed: worse than any that could, and finite, as pymoo needs
+_PENALTY = 1e30
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SearchResult:
+    """Evaluations of a search, in order.
+
+    candidates : (E, v) points of the unit cube [1].  objectives : (E, o), nan where one could not be computed.
+    generation : (E,) from 0.  best : indices among E of the least objective or of the Pareto set, empty where no
+    candidate could be computed.  stopped : whether Ctrl-C ended the search.
+    """
+
+    candidates: Array
+    objectives: Array
+    generation: NDArray[np.int64]
+    best: NDArray[np.int64]
+    stopped: bool
+
+
+def genetic_search(
+    evaluate: Callable[[Array], Array],
+    variables: int,
+    objectives: int,
+    *,
+    population: int,
+    generations: int,
+    seed: int,
+    start: Array | None = None,
+    record: Path | None = None,
+    problem: str = "",
+    progress: Callable[[float], None] | None = None,
+) -> SearchResult:
+    """Minimise one objective, or find the Pareto set of several [deb2002].
+
+    Ctrl-C ends the search with the evaluations of the completed generations.
+
+    Parameters
+    ----------
+    evaluate : candidates (P, v) in the unit cube -> objectives (P, o), nan where one could not be computed.
+    variables, objectives : v and o.  population, generations : P and their number.
+    seed : equal seeds give equal searches.
+    start : (k, v) candidates of the first generation; a Latin hypercube gives the others.
+    record : file of the evaluations, written after every generation; an existing one is resumed.
+    problem : fingerprint that a record must bear.  progress : called with the share done, 0..1.
+
+    Raises
+    ------
+    ModelError : a record of another search; pymoo not installed; numbers out of range.
+    """
+    for name, number, least in (("population", population, 4), ("generations", generations, 1), ("seed", seed, 0)):
+        if not number >= least:
+            raise ModelError("out of range", path=name, given=number, allowed=f"{least} or more")
+    identity = {"format": _FORMAT, "problem": problem, "seed": seed, "population": population}
+    recorded = [] if record is None else _read_record(record, identity)
+    evaluated: list[tuple[Array, Array]] = []
+    algorithm = _algorithm(_first_generation(variables, population, seed, start), variables, objectives, seed)
+    stopped = False
+    try:
+        for generation in range(generations):
+            offspring = algorithm.ask()
+            if offspring is None or not len(offspring):
+                break  # no candidate left that is not a duplicate
+            candidates = np.array(offspring.get("X"), dtype=float)
+            if generation < len(recorded):
+                _require_equal(candidates, recorded[generation][0], record)
+                values = recorded[generation][1]
+            else:
+                values = np.asarray(evaluate(candidates), dtype=float).reshape(len(candidates), objectives)
+            evaluated.append((candidates, values))
+            if record is not None and generation >= len(recorded):
+                _write_record(record, identity, evaluated)
+            _assign(algorithm, offspring, values)
+            if progress is not None:
+                progress((generation + 1) / generations)
+    except KeyboardInterrupt:
+        if not evaluated:
+            raise
+        stopped = True
+    values = np.concatenate([values for _, values in evaluated])
+    return SearchResult(
+        candidates=np.concatenate([candidates for candidates, _ in evaluated]),
+        objectives=values,
+        generation=np.repeat(np.arange(len(evaluated)), [len(candidates) for candidates, _ in evaluated]),
+        best=_non_dominated(values),
+        stopped=stopped,
+    )
+
+
+def _first_generation(variables: int, population: int, seed: int, start: Array | None) -> Array:
+    """Latin hypercube (P, v) [mckay1979] whose first candidates are replaced by the given ones (k, v)."""
+    random = np.random.default_rng(seed)
+    stratum = np.stack([random.permutation(population) for _ in range(variables)], axis=1)
+    candidates: Array = (stratum + random.random((population, variables))) / population
+    if start is not None:
+        candidates[: len(start)] = start[:population]
+    return candidates
+
+
+def _algorithm(first: Array, variables: int, objectives: int, seed: int) -> Any:
+    """GA, or NSGA-II of several objectives, of pymoo [blank2020] with its first generation (P, v)."""
+    try:
+        from pymoo.algorithms.moo.nsga2 import NSGA2
+        from pymoo.algorithms.soo.nonconvex.ga import GA
+        from pymoo.core.problem import Problem
+    except ImportError as error:
+        raise ModelError(
+            f"the search needs pymoo, which is not installed ({error})",
+            path="relief",
+            allowed="pip install 'epicyclic[optimise]'",
+        ) from None
+    problem = Problem(n_var=variables, n_obj=objectives, xl=np.zeros(variables), xu=np.ones(variables))
+    algorithm = (GA if objectives == 1 else NSGA2)(pop_size=len(first), sampling=first)
+    algorithm.setup(problem, termination=("n_gen", 10**9), seed=seed, verbose=False)
+    return algorithm
+
+
+def _assign(algorithm: Any, offspring: Any, values: Array) -> None:
+    """Give the algorithm the objectives (P, o) of its offspring, the penalty in place of nan."""
+    from pymoo.core.evaluator import Evaluator
+    from pymoo.problems.static import StaticProblem
+
+    penalised = np.where(np.isfinite(values), values, _PENALTY)
+    Evaluator().eval(StaticProblem(algorithm.problem, F=penalised), offspring)
+    algorithm.tell(infills=offspring)
+
+
+def _non_dominated(values: Array) -> NDArray[np.int64]:
+    """Indices of the Pareto set of objectives (E, o), equal rows once, the first objective rising."""
+    finite = np.flatnonzero(np.isfinite(values).all(axis=1))
+    if not finite.size:
+        return finite
+    # np.unique sorts by the first objective, then by the next
+    _, unique = np.unique(values[finite], axis=0, return_index=True)
+    rows = finite[unique]
+    ordered = values[rows]
+    kept: list[int] = []
+    for i, row in enumerate(ordered):
+        dominating = (ordered <= row).all(axis=1) & (ordered < row).any(axis=1)
+        if not dominating.any():
+            kept.append(i)
+    return rows[kept]
+
+
+def _read_record(record: Path, identity: dict[str, Any]) -> list[tuple[Array, Array]]:
+    """Candidates (P, v) and objectives (P, o) of every recorded generation; none where there is no file.
+
+    Raises
+    ------
+    ModelError : not a record, or that of another search.
+    """
+    if not record.exists():
+        return []
+    try:
+        data = json.loads(record.read_text(encoding="utf-8"))
+        stored = {name: data[name] for name in identity}
+        evaluated = [(np.array(one["place"], float), np.array(one["objective"], float)) for one in data["generations"]]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ModelError(f"not the record of a search: {error!r}", path=str(record)) from None
+    for name, value in identity.items():
+        if stored[name] != value:
+            raise ModelError(
+                f"the record of another search: its {name} differs", path=str(record), given=stored[name], allowed=value
+            )
+    return evaluated
+
+
+def _write_record(record: Path, identity: dict[str, Any], evaluated: list[tuple[Array, Array]]) -> None:
+    """Write identity and evaluations (P, v), (P, o) as JSON; numbers are read back exactly."""
+    generations = [{"place": candidates.tolist(), "objective": values.tolist()} for candidates, values in evaluated]
+    write_text(record, json.dumps({**identity, "generations": generations}))
+
+
+def _require_equal(candidates: Array, recorded: Array, record: Path | None) -> None:
+    """Refuse a record whose candidates (P, v) are not those that follow from the seed."""
+    if candidates.shape != recorded.shape or not np.array_equal(candidates, recorded):
+        raise ModelError(
+            "the record does not follow from its seed: made by another version of pymoo?",
+            path=str(record),
+            allowed="a new record",
+        )
