@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..assemble import assemble
 from ..errors import ModelError
 from ..resolve import load
 from ..system.system import System
@@ -43,6 +42,8 @@ def system_of(source: Source, *, overrides: Overrides | None = None) -> System:
     ------
     ModelError : a wrong model, or overrides of a Train or System.
     """
+    from ..assemble import assemble  # only here: `check` and others need no System
+
     if not isinstance(source, System):
         return assemble(train_of(source, overrides=overrides))
     if overrides:
