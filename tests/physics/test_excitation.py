@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -87,7 +87,9 @@ def response(system: System, line: Line) -> NDArray[np.complex128]:
         ("main/carrier", "own", "main/planet/2/bearing"),
     ],
 )
-def test_a_rigid_connection_is_the_limit_of_a_stiff_one(hand_built: Maker, body: str, rows: str, link: str) -> None:
+def test_a_rigid_connection_is_the_limit_of_a_stiff_one(
+    hand_built: Maker, body: str, rows: Literal["own", "seat"], link: str
+) -> None:
     """The eliminated body moves with its displaced seat: q = T p + s, with the inertia of s on the right side."""
     stiff = 1e14
     results = []

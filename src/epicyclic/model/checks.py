@@ -166,7 +166,7 @@ def _check_deviations(model: ModelFile) -> None:
         member = model.stages[stage_name].members[rest.partition(".")[0]] if rest else None
         count = model.stages[stage_name].branches if member and member.kind == "planet" else 0
         own = {k: check for k in MemberDeviationsTable.model_fields if (check := kind_of(type(table), k).check)}
-        for where, value in _values(table, f"deviations.{path}", skip=tuple(own)):
+        for where, value in _values(table, f"deviations.{path}"):
             _check_count(where, value, count)
         for name, check in own.items():
             if (value := getattr(table, name)) is not None:
@@ -202,8 +202,9 @@ def _is_list(field: FieldInfo) -> bool:
 
 
 def _check_count(path: str, value: object, count: int) -> None:
-    """Raise ModelError for a list that has not one entry per planet (count 0: no planets here)."""
-    if isinstance(value, tuple) and len(value) != count:
+    """Raise ModelError for a list of numbers that has not one entry per planet (count 0: no planets here)."""
+    lists = isinstance(value, tuple) and any(isinstance(entry, tuple) for entry in value)  # as of `pitch`
+    if isinstance(value, tuple) and not lists and len(value) != count:
         given = list(value)
         if not count:
             raise ModelError("a list where one number stands", path=path, given=given, allowed="one number")

@@ -43,8 +43,8 @@ class DeviationKind:
     """Properties of a kind of deviation beyond its type.
 
     read : (value in the file, path of the member, folder of the file) -> value of the schema; raises ModelError.
-    check : (path, value, teeth of the member or None, number of planets); raises ModelError. It stands in place of the
-        check that lists have one entry per planet.
+    check : (path, value, teeth of the member or None, number of planets); raises ModelError. It comes after the
+        check that lists of numbers have one entry per planet.
     """
 
     read: Callable[[Any, str, Path | None], Any] | None = None

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -192,19 +192,21 @@ def _displace(
     table: DisplacementTable | TiltTable,
     *,
     cause: str,
-    rows: str,
+    rows: Literal["mesh", "own", "seat"],
     links: Sequence[Link],
     frequency: Fraction | None,
     tilt: bool = False,
 ) -> None:
-    """Add the displaced feature: what lies across the axis turns at `frequency` [Hz], what lies along it stands still.
+    """Add the displaced feature: its components across the axis turn at `frequency` [Hz], that along z stands still.
+
+    A kind whose axial component turns adds its `Displacement` itself.
 
     cause, rows, links : as in `Displacement`.  frequency : None where it turns and no speed is given.
     """
     across, along = _components(scope, body, path, table)
     if across and frequency is None:
         scope.effects.left_out.append(path)
-    for size, turns in ((across, frequency), (along, Fraction(0))):
+    for size, axial, turns in ((across, False, frequency), (along, True, Fraction(0))):
         if size and turns is not None:
             scope.effects.displacements.append(
                 Displacement(
@@ -213,7 +215,7 @@ def _displace(
                     body=body.name,
                     rows=rows,
                     links=tuple(link.name for link in links),
-                    vector=_six(size, along=size is along, tilt=tilt, turning=turns != 0),
+                    vector=_six(size, along=axial, tilt=tilt, turning=turns != 0),
                     frequency=turns,
                 )
             )

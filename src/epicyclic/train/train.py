@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ __all__ = ["Damping", "Derived", "Displacement", "Load", "MeshError", "Train"]
 class Displacement:
     """A displaced feature of one body: run-out, pin position, bearing eccentricity, tilt.
 
-    path : of its entry in the model file.  cause : run_out, bearing_run_out, position or tilt.
+    path : of its entry in the model file.  cause : its kind of deviation, a key of `deviations`.
     body : the body that the file names.
     rows : which gaps the feature enters, and through which body (docs/conventions.md, Forces, stiffness, errors):
         ``mesh``  every mesh row of `body`, through `body`'s columns (run-out of a gear);
@@ -37,7 +38,7 @@ class Displacement:
     path: str
     cause: str
     body: str
-    rows: str
+    rows: Literal["mesh", "own", "seat"]
     links: tuple[str, ...] = ()
     vector: NDArray[np.complex128]
     frequency: Fraction
