@@ -19,8 +19,8 @@ class Case:
     """One way to call a verb.
 
     name : of the row of the table.  verb : of the package, or ``system`` for the assembled matrices.
-    options : keywords; a text ``{path}``, ``{values}``, ``{body}``, ``{torque}`` stands for what the drive has
-        of it, or for a file beside it.
+    options : keywords, in the spelling of both checkouts, the old one where they differ.  A text that is ``{path}``,
+        ``{values}``, ``{body}``, ``{torque}`` and no more stands for what the drive has of it, or a file beside it.
     tolerance : relative, of differences.  speed : the keyword that takes the relative speed of drives that are looked
         at away from the nominal one, empty if none.
     only : beginnings of the names of the drives, all where empty.  without : drives left out, which take too long.
@@ -302,6 +302,17 @@ CASES: tuple[Case, ...] = (
     ),
     Case(name="vary", verb="vary", options={"path_values": {"{path}": "{values}"}}),
     Case(name="audit", verb="audit", tolerance=ITERATED, only=("ready/",)),
+)
+
+
+CASES += (
+    Case(  # a verb without a case of its own is run by the examples of its record
+        name="examples of further verbs",
+        verb="examples",
+        options={"listed": sorted({case.verb for case in CASES})},
+        tolerance=ITERATED,
+        only=("ready/ren2021",),
+    ),
 )
 
 

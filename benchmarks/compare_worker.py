@@ -11,7 +11,7 @@ import pickle
 import sys
 import time
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -46,8 +46,26 @@ def _called(verb: str, source: str, options: dict[str, Any]) -> dict[str, Any]:
 
     if verb == "system":
         return {"variables": dict(leaves(epicyclic.assemble(epicyclic.load(source)))), "attrs": {}}
+    if verb == "examples":
+        return _examples(source, options["listed"])
     result = getattr(epicyclic, verb)(source, **options)
     return plain_dataset(result)
+
+
+def _examples(source: str, listed: Sequence[str]) -> dict[str, Any]:
+    """Results of the examples of all verbs but those listed; none where a checkout has no records of verbs."""
+    try:
+        from epicyclic.verbs.record import verbs
+    except ImportError:
+        return {"variables": {}, "attrs": {}}
+    variables = {
+        f"{name}[{place}].{variable}": entry
+        for name, verb in verbs().items()
+        if name not in listed
+        for place, keywords in enumerate(verb.examples)
+        for variable, entry in plain_dataset(verb.run(source, **keywords))["variables"].items()
+    }
+    return {"variables": variables, "attrs": {}}
 
 
 def plain_dataset(result: Any) -> dict[str, Any]:

@@ -77,7 +77,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "mode_kind": ("", "kind of mode"),
     "multiplicity": ("1", "number of modes at this frequency"),
     "shape": ("m", "mode shape, torsion as base-circle displacement, largest component 1"),
-    "full_shape": ("m", "mode shape of all six coordinates of every body, torsion as base-circle displacement"),
+    "full_shape": ("m", "mode shape of all six coordinates of every body: rz as u = R rz, rx and ry in rad"),
     "strain_energy_share": ("1", "share of the strain energy"),
     "kinetic_energy_share": ("1", "share of the kinetic energy"),
     "damping_ratio": ("1", "damping ratio"),

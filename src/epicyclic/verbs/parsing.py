@@ -73,13 +73,14 @@ def frequency(value: float | str, path: str) -> float:
 
     Raises
     ------
-    ModelError : a text that is no positive frequency.
+    ModelError : no positive frequency.
     """
     if not isinstance(value, str):
-        return float(value)
-    number, unit = _quantity(value, tuple(_HERTZ))
+        number, unit = float(value), "Hz"
+    else:
+        number, unit = _quantity(value, tuple(_HERTZ))
     if not 0.0 < number < 1e9:
-        raise ModelError("not a frequency", path=path, given=value, allowed='a positive mesh frequency, e.g. "20 Hz"')
+        raise ModelError("not a frequency", path=path, given=value, allowed='a positive frequency, e.g. "20 Hz"')
     return number * _HERTZ[unit]
 
 

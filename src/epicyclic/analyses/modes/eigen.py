@@ -116,9 +116,8 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
 
 
 def _modal_matrices(system: System, modes: Modes, s: float, damped: bool) -> tuple[Array, Array]:
-    """Rate matrix [1/s] and position matrix [1/s^2] at relative speed s in the modal coordinates of `modes`, (n.
-
-    n) each.
+    """Rate matrix [1/s] and position matrix [1/s^2] at relative speed s in the modal coordinates of `modes`,
+    (n, n) each.
     """
     Phi = modes.vectors
     C = s * (Phi.T @ system.G @ Phi)

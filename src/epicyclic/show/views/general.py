@@ -17,15 +17,16 @@ ORDER = 900
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
-    """Mesh forces where there are any, else least and most of every variable of numbers."""
+    """Mesh forces where there are any, else least and most of every variable of numbers, of complex ones their size."""
     if "mesh_force" in result:
         return [force_table(result)]
-    names = [str(name) for name, values in result.data_vars.items() if values.dtype.kind == "f"]
+    sizes = {str(name): abs(one) if one.dtype.kind == "c" else one for name, one in result.data_vars.items()}
+    names = [name for name, values in sizes.items() if values.dtype.kind == "f"]
     columns: dict[str, Any] = {
         "variable": names,
         "unit": [str(result[name].attrs.get("units", "")) for name in names],
-        "least": [float(result[name].min()) for name in names],
-        "most": [float(result[name].max()) for name in names],
+        "least": [float(sizes[name].min()) for name in names],
+        "most": [float(sizes[name].max()) for name in names],
     }
     return [Table(title="Variables", columns=columns)]
 
