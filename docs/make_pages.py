@@ -23,9 +23,10 @@ HEAD = """# Verbs
 
 Made by `python docs/make_pages.py` from the records in `src/epicyclic/verbs`; not written by hand.
 
-Every verb takes a source (the name of a ready drive, a model file, a dict, a Train or a System) and `overrides`, and
-returns a Dataset. Its attribute `verb` is the kind of result; [variables.md](variables.md) lists the variables of each
-kind. On the command line a verb is `epicyclic VERB MODEL`, with `--set PATH=VALUE` for overrides, `--json`, `-o FILE`.
+Every verb takes a source (the name of a ready drive, a model file, a dict, a Train or a System) and returns a Dataset.
+`overrides`, path -> value, go with a model file, not with a Train or System. The attribute `verb` of the Dataset is the
+kind of result; [variables.md](variables.md) lists the variables of each kind. On the command line a verb is
+`epicyclic VERB MODEL`, with `--set PATH=VALUE` for overrides, `--json` and `-o FILE`.
 Keywords without a flag are of Python alone; a verb with `progress` calls it while it runs.
 """
 

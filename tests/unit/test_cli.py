@@ -78,6 +78,13 @@ def test_version(command: Command) -> None:
     assert command("--version").out == f"epicyclic {epicyclic.__version__}\n"
 
 
+def test_warnings_stand_beside_a_written_result(command: Command, tmp_path: Path) -> None:
+    _, _, err = command("check", "ren2021", "-o", str(tmp_path / "check.nc"))
+    warnings = json.loads(epicyclic.check("ren2021").attrs["warnings"])
+    assert warnings
+    assert all(f"warning: {text}" in err for text in warnings)
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -67,16 +67,17 @@ def _put(verb: Verb, result: xr.Dataset, *, as_json: bool, output: Path | None) 
         complain(f"written: {output}")
     elif output is not None:
         write_result(result, output)
-    if as_json:
-        from ..results.dataset import to_json
-
-        for text in json.loads(result.attrs["warnings"]):
-            complain(f"warning: {text}")
-        typer.echo(to_json(result))
-    elif output is None or output.suffix.lower() == ".toml":
+    if not as_json and (output is None or output.suffix.lower() == ".toml"):
         from ..show.console import show, stdout_console
 
         show(result, stdout_console())
+        return
+    for text in json.loads(result.attrs["warnings"]):
+        complain(f"warning: {text}")
+    if as_json:
+        from ..results.dataset import to_json
+
+        typer.echo(to_json(result))
 
 
 @contextmanager
@@ -93,7 +94,7 @@ def _flagged(flags: Mapping[str, str]) -> Iterator[None]:
 @contextmanager
 def _kept(verb: Verb, output: Path | None) -> Iterator[dict[str, Any]]:
     """Keyword `folder` of a verb that keeps what is done: beside the output, until the run is whole."""
-    folder = None if output is None else output.with_name(output.name + ".parts")
+    folder = None if output is None or not output.name else output.with_name(output.name + ".parts")
     if folder is None or "folder" not in signature(verb.run).parameters or not folder.absolute().parent.is_dir():
         yield {}
         return

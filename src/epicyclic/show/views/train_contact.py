@@ -1,4 +1,4 @@
-"""`contact --train`: tooth contact of all meshes at once, in the equilibrium of the train."""
+"""`train-contact`: tooth contact of all meshes at once, in the equilibrium of the train."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def _meshes(result: xr.Dataset) -> Table:
 
 
 def _torques(result: xr.Dataset) -> Table:
-    pairs = [str(pair).split(".")[-1] for pair in result.mesh_pair.values]
+    full = [str(pair).split(".") for pair in result.mesh_pair.values]  # stages.main.meshes.sun-planet
+    one_stage = len({parts[1] for parts in full}) == 1
+    pairs = [parts[-1] if one_stage else f"{parts[1]} {parts[-1]}" for parts in full]
     columns: dict[str, Any] = {
         "torque per operating": list(result.torque_factor.values),
         **{f"K_gamma {pair}": list(result.branch_load_factor.values[:, i]) for i, pair in enumerate(pairs)},

@@ -176,3 +176,23 @@ def test_an_audit_is_a_table_a_drive_and_the_verdicts() -> None:
     assert audit.tally(audited())["one"] == "1 reproduced, 1 under a reading, 0 not reproducible, 1 contradicted"
     assert "Published numbers beside ours" in report({"audit": audited()})
     assert "1  tolerance: print" in printed(audited())
+
+
+def test_load_factors_of_two_stages_are_apart() -> None:
+    """Equal names of pairs in two stages: one column each."""
+    from epicyclic.show.views.train_contact import tables as train_contact_tables
+
+    pairs = ["stages.low.meshes.sun-planet", "stages.high.meshes.sun-planet"]
+    shape = (("torque_factor", "mesh"), np.ones((1, 2)))
+    names = ("face_load_factor", "side_share", "largest_load_per_length", "smallest_load_per_length")
+    result = xr.Dataset(
+        {
+            **dict.fromkeys(names, shape),
+            "mesh_force": (("torque_factor", "mesh", "time"), np.ones((1, 2, 1))),
+            "branch_load_factor": (("torque_factor", "mesh_pair"), [[1.15, 1.01]]),
+        },
+        {"torque_factor": [1.0], "mesh": ["low/sun-planet/1", "high/sun-planet/1"], "mesh_pair": pairs},
+    )
+    columns = train_contact_tables(result)[1].columns
+    assert columns["K_gamma low sun-planet"] == [1.15]
+    assert columns["K_gamma high sun-planet"] == [1.01]
