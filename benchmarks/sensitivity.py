@@ -24,7 +24,7 @@ from timing import cpu_seconds
 from epicyclic.analyses.sensitivity.adjoint import adjoint_form, adjoint_parts, measure
 from epicyclic.analyses.sensitivity.forces import force_derivatives
 from epicyclic.analyses.sensitivity.gradient import Gradient, basis_of, gradient
-from epicyclic.analyses.sensitivity.numbers import Numbers, combined, numbers
+from epicyclic.analyses.sensitivity.numbers import SystemNumbers, combined, numbers
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.system.system import System
@@ -92,7 +92,7 @@ def _gradients(system: System, speed: NDArray[np.float64], meshes: NDArray[np.in
     ]
 
 
-def _stiffness_changes(system: System) -> list[Numbers]:
+def _stiffness_changes(system: System) -> list[SystemNumbers]:
     """One change for each mesh: its mean stiffness by 1 N/m; the variation is a share of it and follows."""
     blank = combined([0.0], [numbers(system)])
     return [replace(blank, stiffness=row) for row in np.eye(len(system.meshes.name))]

@@ -184,6 +184,15 @@ def _used_elsewhere(module: str, name: str) -> bool:
     return any(pattern.search(path.read_text(encoding="utf-8")) for other, path in MODULES.items() if other != module)
 
 
+def test_one_name_is_one_class() -> None:
+    homes: dict[str, list[str]] = {}
+    for module, path in MODULES.items():
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                homes.setdefault(node.name, []).append(module)
+    assert {name: found for name, found in homes.items() if len(found) > 1} == {}
+
+
 def test_the_package_exports_what_it_lists() -> None:
     import epicyclic
 

@@ -18,7 +18,7 @@ from ..analyses.modes.classification import classify_modes, repeated_roots
 from ..analyses.modes.eigen import eigen, whirl
 from ..analyses.sensitivity.forces import force_derivatives
 from ..analyses.sensitivity.frequencies import frequency_derivatives, whirl_derivatives
-from ..analyses.sensitivity.numbers import Numbers, is_nonzero
+from ..analyses.sensitivity.numbers import SystemNumbers, is_nonzero
 from ..analyses.steady.response import response
 from ..errors import ModelError
 from ..model.names import nearest
@@ -152,7 +152,9 @@ def _left_out(derivatives: SystemDerivatives, kept: Sequence[int]) -> dict[str, 
     }
 
 
-def _frequencies(system: System, changes: Sequence[Numbers], relative_speed: float, mode: int | None) -> _Derivatives:
+def _frequencies(
+    system: System, changes: Sequence[SystemNumbers], relative_speed: float, mode: int | None
+) -> _Derivatives:
     """Natural frequencies [Hz] and their derivatives [fox1968], at standstill undamped, else with gyroscopic terms."""
     modes = eigen(system)
     if relative_speed == 0:
@@ -206,7 +208,7 @@ def _relative_speed(system: System, mesh_frequency: float | None, relative_speed
 
 
 def _forces(
-    system: System, changes: Sequence[Numbers], speed: float, harmonic: int | None, mesh: str | None
+    system: System, changes: Sequence[SystemNumbers], speed: float, harmonic: int | None, mesh: str | None
 ) -> _Derivatives:
     """RMS of the dynamic mesh forces, or amplitudes of a mesh order [N], and their derivatives at a relative speed."""
     names = faces(system.meshes).name

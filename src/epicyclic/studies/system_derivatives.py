@@ -13,7 +13,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..analyses.sensitivity.numbers import Numbers, combined, numbers, with_lines
+from ..analyses.sensitivity.numbers import SystemNumbers, combined, numbers, with_lines
 from ..analyses.static.tangent import linearised
 from ..assemble import assemble
 from ..errors import ConvergenceError, ModelError
@@ -41,7 +41,7 @@ class ParameterDerivative:
     """
 
     parameter: Parameter
-    change: Numbers | None
+    change: SystemNumbers | None
     problem: str = ""
 
 
@@ -182,7 +182,7 @@ def _derivative(base: System, whole: System, parameter: Parameter, stencil: _Ste
     return ParameterDerivative(parameter=parameter, change=change)
 
 
-def _without_rounding(change: Numbers, value: Numbers, step: float) -> Numbers:
+def _without_rounding(change: SystemNumbers, value: SystemNumbers, step: float) -> SystemNumbers:
     """Derivatives with zeros for arrays that are rounding of the quotient, below 1e-13 of the value over the step."""
     zeros = {}
     for name in _NAMES:
@@ -192,17 +192,17 @@ def _without_rounding(change: Numbers, value: Numbers, step: float) -> Numbers:
     return replace(change, **zeros)
 
 
-_NAMES = tuple(field.name for field in fields(Numbers))
+_NAMES = tuple(field.name for field in fields(SystemNumbers))
 
 
-def _differ(name: str, coarse: Numbers, change: Numbers) -> bool:
+def _differ(name: str, coarse: SystemNumbers, change: SystemNumbers) -> bool:
     """Whether coarse quotient and derivative of one array differ by more than those of a smooth function."""
     size = float(np.abs(getattr(change, name)).max(initial=0.0))
     off = float(np.abs(getattr(coarse, name) - getattr(change, name)).max(initial=0.0))
     return size > 0 and off > _SMOOTH * size
 
 
-def _kinked(stencil: _Stencil, values: Sequence[Numbers]) -> bool:
+def _kinked(stencil: _Stencil, values: Sequence[SystemNumbers]) -> bool:
     """Whether the second difference of an array shrinks with the step, as at a kink, and not with its square."""
     if stencil.order == 3:
         return False
@@ -216,7 +216,7 @@ def _kinked(stencil: _Stencil, values: Sequence[Numbers]) -> bool:
     return False
 
 
-def _aligned(system: System, base: System, whole: System) -> Numbers:
+def _aligned(system: System, base: System, whole: System) -> SystemNumbers:
     """Numbers of a System with one line for each line of `whole`.
 
     Lines correspond by frequency, or by their place in the order where the parameter changes the speed.

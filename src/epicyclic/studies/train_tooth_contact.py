@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium, require_balance
-from ..analyses.static.record import Excitation, Record, excitation, positive_count, record_of, turn_fraction
+from ..analyses.static.record import Record, RecordExcitation, excitation, positive_count, record_of, turn_fraction
 from ..analyses.static.static import free_position_warnings, law_attributes
 from ..assemble import assemble
 from ..assemble.faces import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
@@ -128,7 +128,7 @@ class _Case:
     system: System
     flexible: Compliance
     record: Record
-    acting: Excitation
+    acting: RecordExcitation
     cycles: Array
 
 

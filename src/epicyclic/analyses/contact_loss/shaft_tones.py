@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from ..steady.excitation import Excitation, Shaft
+from ..steady.excitation import LineExcitation, Shaft
 from ..steady.lattice import Point
 from ..steady.response import Response
 from .problem import PlacedLine, placed_line
@@ -92,7 +92,7 @@ def _strength(ready: Response, shaft: Shaft) -> float:
     return float(np.linalg.norm(force / np.where(modal.rigid, np.inf, modal.squared)))
 
 
-def _placed(lines: Excitation, tones: list[Fraction], shaft: Shaft) -> _Place | None:
+def _placed(lines: LineExcitation, tones: list[Fraction], shaft: Shaft) -> _Place | None:
     """The combination of least order that has the frequency of a group, None where none of small order has."""
     reach = range(-_ORDER, _ORDER + 1)
     every = sorted(product(reach, repeat=len(tones)), key=lambda orders: (sum(map(abs, orders)), [-a for a in orders]))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from ...system.system import System
-from ..steady.excitation import Excitation, Shaft
+from ..steady.excitation import LineExcitation, Shaft
 from .sensor import SensorPosition, mesh_stages
 from .spectrum import LineSource, StageSpectrum
 
@@ -41,7 +41,7 @@ class LineLabels:
     """Labels of the lines of one System at one sensor position."""
 
     system: System
-    lines: Excitation
+    lines: LineExcitation
     position: SensorPosition
 
     @property

@@ -14,7 +14,7 @@ from ...system.system import Array, System
 from ..steady.response import Block, FrameSpeed, Response, respond, response
 from .adjoint import adjoint_form, adjoint_parts, measure
 from .gradient import Basis, Gradient, basis_of, gradient, rigid_mode_imbalance
-from .numbers import Numbers
+from .numbers import SystemNumbers
 
 __all__ = ["ForceDerivatives", "force_derivatives"]
 
@@ -45,7 +45,7 @@ class ForceDerivatives:
 
 def force_derivatives(
     system: System,
-    changes: Sequence[Numbers],
+    changes: Sequence[SystemNumbers],
     *,
     relative_speed: ArrayLike = 1.0,
     harmonic: int | None = None,
@@ -138,7 +138,7 @@ def _checked_speeds(relative_speed: ArrayLike) -> Array:
     return speed
 
 
-def _check_frequencies(ready: Response, block: Block, change: Numbers) -> None:
+def _check_frequencies(ready: Response, block: Block, change: SystemNumbers) -> None:
     """Refuse a change that parts frequencies which the solution adds up, or solves together.
 
     Raises

@@ -15,7 +15,7 @@ import scipy.linalg
 from ...system.system import Array, ComplexArray, System
 from ..modes.classification import repeated_roots
 from ..modes.eigen import Modes, Whirl
-from .numbers import Numbers, mean_stiffness_change
+from .numbers import SystemNumbers, mean_stiffness_change
 
 __all__ = ["frequency_derivatives", "whirl_derivatives"]
 
@@ -23,7 +23,7 @@ __all__ = ["frequency_derivatives", "whirl_derivatives"]
 _FREE = 1e-9
 
 
-def frequency_derivatives(system: System, modes: Modes, changes: Sequence[Numbers]) -> Array:
+def frequency_derivatives(system: System, modes: Modes, changes: Sequence[SystemNumbers]) -> Array:
     """Derivatives of the natural frequencies of the mean system at standstill, undamped [fox1968].
 
     Parameters
@@ -57,7 +57,9 @@ def _one(modes: Modes, dK: Array, dM: Array) -> Array:
     return result
 
 
-def whirl_derivatives(system: System, modes: Whirl, changes: Sequence[Numbers], *, relative_speed: float) -> Array:
+def whirl_derivatives(
+    system: System, modes: Whirl, changes: Sequence[SystemNumbers], *, relative_speed: float
+) -> Array:
     """Derivatives of the undamped frequencies at a speed, gyroscopic and centripetal terms included.
 
     M q'' + s G q' + (K + s^2 Kg) q = 0 with G skew: mu' = -phi^H (mu^2 M' + mu s G' + K' + s^2 Kg') phi /
@@ -81,7 +83,7 @@ def whirl_derivatives(system: System, modes: Whirl, changes: Sequence[Numbers], 
     return result
 
 
-def _split(system: System, change: Numbers, dK: Array, s: float, pair: tuple[complex, ComplexArray]) -> Array:
+def _split(system: System, change: SystemNumbers, dK: Array, s: float, pair: tuple[complex, ComplexArray]) -> Array:
     """Derivatives (g,) [Hz per unit] of a group of g equal roots, pair : (i omega, vectors (n, g)); s : relative
     speed.
     """

@@ -22,7 +22,7 @@ from ..steady.excitation import speed_powers
 from ..steady.kernel import product
 from ..steady.response import Block, Response
 from .adjoint import AdjointPart, harmonic_weights
-from .numbers import Numbers, mean_stiffness_change
+from .numbers import SystemNumbers, mean_stiffness_change
 
 __all__ = ["Basis", "Gradient", "basis_of", "gradient", "rigid_mode_imbalance"]
 
@@ -78,7 +78,7 @@ class Gradient:
     line_gap: ComplexArray
     line_force: ComplexArray
 
-    def along(self, ready: Response, basis: Basis, change: Numbers) -> Array:
+    def along(self, ready: Response, basis: Basis, change: SystemNumbers) -> Array:
         """dQ along a parameter whose change of the numbers is `change`, (U, P) [N^2 per unit]."""
         Phi = basis.shapes
 
@@ -293,7 +293,7 @@ def _two_sided(values: ComplexArray, points: Index) -> tuple[ComplexArray, Index
     return np.concatenate([half, half[..., moving].conj()], axis=-1), np.concatenate([points, -points[moving]])
 
 
-def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: Numbers) -> Array:
+def rigid_mode_imbalance(ready: Response, basis: Basis, block: Block, change: SystemNumbers) -> Array:
     """Force that a change leaves on a rigid mode, relative to the forces it brings (P,) [1]: 0 where the mode stays
     free.
 

@@ -12,11 +12,11 @@ import numpy as np
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 
-__all__ = ["Numbers", "combined", "is_nonzero", "mean_stiffness_change", "numbers", "with_lines"]
+__all__ = ["SystemNumbers", "combined", "is_nonzero", "mean_stiffness_change", "numbers", "with_lines"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Numbers:
+class SystemNumbers:
     """Values, or derivatives with respect to one parameter, of the arrays of a System without laws, in its units.
 
     M, C, G, K, Kg, Cskew : (n, n).  B : (n, m).  stiffness, damping : (m,).  variation : (m, L) complex.
@@ -42,11 +42,11 @@ class Numbers:
     line_force: ComplexArray
 
 
-def numbers(system: System) -> Numbers:
+def numbers(system: System) -> SystemNumbers:
     """Numbers of a System."""
     meshes, lines = system.meshes, system.lines
     n, m = meshes.B.shape
-    return Numbers(
+    return SystemNumbers(
         **{name: getattr(system, name) for name in ("M", "C", "G", "K", "Kg", "Cskew", "force")},
         B=meshes.B,
         stiffness=meshes.stiffness,
@@ -60,7 +60,7 @@ def numbers(system: System) -> Numbers:
     )
 
 
-def combined(weights: Sequence[float], parts: Sequence[Numbers]) -> Numbers:
+def combined(weights: Sequence[float], parts: Sequence[SystemNumbers]) -> SystemNumbers:
     """Weighted sum of several.
 
     Raises
@@ -68,22 +68,22 @@ def combined(weights: Sequence[float], parts: Sequence[Numbers]) -> Numbers:
     ModelError : they are not of one shape: something appeared, vanished or was renumbered between them.
     """
     first = parts[0]
-    for name in (field.name for field in fields(Numbers)):
+    for name in (field.name for field in fields(SystemNumbers)):
         if len({getattr(part, name).shape for part in parts}) > 1:
             raise ModelError("moves, meshes or lines of excitation appear or vanish here: no derivative")
 
     def total(name: str) -> Any:
         return np.asarray(sum(weight * getattr(part, name) for weight, part in zip(weights, parts, strict=True)))
 
-    return replace(first, **{field.name: total(field.name) for field in fields(Numbers)})
+    return replace(first, **{field.name: total(field.name) for field in fields(SystemNumbers)})
 
 
-def is_nonzero(change: Numbers) -> bool:
+def is_nonzero(change: SystemNumbers) -> bool:
     """Whether any number changes."""
-    return any(bool(getattr(change, field.name).any()) for field in fields(Numbers))
+    return any(bool(getattr(change, field.name).any()) for field in fields(SystemNumbers))
 
 
-def mean_stiffness_change(system: System, change: Numbers) -> Array:
+def mean_stiffness_change(system: System, change: SystemNumbers) -> Array:
     """Derivative of K + B k B^T, (n, n) [N/m per unit]."""
     B, k = system.meshes.B, system.meshes.stiffness
     mixed = (change.B * k) @ B.T

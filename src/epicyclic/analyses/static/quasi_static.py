@@ -13,7 +13,7 @@ from ...system.laws import groups as law
 from ...system.laws.groups import Laws
 from ...system.system import Array, System
 from .equilibrium import Compliance, Equilibrium, equilibrium, require_balance
-from .record import Excitation, Record, excitation
+from .record import Record, RecordExcitation, excitation
 
 __all__ = ["RecordPiece", "history_note", "quasi_static"]
 
@@ -70,7 +70,9 @@ def history_note(system: System, record: Record) -> str:
     return f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
 
 
-def _balanced_excitation(system: System, flexible: Compliance, record: Record, index: NDArray[np.int64]) -> Excitation:
+def _balanced_excitation(
+    system: System, flexible: Compliance, record: Record, index: NDArray[np.int64]
+) -> RecordExcitation:
     """Excitation at the instants `index` (t,), whose loads are checked to balance on free motions."""
     here = excitation(system, record.unit, index, record.samples)
     require_balance(flexible.free, here.force, system.dofs.names)
@@ -78,7 +80,7 @@ def _balanced_excitation(system: System, flexible: Compliance, record: Record, i
 
 
 def _equilibrium(
-    flexible: Compliance, here: Excitation, laws: Laws, *, anchor: Array | None, start: Array | None
+    flexible: Compliance, here: RecordExcitation, laws: Laws, *, anchor: Array | None, start: Array | None
 ) -> Equilibrium:
     """`equilibrium` under an excitation; anchor (t, R) sliders [m], start (t, M) approach [m]."""
     return equilibrium(
@@ -129,7 +131,7 @@ def _slider_history(system: System, flexible: Compliance, record: Record) -> tup
 
 def _step_parts(
     flexible: Compliance,
-    here: Excitation,
+    here: RecordExcitation,
     laws: Laws,
     parts: tuple[Array, NDArray[np.int64], int],
     found: tuple[Array, Array],

@@ -16,9 +16,9 @@ from ...system.laws.tabulated import Curves, curves_at
 from ...system.system import Array, ComplexArray, Line, MeshRows, System
 
 __all__ = [
-    "Excitation",
     "MeshGroup",
     "Record",
+    "RecordExcitation",
     "excitation",
     "group_gap",
     "hunting_cycles",
@@ -43,7 +43,7 @@ _LEAST_STIFFNESS = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Excitation:
+class RecordExcitation:
     """Stiffness, errors and load at T instants.
 
     stiffness : (T, m) of the meshes [N/m].  gap : (T, m + R) errors of the meshes and the rows of groups [m].
@@ -57,9 +57,9 @@ class Excitation:
     force: Array
     curves: Curves | None = None
 
-    def at(self, chosen: NDArray[np.int64]) -> Excitation:
+    def at(self, chosen: NDArray[np.int64]) -> RecordExcitation:
         """The same at the instants `chosen` (t,)."""
-        return Excitation(
+        return RecordExcitation(
             stiffness=self.stiffness[chosen],
             gap=self.gap[chosen],
             link_gap=self.link_gap[chosen],
@@ -247,7 +247,7 @@ def stiffness_at(system: System, phases: Array) -> Array:
     return result
 
 
-def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Excitation:
+def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> RecordExcitation:
     """Excitation of the train at rest at instants index (T,) / (samples tone) of the operating speed.
 
     The part at rest of a line's force counts (``force[0]``).  What grows with speed is inertia and is left out.
@@ -264,7 +264,7 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
         values: Array = (waves @ np.array(parts).reshape(len(lines), width)).real
         return values
 
-    return Excitation(
+    return RecordExcitation(
         stiffness=mesh_stiffness(system, tone, index, samples),
         gap=np.hstack([summed([line.gap for line in lines], m), summed([group_gap(line, R) for line in lines], R)]),
         link_gap=summed([line.link_gap for line in lines], p),

@@ -15,7 +15,7 @@ from ..modes.basis import Modal
 from .lattice import Lattice, Point
 
 __all__ = [
-    "Excitation",
+    "LineExcitation",
     "Shaft",
     "excitation",
     "link_errors",
@@ -47,7 +47,7 @@ class Shaft:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Excitation:
+class LineExcitation:
     """Lines by kind.
 
     tones : (D,) mesh frequencies [Hz] at the operating speed, that of the first mesh first.
@@ -79,7 +79,7 @@ class Excitation:
         return tuple(max((abs(point[j]) for point in points), default=0) for j in range(len(self.tones)))
 
 
-def excitation(system: System, modal: Modal) -> Excitation:
+def excitation(system: System, modal: Modal) -> LineExcitation:
     """Sort the lines of a System into mesh orders and shaft orders; refuse a System without a steady response.
 
     Raises
@@ -95,7 +95,7 @@ def excitation(system: System, modal: Modal) -> Excitation:
     tones = mesh_tones(system)
     places = [(_multiple(tones, line.frequency), line) for line in system.lines]
     _balanced(system, modal)
-    return Excitation(
+    return LineExcitation(
         tones=tones,
         axis=np.array([tones.index(system.tones[i]) for i in system.meshes.tone], dtype=np.int64),
         mesh=tuple((point, line) for point, line in places if point is not None),
@@ -164,7 +164,7 @@ def _balanced(system: System, modal: Modal) -> None:
 
 
 def mesh_order_excitation(
-    system: System, lines: Excitation, speed: Array, lattice: Lattice
+    system: System, lines: LineExcitation, speed: Array, lattice: Lattice
 ) -> tuple[ComplexArray, ComplexArray]:
     """Errors (m, P, J) [m] and forces (P, J, n) [N, N m] at the points of a mirrored lattice.
 
@@ -182,7 +182,7 @@ def mesh_order_excitation(
 
 
 def shaft_order_excitation(
-    system: System, lines: Excitation, speed: Array, lattice: Lattice
+    system: System, lines: LineExcitation, speed: Array, lattice: Lattice
 ) -> tuple[ComplexArray, ComplexArray]:
     """Errors (m, P S, J) [m] and forces (P S, J, n) [N, N m] of every shaft group at every speed, speeds outermost.
 
@@ -200,7 +200,7 @@ def shaft_order_excitation(
     return error, force
 
 
-def link_errors(system: System, lines: Excitation, lattice: Lattice, *, shaft: int | None) -> ComplexArray:
+def link_errors(system: System, lines: LineExcitation, lattice: Lattice, *, shaft: int | None) -> ComplexArray:
     """Errors of the link rows at the lattice points, (p, J) [m, rad]; no speed changes them.
 
     shaft : index of the shaft group; None: mesh orders.

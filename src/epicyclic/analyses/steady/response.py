@@ -19,7 +19,7 @@ from ..modes.basis import Modal, modal_form
 from ..static.tangent import linearised
 from .balance import Batch, Guess, HarmonicSolution, solve
 from .condensed import CondensedOperators, condensed_operators
-from .excitation import Excitation, excitation, mesh_order_excitation, shaft_order_excitation
+from .excitation import LineExcitation, excitation, mesh_order_excitation, shaft_order_excitation
 from .kernel import Kernel, kernel
 from .lattice import Integers, LineFrequencies, frequency_unit, integer_frequencies, line_frequencies
 
@@ -64,7 +64,7 @@ class Response:
 
     system: System
     modal: Modal
-    lines: Excitation
+    lines: LineExcitation
     frame_speed: FrameSpeed = "kinematic"
     compiled: bool | None = None
     kernels: dict[tuple[Truncation, bool], Kernel] = field(default_factory=dict)

@@ -14,7 +14,7 @@ from ...system.system import Array, System
 from .measures import Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, respond, response
 from .steady import tension_warnings
-from .table import Table, empty_table, sweep_dataset
+from .table import SweepTable, empty_table, sweep_dataset
 from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signal
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
     return np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
 
 
-def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: Table, *, accepted: float) -> None:
+def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: SweepTable, *, accepted: float) -> None:
     """Write the measures of one block at the speeds `place` (P,), nan where it did not converge."""
     face = faces(ready.system.meshes)
     rows = force_signal(ready, block)

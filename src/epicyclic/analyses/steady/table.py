@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...system.faces import faces
 from ...system.system import Array, System
-from .excitation import Excitation
+from .excitation import LineExcitation
 from .lattice import Point
 from .measures import Layout
 from .waveform import lateral_pairs
@@ -21,7 +21,7 @@ from .waveform import lateral_pairs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Table", "empty_table", "layout_of", "reported_lines", "sweep_dataset"]
+__all__ = ["SweepTable", "empty_table", "layout_of", "reported_lines", "sweep_dataset"]
 
 Index = NDArray[np.int64]
 
@@ -65,7 +65,7 @@ class ReportedLines:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Table:
+class SweepTable:
     """Numbers of a sweep over P speeds.
 
     labels : names along every dimension but speed.  values : arrays by name, speeds last, nan where nothing was found.
@@ -91,7 +91,7 @@ class Table:
                 self.values[name][..., place] = np.where(good, values, np.nan)
 
 
-def layout_of(system: System, lines: Excitation, *, orders: int, shafts: bool) -> tuple[Layout, ReportedLines]:
+def layout_of(system: System, lines: LineExcitation, *, orders: int, shafts: bool) -> tuple[Layout, ReportedLines]:
     """Layout of the signals of a System, and the lines reported of it; arguments as of `reported_lines`."""
     face, dofs = faces(system.meshes), system.dofs
     reported = reported_lines(lines, lines.stages(system), orders=orders, shafts=shafts)
@@ -107,7 +107,7 @@ def layout_of(system: System, lines: Excitation, *, orders: int, shafts: bool) -
     return layout, reported
 
 
-def empty_table(system: System, lines: Excitation, count: int, *, orders: int, shafts: bool) -> Table:
+def empty_table(system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool) -> SweepTable:
     """Empty table for `count` speeds; variables without rows (links, lines) are left out."""
     layout, reported = layout_of(system, lines, orders=orders, shafts=shafts)
     labels: dict[str, Sequence[Any]] = {
@@ -120,7 +120,7 @@ def empty_table(system: System, lines: Excitation, count: int, *, orders: int, s
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }
     shapes = {name: [len(labels[dim]) for dim in dims] for name, dims in _ROWS.items()}
-    return Table(
+    return SweepTable(
         labels=labels,
         values={name: np.full((*shape, count), np.nan) for name, shape in shapes.items() if 0 not in shape},
         harmonics=np.zeros(count, dtype=np.int64),
@@ -133,7 +133,7 @@ def empty_table(system: System, lines: Excitation, count: int, *, orders: int, s
 
 
 def sweep_dataset(
-    table: Table,
+    table: SweepTable,
     system: System,
     *,
     speed: Array,
@@ -174,7 +174,7 @@ def sweep_dataset(
     )
 
 
-def reported_lines(lines: Excitation, stages: Sequence[str], *, orders: int, shafts: bool) -> ReportedLines:
+def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int, shafts: bool) -> ReportedLines:
     """At most 32 combinations of several mesh frequencies, and at most 32 shaft lines around mesh orders.
 
     With one tone its multiples are no combinations.  If the shaft lines alone are more, all of them are reported.
@@ -206,14 +206,14 @@ def _shells_up_to_limit(
     return found
 
 
-def _combinations(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+def _combinations(lines: LineExcitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
     """Frequency and label of the combinations of one shell."""
     for point, tone in _shell(lines, shell):
         if tone > 0:
             yield tone, _label("", point, names)
 
 
-def _sidebands(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
+def _sidebands(lines: LineExcitation, names: Sequence[str], shell: int) -> Iterator[tuple[Fraction, str]]:
     """Frequency and label of the shaft lines shifted by the mesh orders of one shell."""
     for point, tone in _shell(lines, shell):
         for shaft in lines.shaft:
@@ -221,7 +221,7 @@ def _sidebands(lines: Excitation, names: Sequence[str], shell: int) -> Iterator[
                 yield abs(shaft.frequency + tone), _label("; ".join(shaft.causes), point, names)
 
 
-def _shell(lines: Excitation, shell: int) -> Iterator[tuple[Point, Fraction]]:
+def _shell(lines: LineExcitation, shell: int) -> Iterator[tuple[Point, Fraction]]:
     """Lattice points with |a_1| + .. + |a_D| = shell, and their frequencies [Hz at the operating speed]."""
     for point in product(range(-shell, shell + 1), repeat=len(lines.tones)):
         if sum(map(abs, point)) == shell:

@@ -21,7 +21,7 @@ from ...system.system import Array
 from .integrators import adaptive_states, modal_scale, rk4_states
 from .motion import Motion, to_modal
 
-__all__ = ["METHODS", "Method", "Plan", "run"]
+__all__ = ["METHODS", "Method", "RunPlan", "run"]
 
 Method = Literal["rk4", "dop853", "radau"]
 METHODS = ("rk4", "dop853", "radau")
@@ -33,7 +33,7 @@ _ABOUT = "run.json"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class RunPlan:
     """Samples 0 .. count of a run: sample i at i keep step [s].
 
     step : of fixed-step integration [s].  keep : steps from sample to sample.  count : samples after the first.
@@ -57,7 +57,7 @@ class Plan:
 
 def run(
     moving: Motion,
-    plan: Plan,
+    plan: RunPlan,
     state: Array,
     *,
     folder: Path | None = None,
@@ -91,13 +91,13 @@ def run(
     return out
 
 
-def _run_fingerprint(moving: Motion, plan: Plan, begin: Array) -> str:
+def _run_fingerprint(moving: Motion, plan: RunPlan, begin: Array) -> str:
     """Digest of the equation, the plan and the start (2, n): equal where the runs are, bit by bit."""
     numbers = [np.asarray(value) for value in moving.numbers]
     return fingerprint([*numbers, moving.shapes, begin, plan.step, plan.keep, plan.count, plan.method])
 
 
-def _pieces(moving: Motion, plan: Plan, out: Array, done: int, size: int) -> Iterator[int]:
+def _pieces(moving: Motion, plan: RunPlan, out: Array, done: int, size: int) -> Iterator[int]:
     """Fill in out (count + 1, 2, n) piece after piece of `size` samples; yields the samples done."""
     N = moving.numbers
     scale = modal_scale(moving) if plan.method != "rk4" else None

@@ -17,7 +17,7 @@ from .integrators import steps_for
 from .motion import Contact, Motion, from_modal
 from .outputs import flank_force, group_force, link_force, mesh_force
 from .program import phase_at, speed_at
-from .run import METHODS, Method, Plan, run
+from .run import METHODS, Method, RunPlan, run
 from .scenario import History, Scenario, scenario_motion
 from .start import at_equilibrium, at_rest
 
@@ -154,7 +154,7 @@ def _duration(
 
 def _planned(
     system: System, scenario: Scenario, contact: Contact, method: Method, fine: float, decimate: int
-) -> tuple[Motion, Plan]:
+) -> tuple[Motion, RunPlan]:
     """The motion and the plan of its run; samples every `fine` seconds or less, every `decimate`-th kept."""
     if method not in METHODS:
         raise ModelError("no such method", path="method", given=method, allowed=", ".join(METHODS))
@@ -172,7 +172,7 @@ def _planned(
     trial = scenario_motion(system, scenario, contact=contact, step=fine)
     steps = steps_for(trial, fine)
     moving = trial if scenario.step is None else scenario_motion(system, scenario, contact=contact, step=fine / steps)
-    return moving, Plan(method=method, step=fine / steps, keep=steps * decimate, count=count)
+    return moving, RunPlan(method=method, step=fine / steps, keep=steps * decimate, count=count)
 
 
 def _state(moving: Motion, start: object) -> Array:
@@ -203,7 +203,7 @@ def _state(moving: Motion, start: object) -> Array:
     return state
 
 
-def _labelled(moving: Motion, plan: Plan, found: Array, tone: float, options: dict[str, Any]) -> xr.Dataset:
+def _labelled(moving: Motion, plan: RunPlan, found: Array, tone: float, options: dict[str, Any]) -> xr.Dataset:
     """The labelled result of modal states (count + 1, 2, n); tone : of the first mesh at the operating speed [Hz]."""
     from ...results.dataset import dataset
 

@@ -11,11 +11,11 @@ import xarray as xr
 from .series import Array, compact, engineering, numbers, texts
 from .style import DASHES, INK, PALE, WARNING, figure, note
 
-__all__ = ["Crossing", "campbell", "crossings"]
+__all__ = ["ResonanceCrossing", "campbell", "crossings"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Crossing:
+class ResonanceCrossing:
     """A mesh order meets a natural frequency: relative speed, frequency [Hz], order, stage, mode (from 1)."""
 
     relative_speed: float
@@ -58,7 +58,7 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
     return drawn.update_layout(margin={"r": 110, "t": 84}, legend=legend)
 
 
-def crossings(data: xr.Dataset, *, orders: int = 3) -> list[Crossing]:
+def crossings(data: xr.Dataset, *, orders: int = 3) -> list[ResonanceCrossing]:
     """Where the rays of the mesh orders meet the natural frequencies, between speeds interpolated linearly."""
     speed, whirl, rays = _arrays(data)
     found = []
@@ -70,7 +70,9 @@ def crossings(data: xr.Dataset, *, orders: int = 3) -> list[Crossing]:
                     share = distance[at] / (distance[at] - distance[at + 1])
                     met = float(speed[at] + share * (speed[at + 1] - speed[at]))
                     hertz = float(whirl[at, mode] + share * (whirl[at + 1, mode] - whirl[at, mode]))
-                    found.append(Crossing(relative_speed=met, frequency=hertz, order=order, stage=stage, mode=mode + 1))
+                    found.append(
+                        ResonanceCrossing(relative_speed=met, frequency=hertz, order=order, stage=stage, mode=mode + 1)
+                    )
     return found
 
 
@@ -116,7 +118,7 @@ def _ray_names(drawn: go.Figure, rays: dict[str, Array], count: int, top: float)
                 taken.append(end)
 
 
-def _marks(found: list[Crossing]) -> go.Scatter:
+def _marks(found: list[ResonanceCrossing]) -> go.Scatter:
     words = [
         f"mode {one.mode} at {engineering(one.frequency)} Hz<br>{one.order}× {one.stage}"
         f"<br>{engineering(100 * one.relative_speed)} % of the operating speed"

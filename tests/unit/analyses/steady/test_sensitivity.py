@@ -21,7 +21,7 @@ from epicyclic.analyses.sensitivity.adjoint import (
 )
 from epicyclic.analyses.sensitivity.forces import force_derivatives
 from epicyclic.analyses.sensitivity.gradient import basis_of, gradient
-from epicyclic.analyses.sensitivity.numbers import Numbers, combined, numbers
+from epicyclic.analyses.sensitivity.numbers import SystemNumbers, combined, numbers
 from epicyclic.analyses.steady import balance
 from epicyclic.analyses.steady.kernel import product, truncated_product
 from epicyclic.analyses.steady.periodic import periodic
@@ -48,7 +48,7 @@ def system_of(case: Any, *, free: bool = False, tones: int = 1, shaft: bool = Tr
     return replace(pair, tones=(slow, fast), meshes=replace(pair.meshes, tone=np.array([1, 0])))
 
 
-def moved(system: System, change: Numbers, h: float) -> System:
+def moved(system: System, change: SystemNumbers, h: float) -> System:
     """The System with its numbers moved; frequencies, all alike, by a factor."""
     meshes = replace(
         system.meshes,
@@ -84,7 +84,7 @@ def rms(system: System) -> Array:
     return np.asarray(found.mesh_force_rms.values[:, 0])
 
 
-def _moved_rms(system: System, change: Numbers, h: float) -> Array:
+def _moved_rms(system: System, change: SystemNumbers, h: float) -> Array:
     return rms(moved(system, change, h))
 
 
@@ -94,12 +94,12 @@ def difference(answer: Callable[[float], Array], h: float = 1e-4) -> Array:
     return np.asarray((8 * near - far) / (12 * h))
 
 
-def zero_change(system: System) -> Numbers:
+def zero_change(system: System) -> SystemNumbers:
     """No change: a derivative to which single entries are given."""
     return combined([0.0], [numbers(system)])
 
 
-def one(system: System, name: str) -> Numbers:
+def one(system: System, name: str) -> SystemNumbers:
     """A change of one kind of number, of about its own size; matrices keep their symmetry."""
     draw = np.random.default_rng(5)
     blank = zero_change(system)
