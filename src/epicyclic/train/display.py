@@ -70,7 +70,7 @@ def _first(train: Train) -> str:
 
 def _number(value: float | Fraction | None) -> str:
     """Four digits; empty for what is not known or not finite."""
-    return f"{float(value):.4g}" if value is not None and math.isfinite(value) else ""
+    return f"{float(f'{float(value):.5g}'):.10g}" if value is not None and math.isfinite(value) else ""
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:

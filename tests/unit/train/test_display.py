@@ -61,7 +61,7 @@ def test_html_is_well_formed_and_complete(train: Train) -> None:
         if body.gear is not None:
             assert str(body.gear.teeth) in cells
     for rate in (train.kinematics.mesh_frequency or {}).values():
-        assert f"{float(rate):.4g}" in cells
+        assert f"{float(rate):.5g}" in cells
 
 
 def test_front_view_is_to_scale() -> None:
