@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Hashable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -34,7 +33,6 @@ def contact_steady(
     relative_speed: float = 1.0,
     shaft_orders: bool = True,
     shaft_tones: int | None = None,
-    slow_tones: int | None = None,
 ) -> xr.Dataset:
     """Steady response at one speed with flanks that only press: a motion on the torus of mesh and shaft phases.
 
@@ -48,7 +46,7 @@ def contact_steady(
     shaft_orders : whether run-outs and other lines between the mesh orders count.
     shaft_tones : how many frequencies of shafts are phases of the torus; None: those that make four phases with one
         mesh tone, three with two.  The others, the weakest, are superposed linearly: a warning names them and what
-        that leaves unbalanced.  slow_tones : its old name.
+        that leaves unbalanced.
 
     Returns
     -------
@@ -61,9 +59,6 @@ def contact_steady(
     """
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    if slow_tones is not None:
-        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=3)
-        shaft_tones = slow_tones
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     given = torus(response(system), shaft_orders=shaft_orders, most=shaft_tones)

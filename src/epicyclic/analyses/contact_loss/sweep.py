@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,10 +41,9 @@ def contact_sweep(
     relative_speed: ArrayLike | None = None,
     frame_speed: FrameSpeed = "kinematic",
     harmonics: int | None = None,
-    unstable: Unstable | Literal["tell"] = "replace",
+    unstable: Unstable = "replace",
     shaft_orders: bool = True,
     shaft_tones: int = 1,
-    slow_tones: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down reach them, and all branches.
@@ -61,12 +59,11 @@ def contact_sweep(
     unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
         ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
         the nearest motion, of stable ones if there are.  ``ignore``: as that, and stability is not computed.
-        ``tell`` is the old spelling of ``report``.
     shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
         begun at the motion reached; one that fails, and a motion that is not stable or not periodic, holds nan and says
         so.
     shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
-        Other lines are superposed, ``superposed_error`` says what that leaves.  slow_tones : its old name.
+        Other lines are superposed, ``superposed_error`` says what that leaves.
     progress : called with (points done, points); an exception in it ends the sweep.
 
     Returns
@@ -79,12 +76,6 @@ def contact_sweep(
     """
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
-    if slow_tones is not None:
-        warnings.warn("slow_tones is now shaft_tones", DeprecationWarning, stacklevel=3)
-        shaft_tones = slow_tones
-    if unstable == "tell":
-        warnings.warn("unstable='tell' is now 'report'", DeprecationWarning, stacklevel=3)
-        unstable = "report"
     if unstable not in _UNSTABLE:
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
     if not 0 <= shaft_tones <= 3:

@@ -225,5 +225,5 @@ def test_wrong_input_is_refused(made: Any, system: dict[str, Any], options: dict
 def test_the_old_spelling_of_report_is_understood(made: Any) -> None:
     system = spur_like(made)
     with pytest.warns(DeprecationWarning, match="report"):
-        old = contact_sweep(system, relative_speed=[0.75], unstable="tell")
+        old = epicyclic.sweep(system, contact_loss=True, relative_speed=[0.75], unstable="tell")
     xr.testing.assert_identical(old, contact_sweep(system, relative_speed=[0.75], unstable="report"))
