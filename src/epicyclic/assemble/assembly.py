@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -25,14 +24,13 @@ from ..system.inertia import (
     mass_diagonal,
     spin_up_load,
 )
-from ..system.laws.tabulated import TabulatedLaw
 from ..system.symmetry import commutes, reduced_operator, turn_operator
 from ..system.system import Dofs, FarFlanks, LinkRows, MeshRows, Symmetry, System
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Mesh
 from ..train.train import Train
 from .excitation import FullModel, excitation_lines
-from .gaps import idle_friction, law_groups
+from .gaps import flank_laws, idle_friction, law_groups, one_sided_flanks
 from .structure import Structure, structure_of
 
 __all__ = ["assemble"]
@@ -109,7 +107,7 @@ def assemble(train: Train) -> System:
         zeta=train.damping.modal,
         body_mass=mass,
         symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
-        warnings=(*train.warnings, *idle_friction(train)),
+        warnings=(*train.warnings, *idle_friction(train), *one_sided_flanks(train)),
         provenance=_provenance(train),
         missing_inertia=missing,
         groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
@@ -117,7 +115,7 @@ def assemble(train: Train) -> System:
         euler=T.T @ euler @ T,
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, _centres(train)) @ T,
         stage_turns=_stage_turns(train),
-        far=_far_flanks(structure, T) if structure.far_of.size else None,
+        far=_far_flanks(structure, T, meshes.tone) if structure.far_of.size else None,
     )
 
 
@@ -208,33 +206,8 @@ def _mesh_rows(train: Train, structure: Structure, T: Array, M: Array, tones: tu
         ends=tuple((m.a, m.b) for m in meshes),
         internal=tuple(m.internal for m in meshes),
         direction=np.array([m.direction for m in meshes]),
-        tables=_tables(structure),
+        laws=flank_laws(structure.meshes, np.array(tone, np.int64)),
     )
-
-
-def _tables(structure: Structure) -> tuple[TabulatedLaw, ...]:
-    """Laws of the rows of tabulated meshes, those of one table together; a slice has its share of the force."""
-    alike: dict[tuple[int, int], list[int]] = {}
-    count = Counter(row.whole for row in structure.meshes)
-    for i, row in enumerate(structure.meshes):
-        if row.mesh.table is not None:
-            alike.setdefault((id(row.mesh.table), count[row.whole]), []).append(i)
-    found = []
-    for (_, parts), rows in alike.items():
-        meshes = [structure.meshes[i].mesh for i in rows]
-        table = meshes[0].table
-        assert table is not None
-        found.append(
-            TabulatedLaw(
-                rows=np.array(rows, np.int64),
-                lead=np.array([float(mesh.lead) for mesh in meshes]),
-                sense=np.array([float(mesh.sense) for mesh in meshes]),
-                force=table.force / parts,
-                gap=table.gap,
-                slope=table.slope / parts,
-            )
-        )
-    return tuple(found)
 
 
 def _stage_turns(train: Train) -> dict[str, Fraction]:
@@ -245,18 +218,27 @@ def _stage_turns(train: Train) -> dict[str, Fraction]:
     return {stage: Fraction(turns.get(stage, 0)) / 60 for stage in train.planets}
 
 
-def _far_flanks(structure: Structure, T: Array) -> FarFlanks:
-    """Far flanks, those without mean load; T : (6 nb, n).
+def _far_flanks(structure: Structure, T: Array, tone: NDArray[np.int64]) -> FarFlanks:
+    """Far flanks, those without mean load; T : (6 nb, n), tone : (m,) of the mesh rows.
 
     Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `gears.phasing`: the contact of
-    the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Derived here.
+    the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Its table is that of the pair
+    at the mirrored phase.  Derived here.
     """
-    meshes = [structure.meshes[i].mesh for i in structure.far_of]
-    mirrored = [
-        replace(m, lead=(Phase.of(m.lead) - m.sense * (Phase.of(HALF) + m.tooth_shift)).value, sense=-m.sense)
-        for m in meshes
-    ]
-    return FarFlanks(mesh=structure.far_of, B=(structure.far @ T).T, variation=_variations(mirrored))
+    rows = [structure.meshes[i] for i in structure.far_of]
+    rows = [row._replace(mesh=_mirrored(row.mesh)) for row in rows]
+    return FarFlanks(
+        mesh=structure.far_of,
+        B=(structure.far @ T).T,
+        variation=_variations([row.mesh for row in rows]),
+        laws=flank_laws(rows, tone[structure.far_of], far=True),
+    )
+
+
+def _mirrored(mesh: Mesh) -> Mesh:
+    """The mesh with the phase of its far flank."""
+    lead = Phase.of(mesh.lead) - mesh.sense * (Phase.of(HALF) + mesh.tooth_shift)
+    return replace(mesh, lead=lead.value, sense=-mesh.sense)
 
 
 def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: Array, M: Array) -> Array:

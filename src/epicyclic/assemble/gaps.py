@@ -1,20 +1,25 @@
-"""Links with play, rolling elements or friction, as groups of rows with one law each (laws: `system.laws.groups`)."""
+"""Laws of gaps (`system.laws`): links with play, rolling elements or friction, and meshes of tabulated contact."""
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..system.laws.groups import Law, LawGroup
+from ..system.laws.flank import LawRows
+from ..system.laws.groups import LawGroup
+from ..system.laws.radial import Law
+from ..system.laws.tabulated import TabulatedLaw
 from ..train.bodies import DIRECTIONS
-from ..train.connections import Link
+from ..train.connections import Link, Mesh
 from ..train.train import Train
-from .structure import LinkRow
+from .structure import LinkRow, MeshRow
 
-__all__ = ["idle_friction", "law_groups"]
+__all__ = ["flank_laws", "idle_friction", "law_groups", "one_sided_flanks"]
 
 Array = NDArray[np.float64]
 
@@ -101,3 +106,55 @@ def _torque_through(link: Link, train: Train) -> float:
             parts += [-torque] * (bodies[tie.first] == member) + [torque] * (bodies[tie.second] == member)
     through = (sum(abs(part) for part in parts) + abs(sum(parts))) / 2
     return through / sum(name == member for name in bodies.values())
+
+
+# meshes ---------------------------------------------------------------------------------------------------------------
+
+
+def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = False) -> tuple[LawRows, ...]:
+    """Laws of the tabulated ones of some mesh rows (c,), those of one table together; a slice has its share of force.
+
+    tone : (c,) of each row.  far : of far flanks, whose gap holds no error of the linear model; a table whose teeth
+    have no other flank of that form is left to the linear law.
+    """
+    alike: dict[tuple[int, int], list[int]] = {}
+    count = Counter(row.whole for row in rows)
+    for i, row in enumerate(rows):
+        if row.mesh.table is not None and not (far and _one_sided(row.mesh)):
+            alike.setdefault((id(row.mesh.table), count[row.whole]), []).append(i)
+    found = []
+    for (_, parts), places in alike.items():
+        table = rows[places[0]].mesh.table
+        assert table is not None
+        index = np.array(places, np.int64)
+        law = TabulatedLaw(
+            tone=tone[index],
+            lead=np.array([float(rows[i].mesh.lead) for i in places]),
+            sense=np.array([float(rows[i].mesh.sense) for i in places]),
+            force=table.force / parts,
+            gap=table.approach if far else table.gap,
+            slope=table.slope / parts,
+        )
+        found.append(LawRows(law=law, rows=index))
+    return tuple(found)
+
+
+def _one_sided(mesh: Mesh) -> bool:
+    """Whether the far flank of a mesh cannot have the form of the loaded one: a slope, waves or pitches have a hand."""
+    teeth = mesh.teeth
+    return teeth is not None and any(
+        flank.slope != 0 or bool(flank.waves) or bool(flank.pitch) for flank in (teeth.flank_a, teeth.flank_b)
+    )
+
+
+def one_sided_flanks(train: Train) -> list[str]:
+    """A warning for every pair whose far flank is linear because its teeth have no other flank of one form."""
+    pairs = dict.fromkeys(
+        mesh.pair
+        for mesh in train.meshes
+        if mesh.table is not None and math.isfinite(mesh.backlash) and _one_sided(mesh)
+    )
+    return [
+        f"{pair}: slope, waves or pitch deviations are of the loaded flank; its far flank is a linear spring"
+        for pair in pairs
+    ]

@@ -65,6 +65,14 @@ class ContactTable:
     gap: Array
     slope: Array
 
+    @property
+    def approach(self) -> Array:
+        """d (S, L) [m]: the gap without the error of the linear model taken off."""
+        S = len(self.gap)
+        wave = np.exp(2j * np.pi * np.outer(np.arange(S) / S, np.arange(len(self.error))))
+        approach: Array = self.gap + (wave @ self.error).real[:, None]
+        return approach
+
     def __repr__(self) -> str:
         """One line: size of the table, operating load and mean tangent."""
         phases, loads = self.gap.shape

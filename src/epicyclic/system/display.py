@@ -42,7 +42,7 @@ def _facts(system: System) -> list[tuple[str, str]]:
         ("mesh rows", f"{len(meshes.name)}" + (f", {cut} of them slices" if cut else "")),
         ("mean mesh stiffness [N/m]", _range(meshes.stiffness)),
         ("far flanks", str(len(system.far.mesh)) if system.far is not None else "none"),
-        ("tabulated laws", f"{sum(len(table.rows) for table in meshes.tables)} rows" if meshes.tables else ""),
+        ("meshes with a law", f"{sum(len(part.rows) for part in meshes.laws)} rows" if meshes.laws else ""),
         ("linear link rows", str(len(system.links.name))),
         ("links with a law", ", ".join(f"{count} {kind}" for kind, count in laws.items()) or "none"),
         ("mesh frequencies [Hz]", ", ".join(f"{float(tone):.5g}" for tone in system.tones) or "no speed given"),

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from .display import damping_text, system_html
+from .laws.flank import LawRows
 from .laws.groups import LawGroup, Laws, stacked
-from .laws.tabulated import TabulatedLaw
 
 __all__ = ["Dofs", "FarFlanks", "Line", "LinkRows", "MeshRows", "Symmetry", "System"]
 
@@ -63,8 +63,8 @@ class MeshRows:
         k_m(t) = stiffness (1 + Re sum_l variation[m, l-1] exp(2 pi i l f t)).
     tone : (m,) index into System.tones.  damping : (m,) [N s/m].  backlash : (m,) [m].
     cos_base_helix : (m,) transverse = normal * cos_base_helix for forces.
-    tables : laws of rows whose force over the gap is tabulated; stiffness and variation are their tangents at the
-        operating load, which linear analyses use.
+    laws : of the rows that are not linear; stiffness and variation are their tangents at the operating load, which
+        linear analyses use (`analyses.static.tangent`).  All rows with their laws: `system.gaps.flanks`.
     """
 
     name: tuple[str, ...]
@@ -83,7 +83,7 @@ class MeshRows:
     ends: tuple[tuple[str, str], ...] = ()
     internal: tuple[bool, ...] = ()
     direction: Array = field(default_factory=lambda: np.zeros(0))
-    tables: tuple[TabulatedLaw, ...] = ()
+    laws: tuple[LawRows, ...] = ()
 
     def __repr__(self) -> str:
         """One line: number of rows, range of the mean stiffness, orders of its variation."""
@@ -98,11 +98,13 @@ class FarFlanks:
     A far flank presses where B^T q - backlash - e > 0; stiffness, damping, backlash and tone are those of its mesh.
 
     mesh : (c,) which mesh row it belongs to.  B : (n, c).  variation : (c, L) complex, as of `MeshRows`.
+    laws : of the rows that are not linear, their numbers among the c.
     """
 
     mesh: NDArray[np.int64]
     B: Array
     variation: ComplexArray
+    laws: tuple[LawRows, ...] = ()
 
     def __repr__(self) -> str:
         """One line: number of rows."""

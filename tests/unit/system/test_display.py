@@ -37,10 +37,10 @@ def test_laws_are_counted() -> None:
     }
     system = epicyclic.assemble(epicyclic.load("ren2021", overrides=overrides))
     assert repr(system.groups[0]).startswith("LawGroup('main/sun/support', play, 2 rows")
-    assert repr(system.meshes.tables[0]).startswith("TabulatedLaw(3 rows, 50 phases x 21 loads")
+    assert repr(system.meshes.laws[0].law).startswith("TabulatedLaw(3 rows, 50 phases x 21 loads")
     cells = [cell.text for cell in ElementTree.fromstring(system._repr_html_()).iter("td")]
     assert cells[cells.index("links with a law") + 1] == "1 play"
-    assert cells[cells.index("tabulated laws") + 1] == "6 rows"
+    assert cells[cells.index("meshes with a law") + 1] == "6 rows"
 
 
 def test_html_is_well_formed_and_complete(system: System) -> None:

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from epicyclic.system.laws import groups as laws
-from epicyclic.system.laws.groups import STATES, Law, LawGroup, Laws, stacked
+from epicyclic.system.laws.groups import STATES, LawGroup, Laws, stacked
+from epicyclic.system.laws.radial import Law
 
 Array = NDArray[np.float64]
 K, CLEARANCE, FRICTION = 1e7, 2e-5, 60.0
@@ -36,9 +36,9 @@ def places(rng: np.random.Generator, count: int, rows: int) -> Array:
 
 def anchors(rng: np.random.Generator, count: int, many: Laws) -> Array:
     """Sliders inside the clearance, a third of them at the stop."""
-    found = rng.normal(size=(count, many.owner.size))
-    reach = np.where(rng.random((count, many.first.size)) < 1 / 3, 1.0, rng.random((count, many.first.size)))
-    result: Array = found * laws.row_owner(many, reach * CLEARANCE / laws.size(many, found))
+    found = rng.normal(size=(count, many.rows.owner.size))
+    reach = np.where(rng.random((count, many.rows.first.size)) < 1 / 3, 1.0, rng.random((count, many.rows.first.size)))
+    result: Array = found * many.rows.spread(reach * CLEARANCE / many.rows.size(found))
     return result
 
 
@@ -47,14 +47,14 @@ def anchors(rng: np.random.Generator, count: int, many: Laws) -> Array:
 def test_force_is_the_slope_of_the_potential_and_tangent_that_of_the_force(law: Law, rows: int) -> None:
     rng = np.random.default_rng(2)
     many = groups((law, rows), (PLAY, 2), (law, rows))
-    delta, anchor = places(rng, 400, many.owner.size), anchors(rng, 400, many)
-    force, tangent = laws.force(many, delta, anchor), laws.tangent(many, delta, anchor)
+    delta, anchor = places(rng, 400, many.rows.owner.size), anchors(rng, 400, many)
+    force, tangent = many.force(delta, anchor), many.tangent(delta, anchor)
     h = 1e-11
-    for j, step in enumerate(h * np.eye(many.owner.size)):
-        energy = laws.potential(many, delta + step, anchor) - laws.potential(many, delta - step, anchor)
+    for j, step in enumerate(h * np.eye(many.rows.owner.size)):
+        energy = many.potential(delta + step, anchor) - many.potential(delta - step, anchor)
         # second order of h = 1e-11 on 1e-6 m, and 1e-16 of 1e-2 J over h
         np.testing.assert_allclose(energy.sum(axis=1) / (2 * h), force[:, j], rtol=1e-5, atol=1e-3)
-        slope = (laws.force(many, delta + step, anchor) - laws.force(many, delta - step, anchor)) / (2 * h)
+        slope = (many.force(delta + step, anchor) - many.force(delta - step, anchor)) / (2 * h)
         np.testing.assert_allclose(slope, tangent[:, :, j], atol=1e-4 * np.abs(tangent).max())
     np.testing.assert_allclose(tangent, np.swapaxes(tangent, 1, 2), atol=1e-9 * K)
 
@@ -64,8 +64,8 @@ def test_potential_is_convex(law: Law) -> None:
     rng = np.random.default_rng(4)
     many = groups((law, 2))
     a, b, anchor = places(rng, 500, 2), places(rng, 500, 2), anchors(rng, 500, many)
-    middle = laws.potential(many, (a + b) / 2, anchor)
-    ends = (laws.potential(many, a, anchor) + laws.potential(many, b, anchor)) / 2
+    middle = many.potential((a + b) / 2, anchor)
+    ends = (many.potential(a, anchor) + many.potential(b, anchor)) / 2
     assert np.all(middle <= ends + 1e-18)  # rounding of 1e-2 J
 
 
@@ -80,11 +80,11 @@ def test_radial_pieces_of_the_spline() -> None:
     ):
         delta = rho * np.array([0.6, -0.8])
         # a product of three numbers
-        np.testing.assert_allclose(laws.force(many, delta), expected * np.array([0.6, -0.8]), rtol=1e-13)
-        assert STATES[int(laws.state(many, delta)[0])] == state
+        np.testing.assert_allclose(many.force(delta), expected * np.array([0.6, -0.8]), rtol=1e-13)
+        assert STATES[int(many.state(delta)[0])] == state
     for law in (PLAY, ROLLING):
-        assert STATES[int(laws.state(groups((law, 2)), np.array([1e-5, 0.0]))[0])] == "play"
-        assert not laws.force(groups((law, 2)), np.array([1e-5, 1e-5])).any()
+        assert STATES[int(groups((law, 2)).state(np.array([1e-5, 0.0]))[0])] == "play"
+        assert not groups((law, 2)).force(np.array([1e-5, 1e-5])).any()
 
 
 @given(st.floats(1.0, 3.0), st.floats(1.0, 1e6), st.floats(1e5, 1e10))
@@ -95,19 +95,19 @@ def test_stiffness_is_the_tangent_at_the_load(exponent: float, load: float, stif
     stretch = delta[0] - 1e-5
     # where the stretch is small beside the clearance its difference has lost digits
     lost = 1e-12 + 4e-16 * exponent * 1e-5 / stretch
-    np.testing.assert_allclose(laws.force(many, delta), [load], rtol=lost)
-    np.testing.assert_allclose(laws.tangent(many, delta), [[stiffness]], rtol=lost)
+    np.testing.assert_allclose(many.force(delta), [load], rtol=lost)
+    np.testing.assert_allclose(many.tangent(delta), [[stiffness]], rtol=lost)
 
 
 def test_limits_of_friction() -> None:
     """None: play; without end: the spring alone."""
     delta = places(np.random.default_rng(6), 50, 2)
     none = groups((Law(stiffness=K, clearance=CLEARANCE, friction=1e-12), 2))
-    np.testing.assert_allclose(laws.force(none, delta), laws.force(groups((PLAY, 2)), delta), atol=2e-12)
+    np.testing.assert_allclose(none.force(delta), groups((PLAY, 2)).force(delta), atol=2e-12)
     endless = groups((Law(stiffness=K, clearance=CLEARANCE, friction=np.inf), 2))
-    np.testing.assert_allclose(laws.force(endless, delta), K * delta, rtol=1e-15)
-    np.testing.assert_allclose(laws.tangent(endless, delta), np.tile(K * np.eye(2), (50, 1, 1)), atol=1e-8 * K)
-    assert np.all(np.isfinite(laws.potential(endless, delta)))
+    np.testing.assert_allclose(endless.force(delta), K * delta, rtol=1e-15)
+    np.testing.assert_allclose(endless.tangent(delta), np.tile(K * np.eye(2), (50, 1, 1)), atol=1e-8 * K)
+    assert np.all(np.isfinite(endless.potential(delta)))
 
 
 @pytest.mark.parametrize("rows", [1, 2])
@@ -115,8 +115,8 @@ def test_slider_is_where_its_energy_is_least(rows: int) -> None:
     rng = np.random.default_rng(8)
     many = groups((COULOMB, rows))
     delta, anchor = places(rng, 2000, rows), anchors(rng, 2000, many)
-    slider = laws.slide(many, delta, anchor)
-    assert np.all(laws.size(many, slider) <= CLEARANCE * (1 + 2e-12))
+    slider = many.slide(delta, anchor)
+    assert np.all(many.rows.size(slider) <= CLEARANCE * (1 + 2e-12))
 
     def energy(s: Array) -> Array:
         spring = K / 2 * np.sum((delta - s) ** 2, axis=1)
@@ -126,7 +126,7 @@ def test_slider_is_where_its_energy_is_least(rows: int) -> None:
         trial = slider + rng.normal(size=slider.shape) * 10 ** rng.uniform(-12, -5, size=(2000, 1))
         trial *= np.minimum(1.0, CLEARANCE / np.linalg.norm(trial, axis=1))[:, None]
         assert np.all(energy(slider) <= energy(trial) * (1 + 1e-13))  # rounding of the sums
-    states = set(laws.state(many, delta, anchor).ravel().tolist())
+    states = set(many.state(delta, anchor).ravel().tolist())
     assert states == {1, 2, 3}  # stick, slip and stop all occur
 
 
@@ -135,12 +135,12 @@ def test_coulomb_follows_the_radial_law_on_the_way_out_and_sticks_on_the_way_bac
     way = np.outer(np.linspace(0, 4e-5, 41), [0.6, 0.8])
     slider = np.zeros(2)
     for here in way[1:]:
-        np.testing.assert_allclose(laws.force(many, here, slider), laws.force(plain, here), atol=1e-9 * FRICTION)
-        slider = laws.slide(many, here, slider)
+        np.testing.assert_allclose(many.force(here, slider), plain.force(here), atol=1e-9 * FRICTION)
+        slider = many.slide(here, slider)
     back = way[-1] - 1e-6 * np.array([0.6, 0.8])
-    pulled = laws.force(plain, way[-1]) - K * 1e-6 * np.array([0.6, 0.8])
-    np.testing.assert_allclose(laws.force(many, back, slider), pulled, rtol=1e-12)
-    home = laws.force(many, np.zeros(2), slider)
+    pulled = plain.force(way[-1]) - K * 1e-6 * np.array([0.6, 0.8])
+    np.testing.assert_allclose(many.force(back, slider), pulled, rtol=1e-12)
+    home = many.force(np.zeros(2), slider)
     np.testing.assert_allclose(np.linalg.norm(home), FRICTION, rtol=1e-12)  # held back by friction where the law has 0
 
 

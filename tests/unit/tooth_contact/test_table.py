@@ -13,7 +13,7 @@ from epicyclic.errors import ModelError
 from epicyclic.gears.flank import Flank, Relief
 from epicyclic.gears.series import evaluate_series
 from epicyclic.resolve import load
-from epicyclic.system.laws.tabulated import Curves, TabulatedLaw, curves_at
+from epicyclic.system.laws.tabulated import TabulatedAt, TabulatedLaw
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.tooth_contact.pair import ContactPair
 from epicyclic.tooth_contact.table import contact_table
@@ -28,19 +28,17 @@ def pair(pair_of: Callable[..., ContactPair]) -> ContactPair:
     return pair_of(helix=18.0, flank_a=RELIEF, flank_b=Flank(crown=3e-6), slices=20)
 
 
-def curves(pair: ContactPair, sigma: Any, samples: int = 50) -> tuple[Any, Curves]:
+def curves(pair: ContactPair, sigma: Any, samples: int = 50) -> tuple[Any, TabulatedAt]:
     table = contact_table(pair, LOAD, samples=samples)
     law = TabulatedLaw(
-        rows=np.arange(1),
+        tone=np.zeros(1, np.int64),
         lead=np.zeros(1),
         sense=np.ones(1),
         force=table.force,
         gap=table.gap,
         slope=table.slope,
     )
-    found = curves_at([law], np.asarray(sigma, dtype=float)[:, None])
-    assert found is not None
-    return table, found
+    return table, law.at(np.asarray(sigma, dtype=float)[:, None])
 
 
 def test_the_linear_model_has_tangent_and_transmission_error_of_the_load(pair: ContactPair) -> None:

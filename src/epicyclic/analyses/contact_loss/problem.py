@@ -8,7 +8,7 @@ with w = s a . w_tone.  The force f is sampled over a grid of the tone phases an
 krack2019], with several incommensurate tones over the torus of their phases [lau1983].  No matrix is assembled: a
 Jacobian-vector product is the same operation with the tangents of f.
 
-Flanks: every mesh row on its loaded flank, and on its far flank where the backlash is finite.  All follow one law,
+ModalFlanks: every mesh row on its loaded flank, and on its far flank where the backlash is finite.  All follow one law,
 f = k(theta) delta + c delta' where delta > 0, else nothing [kahraman1990].  The mean system holds k0 and c of the
 loaded flanks.  A far flank is a row of its own, because its normal is not the opposite of the loaded one, and is open
 by the backlash (docs/conventions.md).
@@ -35,7 +35,7 @@ from ..steady.response import FrameSpeed, Response
 from .transforms import Transforms, grid
 
 __all__ = [
-    "Flanks",
+    "ModalFlanks",
     "PlacedLine",
     "Problem",
     "Size",
@@ -71,7 +71,7 @@ _SAMPLES = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Flanks:
+class ModalFlanks:
     """R flanks: the loaded ones of the m mesh rows, then the far ones.
 
     gaps, pulls : (R, n) as of `Modal`.  linear, drag : (R,) stiffness [N/m] and damping [N s/m] in the mean system.
@@ -93,14 +93,14 @@ class Flanks:
     opening: Array
 
 
-def flanks(ready: Response) -> Flanks:
+def flanks(ready: Response) -> ModalFlanks:
     """The R flanks of a System ready for its response."""
     modal, meshes, far = ready.modal, ready.system.meshes, ready.system.far_flanks
     m, own = len(meshes.name), far.mesh
     gaps, pulls = far.B.T @ modal.shapes, (modal.forces @ far.B).T
     gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
     nothing = np.zeros(own.size)
-    return Flanks(
+    return ModalFlanks(
         gaps=np.concatenate([modal.gaps, gaps]),
         pulls=np.concatenate([modal.pulls, pulls]),
         linear=np.concatenate([meshes.stiffness, nothing]),
@@ -175,7 +175,7 @@ class Problem:
     """
 
     modal: Modal
-    flanks: Flanks
+    flanks: ModalFlanks
     face: Faces
     grid: Transforms
     omega: Array
@@ -308,7 +308,7 @@ def problem(
     )
 
 
-def _stiffness(flank: Flanks, phases: Array) -> Array:
+def _stiffness(flank: ModalFlanks, phases: Array) -> Array:
     """Stiffness of every flank (N, R) [N/m] at phases (N, D) of the tones [cycles]."""
     result = np.empty((len(phases), flank.mesh.size))
     orders = np.arange(1, flank.variation.shape[1] + 1)
@@ -319,7 +319,7 @@ def _stiffness(flank: Flanks, phases: Array) -> Array:
     return result
 
 
-def _excitation(ready: Response, points: Index, flank: Flanks, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
+def _excitation(ready: Response, points: Index, flank: ModalFlanks, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
     """Errors of the flanks (2 J, R) [m] and external modal forces (3, 2, J, n) at points (J, D)."""
     system, place = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
     error = np.zeros((len(points), flank.mesh.size), complex)
@@ -363,7 +363,7 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
 def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     """The Jacobian of the residual as an operator on steps (2, J, n) -> (2, J, n) [knoll2004].
 
-    Flanks that add nothing to it are left out of the transforms.
+    ModalFlanks that add nothing to it are left out of the transforms.
     """
     flank, w = given.flanks, at.speed * given.omega
     tangent, drag = np.where(at.touching, given.stiffness, 0.0) - flank.linear, None
@@ -477,7 +477,7 @@ def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
 
 
 def _reaching(opened: Array) -> NDArray[np.bool_]:
-    """Flanks (R,) whose delta, of rows (2 J, R), can rise above 0 at all: its mean and all amplitudes."""
+    """ModalFlanks (R,) whose delta, of rows (2 J, R), can rise above 0 at all: its mean and all amplitudes."""
     J = len(opened) // 2
     reach: Array = opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0)
     return reach > 0

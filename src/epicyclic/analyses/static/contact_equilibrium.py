@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.laws import groups as law
 from ...system.laws.face import ROWS, FaceContact, FaceForce
 from ...system.system import Array, System
 from .equilibrium import Compliance
@@ -145,10 +144,10 @@ def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Seque
     residual = elastic + pull - load
     if system.groups:
         stretch = q @ system.group_rows - gap[:, m:]
-        resisting = law.force(laws, stretch)
+        resisting = laws.force(stretch)
         residual = residual + resisting @ system.group_rows.T
         sizes += np.abs(resisting) @ np.abs(system.group_rows.T)
-        energy = energy + law.potential(laws, stretch).sum(axis=1)
+        energy = energy + laws.potential(stretch).sum(axis=1)
     return _Point(
         q=q,
         rows=rows,
@@ -186,7 +185,7 @@ def _newton_steps(problem: ContactProblem, point: _Point, todo: Index, scale: Ar
     if system.groups:
         stretch = point.q[todo] @ system.group_rows - problem.gap[todo][:, B.shape[1] :]
         groups = system.group_rows
-        matrix += groups @ law.tangent(system.laws, stretch) @ groups.T
+        matrix += groups @ system.laws.tangent(stretch) @ groups.T
         matrix += _OPEN * (groups * system.laws.row_stiffness) @ groups.T
     scaled = scale[:, None] * matrix * scale + free @ free.T
     step = np.linalg.solve(scaled, (scale * point.residual[todo])[:, :, None])[:, :, 0]
@@ -264,7 +263,7 @@ def _result(problem: ContactProblem, point: _Point, steps: Index) -> ContactEqui
         row_force=force,
         approach=point.rows,
         states=tuple(found.state for found in point.contact_states),
-        group_force=law.force(system.laws, stretch) if system.groups else stretch,
+        group_force=system.laws.force(stretch) if system.groups else stretch,
         group_stretch=stretch,
         steps=steps,
         force_residual=point.force_residual * _TOLERANCE,

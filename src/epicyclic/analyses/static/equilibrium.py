@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.laws import groups as law
-from ...system.laws.groups import Laws
-from ...system.laws.tabulated import Curves
+from ...system.gaps import FlanksAt
+from ...system.laws.groups import Laws, stacked
+from ...system.laws.linear import LinearAt
 from ...system.system import Array, System
 from .line_search import line_minimum
 
@@ -94,57 +94,40 @@ class Equilibrium:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Rows:
-    """Laws of the rows at T instants: mesh stiffness k (T, m) [N/m], errors (T, M) [m], laws and sliders (T, R) [m].
+    """Laws of the rows at T instants: m flanks, errors (T, M) [m], laws and sliders (T, R) [m] of groups."""
 
-    curves : of the meshes that are tabulated, in place of their k.
-    """
-
-    k: Array
+    flanks: FlanksAt
     gap: Array
     laws: Laws
     anchor: Array | None
-    curves: Curves | None = None
 
     def at(self, chosen: np.ndarray) -> _Rows:
         """The same at the instants `chosen` (t,)."""
         anchor = None if self.anchor is None else self.anchor[chosen]
-        curves = None if self.curves is None else self.curves.at(chosen)
-        return _Rows(k=self.k[chosen], gap=self.gap[chosen], laws=self.laws, anchor=anchor, curves=curves)
-
-    def contact(self, opening: Array) -> tuple[Array, Array]:
-        """Force [N] and tangent [N/m] of the meshes at gaps (T, m) [m]."""
-        force, tangent = self.k * np.maximum(opening, 0.0), np.where(opening > 0, self.k, 0.0)
-        if self.curves is not None:
-            mine = self.curves.rows
-            force[:, mine], tangent[:, mine] = self.curves.evaluate(opening[:, mine])
-        return force, tangent
+        return _Rows(flanks=self.flanks.instants(chosen), gap=self.gap[chosen], laws=self.laws, anchor=anchor)
 
     @property
-    def stiffest(self) -> Array:
-        """Tangent of the meshes far closed, (T, m) [N/m]."""
-        if self.curves is None:
-            return self.k
-        final = self.k.copy()
-        final[:, self.curves.rows] = self.curves.slope[:, :, -1]
-        return final
+    def m(self) -> int:
+        """Number of flanks."""
+        return self.flanks.count
 
     def force(self, approach: Array) -> Array:
         """Force of every row at B'q, (T, M) [N]."""
-        opening, m = approach - self.gap, self.k.shape[1]
-        contact, _ = self.contact(opening[:, :m])
+        opening, m = approach - self.gap, self.m
+        contact, _ = self.flanks.evaluate(opening[:, :m])
         if opening.shape[1] == m:
             return contact
-        return np.hstack([contact, law.force(self.laws, opening[:, m:], self.anchor)])
+        return np.hstack([contact, self.laws.force(opening[:, m:], self.anchor)])
 
     def newton(self, approach: Array, k0: Array, S: Array) -> Array:
         """Derivative of the residual by the pull, 1 - (k0 - tangent) S, (T, M, M)."""
-        opening, m = approach - self.gap, self.k.shape[1]
+        opening, m = approach - self.gap, self.m
         soft = np.tile(k0, (len(opening), 1))
-        soft[:, :m] -= np.maximum(self.contact(opening[:, :m])[1], _OPEN * k0[:m])
+        soft[:, :m] -= np.maximum(self.flanks.evaluate(opening[:, :m])[1], _OPEN * k0[:m])
         soft[:, m:] *= 1.0 - _FLOATING
         matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
         if opening.shape[1] > m:
-            matrix[:, m:] += law.tangent(self.laws, opening[:, m:], self.anchor) @ S[m:]
+            matrix[:, m:] += self.laws.tangent(opening[:, m:], self.anchor) @ S[m:]
         return matrix
 
     def kinks(self, opening: Array, closing: Array) -> Array:
@@ -152,13 +135,13 @@ class _Rows:
 
         M) [m].
         """
-        m = self.k.shape[1]
-        touch = np.zeros_like(self.k)
-        if self.curves is not None:
-            touch[:, self.curves.rows] = self.curves.gap[:, :, 0]
+        m = self.m
+        step = closing[:, :m, None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            meshes = np.where(closing[:, :m] != 0, (touch - opening[:, :m]) / closing[:, :m], -1.0)
-        return np.hstack([meshes, law.kinks(self.laws, opening[:, m:], closing[:, m:], self.anchor)])
+            meshes = np.where(step != 0, (self.flanks.kinks - opening[:, :m, None]) / step, -1.0)
+        return np.hstack(
+            [meshes.reshape(len(meshes), -1), self.laws.kinks(opening[:, m:], closing[:, m:], self.anchor)]
+        )
 
 
 def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
@@ -242,7 +225,7 @@ def equilibrium(
     stiffness: Array,
     gap: Array,
     force: Array,
-    curves: Curves | None = None,
+    flanks: FlanksAt | None = None,
     laws: Laws | None = None,
     anchor: Array | None = None,
     start: Array | None = None,
@@ -254,7 +237,7 @@ def equilibrium(
     Parameters
     ----------
     stiffness : (T, m) k of the meshes [N/m].  gap : (T, M) e of meshes and rows of groups [m].
-    force : (T, n) load [N, N m].  curves : of the tabulated meshes, in place of their stiffness.
+    force : (T, n) load [N, N m].  flanks : laws of the meshes; None: linear with their stiffness.
     laws : of the groups, where there are any.  anchor : (T, R) sliders before this step, for laws with a memory [m];
         without it they follow the radial law.
     start : (T, M) approach B'q to start from [m]; all rows closed where None.
@@ -266,8 +249,12 @@ def equilibrium(
     ConvergenceError : not converged in `max_iterations`.
     """
     k0, S = flexible.stiffness, flexible.to_mesh
-    laws = law.stacked(()) if laws is None else laws
-    rows = _Rows(k=stiffness, gap=gap, laws=laws, anchor=anchor, curves=curves)
+    laws = stacked(()) if laws is None else laws
+    if flanks is None:
+        flanks = FlanksAt(
+            parts=((LinearAt(stiffness=stiffness), slice(0, stiffness.shape[1])),), count=stiffness.shape[1]
+        )
+    rows = _Rows(flanks=flanks, gap=gap, laws=laws, anchor=anchor)
     free_gap = force @ flexible.gap_of_force.T
     if start is None:
         nominal = np.tile(k0, (len(gap), 1))
@@ -337,8 +324,8 @@ def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approac
     rest = np.sum(closing * (residual - rows.force(approach)), axis=1)
     curvature = np.sum(closing * (direction - k0 * closing), axis=1)
     start = np.sum(closing * residual, axis=1)
-    m = rows.k.shape[1]
-    final = curvature + np.sum(rows.stiffest * np.maximum(closing[:, :m], 0.0) ** 2, axis=1)
+    m = rows.m
+    final = curvature + np.sum(k0[:m] * np.maximum(closing[:, :m], 0.0) ** 2, axis=1)
     final += np.sum(k0[m:] * closing[:, m:] ** 2, axis=1)
     if np.any((final <= _FLAT * np.sum(k0 * closing**2, axis=1)) & (_far_slope(rest, closing, approach, rows) < 0)):
         raise ModelError(
@@ -366,7 +353,7 @@ def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approac
 
 def _far_slope(rest: Array, closing: Array, approach: Array, rows: _Rows) -> Array:
     """Slope (T,) [N m] of the energy behind the last kink of the meshes, in a direction of no final stiffness."""
-    kinks = rows.kinks(approach - rows.gap, closing)[:, : rows.k.shape[1]]
+    kinks = rows.kinks(approach - rows.gap, closing)[:, : rows.m]
     last = np.max(np.where(np.isfinite(kinks), kinks, 0.0), axis=1, initial=0.0)
     slope: Array = rest + np.sum(closing * rows.force(approach + last[:, None] * closing), axis=1)
     return slope
@@ -376,7 +363,7 @@ def _result(
     flexible: Compliance, pull: Array, free_gap: Array, rows: _Rows, force: Array, iterations: np.ndarray
 ) -> Equilibrium:
     """The state at pulls (T, M) [N] that solve the condensed problem, expanded to all coordinates."""
-    approach, m = free_gap + pull @ flexible.to_mesh, rows.k.shape[1]
+    approach, m = free_gap + pull @ flexible.to_mesh, rows.m
     contact = rows.force(approach)
     return Equilibrium(
         displacement=force @ flexible.inverse + pull @ flexible.to_body.T,

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
-from ...system.laws import groups as law
 from ...system.laws.groups import Laws
 from ...system.system import Array, System
 from .equilibrium import Compliance, Equilibrium, equilibrium, require_balance
@@ -88,7 +87,7 @@ def _equilibrium(
         stiffness=here.stiffness,
         gap=here.gap,
         force=here.force,
-        curves=here.curves,
+        flanks=here.flanks,
         laws=laws,
         anchor=anchor,
         start=start,
@@ -112,9 +111,9 @@ def _slider_history(system: System, flexible: Compliance, record: Record) -> tup
     here = _balanced_excitation(system, flexible, record, np.arange(-total, total, dtype=np.int64))
     parts = min(_PARTS, 2 * total)
     length = -(-2 * total // parts)
-    anchors = np.zeros((2 * total, laws.owner.size))
+    anchors = np.zeros((2 * total, laws.rows.owner.size))
     approach = np.zeros((2 * total, len(flexible.stiffness)))
-    begin = np.zeros((parts, laws.owner.size))
+    begin = np.zeros((parts, laws.rows.owner.size))
     todo = np.arange(parts)
     tolerance = _SLIDER_TOLERANCE * float(np.min(laws.slip_start[laws.memory]))
     for _ in range(parts + 1):
@@ -153,6 +152,6 @@ def _step_parts(
         before = slider[inside]
         state = _equilibrium(flexible, now, laws, anchor=before, start=None if start is None else start[: index.size])
         anchors[index], approach[index] = before, state.approach
-        slider[inside] = law.slide(laws, state.group_stretch, before)
+        slider[inside] = laws.slide(state.group_stretch, before)
         start = state.approach
     return slider

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.faces import faces
-from ...system.laws.tabulated import Curves, curves_at
+from ...system.gaps import FlanksAt, flanks
+from ...system.laws.linear import LinearLaw
 from ...system.system import Array, ComplexArray, Line, MeshRows, System
 
 __all__ = [
@@ -38,8 +39,6 @@ MeshGroup = NDArray[np.int64]
 
 # The product of two numbers below this stays exact in int64.
 _EXACT_PRODUCT = 2**31
-# Least stiffness of a closed mesh per its mean: a truncated series may dip below zero where the true one is small.
-_LEAST_STIFFNESS = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,14 +47,14 @@ class RecordExcitation:
 
     stiffness : (T, m) of the meshes [N/m].  gap : (T, m + R) errors of the meshes and the rows of groups [m].
     link_gap : (T, p) of the linear links [m, rad].  force : (T, n) generalised force at rest [N, N m].
-    curves : laws of the tabulated meshes.
+    flanks : laws of the meshes; None: linear.
     """
 
     stiffness: Array
     gap: Array
     link_gap: Array
     force: Array
-    curves: Curves | None = None
+    flanks: FlanksAt | None = None
 
     def at(self, chosen: NDArray[np.int64]) -> RecordExcitation:
         """The same at the instants `chosen` (t,)."""
@@ -64,7 +63,7 @@ class RecordExcitation:
             gap=self.gap[chosen],
             link_gap=self.link_gap[chosen],
             force=self.force[chosen],
-            curves=None if self.curves is None else self.curves.at(chosen),
+            flanks=None if self.flanks is None else self.flanks.instants(chosen),
         )
 
 
@@ -223,28 +222,20 @@ def hunting_cycles(ratios: Iterable[Fraction]) -> int:
 
 def mesh_stiffness(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
     """k_m at instants index / (samples tone), (T, m) [N/m], positive."""
-    ratios = [other / tone for other in system.tones] or [Fraction(1)]
-    return stiffness_at(system, np.array([turn_fraction(ratio / samples, index) for ratio in ratios]).T)
+    return stiffness_at(system, mesh_phases(system, tone, index, samples))
 
 
 def mesh_phases(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
-    """Phase of each mesh row at instants index (T,) / (samples tone), whole cycles taken off, (T, m) [turns]."""
+    """Phases (T, tones) of the mesh tones at instants index (T,) / (samples tone), whole cycles taken off [turns]."""
     ratios = [other / tone for other in system.tones] or [Fraction(1)]
-    phases = np.array([turn_fraction(ratio / samples, index) for ratio in ratios])
-    return np.asarray(phases[system.meshes.tone].T)
+    return np.array([turn_fraction(ratio / samples, index) for ratio in ratios]).T
 
 
 def stiffness_at(system: System, phases: Array) -> Array:
     """k_m at phases (T, tones) of every mesh frequency [turns], (T, m) [N/m], positive."""
     meshes = system.meshes
-    result = np.empty((len(phases), len(meshes.stiffness)))
-    harmonics = np.arange(1, meshes.variation.shape[1] + 1)
-    for number in np.unique(meshes.tone):
-        waves = np.exp(2j * np.pi * np.outer(phases[:, number], harmonics))
-        columns = meshes.tone == number
-        relative = 1.0 + (waves @ meshes.variation[columns].T).real
-        result[:, columns] = meshes.stiffness[columns] * np.maximum(relative, _LEAST_STIFFNESS)
-    return result
+    law = LinearLaw(stiffness=meshes.stiffness, variation=meshes.variation, tone=meshes.tone)
+    return law.at(phases).stiffness
 
 
 def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> RecordExcitation:
@@ -269,7 +260,7 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
         gap=np.hstack([summed([line.gap for line in lines], m), summed([group_gap(line, R) for line in lines], R)]),
         link_gap=summed([line.link_gap for line in lines], p),
         force=system.force + summed([line.force[0] for line in lines], len(system.force)),
-        curves=curves_at(system.meshes.tables, mesh_phases(system, tone, index, samples)),
+        flanks=flanks(system, far=False).at(mesh_phases(system, tone, index, samples)) if system.meshes.laws else None,
     )
 
 

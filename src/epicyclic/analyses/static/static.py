@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...system.faces import Faces, faces
-from ...system.laws import groups as law
+from ...system.laws.groups import STATES
 from ...system.system import Array, System
 from .equilibrium import compliance_of
 from .quasi_static import RecordPiece, history_note, quasi_static
@@ -185,9 +185,9 @@ def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[
         """Values (t, groups) of all pieces as one variable (group, time)."""
         return ("group", "time"), np.concatenate(values).T
 
-    states = np.array(law.STATES, dtype=object)
+    states = np.array(STATES, dtype=object)
     return {
-        "group_force": column([law.size(laws, piece.state.group_force) for piece in pieces]),
-        "group_stretch": column([law.size(laws, piece.state.group_stretch) for piece in pieces]),
-        "group_state": column([states[law.state(laws, p.state.group_stretch, p.anchor)] for p in pieces]),
+        "group_force": column([laws.rows.size(piece.state.group_force) for piece in pieces]),
+        "group_stretch": column([laws.rows.size(piece.state.group_stretch) for piece in pieces]),
+        "group_state": column([states[laws.state(p.state.group_stretch, p.anchor)] for p in pieces]),
     }

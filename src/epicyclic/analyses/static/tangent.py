@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...system.laws import groups as law
 from ...system.laws.groups import STATES, LawGroup, Laws
 from ...system.symmetry import commutes
 from ...system.system import Array, Line, LinkRows, System
@@ -56,8 +55,8 @@ def linearised(system: System) -> System:
 
 def small_motion_tangent(laws: Laws, stretch: Array) -> Array:
     """Tangent (R, R) [N/m] of the laws for small vibration about a stretch (R,) [m]; laws with a memory stick."""
-    sticking = law.row_owner(laws, laws.memory)
-    return np.where(sticking[:, None], np.diag(laws.row_stiffness), law.tangent(laws, stretch))
+    sticking = laws.rows.spread(laws.memory)
+    return np.where(sticking[:, None], np.diag(laws.row_stiffness), laws.tangent(stretch))
 
 
 def mean_stretch(system: System) -> Array:
@@ -87,7 +86,7 @@ def _mean_state(system: System) -> Equilibrium:
 
 def _by_group(system: System, rows: Array) -> list[Array]:
     """Values (R,) of all rows, split by group."""
-    return np.split(rows, system.laws.first[1:])
+    return np.split(rows, system.laws.rows.first[1:])
 
 
 def _axes(group: LawGroup, stretch: Array) -> Array:
@@ -105,7 +104,7 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
     names: list[str] = []
     columns, stiffness, damping = [links.B], [links.stiffness], [links.damping]
     preload = [links.preload if links.preload.size else np.zeros(len(links.name))]
-    for group, axes, first in zip(system.groups, axes_of_groups, laws.first, strict=True):
+    for group, axes, first in zip(system.groups, axes_of_groups, laws.rows.first, strict=True):
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
         names += [f"{group.name}/radial", f"{group.name}/tangential"] if len(axes) == 2 else group.rows
@@ -138,7 +137,9 @@ def _linearised_line(
     force = line.force.copy()
     force[0] += push
     force[1] += 2j * math.pi * float(line.frequency) * (rows @ (lag * (tangent @ gap)))
-    parts = [axes.T @ part for axes, part in zip(axes_of_groups, np.split(gap, system.laws.first[1:]), strict=True)]
+    parts = [
+        axes.T @ part for axes, part in zip(axes_of_groups, np.split(gap, system.laws.rows.first[1:]), strict=True)
+    ]
     return replace(
         line, force=force, link_gap=np.concatenate([line.link_gap, *parts]), group_gap=np.zeros(0, dtype=complex)
     )
@@ -149,9 +150,9 @@ def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups
 
     Groups of one text together.
     """
-    state = law.state(system.laws, stretch)
+    state = system.laws.state(stretch)
     groups_by_text: dict[str, list[str]] = {}
-    for group, axes, first, doing in zip(system.groups, axes_of_groups, system.laws.first, state, strict=True):
+    for group, axes, first, doing in zip(system.groups, axes_of_groups, system.laws.rows.first, state, strict=True):
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
         if STATES[doing] == "play":

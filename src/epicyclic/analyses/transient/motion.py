@@ -19,7 +19,6 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...system.laws import groups as law
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import mean_modes
 from ..static.record import group_gap
@@ -190,19 +189,20 @@ def law_numbers(system: System) -> LawNumbers:
         return LawNumbers(numbers=np.zeros((0, 9)), anchor=none, tangent=np.zeros((0, 0)), stiffest=none, warnings=())
     stretch = mean_stretch(system)
     tangent = small_motion_tangent(laws, stretch)
-    sticks = law.row_owner(laws, laws.memory)
-    anchor = np.where(sticks, stretch - law.force(laws, stretch) / laws.row_stiffness, 0.0)
+    sticks = laws.rows.spread(laws.memory)
+    anchor = np.where(sticks, stretch - laws.force(stretch) / laws.row_stiffness, 0.0)
     rows = [len(group.rows) for group in system.groups]
+    known = [law for group in system.groups if (law := group.law.lower()) is not None]
     numbers = np.stack(
         [
-            laws.first.astype(float),
+            laws.rows.first.astype(float),
             np.array(rows, dtype=float),
             laws.stiffness,
             np.where(laws.memory, -1.0, laws.friction),
             laws.slip_start,
             laws.slip_start + laws.clearance,
-            laws.coefficient,
-            laws.exponent,
+            np.array([law.coefficient for law in known]),
+            np.array([law.exponent for law in known]),
             np.array([group.lag for group in system.groups]),
         ],
         axis=1,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...system.laws import groups as law
 from ...system.system import Array, ComplexArray
 from .motion import Motion
 from .program import phase_at, speed_at
@@ -82,7 +81,7 @@ def group_force(moving: Motion, times: Array, states: Array) -> Array:
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
     error, _ = _line_sum(N.gap_at, N.gap[0, :, F : F + R] + 1j * N.gap[1, :, F : F + R], speed, tau)
     stretch = (system.group_rows.T @ states[:, 0].T - error).T
-    sticks = law.row_owner(laws, laws.memory)
+    sticks = laws.rows.spread(laws.memory)
     held = laws.row_stiffness * (stretch - N.anchor)
-    size: Array = law.size(laws, np.where(sticks, held, law.force(laws, stretch))).T
+    size: Array = laws.rows.size(np.where(sticks, held, laws.force(stretch))).T
     return size

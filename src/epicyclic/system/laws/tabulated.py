@@ -1,4 +1,4 @@
-"""Law of meshes whose force is tabulated over the gap and the phase of the mesh cycle.
+"""Tabulated law of flanks: force over the gap and the phase of the mesh cycle.
 
 Gaps of equal force and slopes are monotone cubics of the phase [fritsch1980]; between forces a rising cubic has the
 tabulated slopes: the derivatives are continuous.  Beyond the last force the law continues along its tangent.
@@ -6,26 +6,31 @@ tabulated slopes: the derivatives are continuous.  Beyond the last force the law
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Curves", "TabulatedLaw", "curves_at"]
+__all__ = ["TabulatedAt", "TabulatedLaw", "phase_cubics"]
 
 Array = NDArray[np.float64]
+
+# Tangents that differ by less than this of the largest are one: rounding of a table computed from a straight line.
+_STRAIGHT = 1e-9
+# Phases beyond both ends of a cycle from which the cubics of its ends are made: a slope needs two neighbours.
+_AROUND = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TabulatedLaw:
-    """Tabulated law of mesh rows that differ in their phases alone.
+    """Flanks of one table, which differ in their phases alone.
 
-    rows : (c,) their numbers.  lead, sense : (c,) sigma = sense (cycles + lead).
-    force : (L,) from zero up [N].  gap : (S, L) B'q - e at sigma = 0, 1/S, ... [m].  slope : (S, L) [N/m].
+    tone : (c,) mesh tone of each row.  lead, sense : (c,) sigma = sense (cycles + lead).
+    force : (L,) from zero up [N].  gap : (S, L) delta at sigma = 0, 1/S, ... [m].  slope : (S, L) [N/m].
     """
 
-    rows: NDArray[np.int64]
+    tone: NDArray[np.int64]
     lead: Array
     sense: Array
     force: Array
@@ -35,34 +40,96 @@ class TabulatedLaw:
     def __repr__(self) -> str:
         """One line: number of rows, size of the table and largest force."""
         phases, loads = self.gap.shape
-        return f"TabulatedLaw({len(self.rows)} rows, {phases} phases x {loads} loads up to {self.force[-1]:.4g} N)"
+        return f"TabulatedLaw({len(self.lead)} rows, {phases} phases x {loads} loads up to {self.force[-1]:.4g} N)"
+
+    @property
+    def stiffest(self) -> Array:
+        """Largest slope and secant of the table (c,) [N/m].
+
+        The tangent of a rising cubic exceeds neither by more than a half [fritsch1980].
+        """
+        secant = np.diff(self.force) / np.diff(self.gap, axis=1)
+        return np.full(len(self.lead), max(float(self.slope.max()), 1.5 * float(secant.max())))
+
+    @property
+    def end(self) -> Array:
+        """Last force of the table (c,) [N]."""
+        return np.full(len(self.lead), self.force[-1])
+
+    def rows(self, chosen: Any) -> TabulatedLaw:
+        """The law of the chosen rows."""
+        return replace(self, tone=self.tone[chosen], lead=self.lead[chosen], sense=self.sense[chosen])
+
+    def at(self, phases: Array) -> TabulatedAt:
+        """Curves at phases (P, D) [cycles]."""
+        from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
+
+        sigma = np.mod(self.sense * (phases[:, self.tone] + self.lead), 1.0)
+        places, values = _wrapped(self)
+        steps = PchipInterpolator(places, values)(sigma)
+        L = len(self.force)
+        gap = np.cumsum(steps[..., :L], axis=-1)
+        return TabulatedAt(gap=gap, force=np.broadcast_to(self.force, gap.shape), slope=steps[..., L:])
+
+    def lower(self) -> TabulatedLaw:
+        """Itself."""
+        return self
+
+
+def phase_cubics(law: TabulatedLaw) -> Array:
+    """Cubics (S, 2 L, 4) of a table over the phase, the highest power first [m, N/m].
+
+    In the cell sigma = (i + u) / S, 0 <= u < 1, they give in powers of u / S: first touch, the increments of the gap
+    from force to force, and the slopes.
+    """
+    from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
+
+    places, values = _wrapped(law)
+    S = len(law.gap)
+    return np.ascontiguousarray(np.moveaxis(PchipInterpolator(places, values).c[:, _AROUND : _AROUND + S], 0, -1))
+
+
+def _wrapped(law: TabulatedLaw) -> tuple[Array, Array]:
+    """Phases (S + 7,) around a cycle, and there (S + 7, 2 L) first touch, increments of the gap [m] and slopes [N/m].
+
+    Increments that are positive stay positive between phases.
+    """
+    steps = np.hstack([law.gap[:, :1], np.diff(law.gap, axis=1), law.slope])
+    S = len(steps)
+    index = np.arange(-_AROUND, S + _AROUND + 1)
+    return index / S, steps[index % S]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Curves:
-    """The tabulated rows (c,) at T instants: gap, force and slope at the knots, (T, c, L) each."""
+class TabulatedAt:
+    """Tabulated flanks at P phases: gap [m], force [N] and slope [N/m] at the knots, (P, c, L) each."""
 
-    rows: NDArray[np.int64]
     gap: Array
     force: Array
     slope: Array
 
-    def at(self, chosen: NDArray[np.generic]) -> Curves:
-        """Curves at the chosen ones of the T instants."""
-        return Curves(rows=self.rows, gap=self.gap[chosen], force=self.force[chosen], slope=self.slope[chosen])
+    @property
+    def touch(self) -> Array:
+        """First touch (P, c) [m]."""
+        first: Array = self.gap[:, :, 0]
+        return first
+
+    @property
+    def kinks(self) -> Array:
+        """First touch (P, c, 1) [m]; between knots and beyond the last one the tangent is continuous."""
+        return self.gap[:, :, :1]
+
+    def instants(self, chosen: Any) -> TabulatedAt:
+        """The same at the chosen phases."""
+        return TabulatedAt(gap=self.gap[chosen], force=self.force[chosen], slope=self.slope[chosen])
+
+    def rows(self, chosen: Any) -> TabulatedAt:
+        """The same of the chosen rows."""
+        return TabulatedAt(gap=self.gap[:, chosen], force=self.force[:, chosen], slope=self.slope[:, chosen])
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
-        """Force [N] and its derivative [N/m] at gaps (T, c) [m]."""
-        last = self.gap.shape[2] - 1
-        cell = np.clip((delta[:, :, None] >= self.gap).sum(axis=2) - 1, 0, last - 1)
-
-        def ends(values: Array) -> tuple[Array, Array]:
-            low = np.take_along_axis(values, cell[:, :, None], axis=2)[:, :, 0]
-            return low, np.take_along_axis(values, cell[:, :, None] + 1, axis=2)[:, :, 0]
-
-        (x0, x1), (f0, f1), (k0, k1) = ends(self.gap), ends(self.force), ends(self.slope)
-        h = x1 - x0
-        t = np.clip((delta - x0) / h, 0.0, 1.0)
+        """Force [N] and tangent [N/m] at gaps delta (..., P, c) [m]."""
+        (f0, f1), (k0, k1), h, t, _ = self._cells(delta)
         value = f0 * (1 + 2 * t) * (1 - t) ** 2 + f1 * t**2 * (3 - 2 * t)
         value += h * (k0 * t * (1 - t) ** 2 + k1 * t**2 * (t - 1))
         rate = 6 * t * (1 - t) * (f1 - f0) / h + k0 * (1 - t) * (1 - 3 * t) + k1 * t * (3 * t - 2)
@@ -71,29 +138,48 @@ class Curves:
         force = np.where(open_, 0.0, value + beyond * self.slope[:, :, -1])
         return force, np.where(open_, 0.0, rate)
 
+    def energy(self, delta: Array) -> Array:
+        """Integral of the force from first touch, (..., P, c) [J]."""
+        (f0, f1), (k0, k1), h, t, cell = self._cells(delta)
+        width = np.diff(self.gap, axis=2)
+        whole = width * (self.force[..., :-1] + self.force[..., 1:]) / 2
+        whole += width**2 * (self.slope[..., :-1] - self.slope[..., 1:]) / 12
+        before = np.concatenate([np.zeros((*whole.shape[:2], 1)), np.cumsum(whole, axis=2)], axis=2)
+        part = f0 * (t - t**3 + t**4 / 2) + f1 * (t**3 - t**4 / 2)
+        part += h * (k0 * (t**2 / 2 - 2 * t**3 / 3 + t**4 / 4) + k1 * (t**4 / 4 - t**3 / 3))
+        beyond = np.maximum(delta - self.gap[:, :, -1], 0.0)
+        energy = before.ravel().take(self._flat(cell, before.shape[2])) + h * part
+        energy += beyond * (self.force[:, :, -1] + beyond * self.slope[:, :, -1] / 2)
+        return np.where(delta <= self.gap[:, :, 0], 0.0, energy)
 
-def curves_at(tables: Sequence[TabulatedLaw], cycles: Array) -> Curves | None:
-    """Force curves (T, c, L) at times (T, m) counted in cycles of each mesh row; None without tables."""
-    if not tables:
-        return None
-    parts = [_interpolated(table, cycles) for table in tables]
-    force = [np.broadcast_to(table.force, gap.shape) for table, (gap, _) in zip(tables, parts, strict=True)]
-    return Curves(
-        rows=np.concatenate([table.rows for table in tables]),
-        gap=np.concatenate([gap for gap, _ in parts], axis=1),
-        force=np.concatenate(force, axis=1),
-        slope=np.concatenate([slope for _, slope in parts], axis=1),
-    )
+    def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
+        """Whether a row stays open, or on a straight part of the table, over the gaps low .. high (c,) [m]."""
+        first, last = self.gap[:, :, :-1], self.gap[:, :, 1:]
+        used = (last > low[:, None]) & (first < high[:, None])
+        used[:, :, -1] |= high > self.gap[:, :, -1]
+        secant = np.diff(self.force, axis=2) / (last - first)
+        ends = np.stack([secant, self.slope[..., :-1], self.slope[..., 1:]])
+        most = np.where(used, ends.max(axis=0), -np.inf).max(axis=2)
+        least = np.where(used, ends.min(axis=0), np.inf).min(axis=2)
+        straight = (low > self.touch) & (most - least <= _STRAIGHT * np.maximum(most, 0.0))
+        return np.asarray(((high <= self.touch) | straight).all(axis=0))
 
+    def _flat(self, cell: NDArray[np.int64], length: int) -> NDArray[np.int64]:
+        """Places of cells (..., P, c) in a flattened (P, c, length)."""
+        P, c = self.gap.shape[:2]
+        places: NDArray[np.int64] = cell + length * np.arange(P * c).reshape(P, c)
+        return places
 
-def _interpolated(table: TabulatedLaw, cycles: Array) -> tuple[Array, Array]:
-    """Gaps (T, c, L) [m] and slopes (T, c, L) [N/m] at the knots; cycles : (T, m) [mesh cycles]."""
-    from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
+    def _cells(self, delta: Array) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array, NDArray[np.int64]]:
+        """Forces and slopes at both ends of the cell of each gap (..., P, c), width, place in it, and number of it."""
+        L = self.gap.shape[2]
+        cell = np.clip((delta[..., None] >= self.gap).sum(axis=-1) - 1, 0, L - 2)
+        low = self._flat(cell, L)
 
-    sigma = np.mod(table.sense * (cycles[:, table.rows] + table.lead), 1.0)
-    L = len(table.force)
-    # first touch and the increments of the gap from load to load: increments that are positive stay positive
-    steps = np.hstack([table.gap[:, :1], np.diff(table.gap, axis=1), table.slope])
-    S = len(steps)
-    wrapped = PchipInterpolator(np.arange(-3, S + 4) / S, steps[np.arange(-3, S + 4) % S])(sigma)
-    return np.cumsum(wrapped[..., :L], axis=-1), wrapped[..., L:]
+        def ends(values: Array) -> tuple[Array, Array]:
+            flat = values.ravel()
+            return flat.take(low), flat.take(low + 1)
+
+        (x0, x1), force, slope = ends(self.gap), ends(self.force), ends(self.slope)
+        h = x1 - x0
+        return force, slope, h, np.clip((delta - x0) / h, 0.0, 1.0), cell

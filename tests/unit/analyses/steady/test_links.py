@@ -17,7 +17,8 @@ from epicyclic.analyses.static.tangent import linearised
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.steady.waveform import force_signal, link_signal, motion_signal
-from epicyclic.system.laws.groups import Law, LawGroup
+from epicyclic.system.laws.groups import LawGroup
+from epicyclic.system.laws.radial import Law
 from epicyclic.system.system import System
 
 

@@ -1,0 +1,220 @@
+"""Gaps of the flanks of a System: every mesh row on its loaded flank, and on its far flank where backlash is finite.
+
+One table of rows and one law a block of them.  The force along a row is f(delta) + c delta' where delta > touch, with
+the gap delta = B^T q - e - opening.  A far flank is a row of its own, because its normal is not the opposite of the
+loaded one, and is open by the backlash (docs/conventions.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .laws.flank import FlankAt, LawRows
+from .laws.linear import LinearLaw
+from .system import Array, ComplexArray, System
+
+__all__ = ["Flanks", "FlanksAt", "flanks", "past_the_end"]
+
+Rows = NDArray[np.int64] | slice
+Values = NDArray[Any]
+
+# Forces beyond the last one of a table by less than this part of it are not worth a word.
+_NOTABLE = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Flanks:
+    """F flanks: the loaded ones of the m mesh rows, then the far ones.
+
+    B : (n, F).  mesh : (F,) mesh row of each.  tone : (F,) its mesh tone.  sense : (F,) +1 loaded, -1 far.
+    opening : (F,) backlash of a far flank [m], else 0.  damping : (F,) acts where the flank presses [N s/m].
+    linear : (F,) stiffness in the mean system [N/m]; 0 of a far flank.
+    stiffness : (F,) and variation : (F, L) tangent at the operating load, as of `MeshRows`.
+    laws : together they cover the F rows once.
+    """
+
+    B: Array
+    mesh: NDArray[np.int64]
+    tone: NDArray[np.int64]
+    sense: Array
+    opening: Array
+    damping: Array
+    linear: Array
+    stiffness: Array
+    variation: ComplexArray
+    laws: tuple[LawRows, ...]
+
+    def __repr__(self) -> str:
+        """One line: number of rows and their laws."""
+        return f"Flanks({len(self.mesh)} rows, {', '.join(repr(part.law) for part in self.laws)})"
+
+    @property
+    def parametric(self) -> bool:
+        """Whether all laws are linear with parametric stiffness."""
+        return all(isinstance(part.law, LinearLaw) for part in self.laws)
+
+    @property
+    def tangent(self) -> LinearLaw:
+        """The linear law of all rows with the tangents at the operating load."""
+        return LinearLaw(stiffness=self.stiffness, variation=self.variation, tone=self.tone)
+
+    @property
+    def end(self) -> Array:
+        """Largest force (F,) [N] that the law of each row holds."""
+        return self._gathered(lambda law: law.end)
+
+    @property
+    def stiffest(self) -> Array:
+        """Bound of the tangents (F,) [N/m]."""
+        return self._gathered(lambda law: law.stiffest)
+
+    def at(self, phases: Array) -> FlanksAt:
+        """Laws of all rows at phases (P, D) of the mesh tones [cycles]."""
+        F = len(self.mesh)
+        return FlanksAt(parts=tuple((part.law.at(phases), _together(part.rows, F)) for part in self.laws), count=F)
+
+    def _gathered(self, value: Callable[[Any], Array]) -> Array:
+        """Values (c,) of each law at their rows, (F,)."""
+        result = np.zeros(len(self.mesh))
+        for part in self.laws:
+            result[part.rows] = value(part.law)
+        return result
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlanksAt:
+    """Laws of F rows at P phases, as of `laws.flank.FlankAt`.
+
+    parts : a law and its rows each.
+    """
+
+    parts: tuple[tuple[FlankAt, Rows], ...]
+    count: int
+
+    @property
+    def touch(self) -> Array:
+        """Gap at which the force of each row begins (P, F) [m]."""
+        return self._placed([law.touch for law, _ in self.parts])
+
+    @property
+    def kinks(self) -> Array:
+        """Gaps at which the tangent jumps (P, F, K) [m], nan where a row has fewer than K."""
+        found = [law.kinks for law, _ in self.parts]
+        most = max((each.shape[2] for each in found), default=1)
+        padded = [np.pad(each, ((0, 0), (0, 0), (0, most - each.shape[2])), constant_values=np.nan) for each in found]
+        P = len(found[0]) if found else 0
+        result = np.full((P, self.count, most), np.nan)
+        for each, (_, rows) in zip(padded, self.parts, strict=True):
+            result[:, rows] = each
+        return result
+
+    def instants(self, chosen: Any) -> FlanksAt:
+        """The same at the chosen ones of the P phases."""
+        return FlanksAt(parts=tuple((law.instants(chosen), rows) for law, rows in self.parts), count=self.count)
+
+    def rows(self, chosen: Any) -> FlanksAt:
+        """The same of the chosen ones of the F rows, a slice or their numbers."""
+        wanted = np.arange(self.count)[chosen]
+        place = np.full(self.count, -1)
+        place[wanted] = np.arange(wanted.size)
+        parts = []
+        for law, rows in self.parts:
+            own = place[rows]
+            kept = np.flatnonzero(own >= 0)
+            if kept.size:
+                every = kept.size == own.size
+                parts.append((law if every else law.rows(kept), _together(own[kept], wanted.size)))
+        return FlanksAt(parts=tuple(parts), count=wanted.size)
+
+    def evaluate(self, delta: Array) -> tuple[Array, Array]:
+        """Force [N] and tangent [N/m] at gaps delta (..., P, F) [m]."""
+        if len(self.parts) == 1 and isinstance(self.parts[0][1], slice):
+            return self.parts[0][0].evaluate(delta)
+        force, tangent = np.zeros_like(delta), np.zeros_like(delta)
+        for law, rows in self.parts:
+            force[..., rows], tangent[..., rows] = law.evaluate(delta[..., rows])
+        return force, tangent
+
+    def energy(self, delta: Array) -> Array:
+        """Energy of each row (..., P, F) [J] at gaps delta [m]."""
+        return self._placed([law.energy(delta[..., rows]) for law, rows in self.parts])
+
+    def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
+        """Whether each tangent keeps one value at every phase (F,) over the gaps low .. high (F,) [m]."""
+        return self._placed([law.constant(low[rows], high[rows]) for law, rows in self.parts]).astype(bool)
+
+    def _placed(self, values: Sequence[Values]) -> Values:
+        """Values (..., c) of each part at their rows, (..., F)."""
+        if len(values) == 1 and isinstance(self.parts[0][1], slice):
+            return values[0]
+        shape = values[0].shape[:-1] if values else ()
+        result = np.zeros((*shape, self.count))
+        for each, (_, rows) in zip(values, self.parts, strict=True):
+            result[..., rows] = each
+        return result
+
+
+def _together(rows: NDArray[np.int64], count: int) -> Rows:
+    """All of the rows 0 .. count - 1 in order as a slice, of which NumPy makes no copy; others as they are."""
+    return slice(0, count) if rows.size == count and bool(np.all(rows == np.arange(count))) else rows
+
+
+def flanks(system: System, *, far: bool = True) -> Flanks:
+    """The flanks of a System.
+
+    Parameters
+    ----------
+    far : whether far flanks come along, where backlash is finite.
+    """
+    meshes, behind = system.meshes, system.far_flanks
+    own = behind.mesh if far else behind.mesh[:0]
+    m, F = len(meshes.name), len(meshes.name) + own.size
+    stiffness = np.concatenate([meshes.stiffness, meshes.stiffness[own]])
+    variation = np.concatenate([meshes.variation, behind.variation[: own.size]])
+    tone = np.concatenate([meshes.tone, meshes.tone[own]]).astype(np.int64)
+    laws = list(meshes.laws)
+    if far:
+        laws += [LawRows(law=part.law, rows=part.rows + m) for part in behind.laws]
+    taken = np.zeros(F, bool)
+    for part in laws:
+        taken[part.rows] = True
+    left = np.flatnonzero(~taken)
+    if left.size or not laws:
+        linear = LinearLaw(stiffness=stiffness[left], variation=variation[left], tone=tone[left])
+        laws.insert(0, LawRows(law=linear, rows=left))
+    return Flanks(
+        B=np.concatenate([meshes.B, behind.B[:, : own.size]], axis=1),
+        mesh=np.concatenate([np.arange(m), own]),
+        tone=tone,
+        sense=np.concatenate([np.ones(m), -np.ones(own.size)]),
+        opening=np.concatenate([np.zeros(m), meshes.backlash[own]]),
+        damping=np.concatenate([meshes.damping, meshes.damping[own]]),
+        linear=np.concatenate([meshes.stiffness, np.zeros(own.size)]),
+        stiffness=stiffness,
+        variation=variation,
+        laws=tuple(laws),
+    )
+
+
+def past_the_end(system: System, given: Flanks, largest: Array) -> list[str]:
+    """A warning for every pair whose forces pass the end of their table, by how much.
+
+    Parameters
+    ----------
+    largest : (F,) largest force of every flank met [N].
+    """
+    ratio = largest / given.end
+    worst: dict[str, tuple[float, float]] = {}
+    for row in np.flatnonzero(ratio > 1 + _NOTABLE).tolist():
+        pair = system.meshes.pair[int(given.mesh[row])]
+        worst[pair] = max(worst.get(pair, (0.0, 0.0)), (float(ratio[row]), float(given.end[row])))
+    return [
+        f"{pair}: forces reach {ratio:.3g} times the last force of its table, {end:.4g} N a row; behind it the law "
+        "goes on along its last tangent"
+        for pair, (ratio, end) in worst.items()
+    ]
