@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...system.system import Array
-from .closed_teeth import REACH, Scan, scan_closed_teeth
+from .closed_teeth import NEAR, REACH, Scan, scan_closed_teeth
 from .continuation import ArclengthUnit, PathPoint, Stepping, arclength_unit, branch, located
 from .corrector import solve
 from .outputs import force_level
@@ -167,7 +167,9 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> li
             or point.state.speed <= start.speed * (1 + _AT_SPEED)
         ):
             return False
-        return bool(np.all(point.state.touching == linear.state.touching[0]))
+        return bool(np.all(point.state.touching == linear.state.touching[0])) and (
+            point.given.rows.parametric or _beside(point, linear)
+        )
 
     system = trace.refinement.ready.system
     return branch(
@@ -182,6 +184,12 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> li
         score=lambda state, problem: float(force_level(system, problem, state).max()),
         stop=back,
     )
+
+
+def _beside(point: PathPoint, closed: Solution) -> bool:
+    """Whether a point of a branch is on the motions of closed teeth at the next scanned speed."""
+    y = prolonged(closed.given, point.given, closed.state.y)
+    return float(np.linalg.norm((point.state.y - y)[:, 1:])) <= NEAR * dynamic_size(y)
 
 
 def _unit(start: State) -> ArclengthUnit:

@@ -83,14 +83,14 @@ def _without_pitch_error(given: Problem, at: Solution, seeds: int) -> Iterator[A
 
 
 def _pitch_error(given: Problem, at: Solution, seed: int) -> Array:
-    """Random amplitudes (2 J, R) of all flank errors at the lowest orders [m]."""
+    """Random amplitudes (2 J, R) of the errors of all flanks at the lowest orders [m]."""
     random = np.random.default_rng(seed)
     J = len(given.omega)
     rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
     gap = gap_rows(given, at.state.y)
-    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J]]).max(initial=0.0))
+    size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], : given.rows.count]).max(initial=0.0))
     result = np.zeros_like(given.error)
-    result[rows] = size * random.standard_normal((rows.size, given.error.shape[1]))
+    result[rows, : given.rows.count] = size * random.standard_normal((rows.size, given.rows.count))
     return result
 
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from ...system.system import Array
 from ..steady.response import Response, Truncation, respond
 from .corrector import linear_start
-from .problem import dynamic_size, evaluate
+from .problem import Problem, dynamic_size, evaluate, prolonged
 from .refinement import Refinement, Solution, harmonics_for, solution
 
-__all__ = ["REACH", "Scan", "scan_closed_teeth"]
+__all__ = ["NEAR", "REACH", "Scan", "scan_closed_teeth"]
 
 # Relative residual of the linear response, as of the linear sweep, and the largest that is no failure.
 _LINEAR, _ACCEPTED = 1e-6, 1e-4
@@ -25,6 +25,9 @@ _LINEAR, _ACCEPTED = 1e-6, 1e-4
 REACH = 0.4
 # Speeds looked at besides those asked for, at most, in steps of at least this damping ratio.
 _MOST, _LEAST_RATIO = 600, 1e-4
+# Part of the dynamic size by which a motion with varying tangents may be away from the linear one, or a branch from a
+# motion of closed teeth: on a fold of it, the two are as far apart as they are large.
+NEAR = 0.3
 # Times flanks are opened and closed until those that touch in the mean are those that press; least harmonics then.
 _ROUNDS, _LEAST = 8, 16
 
@@ -103,10 +106,28 @@ def _closed(refinement: Refinement, y: Array, speed: float, kept: Truncation, re
     harmonics = max(kept[:-1])
     given = refinement.lattice(kept[:-1], kept[-1], 1, refinement.samples(harmonics))
     state = evaluate(given, y, speed)
-    if not np.all(state.touching == (given.flanks.sense > 0)):
+    if not given.rows.parametric:
+        return _closed_by_law(refinement, given, y, speed, harmonics)
+    if not np.all(state.touching == (given.rows.sense > 0)):
         return None
     residual = max(residual, state.norm / dynamic_size(y))
     return Solution(given=given, harmonics=harmonics, state=state, residual=residual)
+
+
+def _closed_by_law(refinement: Refinement, given: Problem, y: Array, speed: float, harmonics: int) -> Solution | None:
+    """The motion that Newton's method reaches from the linear one (2, J, n), teeth closed and tangents as they vary.
+
+    None where a tooth parts, and where the motion is no longer near the linear one: several may exist there, and the
+    branch from the speeds before leads to them.
+    """
+    H = harmonics_for(max(_LEAST, harmonics))
+    finer = refinement.problem(H)
+    at = solution(refinement, prolonged(given, finer, y), speed, given=finer, harmonics=H)
+    if at is None or not np.all(at.state.touching == (at.given.rows.sense > 0)):
+        return None
+    linear = prolonged(given, at.given, y)
+    moved = float(np.linalg.norm((at.state.y - linear)[:, 1:]))
+    return at if moved <= NEAR * dynamic_size(linear) else None
 
 
 def _without_open_flanks(
@@ -131,9 +152,10 @@ def _without_open_flanks(
 def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
     """Flanks (R,) that press in the mean of a linear motion with these alone, None where they are those loaded."""
     given = refinement.problem(harmonics_for(max(_LEAST, harmonics)))
-    loaded = pressed = given.flanks.sense > 0
+    loaded = pressed = given.rows.sense > 0
     for _ in range(_ROUNDS):
-        mean = given.flanks.gaps @ linear_start(given, speed, pressed)[0, 0] - given.error[0]
+        motion, F = linear_start(given, speed, pressed)[0, 0], given.rows.count
+        mean = (given.rows.gaps @ motion - given.error[0])[:F]
         if np.array_equal(mean > 0, pressed):
             return None if np.array_equal(pressed, loaded) else pressed
         pressed = mean > 0

@@ -52,7 +52,7 @@ _SAME, _STIFF = 1e-3, 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Meshes:
-    """Whole meshes, their slices moving as one.
+    """Whole meshes, their slices moving as one, and link rows: w together.
 
     gaps, pulls : (w, n).  receptance : (J, w, w) [m/N].
     """
@@ -83,9 +83,13 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
 
 def _meshes(given: Problem, at: State) -> _Meshes:
     """Receptance of the whole meshes at the speed of a state, slices weighted by their stiffness k0."""
-    flank, face, m = given.flanks, given.face, len(given.face.row)
-    share = (flank.linear[:m] / face.total(flank.linear[:m])[face.row])[:, None]
-    gaps, pulls = face.total(share * flank.gaps[:m]), face.total(share * flank.pulls[:m])
+    rows, face, m = given.rows, given.face, len(given.face.row)
+    share = (rows.linear[:m] / face.total(rows.linear[:m])[face.row])[:, None]
+    gaps, pulls = face.total(share * rows.gaps[:m]), face.total(share * rows.pulls[:m])
+    if rows.links is not None:
+        gaps, pulls = (
+            np.concatenate(both) for both in ((gaps, rows.gaps[rows.count :]), (pulls, rows.pulls[rows.count :]))
+        )
     inverse = at.inverse[0] - 1j * at.inverse[1][0]
     scaled = (inverse[:, None, :] * gaps).reshape(-1, inverse.shape[1])
     return _Meshes(gaps=gaps, pulls=pulls, receptance=(scaled @ pulls.T).reshape(len(inverse), len(gaps), -1))
@@ -93,14 +97,16 @@ def _meshes(given: Problem, at: State) -> _Meshes:
 
 def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
-    flank, face, m = given.flanks, given.face, len(given.face.row)
-    touching, held = at.touching[:, :m], flank.linear[:m]
-    tangent = face.total(np.einsum("nr,nr->r", touching, given.stiffness[:, :m]) / len(touching) - held)
-    if np.all(np.abs(tangent) <= _SAME * face.total(held)):
+    rows, face, m = given.rows, given.face, len(given.face.row)
+    touching, held = at.touching[:, :m], rows.linear[:m]
+    tangent = face.total(at.tangent[:, :m].mean(axis=0) - held)
+    links = at.tangent[:, rows.count :].mean(axis=0) - rows.linear[rows.count :]
+    if np.all(np.abs(tangent) <= _SAME * face.total(held)) and np.all(np.abs(links) <= _SAME * _largest(rows.linear)):
         return lambda right: right
-    meshes = _meshes(given, at)
-    drag = face.total((touching.mean(axis=0) - 1.0) * flank.drag[:m])
-    T = tangent + 1j * np.multiply.outer(at.speed * given.omega, drag)
+    meshes, w = _meshes(given, at), at.speed * given.omega
+    drag = face.total((touching.mean(axis=0) - 1.0) * rows.drag[:m])
+    tangent, drag = np.concatenate([tangent, links]), np.concatenate([drag, rows.lag[rows.count :] * links])
+    T = tangent + 1j * np.multiply.outer(w, drag)
     loop = meshes.receptance * T[:, None, :]
     soft = np.flatnonzero(np.abs(loop).max(axis=(1, 2)) > _STIFF)
     small = T[soft][:, :, None] * np.linalg.inv(np.eye(len(tangent)) + loop[soft])
@@ -115,6 +121,11 @@ def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
         return result
 
     return apply
+
+
+def _largest(values: Array) -> float:
+    """Largest magnitude of values (R,), in their unit."""
+    return float(np.abs(values).max(initial=0.0))
 
 
 # The step of mesh orders, cheap enough to solve each linear system to three digits.
@@ -186,8 +197,8 @@ def linear_start(given: Problem, speed: float, touching: NDArray[np.bool_] | Non
 
     Parameters
     ----------
-    touching : (R,) the flanks that touch; None: every loaded flank and no far flank.
+    touching : (F,) the flanks that touch; None: every loaded flank and no far flank.
     """
-    pattern = given.flanks.sense > 0 if touching is None else touching
-    state = evaluate(given, np.zeros(unknowns(given)), speed, touching=np.broadcast_to(pattern, given.stiffness.shape))
+    pattern = given.rows.sense > 0 if touching is None else touching
+    state = evaluate(given, np.zeros(unknowns(given)), speed, touching=pattern)
     return -_NEWTON_STEP(given, state, state.residual, 0.0)[0]

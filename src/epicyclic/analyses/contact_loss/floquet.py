@@ -22,7 +22,7 @@ from ..stability.floquet import (
     multiplier_kind,
     steps_needed,
 )
-from .problem import Problem, State, evaluate, prolonged
+from .problem import Problem, State, evaluate, gap_rows, prolonged
 
 if TYPE_CHECKING:
     from .refinement import Refinement
@@ -99,43 +99,53 @@ def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state
 def contact_tangents(
     refinement: Refinement, given: Problem, harmonics: int, state: State, steps: int
 ) -> tuple[Array, Array | None, Array]:
-    """Changes of stiffness and damping of flanks over a period (rows, steps) [N/m, N s/m], and their gaps (rows, n).
+    """Changes of stiffness and damping of rows over a period (r, steps) [N/m, N s/m], and their gaps (r, n).
 
-    Each is the mean of its step.  Flanks that never change their contact or stiffness are left out, and the damping
-    altogether where it stays.
+    Each is the mean of its step.  A link row with the tangent k and the lag a of its damper has the force
+    (1 + a d/dt) k x: the stiffness k + a k' and the damper a k.  Rows that never change their contact or stiffness are
+    left out, and the damping altogether where it stays.
     """
     if state.unchanging:
         return _unchanged(given, state, steps)
     fine = refinement.problem(harmonics, cycles=given.cycles, samples=_SAMPLES * steps // given.cycles)
     seen = evaluate(fine, prolonged(given, fine, state.y), state.speed)
-    touching, flank = seen.touching, fine.flanks
+    rows = fine.rows
 
     def mean(values: Array) -> Array:
         """Means (R, steps) over the samples of each step, of values (N, R)."""
         average: Array = values.reshape(steps, _SAMPLES, -1).mean(axis=1).T
         return average
 
-    stiffness = np.where(touching, fine.stiffness, 0.0) - flank.linear
-    if seen.acting is None or seen.edge is None:
+    stiffness = seen.tangent - rows.linear
+    if (seen.acting is None or seen.edge is None) and not rows.lag.any():
         used = np.any(stiffness != 0, axis=0)
-        return mean(stiffness)[used], None, flank.gaps[used]
-    # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
-    stiffness += flank.damping * seen.edge
-    damping = flank.damping * seen.acting - flank.drag
+        return mean(stiffness)[used], None, rows.gaps[used]
+    damping = rows.lag * stiffness
+    change = np.roll(damping, -1, axis=0) - damping
+    stiffness = stiffness + change * (len(change) / _period(given, state))
+    if seen.acting is not None and seen.edge is not None:
+        # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
+        stiffness[:, : rows.count] += rows.damping * seen.edge
+        damping[:, : rows.count] += rows.damping * seen.acting - rows.drag
     used = np.any((stiffness != 0) | (damping != 0), axis=0)
-    return mean(stiffness)[used], mean(damping)[used], flank.gaps[used]
+    return mean(stiffness)[used], mean(damping)[used], rows.gaps[used]
 
 
 def _unchanged(given: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
     """`contact_tangents` (rows, steps) where contact does not change: a linear system without corners."""
-    flank, orders = given.flanks, np.arange(1, given.flanks.variation.shape[1] + 1)
-    wave = np.exp(2j * np.pi * given.cycles * np.outer(orders, np.arange(steps) / steps))
-    touching = state.touching[0][:, None]
-    stiffness = np.where(touching, flank.stiffness[:, None] * (1 + (flank.variation @ wave).real), 0.0)
-    stiffness -= flank.linear[:, None]
-    damping = np.where(touching, flank.damping[:, None], 0.0) - flank.drag[:, None]
-    used = np.any((stiffness != 0) | (damping != 0), axis=1)
-    return stiffness[used], np.repeat(damping[used], steps, axis=1), flank.gaps[used]
+    rows, F = given.rows, given.rows.count
+    phases = np.zeros((steps, len(given.grid.counts)))
+    phases[:, 0] = given.cycles * np.arange(steps) / steps
+    gap = (given.grid.values(gap_rows(given, state.y) - given.error)[:, :F]).mean(axis=0)
+    touching = state.touching[0]
+    change = np.repeat((state.tangent[0] - rows.linear)[:, None], steps, axis=1)
+    # the tangent at each phase is one value over all gaps of the motion: that at its mean is asked
+    change[:F] = np.where(touching, rows.at(phases).evaluate(np.broadcast_to(gap, (steps, F)))[1], 0.0).T
+    change[:F] -= rows.linear[:F, None]
+    damping = rows.lag * (state.tangent[0] - rows.linear)
+    damping[:F] += np.where(touching, rows.damping, 0.0) - rows.drag
+    used = np.any(change != 0, axis=1) | (damping != 0)
+    return change[used], np.repeat(damping[used][:, None], steps, axis=1), rows.gaps[used]
 
 
 def _floquet(
@@ -165,7 +175,7 @@ def _period(given: Problem, state: State) -> float:
 def _steps(refinement: Refinement, given: Problem, state: State) -> int:
     """Steps of a period, a whole number a mesh cycle; as of the linear system where contact does not change."""
     cycle = _period(given, state) / given.cycles
-    top = given.flanks.variation.shape[1]
+    top = given.rows.flanks.variation.shape[1]
     least = steps_needed(given.modal, period=cycle, cycle=cycle, harmonics=top)
     if not state.unchanging:
         least = max(_STEPS, least)

@@ -49,21 +49,21 @@ _BATCH = 2048
 
 
 def flank_force_at(given: Problem, at: State, phases: Array) -> Array:
-    """Force of every flank at phases (T, D) of the tones [cycles], (T, R) [N]."""
-    flank, points, w = given.flanks, given.grid.points, at.speed * given.omega
-    gap = gap_rows(given, at.y) - given.error
+    """Force of every flank at phases (T, D) of the tones [cycles], (T, F) [N]."""
+    rows, points, w = given.rows, given.grid.points, at.speed * given.omega
+    gap = (gap_rows(given, at.y) - given.error)[:, : rows.count]
     rate = rate_rows(gap, w)
-    parts = [_at(flank.damping, gap, rate, points, part) for part in np.array_split(phases, -(-len(phases) // _BATCH))]
-    delta, drag = (np.concatenate([part[i] for part in parts]) for i in range(2))
-    orders = np.arange(1, flank.variation.shape[1] + 1)
-    wave = np.exp(2j * np.pi * phases[:, flank.axis, None] * orders)
-    stiffness = flank.stiffness * (1 + np.einsum("trl,rl->tr", wave, flank.variation).real)
-    force: Array = np.where(delta > 0, stiffness * delta + drag, 0.0)
+    found = []
+    for part in np.array_split(phases, -(-len(phases) // _BATCH)):
+        delta, drag = _at(rows.damping, gap, rate, points, part)
+        laws = rows.at(given.cycles * part)
+        found.append(np.where(delta > laws.touch, laws.evaluate(delta)[0] + drag, 0.0))
+    force: Array = np.concatenate(found)
     return force
 
 
 def _at(damping: Array, gap: Array, rate: Array, points: NDArray[np.int64], phases: Array) -> tuple[Array, Array]:
-    """Gap [m] and damper force [N] (T, R) at phases (T, D), from rows (2 J, R) of gap and rate."""
+    """Gap [m] and damper force [N] (T, F) at phases (T, D), from rows (2 J, F) of gap and rate."""
     angle = 2 * np.pi * phases @ points.T
     wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
     delta = wave @ gap
@@ -281,7 +281,7 @@ def _along(amplitude: ComplexArray, theta: Array) -> ComplexArray:
 
 def _far(given: Torus, point: TorusPoint, far: NDArray[np.bool_]) -> Array:
     """Share of time (w,) in which a far flank of each whole mesh touches, of contact (N, R - m)."""
-    face, owner = given.face, given.face.row[point.problem.flanks.mesh[len(given.face.row) :]]
+    face, owner = given.face, given.face.row[point.problem.rows.flanks.mesh[len(given.face.row) :]]
     share = np.zeros(len(face.name))
     for mesh in np.unique(owner[far.any(axis=0)]):
         share[mesh] = far[:, owner == mesh].any(axis=1).mean()

@@ -8,13 +8,12 @@ with w = s a . w_tone.  The force f is sampled over a grid of the tone phases an
 krack2019], with several incommensurate tones over the torus of their phases [lau1983].  No matrix is assembled: a
 Jacobian-vector product is the same operation with the tangents of f.
 
-ModalFlanks: every mesh row on its loaded flank, and on its far flank where the backlash is finite.  All follow one law,
-f = k(theta) delta + c delta' where delta > 0, else nothing [kahraman1990].  The mean system holds k0 and c of the
-loaded flanks.  A far flank is a row of its own, because its normal is not the opposite of the loaded one, and is open
-by the backlash (docs/conventions.md).
+Rows and laws: see `rows`.  A flank has f(delta, theta) + c delta' where delta is above first touch, else nothing
+[kahraman1990]; the mean system holds k0 and c of the loaded flanks.  A link row has (1 + lag d/dt) f(delta); the mean
+system holds its tangent at the mean load.
 
-Shapes: J lattice points, n modal coordinates, R flanks, N samples, D phases.  A motion y is (2, J, n), real and
-imaginary parts, the mean first, in roots of energy; rows of a gap or a force are (2 J, R).
+Shapes: J lattice points, n modal coordinates, F flanks, R rows of gaps, N samples, D phases.  A motion y is (2, J, n),
+real and imaginary parts, the mean first, in roots of energy; rows of a gap or a force are (2 J, R).
 """
 
 from __future__ import annotations
@@ -28,26 +27,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
-from ...system.system import Array, ComplexArray, Line
+from ...system.system import Array, Line
 from ..modes.basis import Modal
 from ..steady.lattice import Point, kept_points
 from ..steady.response import FrameSpeed, Response
+from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
 from .transforms import Transforms, grid
 
 __all__ = [
-    "ModalFlanks",
     "PlacedLine",
     "Problem",
     "Size",
     "State",
     "dynamic_size",
+    "elastic_forces",
     "embedded",
     "evaluate",
     "flank_force",
-    "flanks",
+    "gap_forces",
     "gap_rows",
     "half_lattice",
     "jacobian",
+    "linearised_residual",
     "mesh_points",
     "mesh_problem",
     "order_weight",
@@ -68,51 +69,8 @@ PlacedLine = tuple[Point, bool, Line]
 # Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
 # so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ModalFlanks:
-    """R flanks: the loaded ones of the m mesh rows, then the far ones.
-
-    gaps, pulls : (R, n) as of `Modal`.  linear, drag : (R,) stiffness [N/m] and damping [N s/m] in the mean system.
-    stiffness, damping : (R,) mean of the law [N/m, N s/m].  variation : (R, L) per mean, as of `MeshRows`.
-    axis : (R,) the mesh tone.  mesh : (R,) the mesh row.  sense : (R,) +1 loaded, -1 far flank.
-    opening : (R,) backlash of a far flank [m], else 0.
-    """
-
-    gaps: Array
-    pulls: Array
-    linear: Array
-    drag: Array
-    stiffness: Array
-    damping: Array
-    variation: ComplexArray
-    axis: NDArray[np.int64]
-    mesh: NDArray[np.int64]
-    sense: Array
-    opening: Array
-
-
-def flanks(ready: Response) -> ModalFlanks:
-    """The R flanks of a System ready for its response."""
-    modal, meshes, far = ready.modal, ready.system.meshes, ready.system.far_flanks
-    m, own = len(meshes.name), far.mesh
-    gaps, pulls = far.B.T @ modal.shapes, (modal.forces @ far.B).T
-    gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
-    nothing = np.zeros(own.size)
-    return ModalFlanks(
-        gaps=np.concatenate([modal.gaps, gaps]),
-        pulls=np.concatenate([modal.pulls, pulls]),
-        linear=np.concatenate([meshes.stiffness, nothing]),
-        drag=np.concatenate([meshes.damping, nothing]),
-        stiffness=np.concatenate([meshes.stiffness, meshes.stiffness[own]]),
-        damping=np.concatenate([meshes.damping, meshes.damping[own]]),
-        variation=np.concatenate([meshes.variation, far.variation]),
-        axis=np.concatenate([ready.lines.axis, ready.lines.axis[own]]),
-        mesh=np.concatenate([np.arange(m), own]),
-        sense=np.concatenate([np.ones(m), -np.ones(own.size)]),
-        opening=np.concatenate([np.zeros(m), meshes.backlash[own]]),
-    )
+# Part of the largest tangent of link rows within which one is constant: its rounding.
+_CONSTANT = 1e-9
 
 
 class Size(NamedTuple):
@@ -167,21 +125,24 @@ class Problem:
     """The balance of one System on one lattice: all that neither the motion nor the speed changes.
 
     grid : lattice points and samples.  omega : (J,) a . w_tone at s = 1 [rad/s].
-    error : (2 J, R) rows of e of every flank, the backlash in the mean [m].
-    force : (3, 2, J, n) external modal forces for s^0, s^1, s^2.  stiffness : (N, R) of every flank [N/m].
+    error : (2 J, R) of e in every row, the backlash in the mean [m].
+    force : (3, 2, J, n) external modal forces for s^0, s^1, s^2.
+    laws : of the flanks over the grid.  tangent : (N, R) where contact is assumed: stiffness of a flank that touches,
+        at the operating load, and of link rows [N/m].
     tones : (D,) angular frequencies of the phases of `grid` at s = 1 [rad/s].
     cycles : mesh cycles in a period, of which `omega` and the phases of `grid` are.
     face : the whole meshes of the rows.
     """
 
     modal: Modal
-    flanks: ModalFlanks
+    rows: GapRows
     face: Faces
     grid: Transforms
     omega: Array
     error: Array
     force: Array
-    stiffness: Array
+    laws: GridLaws
+    tangent: Array
     tones: Array
     frame_speed: FrameSpeed = "kinematic"
     cycles: int = 1
@@ -192,8 +153,9 @@ class State:
     """A motion at a relative speed, with its residual and its contact.
 
     y : (2, J, n).  speed : s.  residual : (2, J, n) R.  inverse : D^-1 as of `_inverse`.
-    touching : (N, R) whether each flank presses.  norm : |R|.
-    acting : (N, R) part of its sample in which each damper acts.  edge : (N, R) how that part rises with the gap, times
+    touching : (N, F) whether each flank presses.  norm : |R|.  tangent : (N, R) of every row there [N/m].
+    unchanging : whether tangents keep one value at each phase: the motion is that of a linear system.
+    acting : (N, F) part of its sample in which each damper acts.  edge : (N, F) how that part rises with the gap, times
         the gap rate [1/s]; both None without dampers of meshes.
     """
 
@@ -202,14 +164,11 @@ class State:
     residual: Array
     inverse: tuple[Array, Array]
     touching: NDArray[np.bool_]
+    tangent: Array
+    unchanging: bool
     norm: float
     acting: Array | None = None
     edge: Array | None = None
-
-    @property
-    def unchanging(self) -> bool:
-        """Whether every flank touches all the time or never."""
-        return bool(np.all(self.touching == self.touching[0]))
 
 
 def unknowns(problem: Problem) -> tuple[int, int, int]:
@@ -291,45 +250,42 @@ def problem(
     counts : (D,) samples of each phase.  lines : (point, whether the conjugate counts there, line).
     cycles : mesh cycles in a period of `tones`.
     """
-    flank, net = flanks(ready), grid(points, counts)
-    error, force = _excitation(ready, points, flank, lines)
+    rows, net = gap_rows_of(ready), grid(points, counts)
+    error, force = _excitation(ready, points, rows, lines)
     return Problem(
         modal=ready.modal,
-        flanks=flank,
+        rows=rows,
         face=faces(ready.system.meshes),
         grid=net,
         omega=points @ tones,
         error=error,
         force=force,
-        stiffness=_stiffness(flank, cycles * net.phases),
+        laws=grid_laws(rows, counts, cycles=cycles),
+        tangent=_assumed_tangent(rows, cycles * net.phases),
         tones=tones,
         frame_speed=ready.frame_speed,
         cycles=cycles,
     )
 
 
-def _stiffness(flank: ModalFlanks, phases: Array) -> Array:
-    """Stiffness of every flank (N, R) [N/m] at phases (N, D) of the tones [cycles]."""
-    result = np.empty((len(phases), flank.mesh.size))
-    orders = np.arange(1, flank.variation.shape[1] + 1)
-    for axis in np.unique(flank.axis):
-        mine = flank.axis == axis
-        wave = np.exp(2j * np.pi * np.outer(phases[:, axis], orders))
-        result[:, mine] = flank.stiffness[mine] * (1 + (wave @ flank.variation[mine].T).real)
-    return result
+def _assumed_tangent(rows: GapRows, phases: Array) -> Array:
+    """Tangents (N, R) [N/m] at phases (N, D): of flanks at the operating load, of link rows at the mean load."""
+    flank = rows.flanks.tangent.at(phases[:, rows.phases]).stiffness
+    links = rows.linear[rows.count :]
+    return np.concatenate([flank, np.broadcast_to(links, (len(flank), links.size))], axis=1) if links.size else flank
 
 
-def _excitation(ready: Response, points: Index, flank: ModalFlanks, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
-    """Errors of the flanks (2 J, R) [m] and external modal forces (3, 2, J, n) at points (J, D)."""
+def _excitation(ready: Response, points: Index, rows: GapRows, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
+    """Errors of the rows (2 J, R) [m] and external modal forces (3, 2, J, n) at points (J, D)."""
     system, place = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
-    error = np.zeros((len(points), flank.mesh.size), complex)
+    error = np.zeros((len(points), len(rows.linear)), complex)
     force = np.zeros((3, len(points), system.force.size), complex)
     force[0, 0] = system.force
     for point, conjugate, line in lines:
-        at, gap, push = place[point], system.flank_gaps(line), line.force
+        at, gap, push = place[point], line_gaps(ready, rows, line), line.force
         error[at] += gap.conj() if conjugate else gap
         force[:, at] += push.conj() if conjugate else push
-    error[0] += flank.opening
+    error[0, : rows.count] += rows.flanks.opening
     error[0], force[:, 0] = error[0].real, force[:, 0].real
     modal_force = force @ ready.modal.forces.T
     return np.concatenate([error.real, error.imag]), np.stack([modal_force.real, modal_force.imag], axis=1)
@@ -340,20 +296,24 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
 
     Parameters
     ----------
-    touching : (N, R) or what broadcasts to it, the contact to assume; None: flanks touch where their gap is closed.
+    touching : (N, F) or what broadcasts to it, the contact to assume, with the tangents of the problem; None: flanks
+        and links follow their laws.
     """
     w = speed * given.omega
     inverse = _inverse(given.modal, w)
     gap = gap_rows(given, y)
-    law = _contact_law(given, gap - given.error, speed, touching)
-    unbalanced = _couple(given, y, speed) + _pull(given, _excess_rows(given, law.force, gap, w)) - _force(given, speed)
-    residual = y + _times(inverse, unbalanced)
+    opened = gap - given.error
+    law = _forces(given, opened, speed) if touching is None else _assumed(given, opened, speed, touching)
+    excess = _excess_rows(given, law.force, gap, opened, w)
+    residual = y + _times(inverse, _couple(given, y, speed) + _pull(given, excess) - _force(given, speed))
     return State(
         y=y,
         speed=speed,
         residual=residual,
         inverse=inverse,
         touching=law.touching,
+        tangent=law.tangent,
+        unchanging=law.unchanging,
         norm=float(np.linalg.norm(residual)),
         acting=law.acting,
         edge=law.edge,
@@ -363,17 +323,18 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
 def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     """The Jacobian of the residual as an operator on steps (2, J, n) -> (2, J, n) [knoll2004].
 
-    ModalFlanks that add nothing to it are left out of the transforms.
+    Rows that add nothing to it are left out of the transforms.  Laws are not asked: their tangents stand in the state.
     """
-    flank, w = given.flanks, at.speed * given.omega
-    tangent, drag = np.where(at.touching, given.stiffness, 0.0) - flank.linear, None
+    rows, w = given.rows, at.speed * given.omega
+    tangent, drag = at.tangent - rows.linear, None
     if at.acting is not None and at.edge is not None:
         # where the contact opens or closes within a sample, c delta' a rises with both: a = 1/2 + delta / (|delta'| h)
         rate = np.where((at.acting > 0) & (at.acting < 1), 0.5, at.acting)
-        tangent = tangent + flank.damping * at.edge
-        drag = flank.damping * rate - flank.drag
+        tangent[:, : rows.count] += rows.damping * at.edge
+        drag = np.zeros_like(tangent)
+        drag[:, : rows.count] = rows.damping * rate - rows.drag
     live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
-    gaps, pulls = np.ascontiguousarray(flank.gaps[live].T), flank.pulls[live]
+    gaps, pulls, lag = np.ascontiguousarray(rows.gaps[live].T), rows.pulls[live], rows.lag[live]
     tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
 
     def apply(step: Array) -> Array:
@@ -383,8 +344,9 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
         force *= tangent
         if drag is not None:
             force += drag * given.grid.values(rate_rows(gap, w))
+        back = _lagged(given.grid.rows(force), lag, w)
         pulled = _couple(given, step, at.speed)
-        pulled += (given.grid.rows(force) @ pulls).reshape(step.shape)
+        pulled += (back @ pulls).reshape(step.shape)
         return step + _times(at.inverse, pulled)
 
     return apply
@@ -404,69 +366,165 @@ def speed_derivative(given: Problem, at: State) -> Array:
         part = turned if name in ("G", "C") else y
         moved += (factor[..., None] * part if factor.ndim else factor * part) @ matrix
     moved -= given.force[1] + 2 * s * given.force[2]
-    flank = given.flanks
+    rows, gap = given.rows, gap_rows(given, y)
     if at.acting is not None:
-        gap = gap_rows(given, y)
-        damper = at.acting * flank.damping * given.grid.values(rate_rows(gap - given.error, omega))
-        damper -= flank.drag * given.grid.values(rate_rows(gap, omega))
-        moved += _pull(given, given.grid.rows(damper))
+        own = gap[:, : rows.count]
+        opened = own - given.error[:, : rows.count]
+        damper = at.acting * rows.damping * given.grid.values(rate_rows(opened, omega))
+        damper -= rows.drag * given.grid.values(rate_rows(own, omega))
+        moved += (given.grid.rows(damper) @ rows.pulls[: rows.count]).reshape(y.shape)
+    if rows.lag.any():
+        opened = gap - given.error
+        links = _link_excess(given, given.grid.rows(_forces(given, opened, s).force), opened)
+        lagging = rate_rows(rows.lag[rows.count :] * links, omega)
+        moved += (lagging @ rows.pulls[rows.count :]).reshape(y.shape)
     return _times(at.inverse, moved)
 
 
+def gap_forces(given: Problem, at: State) -> Array:
+    """Force of every row over the grid of phases (N, R) [N], the dampers of links left out."""
+    return _forces(given, gap_rows(given, at.y) - given.error, at.speed).force
+
+
 def flank_force(given: Problem, at: State) -> Array:
-    """Force of every flank over the grid of phases, (N, R) [N]."""
-    gap = gap_rows(given, at.y) - given.error
-    return _contact_law(given, gap, at.speed, None).force
+    """Force of every flank over the grid of phases, (N, F) [N]."""
+    return gap_forces(given, at)[:, : given.rows.count]
 
 
-class _ContactLaw(NamedTuple):
-    """Forces of the flanks (N, R) [N] with contact and damper shares as of `State`."""
+def elastic_forces(given: Problem, delta: Array) -> Array:
+    """Forces of flanks and link rows (N, F + L) [N] by their laws at gaps (N, R) [m], all dampers left out."""
+    rows, F = given.rows, given.rows.count
+    force, _ = given.laws.evaluate(delta[:, :F])
+    if rows.links is None:
+        return force
+    return np.concatenate([force, rows.links.laws.force(delta[:, F : F + rows.links.rows.size])], axis=1)
+
+
+def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
+    """Residual (2, J, n) of another problem at the motion of a state, with forces linearised about that state.
+
+    The problems differ in their errors and external forces alone.
+    """
+    rows, w, moved = given.rows, at.speed * given.omega, given.error - other.error
+    F = rows.count
+    force = at.tangent * given.grid.values(moved)
+    if at.acting is not None:
+        force[:, :F] += at.acting * rows.damping * given.grid.values(rate_rows(moved[:, :F], w))
+    back = _lagged(given.grid.rows(force), rows.lag, w)
+    # the mean system holds the tangents of link rows, whose errors are forces on it
+    back[:, F:] -= _lagged(rows.linear[F:] * moved[:, F:], rows.lag[F:], w)
+    pushed = _force(other, at.speed) - _force(given, at.speed)
+    return at.residual + _times(at.inverse, _pull(given, back) - pushed)
+
+
+class _Forces(NamedTuple):
+    """Forces of the rows (N, R) [N] with contact, tangents and damper shares as of `State`."""
 
     force: Array
+    tangent: Array
     touching: NDArray[np.bool_]
+    unchanging: bool
     acting: Array | None
     edge: Array | None
 
 
-def _contact_law(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_] | None) -> _ContactLaw:
-    """Contact law k delta + c delta' where delta > 0, or where a pattern (N, R) says, from rows (2 J, R) of delta [m].
+def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
+    """Forces by the laws, from rows (2 J, R) of delta [m].
 
     A damper that acts at once would make the force jump where teeth meet, and the sum over samples with it.  The damper
     acts for the part of its sample in which the gap, continued linearly, is closed: the force stays continuous (derived
     here).
     """
-    near = _columns(_reaching(opened) if pattern is None else pattern.any(axis=0))
-    delta, force = given.grid.values(opened[:, near]), np.zeros_like(given.stiffness)
-    touching, pressed = np.zeros(force.shape, bool), delta > 0 if pattern is None else pattern[:, near]
-    touching[:, near] = pressed
-    pushed = np.where(pressed, given.stiffness[:, near] * delta, 0.0)
-    if not given.flanks.damping.any():
-        force[:, near] = pushed
-        return _ContactLaw(force, touching, None, None)
-    rate = given.grid.values(rate_rows(opened[:, near], speed * given.omega))
-    part, rise = pressed.astype(float), np.zeros_like(delta)
-    if pattern is None:
-        sample = (2 * np.pi / (speed * given.tones * given.grid.counts))[given.flanks.axis[near]]
-        travel = np.abs(rate) * sample
-        place = np.divide(delta, travel, out=np.full_like(delta, np.inf), where=travel > 0)
-        inside = np.abs(place) < 0.5
-        part = np.where(inside, 0.5 + np.where(inside, place, 0.0), part)
-        rise = np.where(inside, np.sign(rate) / sample, 0.0)
-    acting, edge = np.zeros_like(force), np.zeros_like(force)
-    acting[:, near], edge[:, near] = part, rise
-    force[:, near] = pushed + given.flanks.damping[near] * rate * part
-    return _ContactLaw(force, touching, acting, edge)
+    rows = given.rows
+    F, N = rows.count, len(given.tangent)
+    reaching = _reach(opened[:, :F]) > given.laws.least_touch
+    near, columns = np.flatnonzero(reaching), _columns(reaching)
+    laws = given.laws.of(near)
+    delta = given.grid.values(opened[:, columns])
+    force, tangent, touching = np.zeros((N, len(rows.linear))), np.zeros((N, len(rows.linear))), np.zeros((N, F), bool)
+    force[:, columns], tangent[:, columns] = laws.evaluate(delta)
+    closed = laws.opening(delta)
+    touching[:, columns] = pressed = closed > 0
+    unchanging = bool(np.all(pressed == pressed[:1]))
+    if unchanging and not rows.parametric:
+        unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
+    if rows.links is not None:
+        unchanging &= _add_links(given, opened, force, tangent)
+    if not rows.damping.any():
+        return _Forces(force, tangent, touching, unchanging, None, None)
+    rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
+    sample = 2 * np.pi / (speed * given.tones * given.grid.counts)
+    own, moving = sample[rows.axis[near]], laws.drift(rate, sample)
+    travel = np.abs(moving) * own
+    place = np.divide(closed, travel, out=np.full_like(closed, np.inf), where=travel > 0)
+    inside = np.abs(place) < 0.5
+    acting, edge = np.zeros((N, F)), np.zeros((N, F))
+    acting[:, columns] = np.where(inside, 0.5 + np.where(inside, place, 0.0), pressed.astype(float))
+    edge[:, columns] = np.where(inside, np.divide(rate, travel, out=np.zeros_like(rate), where=travel > 0), 0.0)
+    force[:, columns] += rows.damping[near] * rate * acting[:, columns]
+    return _Forces(force, tangent, touching, unchanging, acting, edge)
 
 
-def _excess_rows(given: Problem, force: Array, gap: Array, w: Array) -> Array:
-    """Rows (2 J, R) [N] of flank forces (N, R) less what the mean system holds, of gap rows (2 J, R) [m]."""
-    flank, live = given.flanks, _columns(force.any(axis=0))
-    rows = np.zeros_like(gap)
-    rows[:, live] = given.grid.rows(force[:, live])
-    rows -= flank.linear * gap
-    if flank.drag.any():
-        rows -= flank.drag * rate_rows(gap, w)
-    return rows
+def _add_links(given: Problem, opened: Array, force: Array, tangent: Array) -> bool:
+    """Enter forces and tangents (N, R) of the link rows; whether these tangents stay as they are."""
+    links, F = given.rows.links, given.rows.count
+    assert links is not None
+    last = F + links.rows.size
+    force[:, F:last], tangent[:, F:] = links.evaluate(given.grid.values(opened[:, F:last]))
+    own = tangent[:, F:]
+    return bool(np.all(np.ptp(own, axis=0) <= _CONSTANT * np.abs(given.rows.linear).max(initial=0.0)))
+
+
+def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_]) -> _Forces:
+    """Forces of assumed contact (N, F) with the tangents of the problem, from rows (2 J, R) of delta [m]."""
+    rows = given.rows
+    F, N = rows.count, len(given.tangent)
+    tangent = given.tangent.copy()
+    tangent[:, :F] = np.where(pattern, given.tangent[:, :F], 0.0)
+    live = _columns(tangent.any(axis=0))
+    force = np.zeros_like(tangent)
+    force[:, live] = tangent[:, live] * given.grid.values(opened[:, live])
+    touching = np.broadcast_to(pattern, (N, F)).copy()
+    if rows.links is not None:
+        # the law at the mean load and the tangent from there on
+        force[:, F : F + rows.links.rows.size] += rows.links.offset
+    if not rows.damping.any():
+        return _Forces(force, tangent, touching, True, None, None)
+    rate = given.grid.values(rate_rows(opened[:, :F], speed * given.omega))
+    acting = touching.astype(float)
+    force[:, :F] += np.where(touching, rows.damping * rate, 0.0)
+    return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting))
+
+
+def _excess_rows(given: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:
+    """Rows (2 J, R) [N] of forces (N, R) less what the mean system holds, of rows (2 J, R) of B^T q and delta [m]."""
+    rows, live = given.rows, _columns(force.any(axis=0))
+    back = np.zeros_like(gap)
+    back[:, live] = given.grid.rows(force[:, live])
+    F = rows.count
+    if rows.links is not None:
+        back[:, F:] = _lagged(_link_excess(given, back, opened), rows.lag[F:], w)
+    back[:, :F] -= rows.linear[:F] * gap[:, :F]
+    if rows.drag.any():
+        back[:, :F] -= rows.drag * rate_rows(gap[:, :F], w)
+    return back
+
+
+def _link_excess(given: Problem, back: Array, opened: Array) -> Array:
+    """Forces of link rows (2 J, R - F) [N] less those of their tangents at the mean load, of forces and delta (2 J, R).
+
+    The force of the mean system is that of the law at the mean load.
+    """
+    rows = given.rows
+    assert rows.links is not None
+    excess: Array = back[:, rows.count :] - rows.linear[rows.count :] * opened[:, rows.count :]
+    excess[0, : rows.links.rows.size] -= rows.links.offset
+    return excess
+
+
+def _lagged(rows: Array, lag: Array, w: Array) -> Array:
+    """(1 + lag d/dt) of rows (2 J, c) at frequencies w (J,) [rad/s]; lag : (c,) [s]."""
+    return rows + rate_rows(lag * rows, w) if lag.any() else rows
 
 
 def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
@@ -476,11 +534,11 @@ def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
     return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
 
 
-def _reaching(opened: Array) -> NDArray[np.bool_]:
-    """ModalFlanks (R,) whose delta, of rows (2 J, R), can rise above 0 at all: its mean and all amplitudes."""
+def _reach(opened: Array) -> Array:
+    """Value (c,) [m] above which delta, of rows (2 J, c), cannot rise: its mean and all amplitudes."""
     J = len(opened) // 2
     reach: Array = opened[0] + np.hypot(opened[1:J], opened[J + 1 :]).sum(axis=0)
-    return reach > 0
+    return reach
 
 
 def rate_rows(rows: Array, w: Array) -> Array:
@@ -490,14 +548,14 @@ def rate_rows(rows: Array, w: Array) -> Array:
 
 
 def gap_rows(given: Problem, y: Array) -> Array:
-    """Rows (2 J, R) of B^T q [m], the gap of every flank before errors, of a motion (2, J, n)."""
-    gap: Array = y.reshape(-1, y.shape[2]) @ given.flanks.gaps.T
+    """Rows (2 J, R) of B^T q [m], the gap of every row before errors, of a motion (2, J, n)."""
+    gap: Array = y.reshape(-1, y.shape[2]) @ given.rows.gaps.T
     return gap
 
 
 def _pull(given: Problem, rows: Array) -> Array:
-    """Modal forces (2, J, n) of rows of flank forces (2 J, R) [N]."""
-    return (rows @ given.flanks.pulls).reshape(unknowns(given))
+    """Modal forces (2, J, n) of rows of forces (2 J, R) [N]."""
+    return (rows @ given.rows.pulls).reshape(unknowns(given))
 
 
 def _force(given: Problem, speed: float) -> Array:

@@ -200,6 +200,13 @@ def distance(one: Solution, other: Solution) -> float:
     return min(distances) / max(dynamic_size(a.state.y), dynamic_size(y))
 
 
+def _eased(given: Problem, part: float) -> Array:
+    """Assumed tangents (N, R) [N/m] with a part of their variation."""
+    mean = np.concatenate([given.rows.flanks.stiffness, given.rows.linear[given.rows.count :]])
+    tangent: Array = mean + part * (given.tangent - mean)
+    return tangent
+
+
 def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -> NewtonResult:
     """A solution from closed flanks, or by continuation in the load: the varying load brought up in parts.
 
@@ -216,8 +223,8 @@ def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -
         moving = np.r_[1:J, J + 1 : 2 * J]
         error[moving] *= part
         force[:, :, 1:] *= part
-        mean = np.asarray(given.flanks.stiffness)
-        eased = replace(given, error=error, force=force, stiffness=mean + part * (given.stiffness - mean))
+        mean = given.rows.flanks.stiffness
+        eased = replace(given, error=error, force=force, laws=given.laws.eased(mean, part), tangent=_eased(given, part))
         found = solve(eased, y if part > _LOADS[0] else linear_start(eased, speed), speed)
         if not found.converged:
             break

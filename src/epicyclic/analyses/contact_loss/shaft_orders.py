@@ -21,6 +21,7 @@ from .problem import (
     Problem,
     State,
     dynamic_size,
+    elastic_forces,
     evaluate,
     gap_rows,
     half_lattice,
@@ -67,17 +68,20 @@ def superposed_lines(given: Torus, point: TorusPoint) -> list[SuperposedLine]:
 
 
 def superposition_is_exact(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
-    """Whether no flank of a motion of mesh orders parts or closes whatever the phases of the lines."""
-    delta = _gap_values(point)
+    """Whether no tangent of a motion of mesh orders changes whatever the phases of the lines."""
+    balance, delta = point.problem, _gap_values(point)[:, : point.problem.rows.count]
     reach = sum((np.abs(line.stretch) for line in lines), np.zeros_like(delta))
-    touching = point.state.touching
+    touching, opening = point.state.touching, balance.laws.opening(delta)
     always, never = touching.all(axis=0), ~touching.any(axis=0)
-    kept = np.where(always, (delta > reach).all(axis=0), never & (delta < -reach).all(axis=0))
-    return bool(kept.all())
+    kept = np.where(always, (opening > reach).all(axis=0), never & (opening < -reach).all(axis=0))
+    if balance.rows.parametric or not kept.all():
+        return bool(kept.all())
+    straight = balance.laws.constant((delta - reach).min(axis=0), (delta + reach).max(axis=0))
+    return straight and (balance.rows.links is None or not reach.any())
 
 
 def _gap_values(point: TorusPoint) -> Array:
-    """delta of every flank over the grid, (N, R) [m]."""
+    """delta of every row over the grid, (N, R) [m]."""
     balance, y = point.problem, point.state.y
     values: Array = balance.grid.values(gap_rows(balance, y) - balance.error)
     return values
@@ -86,40 +90,54 @@ def _gap_values(point: TorusPoint) -> Array:
 def _line_response(given: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
     """The linear response to one group of lines, of flanks that touch when they do at a point."""
     balance, speed = _problem(given, point, shaft), point.state.speed
-    closed = np.broadcast_to(balance.stiffness > 0, balance.stiffness.shape)
+    F = balance.rows.count
+    closed = balance.tangent[:, :F] > 0
     state = evaluate(balance, np.zeros_like(balance.force[0]), speed, touching=closed)
     move, _ = newton_step(forcing=_TOLERANCE)(balance, state, state.residual, 0.0)
     y = -move
     opened = gap_rows(balance, y) - balance.error
     stretch = _amplitude(balance, opened)
-    tangent: Array = balance.stiffness.reshape(len(stretch), _SAMPLES, -1)[:, 0]
-    force: ComplexArray = tangent * stretch
-    if balance.flanks.damping.any():
-        force += balance.flanks.damping * _amplitude(balance, rate_rows(opened, speed * balance.omega))
+    tangent: Array = balance.tangent.reshape(len(stretch), _SAMPLES, -1)[:, 0]
+    elastic: ComplexArray = tangent * stretch
+    force = elastic[:, :F].copy()
+    if balance.rows.damping.any():
+        rate = rate_rows(opened[:, :F], speed * balance.omega)
+        force += balance.rows.damping * _amplitude(balance, rate)
     return SuperposedLine(
         shaft=shaft,
-        stretch=stretch,
+        stretch=stretch[:, :F],
         force=force,
         motion=_amplitude(balance, y.reshape(-1, y.shape[2]) @ given.ready.modal.shapes.T),
-        error=_superposition_error(point, stretch, tangent * stretch),
+        error=_superposition_error(point, stretch, elastic),
     )
 
 
 def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: ComplexArray) -> float:
-    """RMS of what the law adds to or takes from the force of a line over all phases, relative to that force.
+    """RMS of what the laws add to or take from the forces of a line over all phases, relative to those forces.
 
     stretch, force : (N, R) amplitudes [m, N].
     """
-    delta = _gap_values(point).reshape(len(stretch), -1, stretch.shape[1])
-    stiffness = point.problem.stiffness.reshape(delta.shape)
-    before = stiffness * np.maximum(delta, 0.0)
+    delta = _gap_values(point)
+    before, repeats = elastic_forces(point.problem, delta), len(delta) // len(stretch)
     wrong = right = 0.0
     for turn in (1.0, 1j, -1.0, -1j):
-        after = stiffness * np.maximum(delta + (turn * stretch).real[:, None], 0.0)
-        linear = (turn * force).real[:, None]
+        linear = _forces_of_line(point, np.repeat((turn * force).real, repeats, axis=0))
+        after = elastic_forces(point.problem, delta + np.repeat((turn * stretch).real, repeats, axis=0))
         wrong += float(((after - before - linear) ** 2).sum())
-        right += float((linear**2).sum()) * delta.shape[1]
+        right += float((linear**2).sum())
     return float(np.sqrt(wrong / max(right, np.finfo(float).tiny)))
+
+
+def _forces_of_line(point: TorusPoint, force: Array) -> Array:
+    """Forces of flanks and link rows (N, F + L) [N] from those of all rows (N, R), diagonal ones put on their x, y."""
+    rows = point.problem.rows
+    if rows.links is None:
+        return force
+    last = rows.count + rows.links.rows.size
+    result = force[:, :last].copy()
+    for side in rows.links.pairs.T:
+        result[:, rows.count + side] += force[:, last:]
+    return result
 
 
 def _amplitude(balance: Problem, rows: Array) -> ComplexArray:
@@ -145,11 +163,11 @@ def _problem(given: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
         (*point.problem.grid.counts[:D], _SAMPLES),
         lines,
     )
-    touching = point.state.touching
-    share = touching.reshape(len(balance.stiffness) // _SAMPLES, -1, touching.shape[1]).mean(axis=1)
+    along = point.state.tangent
+    mean = along.reshape(len(balance.tangent) // _SAMPLES, -1, along.shape[1]).mean(axis=1)
     error, force = balance.error.copy(), balance.force.copy()
     error[0], force[:, :, 0] = 0.0, 0.0  # backlash and steady forces belong to the mean
-    return replace(balance, error=error, force=force, stiffness=balance.stiffness * np.repeat(share, _SAMPLES, axis=0))
+    return replace(balance, error=error, force=force, tangent=np.repeat(mean, _SAMPLES, axis=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -17,7 +17,18 @@ from ...system.system import Array
 from ..steady.excitation import Shaft
 from ..steady.response import Response
 from .corrector import TOLERANCE, WORK, NewtonResult, linear_start, newton_step, solve
-from .problem import Problem, Size, State, dynamic_size, embedded, evaluate, order_weight, problem, torus_points
+from .problem import (
+    Problem,
+    Size,
+    State,
+    dynamic_size,
+    embedded,
+    evaluate,
+    linearised_residual,
+    order_weight,
+    problem,
+    torus_points,
+)
 from .shaft_tones import ShaftTones, shaft_tones
 from .truncation import TruncatedOrders, truncated_orders, truncation_residual
 
@@ -304,9 +315,14 @@ def _with_shaft_response(given: Torus, balance: Problem, y: Array, speed: float)
     Errors of low frequency are mostly followed by the bodies: on their own, before these have moved, they would part
     all flanks.
     """
-    touching = evaluate(_with_scaled_shaft_lines(given, balance, 0.0), y, speed).touching
-    state = evaluate(balance, y, speed, touching=touching)
-    move, _ = newton_step()(balance, state, state.residual, 0.0)
+    without = _with_scaled_shaft_lines(given, balance, 0.0)
+    state = evaluate(without, y, speed)
+    if balance.rows.parametric:
+        state = evaluate(balance, y, speed, touching=state.touching)
+        right = state.residual
+    else:
+        right = linearised_residual(without, state, balance)
+    move, _ = newton_step()(balance, state, right, 0.0)
     return y - move
 
 

@@ -1,4 +1,4 @@
-"""Truncation residual: forces of the flanks on the orders that the grid resolves and the lattice drops.
+"""Truncation residual: forces of flanks and links on the orders that the grid resolves and the lattice drops.
 
 It is exact, because the grid of phases holds the whole force (derived here).  Each dropped row is turned into a motion
 by D^-1, so that a force far above all modes counts for little.
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ...system.system import Array
-from .problem import Problem, State, flank_force
+from .problem import Problem, State, gap_forces
 
 __all__ = ["TruncatedOrders", "truncated_orders", "truncation_residual"]
 
@@ -76,13 +76,15 @@ def _kind(found: NDArray[np.int64], mesh: int, orders: tuple[int, ...]) -> NDArr
 
 def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
     """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
-    force, modal = flank_force(given, at), given.modal
+    force, modal, rows = gap_forces(given, at), given.modal, given.rows
     live = force.any(axis=0)
     box = force[:, live].reshape(*given.grid.counts, -1)
     D = len(given.grid.counts)
-    rows = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]
+    dropped = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]
     w = at.speed * truncated.omega[:, None]
-    square = np.abs(rows @ given.flanks.pulls[live]) ** 2
+    if rows.lag.any():
+        dropped = dropped * (1 + 1j * w * rows.lag[live])
+    square = np.abs(dropped @ rows.pulls[live]) ** 2
     square /= np.maximum((modal.squared - w**2) ** 2 + (w * modal.damping) ** 2, np.finfo(float).tiny)
     each = truncated.weight * square.sum(axis=1)
     size: Array = np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))

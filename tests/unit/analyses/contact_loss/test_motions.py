@@ -83,15 +83,15 @@ def test_energy_of_a_cycle(made: Any) -> None:
     time = np.arange(N) / N
     rows = state.y.reshape(-1, state.y.shape[2])
     rate_rows = np.concatenate([-w[:, None] * state.y[1], w[:, None] * state.y[0]])
-    delta = given.grid.values(rows @ given.flanks.gaps.T - given.error)
+    delta = given.grid.values(rows @ given.rows.gaps.T - given.error)
     J = len(w)
     error_rate = given.grid.values(np.concatenate([-w[:, None] * given.error[J:], w[:, None] * given.error[:J]]))
     orders = np.arange(1, 9)
     turn = 2j * np.pi * 1000 * state.speed * orders
     wave = np.exp(2j * np.pi * np.outer(time, orders)) * turn
-    stiffness_rate = given.flanks.stiffness * (wave @ given.flanks.variation.T).real
+    stiffness_rate = given.rows.flanks.stiffness * (wave @ given.rows.flanks.variation.T).real
     pressed = delta > 0
-    force = np.where(pressed, given.stiffness * delta, 0.0)
+    force = np.where(pressed, given.tangent * delta, 0.0)
     parametric = (np.where(pressed, stiffness_rate * delta**2 / 2, 0.0)).mean(axis=0).sum()
     of_errors = -(force * error_rate).mean(axis=0).sum()
     velocity = given.grid.values(rate_rows) @ given.modal.shapes.T

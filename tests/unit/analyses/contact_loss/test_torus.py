@@ -202,8 +202,8 @@ def test_states_know_which_flanks_touch(train: Train) -> None:
     given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
     point = respond_torus(given, 2.3)
     made = point.problem
-    y, flanks = point.state.y, made.flanks
-    delta = made.grid.values(y.reshape(-1, y.shape[2]) @ flanks.gaps.T - made.error)
+    y, rows = point.state.y, made.rows
+    delta = made.grid.values(y.reshape(-1, y.shape[2]) @ rows.gaps.T - made.error)
     np.testing.assert_array_equal(point.state.touching, delta > 0)
     assumed = evaluate(made, y, 2.3, touching=delta > 0)
     # the same sums in another order

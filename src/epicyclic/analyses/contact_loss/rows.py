@@ -1,0 +1,322 @@
+"""Rows of gaps in modal coordinates, and their laws over a grid of phases.
+
+Rows of a balance are the F flanks (`system.gaps`), then the rows of link groups with a law, then one diagonal row a
+group of two.  A tangent of a group, a symmetric block of two rows, is a sum over three directions x, y, d = (x + y),
+
+    K = (kxx - kxy) x x' + (kyy - kxy) y y' + kxy d d'
+
+so that tangents of all rows are numbers (derived here).  The mean system holds the stiffness `linear` of every row.
+Friction with a memory sticks in small vibration and stays in the mean system.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.gaps import Flanks, FlanksAt, flanks
+from ...system.laws.blended import eased
+from ...system.laws.groups import Laws, stacked
+from ...system.system import Array, ComplexArray, Line, System
+from ..static.record import group_gap
+from ..static.tangent import mean_stretch, small_motion_tangent
+from ..steady.response import Response
+
+__all__ = ["GapRows", "GridLaws", "LinkRowLaws", "gap_rows_of", "grid_laws", "line_gaps"]
+
+Index = NDArray[np.int64]
+Columns = slice | Index
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinkRowLaws:
+    """Laws of the L rows of link groups, friction with a memory left out.
+
+    laws : of their groups.  rows : (L,) among all rows of groups of the System.  pairs : (P, 2) rows x and y, among the
+    L, of the groups of two.  offset : (L,) force less tangent times stretch at the mean load [N].
+    """
+
+    laws: Laws
+    rows: Index
+    pairs: Index
+    offset: Array
+
+    def tangents(self, block: Array) -> Array:
+        """Tangents (..., L + P) [N/m] along x, y and d of blocks (..., L, L)."""
+        x, y = self.pairs.T
+        result = np.concatenate([np.diagonal(block, axis1=-2, axis2=-1), block[..., x, y]], axis=-1)
+        result[..., x] -= block[..., x, y]
+        result[..., y] -= block[..., x, y]
+        return result
+
+    def evaluate(self, delta: Array) -> tuple[Array, Array]:
+        """Force (N, L) [N] and tangents (N, L + P) [N/m] at stretches (N, L) [m]."""
+        return self.laws.force(delta), self.tangents(self.laws.tangent(delta))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GapRows:
+    """The R rows of a balance: F flanks, L rows of link groups, P diagonal rows.
+
+    flanks : rows of flanks with their laws.  links : laws of the link rows, None without.
+    gaps, pulls : (R, n) as of `Modal`.  linear : (R,) stiffness in the mean system [N/m].
+    damping : (F,) of the flanks, where they press, and drag : (F,) in the mean system [N s/m].
+    lag : (R,) damper per tangent of link rows [s], 0 of flanks.
+    axis : (F,) phase of each flank.  phases : (T,) phase of every mesh tone of the System.
+    """
+
+    flanks: Flanks
+    links: LinkRowLaws | None
+    gaps: Array
+    pulls: Array
+    linear: Array
+    damping: Array
+    drag: Array
+    lag: Array
+    axis: Index
+    phases: Index
+
+    @property
+    def count(self) -> int:
+        """Number F of flanks."""
+        return int(self.flanks.mesh.size)
+
+    @property
+    def sense(self) -> Array:
+        """+1 of a loaded, -1 of a far flank, (F,)."""
+        return self.flanks.sense
+
+    @property
+    def parametric(self) -> bool:
+        """Whether a motion that keeps its contact is that of a linear system with parametric stiffness."""
+        return self.links is None and self.flanks.parametric
+
+    def at(self, phases: Array) -> FlanksAt:
+        """Laws of the flanks at phases (P, D) of the tones of the balance [cycles]."""
+        return self.flanks.at(phases[:, self.phases])
+
+
+def gap_rows_of(ready: Response) -> GapRows:
+    """The rows of a System ready for its response."""
+    modal, system = ready.modal, ready.system
+    table = flanks(ready.lawful or system)
+    links = _link_rows(ready.lawful) if ready.lawful is not None else None
+    m, far = len(system.meshes.name), table.mesh[len(system.meshes.name) :]
+    B = [table.B[:, m:]]
+    linear, lag = [table.linear], [np.zeros(table.mesh.size)]
+    if links is not None and ready.lawful is not None:
+        own, a0, lags = _link_numbers(ready.lawful, links)
+        B.append(own)
+        linear.append(a0)
+        lag.append(lags)
+    extra = np.concatenate(B, axis=1)
+    gaps, pulls = extra.T @ modal.shapes, (modal.forces @ extra).T
+    gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
+    tones = list(ready.lines.tones)
+    return GapRows(
+        flanks=table,
+        links=links,
+        gaps=np.concatenate([modal.gaps, gaps]),
+        pulls=np.concatenate([modal.pulls, pulls]),
+        linear=np.concatenate(linear),
+        damping=table.damping,
+        drag=np.where(table.sense > 0, table.damping, 0.0),
+        lag=np.concatenate(lag),
+        axis=np.concatenate([ready.lines.axis, ready.lines.axis[far]]),
+        phases=np.array([tones.index(tone) if tone in tones else 0 for tone in system.tones], np.int64),
+    )
+
+
+def _link_rows(system: System) -> LinkRowLaws | None:
+    """Laws of the link groups without a memory; None where there are none."""
+    every = system.laws
+    groups = [group for group, memory in zip(system.groups, every.memory, strict=True) if not memory]
+    if not groups:
+        return None
+    rows, laws = np.flatnonzero(~every.row_memory), stacked(groups)
+    first = laws.rows.first[laws.rows.pair]
+    stretch = mean_stretch(system)
+    tangent = small_motion_tangent(every, stretch)
+    return LinkRowLaws(
+        laws=laws,
+        rows=rows,
+        pairs=np.stack([first, first + 1], axis=1),
+        offset=(every.force(stretch) - tangent @ stretch)[rows],
+    )
+
+
+def _link_numbers(system: System, links: LinkRowLaws) -> tuple[Array, Array, Array]:
+    """Columns (n, L + P), tangents of the mean system (L + P,) [N/m] and lags (L + P,) [s] of link rows."""
+    rows, pairs = links.rows, links.pairs
+    tangent = small_motion_tangent(system.laws, mean_stretch(system))[np.ix_(rows, rows)]
+    every = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])[rows]
+    B = system.group_rows[:, rows]
+    return (
+        np.concatenate([B, B[:, pairs[:, 0]] + B[:, pairs[:, 1]]], axis=1),
+        links.tangents(tangent),
+        np.concatenate([every, every[pairs[:, 0]]]),
+    )
+
+
+def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:
+    """Errors (R,) [m] of a line in every row, without the opening of far flanks."""
+    own = ready.system.flank_gaps(line)
+    if rows.links is None or ready.lawful is None:
+        return own
+    given = _line_of(ready.lawful, line.frequency)
+    size = ready.lawful.group_rows.shape[1]
+    error = np.zeros(size, complex) if given is None else group_gap(given, size)
+    error = error[rows.links.rows]
+    x, y = rows.links.pairs.T
+    return np.concatenate([own, error, error[x] + error[y]])
+
+
+def _line_of(system: System, frequency: Fraction) -> Line | None:
+    """The line of a frequency [Hz], None where there is none."""
+    return next((line for line in system.lines if line.frequency == frequency), None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _AxisLaws:
+    """Laws of some flanks that follow one phase, at its samples.
+
+    columns : (c,) which of the F.  axis : the phase.  touch, drift : (P, c) first touch and its change a
+    sample [m]; None where all are zero.
+    """
+
+    laws: FlanksAt
+    columns: Index
+    axis: int
+    touch: Array | None
+    drift: Array | None
+
+    def chosen(self, columns: Index) -> _AxisLaws:
+        """The same of some of the F columns."""
+        mine = np.flatnonzero(np.isin(self.columns, columns))
+        if mine.size == self.columns.size:
+            return self
+        together = bool(mine.size) and bool(mine[-1] - mine[0] + 1 == mine.size)
+        pick: Columns = slice(int(mine[0]), int(mine[-1]) + 1) if together else mine
+        return _AxisLaws(
+            laws=self.laws.rows(pick),
+            columns=self.columns[mine],
+            axis=self.axis,
+            touch=None if self.touch is None else self.touch[:, pick],
+            drift=None if self.drift is None else self.drift[:, pick],
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GridLaws:
+    """Laws of F flanks over N samples of a grid, the last phase fastest; none is spread over the other phases.
+
+    counts : (D,) samples of each phase.
+    """
+
+    parts: tuple[_AxisLaws, ...]
+    counts: tuple[int, ...]
+    count: int
+
+    @property
+    def least_touch(self) -> Array:
+        """Least gap at which each flank touches (F,) [m]."""
+        result = np.zeros(self.count)
+        for part in self.parts:
+            if part.touch is not None:
+                result[part.columns] = part.touch.min(axis=0)
+        return result
+
+    def of(self, columns: Index) -> GridLaws:
+        """The laws of some flanks (c,), rising numbers, which become the columns."""
+        if columns.size == self.count:
+            return self
+        place = np.full(self.count, -1)
+        place[columns] = np.arange(columns.size)
+        kept = [part.chosen(columns) for part in self.parts]
+        parts = tuple(replace(p, columns=place[p.columns]) for p in kept if p.columns.size)
+        return GridLaws(parts=parts, counts=self.counts, count=columns.size)
+
+    def evaluate(self, delta: Array) -> tuple[Array, Array]:
+        """Force [N] and tangent [N/m] of all flanks at gaps (N, F) [m], each (N, F)."""
+        if len(self.parts) == 1 and self.parts[0].columns.size == self.count:
+            force, tangent = self.parts[0].laws.evaluate(self._own(delta, self.parts[0].axis))
+            return self._back(force, self.parts[0].axis), self._back(tangent, self.parts[0].axis)
+        every = np.zeros_like(delta), np.zeros_like(delta)
+        for part in self.parts:
+            found = part.laws.evaluate(self._own(delta[:, part.columns], part.axis))
+            for values, mine in zip(every, found, strict=True):
+                values[:, part.columns] = self._back(mine, part.axis)
+        return every
+
+    def opening(self, delta: Array) -> Array:
+        """delta less first touch (N, F) [m]: a flank presses where it is above zero."""
+        return self._less(delta, [part.touch for part in self.parts])
+
+    def drift(self, rate: Array, sample: Array) -> Array:
+        """Rate of delta less that of first touch (N, F) [m/s]; sample : (D,) time a sample of each phase takes [s]."""
+        moved = [None if p.drift is None else p.drift / sample[p.axis] for p in self.parts]
+        return self._less(rate, moved)
+
+    def constant(self, low: Array, high: Array) -> bool:
+        """Whether every tangent keeps one value at each phase over the gaps low .. high (F,) [m]."""
+        return all(bool(p.laws.constant(low[p.columns], high[p.columns]).all()) for p in self.parts)
+
+    def eased(self, mean: Array, part: float) -> GridLaws:
+        """The laws with a part of their variation and curvature, the rest linear with the mean stiffness (F,) [N/m]."""
+        parts = []
+        for p in self.parts:
+            own = mean[p.columns]
+            laws = tuple((eased(law, own[rows], part), rows) for law, rows in p.laws.parts)
+            touch = None if p.touch is None else np.minimum(p.touch, 0.0)
+            parts.append(replace(p, laws=replace(p.laws, parts=laws), touch=touch))
+        return replace(self, parts=tuple(parts))
+
+    def _less(self, values: Array, parts: Sequence[Array | None]) -> Array:
+        """Values (N, F) less those (P, c) of each part at its own phase."""
+        if all(each is None for each in parts):
+            return values
+        result = values.copy()
+        for each, part in zip(parts, self.parts, strict=True):
+            if each is not None:
+                own = self._own(values[:, part.columns], part.axis) - each
+                result[:, part.columns] = self._back(own, part.axis)
+        return result
+
+    def _own(self, values: Array, axis: int) -> Array:
+        """Values (N, c) with the own phase next to the last axis, (..., P, c)."""
+        if len(self.counts) == 1:
+            return values
+        return np.moveaxis(values.reshape(*self.counts, -1), axis, -2)
+
+    def _back(self, values: Array, axis: int) -> Array:
+        """Values (..., P, c) as (N, c) again."""
+        if len(self.counts) == 1:
+            return values
+        return np.moveaxis(values, -2, axis).reshape(-1, values.shape[-1])
+
+
+def grid_laws(rows: GapRows, counts: tuple[int, ...], *, cycles: int) -> GridLaws:
+    """Laws of the flanks at the samples of a grid; cycles : mesh cycles in a period of its phases."""
+    parts = []
+    for axis in np.unique(rows.axis).tolist():
+        columns = np.flatnonzero(rows.axis == axis)
+        phases = np.zeros((counts[axis], len(counts)))
+        phases[:, axis] = cycles * np.arange(counts[axis]) / counts[axis]
+        every = columns.size == rows.count
+        laws = rows.at(phases) if every else rows.at(phases).rows(columns)
+        touch = laws.touch
+        drift = (np.roll(touch, -1, axis=0) - np.roll(touch, 1, axis=0)) / 2
+        parts.append(
+            _AxisLaws(
+                laws=laws,
+                columns=columns,
+                axis=axis,
+                touch=touch if touch.any() else None,
+                drift=drift if touch.any() else None,
+            )
+        )
+    return GridLaws(parts=tuple(parts), counts=counts, count=rows.count)
