@@ -130,6 +130,7 @@ class Measures:
     rms, highest, lowest : (w,) of the force of every whole mesh [N], its far flank negative.
     open : (w,) part of the time in which no flank of it touches.
     amplitude : (n,) half the distance between extremes of a coordinate [m; rz as radius times angle].
+    flank : (F,) largest force of every flank [N].
     """
 
     rms: Array
@@ -137,6 +138,7 @@ class Measures:
     lowest: Array
     open: Array
     amplitude: Array
+    flank: Array
 
 
 def force_level(system: System, given: Problem, state: State) -> Array:
@@ -179,6 +181,7 @@ def _measures(system: System, force: Array, touching: np.ndarray, motion: Array,
         lowest=lowest,
         open=1 - closed.mean(axis=0),
         amplitude=system.dofs.radius * reach,
+        flank=force.max(axis=0),
     )
 
 
@@ -192,6 +195,7 @@ class TorusOutputs:
     peak, minimum : (w,), row_peak : (m,) largest and least over all relative phases [N].
     open : (w,) share of time in which no slice of the mesh touches, row_open : (m,) of each.
     far : (w,) share of time in which a far flank touches.
+    flank : (F,) largest force of every flank [N].
     """
 
     force: Array
@@ -204,6 +208,7 @@ class TorusOutputs:
     open: Array
     row_open: Array
     far: Array
+    flank: Array
 
 
 def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
@@ -212,7 +217,8 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     Lines superposed add their mean square to the RMS and their amplitude to the extremes.
     """
     system, rows, face, balance = given.ready.system, len(given.face.row), given.face, point.problem
-    own_force = row_force(system, flank_force(balance, point.state))
+    flank = flank_force(balance, point.state)
+    own_force = row_force(system, flank)
     force = face.total(own_force, axis=1)
     each = [row_force(system, line.force) for line in lines]
     extra = [face.total(amplitude, axis=1) for amplitude in each]
@@ -233,6 +239,7 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         open=1.0 - np.logical_or.reduceat(loaded, face.first, axis=1).mean(axis=0),
         row_open=1.0 - loaded.mean(axis=0),
         far=_far(given, point, far),
+        flank=_with_lines(flank, [line.force for line in lines], counts),
     )
 
 

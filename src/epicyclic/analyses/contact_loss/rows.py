@@ -26,7 +26,7 @@ from ..static.record import group_gap
 from ..static.tangent import mean_stretch, small_motion_tangent
 from ..steady.response import Response
 
-__all__ = ["GapRows", "GridLaws", "LinkRowLaws", "gap_rows_of", "grid_laws", "line_gaps"]
+__all__ = ["GapRows", "GridLaws", "LinkRowLaws", "gap_rows_of", "grid_laws", "law_warnings", "line_gaps"]
 
 Index = NDArray[np.int64]
 Columns = slice | Index
@@ -160,6 +160,18 @@ def _link_numbers(system: System, links: LinkRowLaws) -> tuple[Array, Array, Arr
         links.tangents(tangent),
         np.concatenate([every, every[pairs[:, 0]]]),
     )
+
+
+def law_warnings(ready: Response, rows: GapRows) -> list[str]:
+    """Warnings of the System, without those of tangents that are not used here; friction with a memory sticks."""
+    system = ready.lawful
+    if system is None:
+        return list(ready.system.warnings)
+    names = [group.name for group, memory in zip(system.groups, system.laws.memory, strict=True) if memory]
+    stick = [f"{', '.join(names)}: Coulomb friction sticks in small vibration, it keeps its elastic stiffness"]
+    free = rows.gaps[rows.count :].any() if rows.links is not None else True
+    loose = ["no link row moves: the bodies float in their clearance under the mean load"]
+    return [*system.warnings, *(stick if names else []), *([] if free else loose)]
 
 
 def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:

@@ -241,6 +241,7 @@ def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]
             lowest=found.minimum,
             open=np.maximum(found.open - found.far, 0.0),
             amplitude=torus_amplitudes(given, point, lines),
+            flank=found.flank,
         ),
         status=point.status,
         truncation_residual=point.truncation_residual,

@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
+from ...system.gaps import past_the_end
 from ...system.system import Array
 from ..steady.response import response
 from .branch_set import branch_set
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .refinement import Refinement, with_stability
+from .rows import law_warnings
 from .shaft_orders import NEGLIGIBLE, SuperposedLine, superposed_lines, superposition_is_exact
 from .torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 
@@ -162,7 +164,11 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], 
         verb="steady",
         options={**options, "harmonics": max(point.size.harmonics), "slow_orders": list(point.size.orders)},
         provenance=system.provenance,
-        warnings=[*system.warnings, *_warnings(point, lines)],
+        warnings=[
+            *law_warnings(ready, point.problem.rows),
+            *_warnings(point, lines),
+            *past_the_end(system, point.problem.rows.flanks, found.flank),
+        ],
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
 from ...system.faces import faces
+from ...system.gaps import past_the_end
 from ...system.system import Array, System
 from ..steady.response import FrameSpeed, Response, response
 from .branch_set import BranchSet, Segment, branch_set
@@ -17,6 +18,7 @@ from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, with_stability
+from .rows import gap_rows_of, law_warnings
 from .shaft_orders import ShaftOrders
 from .sweep_direction import Reached, Unstable, sweep_direction
 from .torus import torus
@@ -94,13 +96,15 @@ def contact_sweep(
     shaft = ShaftOrders(given=torus(ready, most=shaft_tones)) if shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
+    largest: list[Array] = []
     if rising.size:
         branches = branch_set(refinement, rising, harmonics=harmonics)
-        _fill_directions(refinement, branches, curves, unstable, shaft, progress)
+        largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
     options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
     options |= {"shaft_orders": shaft_orders, "shaft_tones": shaft_tones}
-    return _labelled(ready, speed, spread, _path_curves(refinement, branches, unstable != "ignore"), options, branches)
+    path = _path_curves(refinement, branches, unstable != "ignore")
+    return _labelled(ready, speed, spread, path, options, _warnings(ready, spread, branches, largest))
 
 
 def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
@@ -129,15 +133,17 @@ def _fill_directions(
     unstable: Unstable,
     shaft: ShaftOrders | None,
     progress: Callable[[int, int], None] | None,
-) -> None:
-    """Fill the curves (.., P) of both sweep directions."""
-    total, done = 2 * len(branches.crossings), 0
+) -> list[Array]:
+    """Fill the curves (.., P) of both sweep directions; largest forces (F,) of the flanks of every motion [N]."""
+    total, done, largest = 2 * len(branches.crossings), 0, list[Array]()
     for values, upward in zip(curves, (True, False), strict=True):
         for place, reached in sweep_direction(refinement, branches, upward=upward, unstable=unstable):
-            _fill(refinement.ready.system, values, place, reached, shaft)
+            found = _fill(refinement.ready.system, values, place, reached, shaft)
+            largest += [] if found is None else [found.flank]
             done += 1
             if progress is not None:
                 progress(done, total)
+    return largest
 
 
 def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[Any]]:
@@ -166,13 +172,13 @@ def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[
 
 def _fill(
     system: System, values: dict[str, NDArray[Any]], place: int, reached: Reached, shaft: ShaftOrders | None
-) -> None:
-    """Enter what is reached at one speed into the curves (.., P), shaft orders on top where there are any."""
+) -> Measures | None:
+    """Enter what is reached at one speed into the curves (.., P), shaft orders on top; its measures where there are."""
     found = reached.motion
     values["branch_instability"][place], values["jumped"][place] = reached.instability, reached.jumped
     if found is None:
         values["status"][place] = "not converged"
-        return
+        return None
     values["status"][place] = "ok"
     if isinstance(found, IntegratedMotion):
         measures: Measures | None = found.measures
@@ -194,6 +200,7 @@ def _fill(
         values["superposed_error"][place] = one.superposed_error
     if measures is not None:
         _enter(values, place, measures)
+    return measures
 
 
 def _enter(values: dict[str, NDArray[Any]], place: int, measures: Measures) -> None:
@@ -257,7 +264,7 @@ def _labelled(
     curves: list[dict[str, NDArray[Any]]],
     path: dict[str, NDArray[Any]],
     options: dict[str, Any],
-    branches: BranchSet,
+    warnings: list[str],
 ) -> xr.Dataset:
     """The Dataset of curves (.., P) of both directions at relative speeds (P,), and of the path (.., K)."""
     from ...results.dataset import dataset
@@ -283,14 +290,19 @@ def _labelled(
         verb="contact_sweep",
         options=options,
         provenance=system.provenance,
-        warnings=[*system.warnings, *_warnings(ready, curves, branches)],
+        warnings=warnings,
         units={"speed": "1"},
     )
 
 
-def _warnings(ready: Response, curves: list[dict[str, NDArray[Any]]], branches: BranchSet) -> list[str]:
-    """What the reader must know of the curves (.., P) and of the branch set."""
-    tone, notes = float(ready.lines.tone), []
+def _warnings(
+    ready: Response, curves: list[dict[str, NDArray[Any]]], branches: BranchSet, largest: list[Array]
+) -> list[str]:
+    """What the reader must know of the curves (.., P), of the branch set, and of the largest forces (F,) [N]."""
+    rows, tone = gap_rows_of(ready), float(ready.lines.tone)
+    notes = law_warnings(ready, rows)
+    if largest:
+        notes += past_the_end(ready.system, rows.flanks, np.fmax.reduce(largest))
     parted = [name for i, name in enumerate(faces(ready.system.meshes).name) if _any_open(curves, i)]
     if parted:
         listed = ", ".join(parted[:4]) + (f" and {len(parted) - 4} more" if len(parted) > 4 else "")
