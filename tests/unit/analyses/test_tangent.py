@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 import epicyclic
@@ -35,7 +35,7 @@ def tabulated() -> System:
     return epicyclic.assemble(load("ren2021", overrides=CONTACT))
 
 
-def straight(system: System, rows: Array, touch: Array, **changes: Any) -> System:
+def straight(system: System, rows: ArrayLike, touch: Array, **changes: Any) -> System:
     """The system with one straight table a row through the operating point of the tangent, from touch (S,) [m]."""
     index = np.asarray(rows, np.int64)
     meet = LOAD / float(system.meshes.stiffness[index[0]])

@@ -229,7 +229,7 @@ def flank_warnings(system: System) -> list[str]:
     for pair in dict.fromkeys(pairs[lawful].tolist()):
         rows = np.flatnonzero(lawful & (pairs == pair))
         own = whole.total(load)[np.unique(whole.row[rows])]
-        found.append(f"{pair}: {_departure_text(own, _largest(touch[rows]), _largest(error[rows]))}")
+        found.append(f"{pair}: {_departure_text(own, float(_largest(touch[rows])), float(_largest(error[rows])))}")
     return found
 
 
@@ -250,7 +250,8 @@ def _departure(meshes: MeshRows, part: LawRows) -> tuple[Array, Array]:
 
 def _largest(values: Array) -> Array:
     """The values largest in size along the first axis, with their signs; nan where one is."""
-    return np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0]
+    largest: Array = np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0]
+    return largest
 
 
 def _departure_text(load: Array, touch: float, error: float) -> str:
