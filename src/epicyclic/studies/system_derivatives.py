@@ -125,7 +125,7 @@ def _stencil(document: Mapping[str, object], base: System, parameter: Parameter)
 
     def at(share: float) -> System:
         there = load(document, overrides=parameter.at(parameter.value + share * step))
-        system = linear(assemble(there), flank_laws=True)  # its numbers alone: the base has the warnings
+        system = linear(assemble(there), asks_laws=True)  # its numbers alone: the base has the warnings
         if system.dofs.names != base.dofs.names or system.meshes.name != base.meshes.name:
             raise ModelError("another number of motions beside this value: no derivative")
         return system

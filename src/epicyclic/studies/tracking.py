@@ -112,7 +112,7 @@ def _initial_values(low: float, high: float, points: int) -> list[float]:
 
 def _system(train: Train, parameter: Parameter, value: float) -> System:
     """Linearised System with the parameter at a value."""
-    return linear(assemble(load(train.document, overrides=parameter.at(value))), flank_laws=True)
+    return linear(assemble(load(train.document, overrides=parameter.at(value))), asks_laws=True)
 
 
 def _limits(parameter: Parameter, start: str | float | None, stop: str | float | None) -> tuple[float, float]:

@@ -141,8 +141,8 @@ def test_the_door_leaves_numbers_and_speaks_once(tabulated: System) -> None:
 
 
 def test_who_asks_the_laws_keeps_them_without_a_warning(tabulated: System) -> None:
-    assert linear(tabulated, flank_laws=True) is tabulated
-    kept = response(tabulated, flank_laws=True).system
+    assert linear(tabulated, asks_laws=True) is tabulated
+    kept = response(tabulated, asks_laws=True).system
     assert kept.meshes.laws
     assert kept.warnings == tabulated.warnings
     assert not motion(tabulated).warnings
@@ -152,11 +152,22 @@ def test_who_asks_the_laws_keeps_them_without_a_warning(tabulated: System) -> No
 def test_a_link_with_a_law_beside_a_table_has_its_own_warning() -> None:
     overrides = {**CONTACT, "stages.main.sun.support.radial": "1e9 N/m", "stages.main.sun.support.clearance": "1 um"}
     system = epicyclic.assemble(load("ren2021", overrides=overrides))
-    kept, through = linear(system, flank_laws=True), linear(system)
+    kept, through = linear(system, asks_laws=True), linear(system)
     assert kept.meshes.laws
     assert not kept.groups
-    assert [text for text in through.warnings if text not in kept.warnings] == flank_warnings(system)
+    assert kept.warnings == system.warnings
+    said = through.warnings[len(system.warnings) :]
+    assert said[:-1] == tuple(flank_warnings(system))
+    assert said[-1].startswith("linearised: main/sun/support: play at the mean load in stop")
     np.testing.assert_array_equal(kept.K, through.K)
+
+
+def test_friction_with_a_memory_sticks_for_every_analysis_of_vibration() -> None:
+    support = {"radial": "1e9 N/m", "clearance": "1 um", "friction": {"force": "60 N", "law": "coulomb"}}
+    system = epicyclic.assemble(load("ren2021", overrides={"stages.main.sun.support": support}))
+    for asks_laws in (False, True):
+        (text,) = linear(system, asks_laws=asks_laws).warnings[len(system.warnings) :]
+        assert text.startswith("linearised: main/sun/support: coulomb spline sticks in small vibration")
 
 
 @pytest.mark.parametrize("name", ["ren2021", "xu2020", "lin1999-n3"])
@@ -165,7 +176,7 @@ def test_a_train_without_tables_has_no_laws_and_goes_through_as_it_is(name: str)
     assert system.meshes.laws == ()
     assert system.far_flanks.laws == ()
     assert linear(system) is system
-    assert linear(system, flank_laws=True) is system
+    assert linear(system, asks_laws=True) is system
 
 
 def test_the_load_of_a_row_is_its_share_of_that_of_the_table() -> None:

@@ -63,7 +63,7 @@ def eigen(system: System) -> Modes:
     ModelError : a mass or inertia is missing, or the mean system is statically unstable.
     """
     system.require_inertia()
-    squared, vectors = mean_modes(linear(system, flank_laws=True))
+    squared, vectors = mean_modes(linear(system, asks_laws=True))
     return Modes(omega_squared=squared, vectors=vectors)
 
 
@@ -103,7 +103,7 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
     """
     if damped and not system.damped:
         raise ModelError("damped modes need damping, and none is given", path="damping", allowed="modal, mesh, ...")
-    system = linear(system, flank_laws=True)
+    system = linear(system, asks_laws=True)
     modes = eigen(system) if modes is None else modes
     C, K = _modal_matrices(system, modes, relative_speed, damped)
     Q, neutral = neutral_basis(K, np.flatnonzero(modes.omega_squared == 0))

@@ -26,7 +26,7 @@ __all__ = ["flank_warnings", "linear", "mean_stretch", "small_motion_tangent"]
 _PHASES = 64
 
 
-def linear(system: System, *, flank_laws: bool = False) -> System:
+def linear(system: System, *, asks_laws: bool = False) -> System:
     """The system with tangents in place of laws, for linear analyses; itself where it has none.
 
     Flanks have the tangents that `MeshRows` and `FarFlanks` state and lose their laws.  The warnings say of every pair
@@ -34,14 +34,14 @@ def linear(system: System, *, flank_laws: bool = False) -> System:
 
     Parameters
     ----------
-    flank_laws : flanks keep their laws, without those warnings: for an analysis that asks the laws itself, or one that
-        takes numbers alone and leaves the warnings to its caller.
+    asks_laws : the analysis asks the laws itself, or takes numbers alone and leaves warnings to its caller: flanks keep
+        their laws, links have their tangents in K as always, and the warnings are of links with a memory alone.
 
     Raises
     ------
     ModelError, ConvergenceError : the mean load has no equilibrium.
     """
-    return _without_link_laws(system if flank_laws else _without_flank_laws(system))
+    return _without_link_laws(system if asks_laws else _without_flank_laws(system), memory_alone=asks_laws)
 
 
 def _without_flank_laws(system: System) -> System:
@@ -57,8 +57,10 @@ def _without_flank_laws(system: System) -> System:
     )
 
 
-def _without_link_laws(system: System) -> System:
+def _without_link_laws(system: System, *, memory_alone: bool) -> System:
     """The system with tangents in place of the laws of links, at the static state under the mean load.
+
+    memory_alone : warnings of links with a memory alone.
 
     The mean load is what stands still in the stage's frame, with mean mesh stiffness.  A spline with Coulomb friction
     sticks in small vibration and keeps its elastic stiffness.  Each law becomes two links, along its load and across
@@ -84,7 +86,7 @@ def _without_link_laws(system: System) -> System:
         links=_linearised_links(system, tangent, axes_of_groups, mean.group_force[0] - tangent @ stretch),
         force=system.force + rows @ (tangent @ stretch - mean.group_force[0]),
         lines=tuple(_linearised_line(line, rows, tangent, lag, axes_of_groups, system) for line in system.lines),
-        warnings=(*system.warnings, *_law_warnings(system, stretch, tangent, axes_of_groups)),
+        warnings=(*system.warnings, *_law_warnings(system, stretch, tangent, axes_of_groups, memory_alone)),
         groups=(),
     )
     held = tuple(replace(s, holds=s.holds and commutes(s.operator, result.mean_stiffness)) for s in system.symmetries)
@@ -183,7 +185,9 @@ def _linearised_line(
     )
 
 
-def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array]) -> list[str]:
+def _law_warnings(
+    system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array], memory_alone: bool
+) -> list[str]:
     """Warnings that name the stiffness [N/m] in place of each law at a stretch (R,) [m].
 
     Groups of one text together.
@@ -191,6 +195,8 @@ def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups
     state = system.laws.state(stretch)
     groups_by_text: dict[str, list[str]] = {}
     for group, axes, first, doing in zip(system.groups, axes_of_groups, system.laws.rows.first, state, strict=True):
+        if memory_alone and not group.law.memory:
+            continue
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
         if STATES[doing] == "play":

@@ -167,7 +167,7 @@ def response(
     *,
     frame_speed: FrameSpeed = "kinematic",
     compiled: bool | None = None,
-    flank_laws: bool = False,
+    asks_laws: bool = False,
 ) -> Response:
     """Prepare a System for its steady response; tangents stand for laws (`static.tangent.linear`).
 
@@ -177,7 +177,7 @@ def response(
     compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is installed and
         the
         job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
-    flank_laws : the System of the response keeps the laws of its flanks, for an analysis that asks them (contact loss).
+    asks_laws : as of `static.tangent.linear`, for contact loss.
 
     Raises
     ------
@@ -187,7 +187,7 @@ def response(
         require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
-    lawful, system = system, linear(system, flank_laws=flank_laws)
+    lawful, system = system, linear(system, asks_laws=asks_laws)
     modal = modal_form(system)
     lines = excitation(system, modal)
     return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled, lawful=lawful)

@@ -38,7 +38,7 @@ class Ports:
 
 def ports_of(system: System) -> Ports:
     """The ports of a System: where the torques of the operating point act, (p,)."""
-    squared, shapes = mean_modes(linear(system, flank_laws=True))
+    squared, shapes = mean_modes(linear(system, asks_laws=True))
     turns = np.array([direction == "rz" for direction in system.dofs.direction])
     return Ports(system=system, places=np.flatnonzero(turns & (system.force != 0)), rigid=shapes[:, squared == 0])
 
