@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.static.tangent import linearised
+from epicyclic.analyses.static.tangent import linear
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
 
@@ -75,11 +75,11 @@ def test_linearised_beyond_the_play_is_the_link() -> None:
     lawful, plain = (
         system(coupling={"radial": None, "z": 3e7, "clearance": play}, loads=push) for play in (1e-9, None)
     )
-    linear = linearised(lawful)
+    tangents = linear(lawful)
     for name in ("K", "C"):
-        np.testing.assert_allclose(getattr(linear, name), getattr(plain, name), rtol=1e-12, atol=1e-9)
-    np.testing.assert_allclose(linear.links.damping[-1], plain.links.damping[plain.links.name.index("shaft/z")])
-    assert linear.links.name[-1] == "shaft/z"
+        np.testing.assert_allclose(getattr(tangents, name), getattr(plain, name), rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(tangents.links.damping[-1], plain.links.damping[plain.links.name.index("shaft/z")])
+    assert tangents.links.name[-1] == "shaft/z"
 
 
 def test_a_single_row_and_an_axial_one() -> None:

@@ -134,6 +134,7 @@ def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = 
             force=table.force / parts,
             gap=table.approach if far else table.gap,
             slope=table.slope / parts,
+            load=np.full(index.size, table.load / parts),
         )
         found.append(LawRows(law=law, rows=index))
     return tuple(found)

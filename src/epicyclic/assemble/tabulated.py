@@ -40,7 +40,7 @@ def with_contact_tangent(train: Train, system: System, histories: Mapping[str, C
         f = F + k(t) (delta - d_F(t)) = k(t) (delta - e(t)),    e(t) = d_F(t) - F/k(t)
 
     At vanishing speed the train has the displacement d_F, the loaded transmission error, and no dynamic force.
-    Derived here.
+    Derived here.  Laws of meshes are left out: their tables are of other flanks.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def with_contact_tangent(train: Train, system: System, histories: Mapping[str, C
             gaps.setdefault(tone * order, np.zeros(len(train.meshes), complex))[i] += error
     L = max(len(row) for row in variation)
     rows = np.array([np.pad(row, (0, L - len(row))) for row in variation])
-    meshes = replace(system.meshes, stiffness=stiffness, variation=rows)
+    meshes = replace(system.meshes, stiffness=stiffness, variation=rows, laws=())
     return replace(system, meshes=meshes, lines=_lines(system, gaps))
 
 

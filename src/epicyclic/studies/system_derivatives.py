@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 
 from ..analyses.sensitivity.numbers import SystemNumbers, combined, numbers, with_lines
-from ..analyses.static.tangent import linearised
+from ..analyses.static.tangent import linear
 from ..assemble import assemble
 from ..errors import ConvergenceError, ModelError
 from ..resolve import load
@@ -87,7 +87,7 @@ def system_derivatives(
     ------
     ModelError, ConvergenceError : the train itself cannot be assembled or linearised.
     """
-    base = linearised(assemble(train))
+    base = linear(assemble(train))
     stencils: list[_Stencil | str] = []
     for place, parameter in enumerate(parameters):
         try:
@@ -124,7 +124,8 @@ def _stencil(document: Mapping[str, object], base: System, parameter: Parameter)
     step = _STEP * abs(parameter.value) or _STEP_AT_ZERO.get(parameter.unit, 1e-3)
 
     def at(share: float) -> System:
-        system = linearised(assemble(load(document, overrides=parameter.at(parameter.value + share * step))))
+        there = load(document, overrides=parameter.at(parameter.value + share * step))
+        system = linear(assemble(there), asks_laws=True)  # its numbers alone: the base has the warnings
         if system.dofs.names != base.dofs.names or system.meshes.name != base.meshes.name:
             raise ModelError("another number of motions beside this value: no derivative")
         return system

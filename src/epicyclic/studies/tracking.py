@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..analyses.modes.classification import classify_modes
 from ..analyses.modes.eigen import eigen
 from ..analyses.modes.tracking import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
-from ..analyses.static.tangent import linearised
+from ..analyses.static.tangent import flank_warnings, linear
 from ..assemble import assemble
 from ..errors import ModelError
 from ..model.written import written
@@ -112,7 +112,7 @@ def _initial_values(low: float, high: float, points: int) -> list[float]:
 
 def _system(train: Train, parameter: Parameter, value: float) -> System:
     """Linearised System with the parameter at a value."""
-    return linearised(assemble(load(train.document, overrides=parameter.at(value))))
+    return linear(assemble(load(train.document, overrides=parameter.at(value))), asks_laws=True)
 
 
 def _limits(parameter: Parameter, start: str | float | None, stop: str | float | None) -> tuple[float, float]:
@@ -190,7 +190,8 @@ def _labelled(
         verb="track",
         options={"over": parameter.path, "value": parameter.value, "unit": parameter.unit},
         provenance=train_provenance(train),
-        warnings=train.warnings,
+        # of the tangents at the value of the file; along the parameter they are taken anew
+        warnings=[*train.warnings, *flank_warnings(assemble(train))],
         units={"parameter": parameter.unit or "SI", "event_value": parameter.unit or "SI"},
     )
     return result

@@ -200,7 +200,7 @@ class System:
     missing_inertia : paths of masses and inertias that a free coordinate needs but the file does not give (zero in M);
         an analysis that needs M calls `require_inertia`.
     groups : links with a law (play, rolling elements, spline); linear analyses use their tangents
-        (`analyses.static.tangent.linearised`).
+        (`analyses.static.tangent.linear`).
     body_turns : (nb,) absolute speed of every body, exact [rev/s at s = 1]; empty where no speed is given.
     stage_turns : the same of the axes of every stage, by its name.
     far : the far flanks, for analyses of contact loss; None without finite backlash.

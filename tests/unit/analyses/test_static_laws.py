@@ -20,7 +20,7 @@ from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.quasi_static import quasi_static
 from epicyclic.analyses.static.record import Record, excitation, parallel_meshes, record_of
 from epicyclic.analyses.static.static import static
-from epicyclic.analyses.static.tangent import linearised
+from epicyclic.analyses.static.tangent import linear
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.system.laws.groups import LawGroup
@@ -158,22 +158,22 @@ def test_linearised_has_the_tangent_and_the_mean_of_the_laws(build: Any) -> None
     system = loaded(with_laws(build.planar(N=3).system(), radial), 800.0)
     gap, group_gap = 4e-6 * rng.normal(size=6), 4e-6 * rng.normal(size=8)
     system = shifted(system, gap, group_gap)
-    linear = linearised(system)
-    here, there = static(system, samples=1), static(linear, samples=1)
+    tangents = linear(system)
+    here, there = static(system, samples=1), static(tangents, samples=1)
     still_there, still_here = held(there, system), held(here, system)
     np.testing.assert_allclose(still_there, still_here, atol=1e-9 * np.abs(still_here).max())
     # a small step of the errors: both answer alike, to the curvature of the laws
     step, group_step = 1e-10 * rng.normal(size=6), 1e-10 * rng.normal(size=8)
     moved = shifted(system, gap + step, group_gap + group_step)
-    still = linear.lines[0]
+    still = tangents.lines[0]
     force = still.force.copy()
     tangent = system.laws.tangent(static_stretch(system))
     force[0] += system.group_rows @ (tangent @ group_step)
     shifted_line = replace(still, gap=still.gap + step, force=force)
     first = held(static(moved, samples=1), system) - still_here
-    second = held(static(replace(linear, lines=(shifted_line,)), samples=1), system) - still_there
+    second = held(static(replace(tangents, lines=(shifted_line,)), samples=1), system) - still_there
     np.testing.assert_allclose(second, first, atol=2e-4 * float(np.abs(first).max()))
-    assert linear.links.name[-2:] == ("main/planet/3/bearing/radial", "main/planet/3/bearing/tangential")
+    assert tangents.links.name[-2:] == ("main/planet/3/bearing/radial", "main/planet/3/bearing/tangential")
 
 
 def held(result: Any, system: System) -> Array:
@@ -208,7 +208,7 @@ def test_linear_analyses_say_which_stiffness_they_take(build: Any) -> None:
     assert "rolling elements with play" in rolling
     assert "sticks in small vibration, stiffness 1e+08 N/m" in spline
     assert abs(static_stretch(shifted(system, np.zeros(6), np.zeros(8)))[-1]) > 5e-6  # though under load it has slipped
-    np.testing.assert_allclose(linearised(system).links.stiffness[-2:], 1e8, rtol=1e-12)
+    np.testing.assert_allclose(linear(system).links.stiffness[-2:], 1e8, rtol=1e-12)
     idle = replace(system, force=0 * system.force)
     assert any("inside its clearance" in text for text in json.loads(epicyclic.modes(idle).attrs["warnings"]))
     for result in (
@@ -218,7 +218,7 @@ def test_linear_analyses_say_which_stiffness_they_take(build: Any) -> None:
         sharing(replace(system, tones=(Fraction(100),), zeta=0.03)),
     ):
         assert sum("linearised" in text for text in json.loads(result.attrs["warnings"])) == 4
-    assert linearised(plain) is plain
+    assert linear(plain) is plain
 
 
 def test_modes_of_a_law_are_those_of_its_tangent(build: Any) -> None:

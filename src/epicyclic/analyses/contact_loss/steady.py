@@ -63,7 +63,7 @@ def contact_steady(
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
-    given = torus(response(system), shaft_orders=shaft_orders, most=shaft_tones)
+    given = torus(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
     given, point, lines = steady_motion(given, float(relative_speed))
     if not point.converged:
         raise ConvergenceError(

@@ -82,7 +82,7 @@ def contact_sweep(
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(_UNSTABLE))
     if not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
-    ready = response(system, frame_speed=frame_speed)
+    ready = response(system, frame_speed=frame_speed, asks_laws=True)
     if len(ready.lines.tones) > 2:
         raise ModelError(
             "contact loss is solved on the grid of all mesh phases",

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import ModelError
 from ...system.system import System
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from .classification import classify_modes
 from .eigen import Whirl, eigen, whirl
 
@@ -47,7 +47,7 @@ def campbell(
     speeds = np.atleast_1d(np.asarray(relative_speeds, dtype=float))
     if not speeds.size or not np.all(np.isfinite(speeds)):
         raise ModelError("speeds must be finite numbers", given=relative_speeds, path="relative_speeds")
-    system = linearised(system)
+    system = linear(system)
     modes = eigen(system)
     tracked: list[Whirl] = []
     for i, speed in enumerate(speeds):

@@ -13,7 +13,7 @@ import scipy.linalg
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from .basis import mean_modes
 
 __all__ = ["Modes", "Whirl", "damping_ratios", "eigen", "neutral_basis", "whirl"]
@@ -63,7 +63,7 @@ def eigen(system: System) -> Modes:
     ModelError : a mass or inertia is missing, or the mean system is statically unstable.
     """
     system.require_inertia()
-    squared, vectors = mean_modes(linearised(system))
+    squared, vectors = mean_modes(linear(system, asks_laws=True))
     return Modes(omega_squared=squared, vectors=vectors)
 
 
@@ -103,7 +103,7 @@ def whirl(system: System, *, relative_speed: float, damped: bool = False, modes:
     """
     if damped and not system.damped:
         raise ModelError("damped modes need damping, and none is given", path="damping", allowed="modal, mesh, ...")
-    system = linearised(system)
+    system = linear(system, asks_laws=True)
     modes = eigen(system) if modes is None else modes
     C, K = _modal_matrices(system, modes, relative_speed, damped)
     Q, neutral = neutral_basis(K, np.flatnonzero(modes.omega_squared == 0))

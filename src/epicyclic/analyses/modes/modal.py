@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from .classification import ClassifiedModes, classify_modes, normalisation
 from .eigen import damping_ratios, eigen, whirl
 
@@ -32,7 +32,7 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
 
     Parameters
     ----------
-    system : where links have laws, their tangents at the mean load stand for them (`static.tangent.linearised`).
+    system : where links have laws, their tangents at the mean load stand for them (`static.tangent.linear`).
     relative_speed : speed per operating speed [1]; other than 0 brings in the gyroscopic and centripetal terms.
     damped : solve the damped problem.  Undamped, damping ratios are the modal projection at standstill (nan without
         damping) and nan at speed.
@@ -41,7 +41,7 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
     ------
     ModelError : mass or inertia missing, an unstable mean system, or no damping where it is asked for.
     """
-    system = linearised(system)
+    system = linear(system)
     modes = eigen(system)
     if relative_speed == 0 and not damped:
         values: NDArray[np.inexact] = modes.omega_squared

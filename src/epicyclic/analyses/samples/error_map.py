@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import ComplexArray, Line, System
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from ..steady.balance import HarmonicSolution
 from ..steady.excitation import mesh_order_excitation, shaft_order_excitation
 from ..steady.lattice import Point
@@ -120,7 +120,7 @@ def error_map(
     varied = system.lines if columns is None else tuple(columns)
     static = tuple(line for line in system.lines if not any(line is other for other in varied))
     # copies, so that a line that stands twice is two columns
-    ready = response(linearised(replace(system, lines=tuple(replace(line) for line in (*static, *varied)))))
+    ready = response(linear(replace(system, lines=tuple(replace(line) for line in (*static, *varied)))))
     groups, count = _groups(ready, len(static)), len(varied)
 
     def find(truncation: Truncation) -> list[HarmonicSolution]:

@@ -15,7 +15,7 @@ from ...system.faces import faces
 from ...system.system import Array, System
 from ..static.record import parallel_meshes, positive_count, record_of
 from ..static.static import OPEN_RATIO
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
 from .outputs import labelled, loaded_meshes, require_speed, sharing_warnings
 from .static_record import sharing_of_record
@@ -78,7 +78,8 @@ def sharing(
         )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
-    system = linearised(system)
+    if method != "static":  # at rest the laws of flanks are asked; links without laws are here in either case
+        system = linear(system)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
     reference, names = by_tone[0], faces(system.meshes).name
     mean = np.empty(len(names))

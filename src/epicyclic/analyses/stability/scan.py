@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal, modal_form
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from ..steady.excitation import mesh_tones
 from ..steady.response import FrameSpeed
 from .combinations import Combination, combinations
@@ -94,7 +94,7 @@ def parametric_system(
             raise ModelError("out of range", path=name, given=factor, allowed="a factor of 0 or more")
     tones = mesh_tones(system)
     system.require_inertia()
-    system = _scaled(linearised(system), variation, damping)
+    system = _scaled(linear(system), variation, damping)
     meshes = system.meshes
     varying = [bool(row.any()) for row in meshes.variation]
     used = {system.tones[i] for i, varies in zip(meshes.tone, varying, strict=True) if varies} or {tones[0]}

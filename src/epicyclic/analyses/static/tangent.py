@@ -1,6 +1,7 @@
-"""Linearisation of the laws of links: every bearing and spline by its tangent at the mean load.
+"""The one door of linear analyses: tangents in place of the laws of gaps.
 
-Modes and linear response stand on the linearised System; derived here from the laws of `system.laws`.
+Those of links are taken here at the mean load; those of flanks are data of the System, at the load of their law.  Modes
+and linear response stand on the linear System; derived here from the laws of `system.laws`.
 """
 
 from __future__ import annotations
@@ -10,17 +11,56 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...system.faces import faces
+from ...system.laws.flank import LawRows
 from ...system.laws.groups import STATES, LawGroup, Laws
+from ...system.laws.linear import LinearLaw
 from ...system.symmetry import commutes
-from ...system.system import Array, Line, LinkRows, System
+from ...system.system import Array, Line, LinkRows, MeshRows, System
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 from .record import group_gap
 
-__all__ = ["linearised", "mean_stretch", "small_motion_tangent"]
+__all__ = ["flank_warnings", "linear", "mean_stretch", "small_motion_tangent"]
+
+# Phases of the mesh cycle at which a law stands beside its tangent: five a wave of the 12th order, the last of a table.
+_PHASES = 64
 
 
-def linearised(system: System) -> System:
-    """The system with tangents in place of laws, at the static state under the mean load; itself where it has none.
+def linear(system: System, *, asks_laws: bool = False) -> System:
+    """The system with tangents in place of laws, for linear analyses; itself where it has none.
+
+    Flanks have the tangents that `MeshRows` and `FarFlanks` state and lose their laws.  The warnings say of every pair
+    what its tangent leaves out, and of links which stiffness was taken.
+
+    Parameters
+    ----------
+    asks_laws : the analysis asks the laws itself, or takes numbers alone and leaves warnings to its caller: flanks keep
+        their laws, links have their tangents in K as always, and the warnings are of links with a memory alone.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : the mean load has no equilibrium.
+    """
+    return _without_link_laws(system if asks_laws else _without_flank_laws(system), memory_alone=asks_laws)
+
+
+def _without_flank_laws(system: System) -> System:
+    """The system with flanks of linear laws alone; itself where it has no others."""
+    meshes, far = system.meshes, system.far
+    if not meshes.laws and (far is None or not far.laws):
+        return system
+    return replace(
+        system,
+        meshes=replace(meshes, laws=()),
+        far=None if far is None else replace(far, laws=()),
+        warnings=(*system.warnings, *flank_warnings(system)),
+    )
+
+
+def _without_link_laws(system: System, *, memory_alone: bool) -> System:
+    """The system with tangents in place of the laws of links, at the static state under the mean load.
+
+    memory_alone : warnings of links with a memory alone.
 
     The mean load is what stands still in the stage's frame, with mean mesh stiffness.  A spline with Coulomb friction
     sticks in small vibration and keeps its elastic stiffness.  Each law becomes two links, along its load and across
@@ -46,7 +86,7 @@ def linearised(system: System) -> System:
         links=_linearised_links(system, tangent, axes_of_groups, mean.group_force[0] - tangent @ stretch),
         force=system.force + rows @ (tangent @ stretch - mean.group_force[0]),
         lines=tuple(_linearised_line(line, rows, tangent, lag, axes_of_groups, system) for line in system.lines),
-        warnings=(*system.warnings, *_law_warnings(system, stretch, tangent, axes_of_groups)),
+        warnings=(*system.warnings, *_law_warnings(system, stretch, tangent, axes_of_groups, memory_alone)),
         groups=(),
     )
     held = tuple(replace(s, holds=s.holds and commutes(s.operator, result.mean_stiffness)) for s in system.symmetries)
@@ -64,7 +104,7 @@ def mean_stretch(system: System) -> Array:
 
     Raises
     ------
-    ModelError, ConvergenceError : as of `linearised`.
+    ModelError, ConvergenceError : as of `linear`.
     """
     stretch: Array = _mean_state(system).group_stretch[0]
     return stretch
@@ -145,7 +185,9 @@ def _linearised_line(
     )
 
 
-def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array]) -> list[str]:
+def _law_warnings(
+    system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array], memory_alone: bool
+) -> list[str]:
     """Warnings that name the stiffness [N/m] in place of each law at a stretch (R,) [m].
 
     Groups of one text together.
@@ -153,6 +195,8 @@ def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups
     state = system.laws.state(stretch)
     groups_by_text: dict[str, list[str]] = {}
     for group, axes, first, doing in zip(system.groups, axes_of_groups, system.laws.rows.first, state, strict=True):
+        if memory_alone and not group.law.memory:
+            continue
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
         if STATES[doing] == "play":
@@ -164,3 +208,71 @@ def _law_warnings(system: System, stretch: Array, tangent: Array, axes_of_groups
             text = f"at the mean load in {STATES[doing]}, stiffness along it {values[0]:.4g} N/m{across}"
         groups_by_text.setdefault(f"{group.law.kind} {text}", []).append(group.name)
     return [f"linearised: {', '.join(names)}: {text}" for text, names in groups_by_text.items()]
+
+
+# flanks ---------------------------------------------------------------------------------------------------------------
+
+
+def flank_warnings(system: System) -> list[str]:
+    """A warning for every pair whose flanks follow a law: how far their tangent at the operating load is from it.
+
+    First touch of the law less that of the tangent, and the force of the tangent over that of the law, less one, at the
+    gap where the tangent gives half of the operating load: of both the largest in size, over the mesh cycle and the
+    rows of the pair.
+    """
+    meshes = system.meshes
+    if not meshes.laws:
+        return []
+    load, touch, error = (np.full(len(meshes.name), np.nan) for _ in range(3))
+    for part in meshes.laws:
+        load[part.rows] = part.law.load
+        touch[part.rows], error[part.rows] = _departure(meshes, part)
+    lawful = np.zeros(len(meshes.name), bool)
+    lawful[np.concatenate([part.rows for part in meshes.laws])] = True
+    whole = faces(meshes)
+    pairs = np.array(meshes.pair)
+    found = []
+    for pair in dict.fromkeys(pairs[lawful].tolist()):
+        rows = np.flatnonzero(lawful & (pairs == pair))
+        own = whole.total(load)[np.unique(whole.row[rows])]
+        found.append(f"{pair}: {_departure_text(own, float(_largest(touch[rows])), float(_largest(error[rows])))}")
+    return found
+
+
+def _departure(meshes: MeshRows, part: LawRows) -> tuple[Array, Array]:
+    """First touch (c,) [m] of the rows of a law less that of their tangent, and relative error (c,) [1] of the tangent
+    where it gives half of the operating load, nan where that is not known; the largest in size over the mesh cycle.
+    """
+    rows = part.rows
+    tangent = LinearLaw(stiffness=meshes.stiffness[rows], variation=meshes.variation[rows], tone=meshes.tone[rows])
+    phases = np.repeat(np.arange(_PHASES)[:, None] / _PHASES, int(meshes.tone.max()) + 1, axis=1)
+    law, line = part.law.at(phases), tangent.at(phases)
+    half = part.law.load / 2
+    force = law.evaluate(half / line.stiffness)[0]
+    with np.errstate(divide="ignore"):  # a law may be open there: the error is inf
+        error = half / force - 1
+    return _largest(law.touch - line.touch), _largest(error)
+
+
+def _largest(values: Array) -> Array:
+    """The values largest in size along the first axis, with their signs; nan where one is."""
+    largest: Array = np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0]
+    return largest
+
+
+def _departure_text(load: Array, touch: float, error: float) -> str:
+    """What a tangent taken at loads (w,) [N] leaves out, from first touch [m] and relative error [1]."""
+    sense = "after" if touch > 0 else "before"
+    first = f"teeth touch {abs(touch) * 1e6:.2g} um {sense} the tangent does"
+    if np.isnan(error):
+        return f"tangent in place of the law of its gaps: {first} (worst of the mesh cycle)"
+    low, high = (f"{value / 1e3:.4g}" for value in (load.min(), load.max()))
+    taken = high if low == high else f"{low} .. {high}"
+    if np.isinf(error):
+        beside = "the law gives no force"
+    else:
+        beside = f"its force is {abs(error) * 100:.2g} % {'above' if error > 0 else 'below'} that of the law"
+    return (
+        f"tangent at {taken} kN in place of the law of its gaps: {first}; where the tangent gives half of that load, "
+        f"{beside} (worst of the mesh cycle)"
+    )

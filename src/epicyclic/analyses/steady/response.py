@@ -16,7 +16,7 @@ from ...errors import ModelError
 from ...system.system import Array, System
 from ..fast import numba_available, require_numba
 from ..modes.basis import Modal, modal_form
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from .balance import Batch, Guess, HarmonicSolution, solve
 from .condensed import CondensedOperators, condensed_operators
 from .excitation import LineExcitation, excitation, mesh_order_excitation, shaft_order_excitation
@@ -162,8 +162,14 @@ class Block:
         return max(self.truncation[:-1])
 
 
-def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled: bool | None = None) -> Response:
-    """Prepare a System for its steady response; tangents at the mean load stand for the laws of links.
+def response(
+    system: System,
+    *,
+    frame_speed: FrameSpeed = "kinematic",
+    compiled: bool | None = None,
+    asks_laws: bool = False,
+) -> Response:
+    """Prepare a System for its steady response; tangents stand for laws (`static.tangent.linear`).
 
     Parameters
     ----------
@@ -171,6 +177,7 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled:
     compiled : solve by numba, which gives the same numbers to the tolerance; None does so where numba is installed and
         the
         job is so large that loading it pays.  Several mesh frequencies are always solved by numpy.
+    asks_laws : as of `static.tangent.linear`, for contact loss.
 
     Raises
     ------
@@ -180,7 +187,7 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic", compiled:
         require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
-    lawful, system = system, linearised(system)
+    lawful, system = system, linear(system, asks_laws=asks_laws)
     modal = modal_form(system)
     lines = excitation(system, modal)
     return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled, lawful=lawful)

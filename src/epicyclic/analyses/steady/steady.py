@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
-from ..static.tangent import linearised
+from ..static.tangent import linear
 from .lattice import on_axis
 from .measures import dynamic_factor, force_extremes, link_measures, mean, mean_square
 from .periodic import TOLERANCE, checked_samples, solve_speed
@@ -69,7 +69,7 @@ def steady(
         raise ModelError("no such method", path="method", given=method, allowed="exact, superposition")
     theta = np.arange(checked_samples(samples)) / samples
     ready, block = solve_speed(
-        system if method == "exact" else superposed(linearised(system), relative_speed), relative_speed, TOLERANCE
+        system if method == "exact" else superposed(linear(system), relative_speed), relative_speed, TOLERANCE
     )
     system = ready.system
     face, axis = faces(system.meshes), mesh_axis(ready)

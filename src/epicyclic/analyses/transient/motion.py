@@ -22,7 +22,7 @@ from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import mean_modes
 from ..static.record import group_gap
-from ..static.tangent import linearised, mean_stretch, small_motion_tangent
+from ..static.tangent import linear, mean_stretch, small_motion_tangent
 from .program import Program, constant
 
 __all__ = ["Contact", "Motion", "Numbers", "from_modal", "highest_rate", "motion", "to_modal"]
@@ -145,7 +145,7 @@ def motion(
         raise ModelError("no such contact", path="contact", given=contact, allowed="unilateral, linear")
     system.require_inertia()
     given = program or constant()
-    mean = linearised(system)
+    mean = linear(system, asks_laws=contact == "unilateral")
     squared, shapes = mean_modes(mean)
     rigid = squared == 0
     lawful = system if contact == "unilateral" else mean
@@ -174,7 +174,7 @@ def motion(
         numbers=numbers,
         program=given,
         law_numbers=lawful_rows,
-        warnings=lawful_rows.warnings if contact == "unilateral" else mean.warnings[len(system.warnings) :],
+        warnings=lawful_rows.warnings,
     )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, System
 from ..modes.basis import mean_modes
-from ..static.tangent import linearised
+from ..static.tangent import linear
 
 __all__ = ["Ports", "balancing_torque", "driving_ports", "member_coordinates", "ports_of", "unit_torque"]
 
@@ -38,7 +38,7 @@ class Ports:
 
 def ports_of(system: System) -> Ports:
     """The ports of a System: where the torques of the operating point act, (p,)."""
-    squared, shapes = mean_modes(linearised(system))
+    squared, shapes = mean_modes(linear(system, asks_laws=True))
     turns = np.array([direction == "rz" for direction in system.dofs.direction])
     return Ports(system=system, places=np.flatnonzero(turns & (system.force != 0)), rigid=shapes[:, squared == 0])
 

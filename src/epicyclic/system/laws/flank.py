@@ -66,6 +66,11 @@ class FlankLaw(Protocol):
         along its last tangent."""
         ...
 
+    @property
+    def load(self) -> Array:
+        """Force (c,) [N] at which the tangents that linear analyses use were taken, nan where it is not known."""
+        ...
+
     def rows(self, chosen: Any) -> FlankLaw:
         """The law of the chosen ones of the c rows."""
         ...

@@ -48,6 +48,11 @@ class LinearLaw:
         """No end (c,): inf [N]."""
         return np.full(self.stiffness.size, np.inf)
 
+    @property
+    def load(self) -> Array:
+        """Not known (c,): nan [N]; the tangent is the same at every load."""
+        return np.full(self.stiffness.size, np.nan)
+
     def rows(self, chosen: Any) -> LinearLaw:
         """The law of the chosen rows."""
         return replace(self, stiffness=self.stiffness[chosen], variation=self.variation[chosen], tone=self.tone[chosen])

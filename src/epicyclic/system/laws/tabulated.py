@@ -6,7 +6,7 @@ tabulated slopes: the derivatives are continuous.  Beyond the last force the law
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ class TabulatedLaw:
 
     tone : (c,) mesh tone of each row.  lead, sense : (c,) sigma = sense (cycles + lead).
     force : (L,) from zero up [N].  gap : (S, L) delta at sigma = 0, 1/S, ... [m].  slope : (S, L) [N/m].
+    load : (c,) at which the tangent of a row was taken [N]; nan where it is not known, left out where it is of none.
     """
 
     tone: NDArray[np.int64]
@@ -36,6 +37,12 @@ class TabulatedLaw:
     force: Array
     gap: Array
     slope: Array
+    load: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        """nan for loads left out."""
+        if not self.load.size:
+            object.__setattr__(self, "load", np.full(len(self.lead), np.nan))
 
     def __repr__(self) -> str:
         """One line: number of rows, size of the table and largest force."""
@@ -58,7 +65,8 @@ class TabulatedLaw:
 
     def rows(self, chosen: Any) -> TabulatedLaw:
         """The law of the chosen rows."""
-        return replace(self, tone=self.tone[chosen], lead=self.lead[chosen], sense=self.sense[chosen])
+        own = {name: getattr(self, name)[chosen] for name in ("tone", "lead", "sense", "load")}
+        return replace(self, **own)
 
     def at(self, phases: Array) -> TabulatedAt:
         """Curves at phases (P, D) [cycles]."""

@@ -13,7 +13,7 @@ import epicyclic
 from epicyclic.analyses.modes.basis import mean_modes
 from epicyclic.analyses.static.equilibrium import compliance_of, equilibrium
 from epicyclic.analyses.static.static import static
-from epicyclic.analyses.static.tangent import linearised
+from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import respond, response
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.steady.waveform import force_signal, link_signal, motion_signal
@@ -147,4 +147,4 @@ def test_a_law_keeps_its_force_at_the_mean_load(case: Any) -> None:
     np.testing.assert_allclose(result.link_force[radial], expected, rtol=1e-6)
     np.testing.assert_allclose(result.link_force[across], 0.0, atol=1e-6 * expected)
     np.testing.assert_allclose(result.bearing_force_mean.sel(bearing="main/a/support"), expected, rtol=1e-6)
-    assert linearised(system).links.preload.any()
+    assert linear(system).links.preload.any()
