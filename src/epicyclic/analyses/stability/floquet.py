@@ -49,7 +49,7 @@ KINDS = (STABLE, DIVERGENCE, DOUBLING, QUASI_PERIODIC)
 # Least steps of a mesh cycle, and of a cycle of the highest mode.
 _STEPS_PER_CYCLE, _STEPS_PER_MODE_CYCLE = 24.0, 4.0
 # Doubles of the matrices of steps multiplied side by side: they and their products stay in the second cache.
-_BATCH = 50_000
+_BATCH = 100_000
 # A constant of the motion is one if what would change it is rounding beside the matrices' own size.
 _CONSERVED = 1e-9
 
