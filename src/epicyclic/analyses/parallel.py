@@ -150,6 +150,8 @@ def _become_worker(work: Callable[[Any], Any]) -> None:
     global _work
     _work = work
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # a thread of the process forked may have held the lock of a stream, which nothing would give back here
+    sys.stdout = sys.stderr = open(os.devnull, "w")
     threading.Thread(target=_die_with_parent, daemon=True).start()
 
 
