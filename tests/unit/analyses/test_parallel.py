@@ -174,7 +174,8 @@ def test_nothing_is_left_behind(by: str, method: str, tmp_path: Path) -> None:
         wait_for(lambda: not session(running.pid))
         errors = running.stderr.read() if running.stderr else ""
     if by in ("Ctrl-C", "SIGINT"):
-        assert errors.count("Traceback") <= 1 and errors.rstrip().endswith("KeyboardInterrupt")
+        assert errors.count("Traceback") <= 1
+        assert errors.rstrip().endswith("KeyboardInterrupt")
 
 
 def session(leader: int) -> list[int]:

@@ -182,15 +182,15 @@ def _impulses(kicks: _Kicks, part: slice, h: float) -> Array:
     (steps, m, k) of the positions y; (steps, m, k + n) of the whole state where damping changes.
     """
     change = kicks.stiffness.T[part, :, None]
-    force: Array = change * kicks.mean.gaps
+    force: NDArray[np.floating] = change * kicks.mean.gaps
     force -= change * (((h * h / 12) * kicks.mass) @ force)
     if kicks.damping is not None:
         # the rate decays while it is kicked: the implicit midpoint of that
         drag = kicks.damping.T[part, :, None]
         force = np.concatenate([force, drag * kicks.mean.rows], axis=2)
         force = np.linalg.solve(np.eye(drag.shape[1]) + (h / 2) * drag * kicks.mass, force)
-    force *= h
-    return force
+    impulse: Array = h * force
+    return impulse
 
 
 def _half_kick(kicks: _Kicks, z: ComplexArray) -> ComplexArray:

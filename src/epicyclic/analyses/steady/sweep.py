@@ -88,8 +88,8 @@ def sweep(
                 progress(done, speed.size)
 
     ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
-    options = {"tolerance": tolerance, "shaft_orders": shaft_orders}
-    each(partial(_measured, ready, speed[usable], table.layout, **options), parts, arrived=fill)
+    work = partial(_measured, ready, speed[usable], table.layout, tolerance=tolerance, shaft_orders=shaft_orders)
+    each(work, parts, arrived=fill)
     return sweep_dataset(
         table,
         ready.system,
