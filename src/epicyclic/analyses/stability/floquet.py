@@ -15,6 +15,7 @@ left out: what is left has no defective double multiplier at 1 that rounding wou
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -182,7 +183,7 @@ def _impulses(kicks: _Kicks, part: slice, h: float) -> Array:
     (steps, m, k) of the positions y; (steps, m, k + n) of the whole state where damping changes.
     """
     change = kicks.stiffness.T[part, :, None]
-    force: NDArray[np.floating] = change * kicks.mean.gaps
+    force: Any = change * kicks.mean.gaps
     force -= change * (((h * h / 12) * kicks.mass) @ force)
     if kicks.damping is not None:
         # the rate decays while it is kicked: the implicit midpoint of that
