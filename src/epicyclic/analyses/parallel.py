@@ -131,9 +131,7 @@ def _by_workers(
         count, mp_context=multiprocessing.get_context(method), initializer=_become_worker, initargs=(work,)
     )
     try:
-        with _main_hidden(method == "spawn"), warnings.catch_warnings():
-            # Python warns of forks beside other threads; a worker only computes, and takes no lock of theirs
-            warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
+        with _starting(method):
             waiting = {pool.submit(_compute, items[place]): place for place in places}
         for future in as_completed(waiting):
             keep(waiting[future], future.result())
@@ -169,12 +167,22 @@ def _compute(item: Any) -> Any:
 
 
 @contextmanager
-def _main_hidden(hidden: bool) -> Iterator[None]:
-    """Hide the script that runs from processes started anew, which would run it again: they need nothing of it."""
+def _starting(method: str) -> Iterator[None]:
+    """Start workers: without the script that runs, and with Ctrl-C held back until all of them stand.
+
+    Processes started anew would run the script again, of which they need nothing.  Held back, Ctrl-C meets no process
+    half started, and workers inherit that.
+    """
     main = sys.modules["__main__"]
-    if hidden:
+    if method == "spawn":
         sys.modules["__main__"] = ModuleType("__main__")
+    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
     try:
-        yield
+        with warnings.catch_warnings():
+            # Python warns of forks beside other threads; a worker only computes, and takes no lock of theirs
+            warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
+            yield
     finally:
         sys.modules["__main__"] = main
+        if held is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, held)
