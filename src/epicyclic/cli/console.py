@@ -126,7 +126,8 @@ def write_result(result: Any, path: Path) -> None:
 
 @contextmanager
 def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
-    """Show progress on stderr: a bar in a terminal, else a line for each named step.
+    """Show progress on stderr: a bar with per cent, time spent and time left in a terminal, else a line for each named
+    step.
 
     Yields a function to call with the name of the step that starts (``steps`` of them), or with the share done, 0..1.
     """
@@ -134,10 +135,27 @@ def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
         yield lambda done: complain(f"{title}: {done}") if isinstance(done, str) else None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        SpinnerColumn,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    # points may take tens of seconds each: the time left follows the speed of the last five minutes
+    with Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=300) as progress:
         task = progress.add_task(title, total=float(steps) if steps else None)
         started = 0
 

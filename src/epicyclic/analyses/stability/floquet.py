@@ -15,6 +15,7 @@ left out: what is left has no defective double multiplier at 1 that rounding wou
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -48,6 +49,8 @@ KINDS = (STABLE, DIVERGENCE, DOUBLING, QUASI_PERIODIC)
 
 # Least steps of a mesh cycle, and of a cycle of the highest mode.
 _STEPS_PER_CYCLE, _STEPS_PER_MODE_CYCLE = 24.0, 4.0
+# Doubles of the matrices of steps multiplied side by side: they and their products stay in the second cache.
+_BATCH = 100_000
 # A constant of the motion is one if what would change it is rounding beside the matrices' own size.
 _CONSERVED = 1e-9
 
@@ -111,7 +114,8 @@ def floquet(
     mean_k, mean_c = stiffness.mean(axis=1), np.zeros(len(stiffness)) if damping is None else damping.mean(axis=1)
     start = _mean_flow(modal, frame=frame, stiffness=mean_k, damping=mean_c, gaps=gaps)
     change_c = None if damping is None or not np.ptp(damping, axis=1).any() else damping - mean_c[:, None]
-    kicks = _Kicks(start, stiffness - mean_k[:, None], change_c, period / stiffness.shape[1])
+    step, mass = period / stiffness.shape[1], start.rows @ start.rows.T
+    kicks = _Kicks(start, stiffness - mean_k[:, None], change_c, step, mass)
     whole = _product(start, kicks)
     if not np.isfinite(whole).all():
         raise np.linalg.LinAlgError("the motion over a period is not finite")
@@ -130,54 +134,70 @@ def floquet(
 class _Kicks:
     """Changes of the meshes at every step.
 
-    Stiffness and damping (m, N) less their means [N/m], [N s/m], and the step [s].
+    stiffness, damping : (m, N) less their means [N/m], [N s/m].  step : [s].
+    mass : S = B^T M^-1 B of the elastic modes, (m, m) [1/kg].
     """
 
     mean: _MeanFlow
     stiffness: Array
     damping: Array | None
     step: float
-
-    @property
-    def mass(self) -> Array:
-        """S = B^T M^-1 B of the elastic modes, (m, m) [1/kg]."""
-        return self.mean.rows @ self.mean.rows.T
+    mass: Array
 
 
 def _product(start: _MeanFlow, kicks: _Kicks) -> Array:
-    """Monodromy matrix (k + n, k + n): flow after kick, over all steps."""
-    k, N = start.gaps.shape[1], len(start.generator)
+    """Monodromy matrix (k + n, k + n): flow after kick, over all steps.
+
+    Steps are multiplied in pairs, pairs in pairs: every level is one product of many small matrices side by side.
+    """
+    N, count = len(start.generator), kicks.stiffness.shape[1]
     flow = scipy.linalg.expm(start.generator * kicks.step)
-    joined = np.hstack([flow, -flow[:, k:] @ start.rows.T])
-    both = np.zeros((joined.shape[1], N))
-    both[:N] = np.eye(N)
-    mass, h = kicks.mass, kicks.step
-    for j in range(kicks.stiffness.shape[1]):
-        both[N:] = _impulse(kicks, mass, both[:N], j, h)
-        both[:N] = joined @ both
-    return both[:N]
+    whole: Array = np.eye(N)
+    size = max(2, _BATCH // N**2)
+    here, there = np.empty((2, min(size, count), N, N))
+    for first in range(0, count, size):
+        left = len(_steps(start, kicks, flow, slice(first, first + size), out=here))
+        while left > 1:
+            pairs = left // 2
+            np.matmul(here[1 : 2 * pairs : 2], here[: 2 * pairs : 2], out=there[:pairs])
+            if left % 2:
+                there[pairs] = here[left - 1]
+            here, there, left = there, here, pairs + left % 2
+        whole = here[0] @ whole
+    return whole
 
 
-def _impulse(kicks: _Kicks, mass: Array, z: NDArray[np.inexact], j: int, h: float) -> NDArray[np.inexact]:
-    """Impulse of every mesh row for states z (k + n, columns) in step j of length h [s], (m, columns) [N s]."""
-    k, D = kicks.mean.gaps.shape[1], kicks.stiffness[:, j, None]
-    force = kicks.mean.gaps @ z[:k]
-    force *= D
-    force -= (h * h / 12) * D * (mass @ force)
+def _steps(start: _MeanFlow, kicks: _Kicks, flow: Array, part: slice, *, out: Array) -> Array:
+    """Matrices (steps, k + n, k + n) of some steps, in the first places of `out`; flow : of one step."""
+    impulses = _impulses(kicks, part, kicks.step)
+    out, kicked = out[: len(impulses)], impulses.shape[2]
+    np.matmul(-flow[:, start.gaps.shape[1] :] @ start.rows.T, impulses, out=out[:, :, :kicked])
+    out[:, :, :kicked] += flow[:, :kicked]
+    out[:, :, kicked:] = flow[:, kicked:]
+    return out
+
+
+def _impulses(kicks: _Kicks, part: slice, h: float) -> Array:
+    """Impulse of every mesh row per state in some steps of length h [s] [N s].
+
+    (steps, m, k) of the positions y; (steps, m, k + n) of the whole state where damping changes.
+    """
+    change = kicks.stiffness.T[part, :, None]
+    force: Any = change * kicks.mean.gaps
+    force -= change * (((h * h / 12) * kicks.mass) @ force)
     if kicks.damping is not None:
         # the rate decays while it is kicked: the implicit midpoint of that
-        drag = kicks.damping[:, j, None]
-        force += drag * (kicks.mean.rows @ z[k:])
-        force = np.linalg.solve(np.eye(len(D)) + (h / 2) * drag * mass, force)
-    force *= h
-    return force
+        drag = kicks.damping.T[part, :, None]
+        force = np.concatenate([force, drag * kicks.mean.rows], axis=2)
+        force = np.linalg.solve(np.eye(drag.shape[1]) + (h / 2) * drag * kicks.mass, force)
+    impulse: Array = h * force
+    return impulse
 
 
 def _half_kick(kicks: _Kicks, z: ComplexArray) -> ComplexArray:
     """States (k + n, columns) in the middle of the first kick from those before it."""
-    k = kicks.mean.gaps.shape[1]
-    after = z.copy()
-    after[k:] -= kicks.mean.rows.T @ _impulse(kicks, kicks.mass, z, 0, kicks.step / 2)
+    after, (impulses,) = z.copy(), _impulses(kicks, slice(1), kicks.step / 2)
+    after[kicks.mean.gaps.shape[1] :] -= kicks.mean.rows.T @ (impulses @ z[: impulses.shape[1]])
     return after
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from math import gcd, lcm
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal, modal_form
+from ..parallel import each
 from ..static.tangent import linear
 from ..steady.excitation import mesh_tones
 from ..steady.response import FrameSpeed
@@ -139,18 +141,45 @@ def floquet_scan(ready: ParametricSystem, mesh_frequency: Array, *, progress: Pr
         steps=np.zeros(P, np.int64),
         status=np.full(P, "ok", dtype=object),
     )
-    for i, frequency in enumerate(mesh_frequency):
-        try:
-            _scan_point(ready, float(frequency), i, found)
-        except (ModelError, np.linalg.LinAlgError, FloatingPointError) as error:
-            found.status[i] = str(error)
+    done = 0
+
+    def fill(i: int, point: _Point | str) -> None:
+        """Write the point of place i, or why there is none."""
+        nonlocal done
+        if isinstance(point, str):
+            found.status[i] = point
+        else:
+            found.multipliers[i], found.largest[i], found.growth[i] = point.multipliers, point.largest, point.growth
+            found.kind[i], found.steps[i] = point.kind, point.steps
+        done += 1
         if progress is not None:
-            progress(i + 1, P)
+            progress(done, P)
+
+    each(partial(_point_or_reason, ready), [float(frequency) for frequency in mesh_frequency], arrived=fill)
     return found
 
 
-def _scan_point(ready: ParametricSystem, frequency: float, i: int, found: FloquetScan) -> None:
-    """Fill in the mesh frequency [Hz] of place i.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Point:
+    """Stability at one speed; fields as of `FloquetScan`."""
+
+    multipliers: ComplexArray
+    largest: float
+    growth: float
+    kind: str
+    steps: int
+
+
+def _point_or_reason(ready: ParametricSystem, frequency: float) -> _Point | str:
+    """Stability at a mesh frequency [Hz], or why there is none."""
+    try:
+        return _point(ready, frequency)
+    except (ModelError, np.linalg.LinAlgError, FloatingPointError) as error:
+        return str(error)
+
+
+def _point(ready: ParametricSystem, frequency: float) -> _Point:
+    """Stability at a mesh frequency [Hz].
 
     Raises
     ------
@@ -166,28 +195,37 @@ def _scan_point(ready: ParametricSystem, frequency: float, i: int, found: Floque
     if abs(_largest(one) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
         steps *= 2
         one = _floquet_at(ready, frequency, steps)
-    found.multipliers[i], found.largest[i], found.steps[i] = one.multipliers, _largest(one), steps
-    found.growth[i] = np.log(found.largest[i]) / period if found.largest[i] > 0 else np.nan
-    found.kind[i] = instability_kind(one.multipliers[~one.free])
+    largest = _largest(one)
+    return _Point(
+        multipliers=one.multipliers,
+        largest=largest,
+        growth=float(np.log(largest) / period) if largest > 0 else np.nan,
+        kind=instability_kind(one.multipliers[~one.free]),
+        steps=steps,
+    )
 
 
 def _floquet_at(ready: ParametricSystem, frequency: float, steps: int) -> Floquet:
     """Multipliers at a mesh frequency [Hz] of the first mesh, the common period in so many steps."""
-    meshes, (first, *_) = ready.system.meshes, ready.tones
-    speed = frequency / float(first)
-    # exact phases: whole turns of a tone over many cycles would lose digits
-    turns = np.array([float(ready.system.tones[i] / first * ready.cycles) for i in meshes.tone])
-    orders = np.arange(1, ready.harmonics + 1)
-    phase = 2 * np.pi * np.outer(turns, np.arange(steps) / steps)
-    change = np.zeros_like(phase)
-    for order in orders:
-        change += (meshes.variation[:, order - 1, None] * np.exp(1j * order * phase)).real
+    speed = frequency / float(ready.tones[0])
     return floquet(
         ready.modal,
-        meshes.stiffness[:, None] * change,
+        _stiffness_change(ready, steps),
         period=float(ready.cycles) / frequency,
         frame=speed if ready.frame_speed == "kinematic" else 1.0,
     )
+
+
+def _stiffness_change(ready: ParametricSystem, steps: int) -> Array:
+    """Stiffness of every mesh less its mean at equal steps of the common period, (m, steps) [N/m]."""
+    meshes, orders = ready.system.meshes, np.arange(1, ready.harmonics + 1)
+    change = np.zeros((len(meshes.stiffness), steps))
+    for place, tone in enumerate(ready.system.tones):
+        mine = meshes.tone == place
+        # exact phases: whole turns of a tone over many cycles would lose digits
+        phase = 2 * np.pi * (float(tone / ready.tones[0] * ready.cycles) * (np.arange(steps) / steps))
+        change[mine] = (meshes.variation[mine, : ready.harmonics] @ np.exp(1j * np.outer(orders, phase))).real
+    return meshes.stiffness[:, None] * change
 
 
 def _largest(one: Floquet) -> float:

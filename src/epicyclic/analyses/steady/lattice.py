@@ -165,14 +165,18 @@ class LineFrequencies:
     def index_of(self, frequencies: Sequence[Fraction]) -> Index:
         """Index in `distinct` of each frequency [Hz] (L,), -1 where no harmonic has it."""
         wanted = [frequency * self.unit for frequency in frequencies]
-        known = {int(step): i for i, step in enumerate(self.distinct)}
-        return np.array([known.get(int(f), -1) if f.denominator == 1 else -1 for f in wanted], dtype=np.int64)
+        steps = np.array([int(f) for f in wanted], dtype=object)
+        place = np.minimum(np.searchsorted(self.distinct, steps), max(self.distinct.size - 1, 0))
+        known = [f.denominator == 1 and self.distinct[i] == f for f, i in zip(wanted, place, strict=True)]
+        return np.where(np.array(known, dtype=bool), place, -1)
 
     def merged(self, values: ComplexArray) -> ComplexArray:
         """Amplitudes (..., R) with those of equal frequency added, (..., F): value = Re sum A_f exp(i w_f t)."""
-        lines = np.zeros((*values.shape[:-1], self.distinct.size), complex)
-        conjugated = np.where(self.negative, values.conj(), values)
-        np.add.at(np.moveaxis(lines, -1, 0), self.line, np.moveaxis(conjugated, -1, 0))
+        order = np.argsort(self.line, kind="stable")
+        starts = np.searchsorted(self.line[order], np.arange(self.distinct.size))
+        sorted_values = values[..., order]
+        sorted_values.imag *= np.where(self.negative[order], -1.0, 1.0)
+        lines: ComplexArray = np.add.reduceat(sorted_values, starts, axis=-1)
         return lines
 
 

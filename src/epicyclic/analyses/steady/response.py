@@ -31,7 +31,9 @@ __all__ = [
     "initial_truncation",
     "largest_truncation",
     "respond",
+    "respond_part",
     "response",
+    "response_parts",
     "truncation_increment",
     "truncation_norm",
 ]
@@ -200,10 +202,30 @@ def respond(ready: Response, speed: Array, *, tolerance: float, shaft_orders: bo
     grows until the forces on the truncated harmonics, an exact residual, are below 30 x tolerance of the dynamic part.
     tolerance : relative residual of the harmonics kept [1].
     """
-    start, limit = initial_truncation(ready), largest_truncation(ready, speed)
+    ready, parts = response_parts(ready, speed, shaft_orders=shaft_orders)
+    for part in parts:
+        yield from respond_part(ready, speed, part, tolerance=tolerance, shaft_orders=shaft_orders)
+
+
+def response_parts(
+    ready: Response, speed: Array, *, shaft_orders: bool = True
+) -> tuple[Response, list[tuple[Index, Truncation]]]:
+    """The Response as it is solved at relative speeds (P,), and the parts of the speeds that are solved apart.
+
+    A part is an index of speeds and their initial truncation; its solution is the same with and without the others.
+    """
+    start = initial_truncation(ready)
     ready = replace(ready, compiled=_use_numba(ready, start, speed.size, shaft_orders=shaft_orders))
-    chunks = _chunks(ready, np.arange(speed.size), np.tile(start, (speed.size, 1)), shaft_orders=shaft_orders)
-    waiting: list[tuple[Index, Truncation, Block | None]] = [(*chunk, None) for chunk in chunks]
+    first = np.tile(start, (speed.size, 1))
+    return ready, list(_chunks(ready, np.arange(speed.size), first, shaft_orders=shaft_orders))
+
+
+def respond_part(
+    ready: Response, speed: Array, part: tuple[Index, Truncation], *, tolerance: float, shaft_orders: bool = True
+) -> Iterator[Block]:
+    """Solve one of the `response_parts` of relative speeds (P,), in blocks as they come out; see `respond`."""
+    limit = largest_truncation(ready, speed)
+    waiting: list[tuple[Index, Truncation, Block | None]] = [(*part, None)]
     while waiting:
         index, truncation, before = waiting.pop(0)
         with np.errstate(all="ignore"):  # a point that overflows ends as not finite, beside the others

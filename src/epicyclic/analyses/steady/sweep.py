@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from .measures import Signals, force_extremes, sweep_measures
-from .response import Block, FrameSpeed, Response, respond, response
+from ..parallel import each
+from .measures import Layout, Signals, force_extremes, sweep_measures
+from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
 from .steady import tension_warnings
 from .table import SweepTable, empty_table, sweep_dataset
 from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signal
@@ -73,12 +76,20 @@ def sweep(
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = "speed is not a number above zero"
     places, done = np.flatnonzero(usable), int((~usable).sum())
-    for block in respond(ready, speed[usable], tolerance=tolerance, shaft_orders=shaft_orders):
-        _fill(ready, block, places[block.index], table, accepted=_ACCEPTED * tolerance)
-        cross[places[block.index]] = block.truncation[-1]
-        done += block.index.size
-        if progress is not None:
-            progress(done, speed.size)
+
+    def fill(_: int, solved: list[_Measured]) -> None:
+        """Write the blocks of one part into the table."""
+        nonlocal done
+        for block in solved:
+            block.fill(table, places[block.index])
+            cross[places[block.index]] = block.truncation[-1]
+            done += block.index.size
+            if progress is not None:
+                progress(done, speed.size)
+
+    ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
+    work = partial(_measured, ready, speed[usable], table.layout, tolerance=tolerance, shaft_orders=shaft_orders)
+    each(work, parts, arrived=fill)
     return sweep_dataset(
         table,
         ready.system,
@@ -111,8 +122,47 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
     return np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
 
 
-def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: SweepTable, *, accepted: float) -> None:
-    """Write the measures of one block at the speeds `place` (P,), nan where it did not converge."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Measured:
+    """Measures of one block of speeds.
+
+    found : by name, speeds last, not finite where nothing was found.  minimum : smallest force of every mesh row (m, P)
+        [N].  good : (P,) whether the residual is small enough; the other fields as of `Block`.
+    """
+
+    index: NDArray[np.int64]
+    truncation: Truncation
+    harmonics: int
+    found: dict[str, Array]
+    minimum: Array
+    residual: Array
+    good: NDArray[np.bool_]
+    status: list[str]
+
+    def fill(self, table: SweepTable, place: NDArray[np.int64]) -> None:
+        """Write the measures at the speeds `place` (P,), nan where they did not converge."""
+        table.store(place, self.found, self.good)
+        table.minimum_force[:, place] = np.where(self.good, self.minimum, np.nan)
+        table.values["residual"][place], table.harmonics[place] = self.residual, self.harmonics
+        table.status[place] = self.status
+
+
+def _measured(
+    ready: Response,
+    speed: Array,
+    layout: Layout,
+    part: tuple[NDArray[np.int64], Truncation],
+    *,
+    tolerance: float,
+    shaft_orders: bool,
+) -> list[_Measured]:
+    """Measures of one part of the speeds (P,), block by block."""
+    blocks = respond_part(ready, speed, part, tolerance=tolerance, shaft_orders=shaft_orders)
+    return [_block_measures(ready, block, layout, accepted=_ACCEPTED * tolerance) for block in blocks]
+
+
+def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: float) -> _Measured:
+    """Measures of one block; accepted : largest relative residual."""
     face = faces(ready.system.meshes)
     rows = force_signal(ready, block)
     signals = Signals(
@@ -122,12 +172,18 @@ def _fill(ready: Response, block: Block, place: NDArray[np.int64], table: SweepT
         links=link_signal(ready, block) if ready.system.links.name else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
-        found, good = sweep_measures(signals, table.layout), block.residual <= accepted
-    table.store(place, found, good)
+        found, good = sweep_measures(signals, layout), block.residual <= accepted
     minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
-    table.minimum_force[:, place] = np.where(good, minimum, np.nan)
-    table.values["residual"][place], table.harmonics[place] = block.residual, block.harmonics
-    table.status[place] = [_status(value, accepted) for value in block.residual]
+    return _Measured(
+        index=block.index,
+        truncation=block.truncation,
+        harmonics=block.harmonics,
+        found=found,
+        minimum=minimum,
+        residual=block.residual,
+        good=good,
+        status=[_status(value, accepted) for value in block.residual],
+    )
 
 
 def _status(residual: float, accepted: float) -> str:

@@ -1,0 +1,203 @@
+"""Points on several cores: the bits of one process, errors of their type, nothing left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import epicyclic
+from epicyclic.analyses import parallel
+from epicyclic.analyses.parallel import each, processes
+from epicyclic.errors import ModelError
+
+METHODS = ("fork", "spawn") if sys.platform == "linux" else ("spawn",)
+
+
+@pytest.fixture
+def two_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two workers for everything after the first item, however short."""
+    monkeypatch.setenv("EPICYCLIC_JOBS", "2")
+    monkeypatch.setattr(parallel, "_WORTH", dict.fromkeys(METHODS, 0.0))
+
+
+def place_and_process(item: int) -> tuple[int, int]:
+    return item * item, os.getpid()
+
+
+def refused(item: int) -> int:
+    if item == 2:
+        raise ModelError("too much", path="mesh_frequency", given=item, allowed="1")
+    return item
+
+
+def killed(own: int, item: int) -> int:
+    if os.getpid() != own and item == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return item
+
+
+@pytest.mark.usefixtures("two_at_once")
+def test_results_come_in_order_from_other_processes() -> None:
+    seen = dict[int, tuple[int, int]]()
+    found = each(place_and_process, range(20), arrived=seen.__setitem__)
+    assert [square for square, _ in found] == [item**2 for item in range(20)]
+    assert [seen[place] for place in range(20)] == found
+    others = {process for _, process in found} - {os.getpid()}
+    assert len(others) in (1, 2), "workers take the points after the first; one may be quick enough for all"
+    assert found[0][1] == os.getpid()
+
+
+def test_short_work_stays_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EPICYCLIC_JOBS", "8")
+    assert {process for _, process in each(place_and_process, range(20))} == {os.getpid()}
+
+
+@pytest.mark.usefixtures("two_at_once")
+def test_an_error_comes_back_as_it_is() -> None:
+    with pytest.raises(ModelError) as caught:
+        each(refused, range(8))
+    assert caught.value.path == "mesh_frequency"
+    assert "too much" in str(caught.value)
+
+
+@pytest.mark.usefixtures("two_at_once")
+def test_an_exception_of_the_caller_ends_the_work() -> None:
+    def enough(place: int, _: object) -> None:
+        if place == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        each(place_and_process, range(50), arrived=enough)
+
+
+@pytest.mark.usefixtures("two_at_once")
+def test_a_worker_that_is_killed_is_replaced_by_this_process() -> None:
+    seen: list[int] = []
+    assert each(partial(killed, os.getpid()), range(6), arrived=lambda place, _: seen.append(place)) == list(range(6))
+    assert sorted(seen) == list(range(6)), "every place once"
+
+
+@pytest.mark.usefixtures("two_at_once")
+def test_stability_has_the_bits_of_one_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    several = epicyclic.stability("ren2021", points=6)
+    monkeypatch.setenv("EPICYCLIC_JOBS", "1")
+    assert_same_bits(several, epicyclic.stability("ren2021", points=6))
+
+
+@pytest.mark.usefixtures("two_at_once")
+@pytest.mark.parametrize("name", ["ren2021", "encased-differential"])
+def test_sweep_has_the_bits_of_one_process(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    several = epicyclic.sweep(name, points=24 if name == "ren2021" else 4)
+    monkeypatch.setenv("EPICYCLIC_JOBS", "1")
+    assert_same_bits(several, epicyclic.sweep(name, points=24 if name == "ren2021" else 4))
+
+
+def assert_same_bits(one: object, other: object) -> None:
+    from epicyclic.results.dataset import to_json
+
+    assert to_json(one) == to_json(other)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "many", "1.5"])
+def test_a_wrong_number_of_processes_is_refused(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EPICYCLIC_JOBS", text)
+    with pytest.raises(ModelError, match="EPICYCLIC_JOBS"):
+        processes()
+
+
+def test_cores_are_shared_with_the_threads_of_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("EPICYCLIC_JOBS", *parallel._THREADS):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(parallel, "_cores", lambda: 8)
+    assert processes() == 1, "linear algebra takes all cores unless told"
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+    assert processes() == 8
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    assert processes() == 2
+
+
+# A script as a user writes it, without `if __name__ == "__main__"`.  It prints when workers are at work.
+SCRIPT = """
+import sys, time
+from epicyclic.analyses import parallel
+parallel._WORTH = {"fork": 0.0, "spawn": 0.0}
+sys.platform = sys.argv[1]
+print("started", flush=True)
+found = parallel.each(time.sleep, [float(text) for text in sys.argv[2:]], arrived=lambda i, _: print(i, flush=True))
+print("done", len(found), flush=True)
+"""
+
+
+def start(tmp_path: Path, method: str, *seconds: float) -> subprocess.Popen[str]:
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    return subprocess.Popen(
+        [sys.executable, str(script), "linux" if method == "fork" else "darwin", *map(str, seconds)],
+        env={**os.environ, "EPICYCLIC_JOBS": "2"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_script_without_a_guard_runs_once(method: str, tmp_path: Path) -> None:
+    with start(tmp_path, method, 0.01, 0.02, 0.03, 0.02) as running:
+        out, err = running.communicate(timeout=60)
+    assert running.returncode == 0, err
+    assert out.count("started") == 1
+    assert out.endswith("done 4\n")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("by", ["Ctrl-C", "SIGINT", "SIGTERM", "SIGKILL"])
+def test_nothing_is_left_behind(by: str, method: str, tmp_path: Path) -> None:
+    with start(tmp_path, method, 0.01, 0.01, 30.0, 30.0, 30.0) as running:
+        assert running.stdout is not None
+        wait_for(lambda: len(session(running.pid)) >= 3)
+        if by == "Ctrl-C":  # to the whole group, as a terminal does
+            os.killpg(running.pid, signal.SIGINT)
+        else:
+            running.send_signal(getattr(signal, by))
+        running.wait(timeout=20)
+        assert running.returncode != 0
+        wait_for(lambda: not session(running.pid))
+        errors = running.stderr.read() if running.stderr else ""
+    if by in ("Ctrl-C", "SIGINT"):
+        assert errors.count("Traceback") <= 1
+        assert errors.rstrip().endswith("KeyboardInterrupt")
+
+
+def session(leader: int) -> list[int]:
+    """Processes of the session of a process that still run."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, _, _, of = entry.read_text().rpartition(")")[2].split()[:4]
+        except OSError:
+            continue
+        if int(of) == leader and state != "Z":
+            found.append(int(entry.parent.name))
+    return found
+
+
+def wait_for(condition: object, seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def test_numbers_of_numpy_are_kept() -> None:
+    found = each(np.sqrt, [np.float64(2.0)])
+    assert found[0] == np.sqrt(2.0)
