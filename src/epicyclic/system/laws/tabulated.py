@@ -7,6 +7,7 @@ tabulated slopes: the derivatives are continuous.  Beyond the last force the law
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -70,12 +71,13 @@ class TabulatedLaw:
 
     def at(self, phases: Array) -> TabulatedAt:
         """Curves at phases (P, D) [cycles]."""
-        from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
-
         sigma = np.mod(self.sense * (phases[:, self.tone] + self.lead), 1.0)
-        places, values = _wrapped(self)
-        steps = PchipInterpolator(places, values)(sigma)
-        L = len(self.force)
+        cubics, S, L = _cubics(self), len(self.gap), len(self.force)
+        cell = np.minimum((S * sigma).astype(np.int64), S - 1)
+        since = (sigma - cell / S)[..., None]
+        steps = cubics[0][cell]
+        for power in cubics[1:]:
+            steps = steps * since + power[cell]
         gap = np.cumsum(steps[..., :L], axis=-1)
         return TabulatedAt(gap=gap, force=np.broadcast_to(self.force, gap.shape), slope=steps[..., L:])
 
@@ -90,11 +92,16 @@ def phase_cubics(law: TabulatedLaw) -> Array:
     In the cell sigma = (i + u) / S, 0 <= u < 1, they give in powers of u / S: first touch, the increments of the gap
     from force to force, and the slopes.
     """
+    return np.ascontiguousarray(np.moveaxis(_cubics(law), 0, -1))
+
+
+@lru_cache(maxsize=64)
+def _cubics(law: TabulatedLaw) -> Array:
+    """`phase_cubics` power by power (4, S, 2 L), kept with the law: an integrator asks it at every stage."""
     from scipy.interpolate import PchipInterpolator  # half a second, for tables alone
 
     places, values = _wrapped(law)
-    S = len(law.gap)
-    return np.ascontiguousarray(np.moveaxis(PchipInterpolator(places, values).c[:, _AROUND : _AROUND + S], 0, -1))
+    return np.ascontiguousarray(PchipInterpolator(places, values).c[:, _AROUND : _AROUND + len(law.gap)])
 
 
 def _wrapped(law: TabulatedLaw) -> tuple[Array, Array]:
