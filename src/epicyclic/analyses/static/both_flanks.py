@@ -1,13 +1,13 @@
 """Static equilibrium of a train whose teeth have two flanks.
 
-The loaded flanks are tried alone first.  Where no far flank would press, theirs is the equilibrium: the energy is convex
-and a flank that does not press adds nothing to it.  The other instants, and those that nothing holds without far
-flanks, are solved with both.
+The loaded flanks are tried alone first.  Where no far flank would press, theirs is the equilibrium: the energy is
+convex and a flank that does not press adds nothing to it.  The other instants, and those that nothing holds without
+far flanks, are solved with both.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,7 @@ def balanced(train: HeldTrain, force: Array, names: tuple[str, ...]) -> None:
     ------
     ModelError : one does.
     """
-    require_balance((train.both or train.loaded).free, force, names)
+    require_balance((train.loaded if train.both is None else train.both).free, force, names)
 
 
 def settled(
@@ -83,8 +83,8 @@ def settled(
     found = replace(found, far_force=np.zeros((len(here.gap), train.far.mesh.size)))
     if pressing.size:
         again = _both(train.both, here.at(pressing), laws, None if anchor is None else anchor[pressing])
-        for name in ("displacement", "mesh_force", "far_force", "iterations", "group_stretch", "group_force", "approach"):
-            getattr(found, name)[pressing] = getattr(again, name)
+        for each in fields(Equilibrium):
+            getattr(found, each.name)[pressing] = getattr(again, each.name)
     return found
 
 
@@ -106,7 +106,8 @@ def _loaded(
 
 def _both(flexible: Compliance, here: RecordExcitation, laws: Laws, anchor: Array | None) -> Equilibrium:
     """Equilibrium on loaded and far flanks."""
-    assert here.both is not None and here.far_gap is not None
+    assert here.both is not None
+    assert here.far_gap is not None
     m = here.stiffness.shape[1]
     return equilibrium(
         flexible,
@@ -121,16 +122,16 @@ def _both(flexible: Compliance, here: RecordExcitation, laws: Laws, anchor: Arra
 
 def _presses(train: HeldTrain, here: RecordExcitation, displacement: Array) -> NDArray[np.bool_]:
     """Instants (T,) at which any far flank would press, at displacements (T, n) [m, rad]."""
-    assert here.both is not None and here.far_gap is not None
+    assert here.both is not None
+    assert here.far_gap is not None
     touch = here.both.touch[:, here.stiffness.shape[1] :]
     pressing: NDArray[np.bool_] = np.any(displacement @ train.far.B - here.far_gap > touch, axis=1)
     return pressing
 
 
-def net_force(far: FarFlanks, state: Equilibrium) -> Array:
-    """Force of every mesh row (T, m) [N], on its loaded flank positive, on its far one negative."""
-    if not state.far_force.size:
-        return state.mesh_force
-    net = state.mesh_force.copy()
-    np.subtract.at(net.T, far.mesh, state.far_force.T)
+def net_force(far: FarFlanks, on_loaded: Array, on_far: Array) -> Array:
+    """Force of every mesh row (T, m) [N], on its far flank negative; of loaded flanks (T, m), far ones (T, c) [N]."""
+    net = on_loaded.copy()
+    if on_far.size:
+        np.subtract.at(net.T, far.mesh, on_far.T)
     return net

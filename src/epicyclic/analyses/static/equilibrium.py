@@ -31,6 +31,8 @@ Values = NDArray[Any]  # real or complex
 __all__ = [
     "Compliance",
     "Equilibrium",
+    "Values",
+    "closed_approach",
     "closed_force",
     "compliance",
     "compliance_of",
@@ -83,7 +85,8 @@ class Equilibrium:
     """Static state at T instants.
 
     displacement : (T, n) [m, rad], without any part along free motions.
-    mesh_force : (T, m) of the loaded flanks, far_force : (T, c) of the far ones, none where they are left out [N], >= 0.
+    mesh_force : (T, m) of the loaded flanks [N], >= 0.
+    far_force : (T, c) of the far flanks, c = 0 where they are left out [N], >= 0.
     iterations : (T,) Newton steps.
     group_stretch, group_force : (T, R) of the rows of groups [m], [N].
     approach : (T, m + R) B'q of the loaded flanks and the rows of groups [m].
@@ -222,6 +225,15 @@ def closed_force(flexible: Compliance, stiffness: Array, gap: Values, free_gap: 
     pull = _closed_pull(flexible, stiffness, gap, free_gap)
     force: Values = flexible.stiffness * (free_gap + pull @ flexible.to_mesh) - pull
     return force
+
+
+def closed_approach(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
+    """Approach B'q (..., T, M) [m] of all rows where every one of them has its given stiffness, tension allowed.
+
+    Parameters as of `closed_force`, of M rows; a row of stiffness 0 is open.
+    """
+    approach: Values = free_gap + _closed_pull(flexible, stiffness, gap, free_gap) @ flexible.to_mesh
+    return approach
 
 
 def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError
 from ...system.laws.groups import Laws
 from ...system.system import Array, System
-from .both_flanks import HeldTrain, balanced, net_force, settled
+from .both_flanks import HeldTrain, balanced, settled
 from .equilibrium import Equilibrium
 from .record import Record, RecordExcitation, excitation
 
@@ -29,12 +29,11 @@ _SLIDER_TOLERANCE = 1e-8
 class RecordPiece:
     """Consecutive instants of a record.
 
-    state : equilibrium at t instants.  force : (t, m) of every mesh row, on its far flank negative [N].
-    link_deflection : (t, p) of the linear links [m, rad].  anchor : (t, R) sliders before each step [m].
+    state : equilibrium at t instants.  link_deflection : (t, p) of the linear links [m, rad].
+    anchor : (t, R) sliders before each step [m].
     """
 
     state: Equilibrium
-    force: Array
     link_deflection: Array
     anchor: Array | None
 
@@ -59,9 +58,7 @@ def quasi_static(
         start = None if approach is None else approach[index]
         state = settled(train, here, laws, anchor=anchor, start=start)
         deflection = state.displacement @ links.B - here.link_gap
-        yield RecordPiece(
-            state=state, force=net_force(train.far, state), link_deflection=deflection, anchor=anchor
-        )
+        yield RecordPiece(state=state, link_deflection=deflection, anchor=anchor)
         if progress is not None:
             progress((index[-1] + 1) / total)
 

@@ -50,7 +50,7 @@ class RecordExcitation:
     gap : (T, m + R) errors of the meshes and the rows of groups [m].
     link_gap : (T, p) of the linear links [m, rad].  force : (T, n) generalised force at rest [N, N m].
     flanks : laws of the loaded flanks; None: linear.
-    far_gap : (T, c) errors and backlash of the far flanks [m]; both : laws of the loaded and the far flanks.  None where
+    far_gap : (T, c) errors and backlash of the far flanks [m], both : laws of the loaded and the far flanks; None where
         no backlash is finite.
     """
 
@@ -259,12 +259,13 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
     return excitation_at(system, waves, mesh_phases(system, tone, index, samples))
 
 
-def excitation_at(system: System, waves: ComplexArray, phases: Array) -> RecordExcitation:
+def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: bool = True) -> RecordExcitation:
     """Excitation of the train at rest at T instants.
 
     Parameters
     ----------
     waves : (T, lines) exp(i phase) of every line.  phases : (T, tones) of the mesh frequencies [turns].
+    links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
     """
     m, p, c = len(system.meshes.name), len(system.links.name), system.far_flanks.mesh.size
     R = sum(len(group.rows) for group in system.groups)
@@ -279,7 +280,7 @@ def excitation_at(system: System, waves: ComplexArray, phases: Array) -> RecordE
     return RecordExcitation(
         stiffness=stiffness_at(system, phases),
         gap=np.hstack([summed([line.gap for line in lines], m), summed([group_gap(line, R) for line in lines], R)]),
-        link_gap=summed([line.link_gap for line in lines], p),
+        link_gap=summed([line.link_gap for line in lines], p) if links else np.zeros((len(waves), 0)),
         force=system.force + summed([line.force[0] for line in lines], len(system.force)),
         flanks=None if laws is None or not system.meshes.laws else laws.rows(slice(0, m)),
         far_gap=_far_gap(system, waves) if c else None,

@@ -15,7 +15,7 @@ from ...system.faces import Faces, faces
 from ...system.gaps import flanks, past_the_end
 from ...system.laws.groups import STATES
 from ...system.system import Array, System
-from .both_flanks import held_train
+from .both_flanks import held_train, net_force
 from .quasi_static import RecordPiece, history_note, quasi_static
 from .record import Record, positive_count, record_of
 
@@ -57,8 +57,9 @@ def static(
 
     Loads at rest count (torques, gravity, forces, link errors times stiffness); inertia does not.  Where backlash is
     finite, teeth that are driven apart meet their far flank; ``mesh_force`` is negative there, and ``far_share`` is the
-    share of time of it.  Displacements leave out motions without stiffness (the turning of the whole train).  The twist of a neck or shaft is the ``link_deflection`` of its rz row [rad], first body less
-    second: of a neck, left less right.  Time runs at the operating speed; without speeds it is counted in mesh cycles.
+    share of time of it.  Displacements leave out motions without stiffness (the turning of the whole train).  The
+    twist of a neck or shaft is the ``link_deflection`` of its rz row [rad], first body less second: of a neck, left
+    less right.  Time runs at the operating speed; without speeds it is counted in mesh cycles.
     Links with a law (play, rolling elements, spline) follow it; attributes ``laws`` and ``history`` say which.  Meshes
     with a table follow it on both flanks.
 
@@ -80,7 +81,7 @@ def static(
     )
     train = held_train(system)
     pieces = list(quasi_static(system, train, record, progress))
-    contact = flank_contact(system, pieces)
+    contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])
     warnings = [*system.warnings, *free_position_warnings(system, train.loaded.free), *record.warnings]
     return _dataset(system, record, pieces, contact, [*warnings, *contact_warnings(system, contact)])
 
@@ -99,16 +100,19 @@ class FlankContact:
     largest: Array
 
 
-def flank_contact(system: System, pieces: Sequence[RecordPiece]) -> FlankContact:
-    """Which flanks touch over the record."""
-    force = np.concatenate([piece.force for piece in pieces])
-    on_loaded = np.concatenate([piece.state.mesh_force for piece in pieces])
-    behind = np.concatenate([piece.state.far_force for piece in pieces])
+def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> FlankContact:
+    """Which flanks touch over the record.
+
+    Parameters
+    ----------
+    forces : of consecutive pieces of t instants, on the loaded flanks (t, m) and on the far ones (t, c) [N].
+    """
+    on_loaded, behind = (np.concatenate(part) for part in zip(*forces, strict=True))
     least = OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0))
-    far = np.zeros(force.shape, bool)
+    far = np.zeros(on_loaded.shape, bool)
     far[:, system.far_flanks.mesh] = behind > least
     return FlankContact(
-        force=force,
+        force=net_force(system.far_flanks, on_loaded, behind),
         loaded=on_loaded > least,
         far=far,
         largest=np.concatenate([on_loaded.max(axis=0, initial=0.0), behind.max(axis=0, initial=0.0)]),
