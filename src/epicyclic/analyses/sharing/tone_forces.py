@@ -222,7 +222,7 @@ def mean_force(system: System, train: HeldTrain | None = None) -> Array:
     still = [line for line in system.lines if line.frequency == 0]
     load = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
     gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
-    balanced(train, load[None], system.dofs.names)
+    balanced(train, load[None])
     flexible = train.loaded
     force: Array = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
     return force
@@ -242,7 +242,7 @@ def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, sample
         turns = (phases[:, None] + within).reshape(-1, len(ratios))
         waves = np.exp(2j * np.pi * turns[:, : len(lines)])
         here = excitation_at(system, waves, turns[:, len(lines) :], links=False)
-        balanced(train, here.force, system.dofs.names)
+        balanced(train, here.force)
         return _solved(system, train, here).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
     def least_slice(cycles: Index) -> Array:

@@ -29,35 +29,36 @@ class HeldTrain:
     """A train seen from its rows.
 
     loaded : from the loaded flanks and the rows of groups.  both : from all flanks, None where no backlash is finite.
-    far : its far flanks.
+    far : its far flanks.  names : (n,) of the coordinates.
     """
 
     loaded: Compliance
     both: Compliance | None
     far: FarFlanks
+    names: tuple[str, ...]
 
 
 def held_train(system: System) -> HeldTrain:
     """The train seen from its flanks."""
-    loaded, far = compliance_of(system), system.far_flanks
+    loaded, far, names = compliance_of(system), system.far_flanks, system.dofs.names
     if not far.mesh.size:
-        return HeldTrain(loaded=loaded, both=None, far=far)
+        return HeldTrain(loaded=loaded, both=None, far=far, names=names)
     # a motion that the loaded flanks leave free may be stopped by far ones, which then count as closed
     stops = np.max(np.abs(far.B.T @ loaded.free), axis=1, initial=0.0) > _STILL
     k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
     B = np.hstack([system.meshes.B, far.B, system.group_rows])
     stiffness = np.concatenate([system.meshes.stiffness, k0, system.laws.row_stiffness])
-    return HeldTrain(loaded=loaded, both=compliance(system.K, B, stiffness), far=far)
+    return HeldTrain(loaded=loaded, both=compliance(system.K, B, stiffness), far=far, names=names)
 
 
-def balanced(train: HeldTrain, force: Array, names: tuple[str, ...]) -> None:
+def balanced(train: HeldTrain, force: Array) -> None:
     """Check that no load (T, n) [N, N m] works on a motion that neither links nor flanks hold.
 
     Raises
     ------
     ModelError : one does.
     """
-    require_balance((train.loaded if train.both is None else train.both).free, force, names)
+    require_balance((train.loaded if train.both is None else train.both).free, force, train.names)
 
 
 def settled(
@@ -76,6 +77,7 @@ def settled(
     if train.both is None:
         return _loaded(train, here, laws, anchor, start)
     try:
+        require_balance(train.loaded.free, here.force, train.names)
         found = _loaded(train, here, laws, anchor, start)
         pressing = np.flatnonzero(_presses(train, here, found.displacement))
     except (ModelError, ConvergenceError):

@@ -75,7 +75,7 @@ def _balanced_excitation(
 ) -> RecordExcitation:
     """Excitation at the instants `index` (t,), whose loads are checked to balance on free motions."""
     here = excitation(system, record.unit, index, record.samples)
-    balanced(train, here.force, system.dofs.names)
+    balanced(train, here.force)
     return here
 
 
