@@ -224,8 +224,8 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
 def test_far_flanks_that_never_press_change_no_digit(build: Any) -> None:
     system = with_backlash(build, variation=0.1)
     without = replace(system, far=None)
-    for verb in (lambda s: static(s, samples=8), lambda s: sharing(s, method="static", samples=8)):
-        ours, plain = verb(system), verb(without)
+    pairs = [(static(s, samples=8), sharing(s, method="static", samples=8)) for s in (system, without)]
+    for ours, plain in zip(*pairs, strict=True):
         for name in plain.variables:
             np.testing.assert_array_equal(ours[name].values, plain[name].values)
     assert static(system, samples=8).far_share.values.max() == 0

@@ -23,7 +23,7 @@ LOADS = np.array([0.0, 200.0, 900.0, 2500.0, 6000.0])
 
 def linear(rows: int = 3, *, seed: int = 1) -> LinearLaw:
     rng = np.random.default_rng(seed)
-    series = 0.1 * (rng.normal(size=(rows, 3)) + 1j * rng.normal(size=(rows, 3)))
+    series = np.asarray(0.1 * (rng.normal(size=(rows, 3)) + 1j * rng.normal(size=(rows, 3))), complex)
     return LinearLaw(
         stiffness=rng.uniform(3e8, 6e8, rows), variation=series, tone=rng.integers(0, TONES, rows).astype(np.int64)
     )
