@@ -108,6 +108,20 @@ def test_force_is_the_slope_of_the_energy_and_the_tangent_that_of_the_force(name
 
 
 @pytest.mark.parametrize("name", LAWS)
+def test_energy_is_the_integral_of_the_force_from_touch(name: str) -> None:
+    """Across all knots of a table and beyond its end: Simpson's rule over small steps."""
+    law = LAWS[name].at(PHASES)
+    steps = 4000
+    end = law.touch + 3e-5
+    way = law.touch + np.linspace(0, 1, 2 * steps + 1)[:, None, None] * (end - law.touch)
+    force, _ = law.evaluate(way)
+    weight = np.tile([2.0, 4.0], steps + 1)[: 2 * steps + 1]
+    weight[[0, -1]] = 1.0
+    integral = np.tensordot(weight, force, axes=1) * (end - law.touch) / (6 * steps)
+    np.testing.assert_allclose(law.energy(end), integral, rtol=1e-8)
+
+
+@pytest.mark.parametrize("name", LAWS)
 def test_the_bound_of_the_tangent_holds_and_is_not_idle(name: str) -> None:
     law = LAWS[name]
     at = law.at(np.random.default_rng(1).random((400, TONES)))
