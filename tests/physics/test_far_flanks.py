@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import epicyclic
+from epicyclic.analyses.static.static import OPEN_RATIO
 from epicyclic.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.connections import Mesh
@@ -203,7 +204,8 @@ def test_a_slice_may_rest_on_its_far_flank() -> None:
     )
     result = epicyclic.static(replace(system, lines=lines), cycles=5, samples=8)
     assert 0 < result.far_share.values[0] < 1
-    on_far = result.slice_force.values[:3] < 0
+    # slices of a planet that floats between both flanks just touch, with forces that are rounding
+    on_far = result.slice_force.values[:3] < -OPEN_RATIO * result.slice_force.values.max()
     assert on_far.any()
     np.testing.assert_allclose(result.far_share.values[0], on_far.any(axis=0).mean())
     np.testing.assert_allclose(result.slice_force.values[:3].sum(axis=0), result.mesh_force.values[0], rtol=1e-12)

@@ -355,6 +355,10 @@ def test_sharing_by_static_follows_tables(build: Any) -> None:
     constant = replace(system, meshes=replace(system.meshes, variation=np.zeros((8, 0), complex)))
     # a table varies with the mesh cycle although the series of its tangent may not
     assert "mesh cycles" in sharing(constant, method="static").attrs["record"]
+    turning = replace(constant, lines=system.lines[:1], body_turns=(Fraction(7), *(Fraction(0),) * 6))
+    for laws, period in ((system.meshes.laws, 7), ((), 1)):
+        varying = replace(turning, meshes=replace(constant.meshes, laws=laws))
+        assert record_of(varying, cycles=None, turns=None, of="main/sun", samples=1, most=100).period == period
 
 
 def test_forces_behind_the_end_of_a_table_are_said(build: Any) -> None:
