@@ -319,9 +319,10 @@ def _residual(
     """
     w = free_gap + pull @ S
     contact, tangent = rows.force_and_tangent(w)
-    stiff = np.tile(k0, (len(w), 1))
-    # a far flank has k0 = 0, and rounds with its own stiffness where it presses
-    np.maximum(stiff[:, : rows.F], tangent, out=stiff[:, : rows.F], where=k0[: rows.F] == 0)
+    stiff, behind = k0, np.flatnonzero(k0[: rows.F] == 0)
+    if behind.size:  # a far flank has k0 = 0, and rounds with its own stiffness where it presses
+        stiff = np.tile(k0, (len(w), 1))
+        stiff[:, behind] = tangent[:, behind]
     terms = np.max(
         np.maximum(np.abs(pull), stiff * (np.abs(w) + np.abs(rows.gap))), axis=1, initial=np.finfo(float).tiny
     )
