@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import epicyclic
+from epicyclic.analyses.static.static import OPEN_RATIO
 from epicyclic.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.connections import Mesh
@@ -152,3 +153,59 @@ def test_shift_matters() -> None:
 def test_leads_are_exact_without_shift() -> None:
     train, _ = assembled()
     assert all(isinstance(mesh.lead, Fraction) and mesh.tooth_shift == 0.0 for mesh in train.meshes)
+
+
+def at_rest(system: System, *, opened: float = 0.0) -> System:
+    """Mean stiffness, so that phases do not matter, and a constant error of all meshes [m]."""
+    none = np.zeros((len(system.meshes.name), 0), complex)
+    lines = tuple(replace(line, gap=line.gap + opened * (line.frequency == 0)) for line in system.lines)
+    assert opened == 0 or any(line.frequency == 0 for line in lines)
+    far = None if system.far is None else replace(system.far, variation=none)
+    return replace(system, meshes=replace(system.meshes, variation=none), far=far, lines=lines)
+
+
+@pytest.mark.parametrize("slices", [None, 3])
+def test_static_under_reversed_torque_is_that_of_the_train_assembled_for_it(slices: int | None) -> None:
+    """Far flanks of one train, and the loaded flanks of another that is open by the backlash: all six directions."""
+    _, system = assembled(slices=slices)
+    _, turned = assembled(torque=-900.0, slices=slices)
+    np.testing.assert_allclose(turned.force, -system.force, rtol=1e-12)
+    ours = epicyclic.static(at_rest(replace(system, force=-system.force)), cycles=5, samples=4)
+    closed = at_rest(replace(turned, far=None), opened=8e-5)
+    theirs = epicyclic.static(closed, cycles=5, samples=4)
+    # two condensations; the load is carried by loops of forces some ten times as large
+    np.testing.assert_allclose(ours.mesh_force, -theirs.mesh_force, rtol=1e-7)
+    np.testing.assert_allclose(
+        ours.link_force, theirs.link_force, rtol=1e-5, atol=1e-6 * np.abs(theirs.link_force).max()
+    )
+    assert ours.mesh_force.values.max() < 0
+    assert (ours.far_share.values == 1).all()
+    assert ours.mesh_contact.values.all()
+    assert ours.contact_lost.values.all()
+    if slices:
+        np.testing.assert_allclose(ours.slice_force, -theirs.slice_force, rtol=1e-6)
+        np.testing.assert_allclose(ours.face_load_factor, theirs.face_load_factor, rtol=1e-7)
+    shared = epicyclic.sharing(at_rest(replace(system, force=-system.force)), method="static", cycles=5, samples=4)
+    other = epicyclic.sharing(closed, method="static", cycles=5, samples=4)
+    for definition in ("cycle-peak", "simultaneous", "record-peak"):
+        np.testing.assert_allclose(
+            shared.load_sharing.sel(definition=definition), other.load_sharing.sel(definition=definition), rtol=1e-6
+        )
+
+
+def test_a_slice_may_rest_on_its_far_flank() -> None:
+    """A planet that is ahead on its pin and tilted by its helix: some slices push back, others carry or are open."""
+    _, system = assembled(slices=3)
+    pushed = np.zeros(len(system.meshes.name))
+    pushed[:3] = 7e-4  # what both backlashes of the planet and the float of the sun leave, and a little more
+    lines = tuple(
+        replace(line, gap=line.gap + pushed, far_gap=line.far_gap - pushed) if line.frequency == 0 else line
+        for line in system.lines
+    )
+    result = epicyclic.static(replace(system, lines=lines), cycles=5, samples=8)
+    assert 0 < result.far_share.values[0] < 1
+    # slices of a planet that floats between both flanks just touch, with forces that are rounding
+    on_far = result.slice_force.values[:3] < -OPEN_RATIO * result.slice_force.values.max()
+    assert on_far.any()
+    np.testing.assert_allclose(result.far_share.values[0], on_far.any(axis=0).mean())
+    np.testing.assert_allclose(result.slice_force.values[:3].sum(axis=0), result.mesh_force.values[0], rtol=1e-12)

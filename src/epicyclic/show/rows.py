@@ -51,6 +51,7 @@ def force_table(result: xr.Dataset) -> Table:
         "face_load_factor": "largest per mean along the face",
         "dynamic_face_load_factor": "largest at any time per mean",
         "open_share": "apart, share of time",
+        "far_share": "on the far flank, share of time",
     }
     columns |= {heading: list(result[name].values) for name, heading in further.items() if name in result}
     if "contact_lost" in result:

@@ -26,7 +26,7 @@ __all__ = ["largest_sharing", "run_out_study", "support_study", "vary", "worst_s
 
 Progress = Callable[[float], None] | None
 
-# mesh cycles of a record where links have laws, each instant of which is an equilibrium of its own
+# mesh cycles of a record where links or meshes have laws, each instant of which is an equilibrium of its own
 _CYCLES = 64
 
 
@@ -41,15 +41,17 @@ def worst_sharing(system: System) -> float:
     """Static load-sharing coefficient of the train [1], peaks per mesh cycle, worst case over the hunting period.
 
     To keep a study of many points short, several varying mesh frequencies are replaced by the mean stiffness, and
-    where links have laws the coefficient is the largest of 64 mesh cycles.
+    where links or meshes have laws the coefficient is the largest of 64 mesh cycles.
     """
     from ..analyses.sharing.sharing import sharing
 
     varying = {int(tone) for tone, row in zip(system.meshes.tone, system.meshes.variation, strict=True) if row.any()}
     if len(varying) > 1:
-        system = replace(system, meshes=replace(system.meshes, variation=system.meshes.variation[:, :0]))
-    coefficients = sharing(system, method="static", cycles=_CYCLES if system.groups else 1).system_load_sharing
-    return float(coefficients.sel(definition="cycle-peak" if system.groups else "worst-case"))
+        far = None if system.far is None else replace(system.far, variation=system.far.variation[:, :0])
+        system = replace(system, meshes=replace(system.meshes, variation=system.meshes.variation[:, :0]), far=far)
+    lawful = bool(system.groups or system.meshes.laws)
+    coefficients = sharing(system, method="static", cycles=_CYCLES if lawful else 1).system_load_sharing
+    return float(coefficients.sel(definition="cycle-peak" if lawful else "worst-case"))
 
 
 def vary(
@@ -199,18 +201,19 @@ def _sharing_study(
         },
         coords={"member": [_member_name(path) for path in changes], coordinate: values},
         verb="vary",
-        options={"definition": "cycle-peak" if _has_link_laws(train) else "worst-case", "method": "static"},
+        options={"definition": "cycle-peak" if _has_laws(train) else "worst-case", "method": "static"},
         warnings=[f"{title}: {failed} of {status.size} points failed"] if failed else (),
         provenance=train_provenance(train),
     )
     return result.assign_attrs(study=title)
 
 
-def _has_link_laws(train: Train) -> bool:
-    """Whether any link follows a law, which decides the definition of `worst_sharing`."""
+def _has_laws(train: Train) -> bool:
+    """Whether any link or mesh follows a law, which decides the definition of `worst_sharing`."""
     from ..assemble import assemble
 
-    return bool(assemble(train).groups)
+    system = assemble(train)
+    return bool(system.groups or system.meshes.laws)
 
 
 def _member_name(path: str) -> str:

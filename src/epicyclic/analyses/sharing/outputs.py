@@ -18,7 +18,7 @@ from .definitions import DEFINITIONS
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["labelled", "loaded_meshes", "require_speed", "sharing_warnings", "train_coefficient"]
+__all__ = ["far_warnings", "labelled", "loaded_meshes", "require_speed", "sharing_warnings", "train_coefficient"]
 
 
 def require_speed(relative_speed: float) -> None:
@@ -57,6 +57,12 @@ def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: 
     if not loaded.all():
         notes.append(f"no load, hence no load sharing, in {names(~loaded)}")
     return notes
+
+
+def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[str]:
+    """A warning of the meshes whose far flank presses at some instant, (m,)."""
+    names = ", ".join(name for name, yes in zip(meshes, far, strict=True) if yes)
+    return [f"meshes on their far flank, where their force is negative: {names}"] if names else []
 
 
 def train_coefficient(values: Array) -> Array:

@@ -13,13 +13,13 @@ import numpy as np
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..static.record import parallel_meshes, positive_count, record_of
+from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
 from ..static.static import OPEN_RATIO
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
-from .outputs import labelled, loaded_meshes, require_speed, sharing_warnings
+from .outputs import far_warnings, labelled, loaded_meshes, require_speed, sharing_warnings
 from .static_record import sharing_of_record
-from .tone_forces import Method, ToneForces, tone_forces
+from .tone_forces import Method, ToneForces, mean_force, tone_forces
 from .worst_case import worst_case
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ _PIECE = 250_000
 _STORED = 64
 # Instants with laws that a record may have by default, each some 50 us.
 _SOLVED = 100_000
+# Instants per mesh cycle or turn of a record that is solved instant by instant.
+_INSTANTS = 32
 
 
 def sharing(
@@ -59,7 +61,7 @@ def sharing(
         worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.
     turns : of ``static``, instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns.
     samples : instants per mesh cycle or turn; None: what `periodic` takes, some 64 for ``static``, a multiple of the
-        branches, 32 with laws or turns.
+        branches, 32 with laws or turns, with tables a multiple of the branches.
     relative_speed : speed per operating speed [1].
     stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
     progress : called with the share done, 0..1.
@@ -69,9 +71,9 @@ def sharing(
     ModelError : an option out of range, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
-    if method == "static" and (turns is not None or of is not None or system.groups):
+    if method == "static" and (turns is not None or of is not None or not _by_tone(system)):
         require_speed(relative_speed)
-        count = positive_count("samples", samples, 32)
+        count = positive_count("samples", samples, _record_samples(system))
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
         return sharing_of_record(
             system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress
@@ -108,8 +110,9 @@ def sharing(
         "hunting_period": reference.period,
         "worst_case": how,
     }
-    lost = least <= (OPEN_RATIO * float(top.max()) if method == "static" else 0.0)
-    notes += _validity_warnings(names, method, lost, loaded, cycles, reference.period)
+    touch = OPEN_RATIO * float(top.max()) if method == "static" else 0.0
+    lost, behind = least <= touch, (least < -touch) & (method == "static")
+    notes += _validity_warnings(names, method, (lost, behind), loaded, cycles, reference.period)
     largest = np.where(lost & (method == "static"), np.nan, largest)
     history = reference.force(np.arange(stored))
     ratio = np.empty_like(history)
@@ -127,6 +130,34 @@ def sharing(
         provenance=system.provenance,
         warnings=notes,
     )
+
+
+def _by_tone(system: System) -> bool:
+    """Whether static mesh forces are sought by mesh frequency, linear in the lines while all loaded flanks press.
+
+    Not where a law of a link or a mesh is not linear, nor where the mean load of a group is on its far flanks.
+    """
+    if system.groups or system.meshes.laws:
+        return False
+    if not system.far_flanks.mesh.size:
+        return True
+    mean = faces(system.meshes).total(mean_force(system))
+    # an idle group carries rounding
+    least = -1e-9 * float(np.max(np.abs(mean), initial=0.0))
+    return all(mean[group].sum() >= least for group in parallel_meshes(system.meshes))
+
+
+def _record_samples(system: System) -> int:
+    """Instants per mesh cycle or turn of a record that is solved instant by instant.
+
+    Where tables follow the mesh cycle equal branches get equal peaks.
+    """
+    meshes = system.meshes
+    if not meshes.laws:
+        return _INSTANTS
+    first = faces(meshes).first
+    own = np.flatnonzero(meshes.tone[first] == meshes.tone[first[0]])
+    return samples_per_cycle(meshes, own, _INSTANTS)
 
 
 def _tone_cycles(part: ToneForces, reference: ToneForces, cycles: int) -> int:
@@ -164,20 +195,26 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
 
 
 def _validity_warnings(
-    meshes: tuple[str, ...], method: str, open_: np.ndarray, loaded: np.ndarray, cycles: int, period: int
+    meshes: tuple[str, ...],
+    method: str,
+    contact: tuple[np.ndarray, np.ndarray],
+    loaded: np.ndarray,
+    cycles: int,
+    period: int,
 ) -> list[str]:
     """Warnings of a short record, of a linear model pulled open, of meshes that open and of those without load.
 
-    (m,).
+    contact : whether each mesh opens (m,), and whether it rests on its far flank (m,).  loaded : (m,).
     """
-    notes = []
+    notes, (open_, far) = [], contact
     if cycles < period:
         notes.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
     lost = _names(meshes, open_)
     if lost and method != "static":
         notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
         open_ = np.zeros_like(open_)
-    return notes + sharing_warnings(meshes, open_, loaded)
+    notes += sharing_warnings(meshes, open_, loaded)
+    return notes + far_warnings(meshes, far)
 
 
 def _names(meshes: tuple[str, ...], chosen: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""Load sharing from a record of static equilibria: with laws, several mesh frequencies, or a record in turns."""
+"""Load sharing from a record of static equilibria: with laws of links or meshes, or a record in turns."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import faces
+from ...system.gaps import flanks, past_the_end
 from ...system.system import Array, System
-from ..static.equilibrium import compliance_of
+from ..static.both_flanks import held_train
 from ..static.quasi_static import RecordPiece, quasi_static
 from ..static.record import MeshGroup, Record, parallel_meshes, positive_count
-from ..static.static import OPEN_RATIO, free_position_warnings, group_columns, law_attributes, mesh_contact
+from ..static.static import flank_contact, free_position_warnings, group_columns, law_attributes, mesh_contact
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
-from .outputs import labelled, loaded_meshes, sharing_warnings
+from .outputs import far_warnings, labelled, loaded_meshes, sharing_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,6 +40,8 @@ def sharing_of_record(
 
     A mesh cycle is that of the group's own mesh frequency; where fewer instants than one fall into a cycle, each is
     its own peak.  The worst case is known where the record covers the common period of all lines, else it is nan.
+    Meshes of a group that carries its mean load on the far flanks share that load: their coefficients take the force
+    on the far flanks as positive, ``mesh_force`` does not.
 
     Parameters
     ----------
@@ -49,23 +52,29 @@ def sharing_of_record(
     ModelError : no load, or a load that nothing balances or holds.  ConvergenceError : no equilibrium.
     """
     kept = positive_count("stored_cycles", stored, max(1, min(record.count, _STORED // record.samples)))
-    flexible = compliance_of(system)
-    forces: list[Array] = []
+    train = held_train(system)
+    forces: list[tuple[Array, Array]] = []
     pieces: list[RecordPiece] = []
-    for piece in quasi_static(system, flexible, record, progress):
-        if sum(map(len, forces)) < kept * record.samples:
+    for piece in quasi_static(system, train, record, progress):
+        if sum(len(loaded) for loaded, _ in forces) < kept * record.samples:
             pieces.append(piece)
-        forces.append(piece.state.mesh_force)
-    rows, members, face = np.concatenate(forces), parallel_meshes(system.meshes), faces(system.meshes)
-    force = face.total(rows, axis=1)
+        forces.append((piece.state.mesh_force, piece.state.far_force))
+    contact = flank_contact(system, forces)
+    members, face = parallel_meshes(system.meshes), faces(system.meshes)
+    net = face.total(contact.force, axis=1)
+    turned = _turned(net.mean(axis=0), members)
+    force = net * turned
     loaded = loaded_meshes(force.mean(axis=0), members)
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole = record.count >= record.period
     worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
     values = np.where(loaded, coefficients(over, worst, members), np.nan)
-    touching = mesh_contact(face, rows > OPEN_RATIO * rows.max(initial=0.0))
-    notes = [*free_position_warnings(system, flexible.free), *record.warnings]
+    touching = mesh_contact(face, contact)
+    lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
+    notes = [*free_position_warnings(system, train.loaded.free), *record.warnings]
     notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
+    notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
+    notes += past_the_end(system, flanks(system), contact.largest)
     last = min(kept, record.count) * record.samples
     ratio = np.empty_like(force[:last])
     for group in members:
@@ -75,11 +84,11 @@ def sharing_of_record(
         system,
         coefficients=values,
         ratio=ratio.T,
-        force=force[:last].T,
-        bound=np.where(whole, over.peak, np.nan),
+        force=net[:last].T,
+        bound=np.where(whole, net.max(axis=0), np.nan),
         columns={
             "mesh_contact": (("mesh", "time"), touching[:last].T),
-            "contact_lost": ("mesh", ~touching.all(axis=0)),
+            "contact_lost": ("mesh", lost),
             **laws,
         },
         time=np.arange(last) / record.samples / (float(record.unit) * relative_speed),
@@ -87,6 +96,14 @@ def sharing_of_record(
         provenance={**system.provenance, **law_attributes(system, record)},
         warnings=notes,
     )
+
+
+def _turned(mean: Array, members: Sequence[MeshGroup]) -> Array:
+    """-1 at the meshes (m,) of groups whose mean load [N] is on their far flanks, else 1."""
+    turned = np.ones(len(mean))
+    for group in members:
+        turned[group] = -1.0 if mean[group].sum() < 0 else 1.0
+    return turned
 
 
 def _options(record: Record, relative_speed: float) -> dict[str, object]:

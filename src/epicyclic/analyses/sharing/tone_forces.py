@@ -13,24 +13,25 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from ..static.equilibrium import Compliance, closed_force, compliance_of, equilibrium, require_balance
+from ..static.both_flanks import HeldTrain, balanced, held_train, net_force, settled
+from ..static.equilibrium import closed_force
 from ..static.record import (
     MeshGroup,
+    RecordExcitation,
+    excitation_at,
     hunting_cycles,
-    mesh_stiffness,
     parallel_meshes,
     positive_count,
     reference_tone,
     samples_per_cycle,
-    stiffness_at,
 )
 from ..static.static import free_position_warnings
 from ..steady.periodic import periodic_by_tone
 from ..steady.superposition import superposed
 from .outputs import require_speed
-from .waves import Waves, cycle_forces, force_bound, line_phases, periodic_waves, static_waves
+from .waves import Waves, cycle_forces, far_waves, force_bound, line_phases, periodic_waves, static_waves
 
-__all__ = ["Method", "ToneForces", "tone_forces"]
+__all__ = ["Method", "ToneForces", "mean_force", "tone_forces"]
 
 Method = Literal["steady", "superposition", "static"]
 Index = NDArray[np.int64]
@@ -88,15 +89,15 @@ def tone_forces(
     if method != "static":
         raise ModelError("no such method", path="method", given=method, allowed="steady, superposition, static")
     require_speed(relative_speed)
-    flexible = compliance_of(system)
+    train = held_train(system)
     tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
     varying = {system.tones[i] for i, v in zip(system.meshes.tone, system.meshes.variation, strict=True) if v.any()}
     found = []
     for tone in tones or (reference_tone(system),):
         build = _static_by_lines if len(tones) < 2 or varying <= {tone} else _static_by_instants
         fitting = samples_per_cycle(system.meshes, _members(system, tone)[0], 64)
-        found.append(build(system, flexible, tone, positive_count("samples", samples, fitting)))
-    return tuple(found), free_position_warnings(system, flexible.free)
+        found.append(build(system, train, tone, positive_count("samples", samples, fitting)))
+    return tuple(found), free_position_warnings(system, train.loaded.free)
 
 
 def _steady_by_tone(system: System, method: str, samples: int | None, relative_speed: float) -> tuple[ToneForces, ...]:
@@ -163,66 +164,86 @@ def _forces_from_waves(
     )
 
 
-def _static_by_lines(system: System, flexible: Compliance, tone: Fraction, samples: int) -> ToneForces:
-    """Static mesh forces where stiffness follows one tone at most: linear in the lines while all meshes press."""
-    waves = static_waves(system, flexible, tone, samples)
-    return _forces_from_waves(system, tone, waves, _unilateral(system, flexible, tone, waves))
+def _static_by_lines(system: System, train: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
+    """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks press."""
+    waves, reach = static_waves(system, train.loaded, tone, samples), far_waves(system, train, tone, samples)
+    found = _forces_from_waves(system, tone, waves, _unilateral(system, train, tone, (waves, reach)))
+    return found if reach is None else replace(found, bound=np.full(len(found.meshes), np.nan))
 
 
-def _unilateral(system: System, flexible: Compliance, tone: Fraction, waves: Waves) -> Callable[[Array], Array]:
-    """Static mesh forces, phases (c, L) [turns] -> (c, m, samples) [N]: linear while all meshes press.
+def _unilateral(
+    system: System, train: HeldTrain, tone: Fraction, both: tuple[Waves, Waves | None]
+) -> Callable[[Array], Array]:
+    """Static mesh forces, phases (c, L) [turns] -> (c, m, samples) [N]: linear while all loaded flanks press, alone.
 
-    Instants at which a mesh would pull are solved anew.
+    Instants at which one would pull, or a far flank press, are solved anew.  both : waves of the forces, and of how far
+    far flanks reach beyond first touch, where any does.
     """
-    k = mesh_stiffness(system, tone, np.arange(waves.samples), waves.samples)
+    waves, reach = both
     theta = np.arange(waves.samples) / waves.samples
     ratios = [line.frequency / tone for line in system.lines]
     slow = [i for i, ratio in enumerate(ratios) if ratio.denominator != 1]
     turning = np.array([float(ratio) for ratio in ratios])
-    gaps = np.array([line.gap for line in system.lines]).reshape(len(ratios), len(system.meshes.name))
-    loads = np.array([line.force[0] for line in system.lines]).reshape(len(ratios), len(system.force))
 
     def source(phases: Array) -> Array:
         """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         result = cycle_forces(waves, phases)
-        cycle, instant = np.nonzero(np.any(result < 0, axis=1))
+        leaves = np.any(result < 0, axis=1)
+        if reach is not None:
+            leaves |= np.any(cycle_forces(reach, phases) > 0, axis=1)
+        cycle, instant = np.nonzero(leaves)
         for first in range(0, len(cycle), 2048):
             c, j = cycle[first : first + 2048], instant[first : first + 2048]
             angle = np.outer(theta[j], turning)
             angle[:, slow] += phases[c]
-            wave = np.exp(2j * np.pi * angle)
-            gap, force = (wave @ gaps).real, system.force + (wave @ loads).real
-            result[c, :, j] = equilibrium(flexible, stiffness=k[j], gap=gap, force=force).mesh_force
+            # only this tone varies the stiffness: the phases of others do not matter
+            mesh = np.tile(theta[j, None], (1, max(1, len(system.tones))))
+            here = excitation_at(system, np.exp(2j * np.pi * angle), mesh, links=False)
+            result[c, :, j] = _solved(system, train, here)
         return result
 
     return source
 
 
-def _static_by_instants(system: System, flexible: Compliance, tone: Fraction, samples: int) -> ToneForces:
-    """Static mesh forces where the stiffness follows several tones: every instant solved by itself."""
-    (meshes, members), face = _members(system, tone), faces(system.meshes)
+def _solved(system: System, train: HeldTrain, here: RecordExcitation) -> Array:
+    """Net forces of the mesh rows (T, m) [N] under an excitation."""
+    state = settled(train, here, system.laws)
+    return net_force(train.far, state.mesh_force, state.far_force)
+
+
+def mean_force(system: System, train: HeldTrain | None = None) -> Array:
+    """Forces of the mesh rows (m,) [N] under what stands still, all loaded flanks closed, tension allowed.
+
+    Raises
+    ------
+    ModelError : a load that nothing balances.
+    """
+    train = held_train(system) if train is None else train
     still = [line for line in system.lines if line.frequency == 0]
     load = system.force + sum((line.force[0].real for line in still), np.zeros(len(system.force)))
     gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
-    require_balance(flexible.free, load[None], system.dofs.names)
-    mean = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
+    balanced(train, load[None])
+    flexible = train.loaded
+    force: Array = closed_force(flexible, flexible.stiffness[None], gap[None], (flexible.gap_of_force @ load)[None])[0]
+    return force
+
+
+def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
+    """Static mesh forces where the stiffness follows several tones: every instant solved by itself."""
+    (meshes, members), face = _members(system, tone), faces(system.meshes)
+    mean = mean_force(system, train)
 
     lines, tones = system.lines, system.tones
     ratios = (*(line.frequency / tone for line in lines), *(other / tone for other in tones))
-    theta = np.arange(samples) / samples
-    within = np.outer(theta, [float(ratio) for ratio in ratios])
-    gaps = np.array([line.gap for line in lines]).reshape(len(lines), len(gap))
-    loads = np.array([line.force[0] for line in lines]).reshape(len(lines), len(load))
+    within = np.outer(np.arange(samples) / samples, [float(ratio) for ratio in ratios])
 
     def rows(phases: Array) -> Array:
         """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         turns = (phases[:, None] + within).reshape(-1, len(ratios))
-        wave = np.exp(2j * np.pi * turns[:, : len(lines)])
-        force = system.force + (wave @ loads).real
-        require_balance(flexible.free, force, system.dofs.names)
-        k = stiffness_at(system, turns[:, len(lines) :])
-        found = equilibrium(flexible, stiffness=k, gap=(wave @ gaps).real, force=force).mesh_force
-        return found.reshape(len(phases), samples, -1).transpose(0, 2, 1)
+        waves = np.exp(2j * np.pi * turns[:, : len(lines)])
+        here = excitation_at(system, waves, turns[:, len(lines) :], links=False)
+        balanced(train, here.force)
+        return _solved(system, train, here).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
     def least_slice(cycles: Index) -> Array:
         """Smallest force of any slice of each mesh over the cycles (c,), (m_j,) [N]."""

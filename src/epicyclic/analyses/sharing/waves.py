@@ -7,7 +7,7 @@ with the cycle number c and the phase theta in the cycle.  A record of many cycl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -15,14 +15,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system.gaps import flanks
 from ...system.system import Array, ComplexArray, System
-from ..static.equilibrium import Compliance, closed_force, require_balance
+from ..static.both_flanks import HeldTrain
+from ..static.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance
 from ..static.record import mesh_stiffness, turn_fraction
 
 if TYPE_CHECKING:
     from ..steady.periodic import Periodic
 
-__all__ = ["Waves", "cycle_forces", "force_bound", "line_phases", "periodic_waves", "static_waves"]
+__all__ = ["Waves", "cycle_forces", "far_waves", "force_bound", "line_phases", "periodic_waves", "static_waves"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,21 +67,71 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     ModelError : a load works on a free motion.
     """
     names = system.dofs.names
-    theta = np.arange(samples) / samples
     k = mesh_stiffness(system, tone, np.arange(samples), samples)
     require_balance(flexible.free, system.force[None], names)
-    mean = closed_force(flexible, k, np.zeros_like(k), np.tile(flexible.gap_of_force @ system.force, (samples, 1)))
-    ratios, amplitude = [], []
     for line in system.lines:
-        ratio = line.frequency / tone
         require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), names)
+
+    def solved(gap: Values, load: Values) -> Values:
+        """Forces (Nt, m) [N] under errors (Nt, m) [m] and loads (Nt, n) [N, N m]."""
+        return closed_force(flexible, k, gap, load @ flexible.gap_of_force.T)
+
+    return _summed(system, tone, samples, solved, [line.gap for line in system.lines], np.zeros(k.shape[1]))
+
+
+def far_waves(system: System, train: HeldTrain, tone: Fraction, samples: int) -> Waves | None:
+    """Waves of how far the far flanks reach beyond first touch with all loaded flanks closed, (c, Nt) [m].
+
+    None where there are none, or where none touches at any phases of the lines.
+    """
+    far = system.far_flanks
+    c, m = far.mesh.size, len(system.meshes.name)
+    if train.both is None:
+        return None
+    k = np.hstack([mesh_stiffness(system, tone, np.arange(samples), samples), np.zeros((samples, c))])
+    flexible = train.both
+    phases = np.zeros((samples, max(1, len(system.tones))))
+    if tone in system.tones:
+        phases[:, system.tones.index(tone)] = np.arange(samples) / samples
+    touch = flanks(system).at(phases).touch[:, m:]
+
+    def solved(gap: Values, load: Values) -> Values:
+        """Gaps (Nt, c) [m] of the far flanks under errors (Nt, m + c) [m] and loads (Nt, n) [N, N m]."""
+        reach: Values = closed_approach(flexible, k, gap, load @ flexible.gap_of_force.T)[:, m:] - gap[:, m:]
+        return reach
+
+    opening = np.concatenate([np.zeros(m), system.meshes.backlash[far.mesh]])
+    found = _summed(system, tone, samples, solved, [system.flank_gaps(line) for line in system.lines], opening)
+    found = replace(found, mean=found.mean - touch.T)
+    return found if np.any(force_bound(found) > 0) else None
+
+
+def _summed(
+    system: System,
+    tone: Fraction,
+    samples: int,
+    solved: Callable[[Values, Values], Values],
+    gaps: Sequence[ComplexArray],
+    still: Array,
+) -> Waves:
+    """Waves of what is linear in errors and loads: solved (errors (Nt, r), loads (Nt, n)) -> (Nt, ..).
+
+    Parameters
+    ----------
+    gaps : errors (r,) of every line [m].  still : (r,) further constant errors [m].
+    """
+    theta = np.arange(samples) / samples
+    mean = solved(np.tile(still, (samples, 1)), np.tile(system.force, (samples, 1)))
+    ratios, amplitude = [], []
+    for line, gap in zip(system.lines, gaps, strict=True):
+        ratio = line.frequency / tone
         turning = np.exp(2j * np.pi * float(ratio) * theta)[:, None]
-        force = closed_force(flexible, k, turning * line.gap, turning * (flexible.gap_of_force @ line.force[0]))
+        value = solved(turning * gap, turning * line.force[0])
         if ratio.denominator == 1:
-            mean = mean + force.real
+            mean = mean + value.real
         else:
             ratios.append(ratio)
-            amplitude.append(force.T)
+            amplitude.append(value.T)
     shape = (len(ratios), *mean.T.shape)
     return Waves(mean=mean.T, ratios=tuple(ratios), amplitude=np.array(amplitude, dtype=complex).reshape(shape))
 

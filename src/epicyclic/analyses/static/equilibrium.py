@@ -1,12 +1,13 @@
 """Static equilibrium with unilateral meshes and laws: the least energy, by Newton steps with a line search, in batches.
 
-    E(q) = q'Kq/2 - F'q + sum_m k_m <B'q - e>_m^2 / 2 + sum_g phi_g(B'q - e)
+    E(q) = q'Kq/2 - F'q + sum_f Phi_f(B'q - e) + sum_g phi_g(B'q - e)
 
-with phi_g the potential of a bearing with play or a spline (`system.laws`).  The problem is condensed to the rows B of
-meshes and groups; derived here.  With H = K + B diag(k0) B' (all meshes closed, all groups at their nominal stiffness),
-A = H^+ B, S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p, w = B'q, and the residual in row forces is
-r = p - k0 w + f(w - e).  Motions that strain no link and close no row (rigid rotation, an unsupported float) drop out
-with the pseudo-inverse.
+with Phi_f the energy of a flank and phi_g that of a bearing with play or a spline, all convex (`system.laws`).  The
+problem is condensed to the rows B of flanks and groups; derived here.  With H = K + B diag(k0) B' (all meshes closed,
+all groups at their nominal stiffness), A = H^+ B, S = B'A and the pull p = k0 w - f of each row, q = H^+ F + A p,
+w = B'q, and the residual in row forces is r = p - k0 w + f(w - e).  This holds for any k0 >= 0: far flanks, which are
+open in the mean, have k0 = 0 and p = -f.  Motions that strain no link and close no row (rigid rotation, an unsupported
+float) drop out with the pseudo-inverse.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ Values = NDArray[Any]  # real or complex
 __all__ = [
     "Compliance",
     "Equilibrium",
+    "Values",
+    "closed_approach",
     "closed_force",
     "compliance",
     "compliance_of",
@@ -61,7 +64,9 @@ _FLAT = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Compliance:
-    """The train seen from its rows: m meshes, then the R rows of groups (M = m + R together).
+    """The train seen from its rows: F flanks, then the R rows of groups (M = F + R together).
+
+    The flanks are the loaded ones of the m meshes, and behind them the far ones where those are asked for.
 
     stiffness : (M,) k0 [N/m].  inverse : (n, n) H^+ [m/N].  to_body : (n, M) A [m/N].  to_mesh : (M, M) S [m/N].
     gap_of_force : (M, n) B'H^+ [m/N].  free : (n, r) unit motions without any stiffness.
@@ -79,13 +84,17 @@ class Compliance:
 class Equilibrium:
     """Static state at T instants.
 
-    displacement : (T, n) [m, rad], without any part along free motions.  mesh_force : (T, m) [N], >= 0.
+    displacement : (T, n) [m, rad], without any part along free motions.
+    mesh_force : (T, m) of the loaded flanks [N], >= 0.
+    far_force : (T, c) of the far flanks, c = 0 where they are left out [N], >= 0.
     iterations : (T,) Newton steps.
-    group_stretch, group_force : (T, R) of the rows of groups [m], [N].  approach : (T, M) B'q of all rows [m].
+    group_stretch, group_force : (T, R) of the rows of groups [m], [N].
+    approach : (T, m + R) B'q of the loaded flanks and the rows of groups [m].
     """
 
     displacement: Array
     mesh_force: Array
+    far_force: Array
     iterations: np.ndarray
     group_stretch: Array
     group_force: Array
@@ -94,7 +103,7 @@ class Equilibrium:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Rows:
-    """Laws of the rows at T instants: m flanks, errors (T, M) [m], laws and sliders (T, R) [m] of groups."""
+    """Laws of the rows at T instants: F flanks, errors (T, M) [m], laws and sliders (T, R) [m] of groups."""
 
     flanks: FlanksAt
     gap: Array
@@ -107,41 +116,49 @@ class _Rows:
         return _Rows(flanks=self.flanks.instants(chosen), gap=self.gap[chosen], laws=self.laws, anchor=anchor)
 
     @property
-    def m(self) -> int:
+    def F(self) -> int:
         """Number of flanks."""
         return self.flanks.count
 
     def force(self, approach: Array) -> Array:
         """Force of every row at B'q, (T, M) [N]."""
-        opening, m = approach - self.gap, self.m
-        contact, _ = self.flanks.evaluate(opening[:, :m])
-        if opening.shape[1] == m:
-            return contact
-        return np.hstack([contact, self.laws.force(opening[:, m:], self.anchor)])
+        return self.force_and_tangent(approach)[0]
+
+    def force_and_tangent(self, approach: Array) -> tuple[Array, Array]:
+        """Force of every row at B'q (T, M) [N], and the tangents of the flanks (T, F) [N/m]."""
+        opening, F = approach - self.gap, self.F
+        contact, tangent = self.flanks.evaluate(opening[:, :F])
+        if opening.shape[1] == F:
+            return contact, tangent
+        return np.hstack([contact, self.laws.force(opening[:, F:], self.anchor)]), tangent
 
     def newton(self, approach: Array, k0: Array, S: Array) -> Array:
         """Derivative of the residual by the pull, 1 - (k0 - tangent) S, (T, M, M)."""
-        opening, m = approach - self.gap, self.m
+        opening, F = approach - self.gap, self.F
         soft = np.tile(k0, (len(opening), 1))
-        soft[:, :m] -= np.maximum(self.flanks.evaluate(opening[:, :m])[1], _OPEN * k0[:m])
-        soft[:, m:] *= 1.0 - _FLOATING
+        soft[:, :F] -= np.maximum(self.flanks.evaluate(opening[:, :F])[1], _OPEN * k0[:F])
+        soft[:, F:] *= 1.0 - _FLOATING
         matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
-        if opening.shape[1] > m:
-            matrix[:, m:] += self.laws.tangent(opening[:, m:], self.anchor) @ S[m:]
+        if opening.shape[1] > F:
+            matrix[:, F:] += self.laws.tangent(opening[:, F:], self.anchor) @ S[F:]
         return matrix
 
     def kinks(self, opening: Array, closing: Array) -> Array:
-        """Step lengths (T, J) [1] at which the force of a row has a kink, from gaps `opening` along `closing` (T.
+        """Step lengths (T, J) [1] at which the force of a row has a kink; those of flanks first, of groups behind them.
 
-        M) [m].
+        From gaps `opening` along `closing` (T, M) [m]; nan or negative where there is none.
         """
-        m = self.m
-        step = closing[:, :m, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            meshes = np.where(step != 0, (self.flanks.kinks - opening[:, :m, None]) / step, -1.0)
+        F = self.F
         return np.hstack(
-            [meshes.reshape(len(meshes), -1), self.laws.kinks(opening[:, m:], closing[:, m:], self.anchor)]
+            [self.flank_kinks(opening, closing), self.laws.kinks(opening[:, F:], closing[:, F:], self.anchor)]
         )
+
+    def flank_kinks(self, opening: Array, closing: Array) -> Array:
+        """The same of the flanks alone, (T, F K) [1]."""
+        step = closing[:, : self.F, None]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            lengths = np.where(step != 0, (self.flanks.kinks - opening[:, : self.F, None]) / step, -1.0)
+        return lengths.reshape(len(lengths), -1)
 
 
 def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
@@ -170,7 +187,7 @@ def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
 
 
 def compliance_of(system: System) -> Compliance:
-    """Compliance of a train seen from its meshes and the rows of its groups."""
+    """Compliance of a train seen from the loaded flanks of its meshes and the rows of its groups."""
     B = np.hstack([system.meshes.B, system.group_rows])
     return compliance(system.K, B, np.concatenate([system.meshes.stiffness, system.laws.row_stiffness]))
 
@@ -210,6 +227,15 @@ def closed_force(flexible: Compliance, stiffness: Array, gap: Values, free_gap: 
     return force
 
 
+def closed_approach(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
+    """Approach B'q (..., T, M) [m] of all rows where every one of them has its given stiffness, tension allowed.
+
+    Parameters as of `closed_force`, of M rows; a row of stiffness 0 is open.
+    """
+    approach: Values = free_gap + _closed_pull(flexible, stiffness, gap, free_gap) @ flexible.to_mesh
+    return approach
+
+
 def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
     """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m) [N]."""
     soft = flexible.stiffness - stiffness
@@ -236,11 +262,12 @@ def equilibrium(
 
     Parameters
     ----------
-    stiffness : (T, m) k of the meshes [N/m].  gap : (T, M) e of meshes and rows of groups [m].
-    force : (T, n) load [N, N m].  flanks : laws of the meshes; None: linear with their stiffness.
+    stiffness : (T, m) k of the loaded flanks, that the first state takes [N/m].
+    gap : (T, M) e of flanks and rows of groups [m], of far flanks with their backlash.  force : (T, n) load [N, N m].
+    flanks : laws of the F flanks; None: the loaded ones alone, linear with that stiffness.
     laws : of the groups, where there are any.  anchor : (T, R) sliders before this step, for laws with a memory [m];
         without it they follow the radial law.
-    start : (T, M) approach B'q to start from [m]; all rows closed where None.
+    start : (T, M) approach B'q to start from [m]; all loaded flanks closed, and the far ones open, where None.
     tolerance : of the residual of row forces, relative to the largest [1].
 
     Raises
@@ -256,9 +283,11 @@ def equilibrium(
         )
     rows = _Rows(flanks=flanks, gap=gap, laws=laws, anchor=anchor)
     free_gap = force @ flexible.gap_of_force.T
+    m = stiffness.shape[1]
     if start is None:
         nominal = np.tile(k0, (len(gap), 1))
-        nominal[:, : stiffness.shape[1]] = stiffness
+        nominal[:, :m] = stiffness
+        nominal[:, m : rows.F] = 0.0
         pull = _closed_pull(flexible, nominal, gap, free_gap)
     else:
         pull = k0 * start - rows.force(start)
@@ -270,7 +299,7 @@ def equilibrium(
         unfinished = np.max(np.abs(residual), axis=1, initial=0.0) > limit
         todo = todo[unfinished]
         if not todo.size:
-            return _result(flexible, pull, free_gap, rows, force, iterations)
+            return _result(flexible, pull, free_gap, rows, force, iterations, m)
         if iterations[todo[0]] >= max_iterations:
             break
         pull[todo] += _newton_step(S, k0, residual[unfinished], pull[todo], free_gap[todo], here.at(unfinished))
@@ -289,8 +318,14 @@ def _residual(
     a part of the largest force, and rounding.
     """
     w = free_gap + pull @ S
-    contact = rows.force(w)
-    terms = np.max(np.maximum(np.abs(pull), k0 * (np.abs(w) + np.abs(rows.gap))), axis=1, initial=np.finfo(float).tiny)
+    contact, tangent = rows.force_and_tangent(w)
+    stiff, behind = k0, np.flatnonzero(k0[: rows.F] == 0)
+    if behind.size:  # a far flank has k0 = 0, and rounds with its own stiffness where it presses
+        stiff = np.tile(k0, (len(w), 1))
+        stiff[:, behind] = tangent[:, behind]
+    terms = np.max(
+        np.maximum(np.abs(pull), stiff * (np.abs(w) + np.abs(rows.gap))), axis=1, initial=np.finfo(float).tiny
+    )
     limit = tolerance * np.max(np.abs(contact), axis=1, initial=0.0) + _ROUNDING * len(k0) * terms
     return pull - k0 * w + contact, limit
 
@@ -324,10 +359,8 @@ def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approac
     rest = np.sum(closing * (residual - rows.force(approach)), axis=1)
     curvature = np.sum(closing * (direction - k0 * closing), axis=1)
     start = np.sum(closing * residual, axis=1)
-    m = rows.m
-    final = curvature + np.sum(k0[:m] * np.maximum(closing[:, :m], 0.0) ** 2, axis=1)
-    final += np.sum(k0[m:] * closing[:, m:] ** 2, axis=1)
-    if np.any((final <= _FLAT * np.sum(k0 * closing**2, axis=1)) & (_far_slope(rest, closing, approach, rows) < 0)):
+    final, slope_there = _behind_the_kinks(rest, curvature, closing, k0, approach, rows)
+    if np.any((final <= _FLAT * np.sum(k0 * closing**2, axis=1)) & (slope_there < 0)):
         raise ModelError(
             "the load drives meshing bodies apart and nothing holds them",
             path="operation.torque",
@@ -351,25 +384,35 @@ def _step_length(S: Array, k0: Array, residual: Array, direction: Array, approac
     return length
 
 
-def _far_slope(rest: Array, closing: Array, approach: Array, rows: _Rows) -> Array:
-    """Slope (T,) [N m] of the energy behind the last kink of the meshes, in a direction of no final stiffness."""
-    kinks = rows.kinks(approach - rows.gap, closing)[:, : rows.m]
+def _behind_the_kinks(
+    rest: Array, curvature: Array, closing: Array, k0: Array, approach: Array, rows: _Rows
+) -> tuple[Array, Array]:
+    """Stiffness (T,) [N m] along a direction behind the last kink of the flanks, and there the slope (T,) [N m].
+
+    The slope leaves out what grows with the curvature: it is that of the energy where the stiffness is zero.
+    """
+    F = rows.F
+    kinks = rows.flank_kinks(approach - rows.gap, closing)
     last = np.max(np.where(np.isfinite(kinks), kinks, 0.0), axis=1, initial=0.0)
-    slope: Array = rest + np.sum(closing * rows.force(approach + last[:, None] * closing), axis=1)
-    return slope
+    # a tangent may begin at zero: well behind the kink, and at least a Newton length away, it does not
+    force, tangent = rows.force_and_tangent(approach + (2.0 * last + 1.0)[:, None] * closing)
+    final = curvature + np.sum(tangent * closing[:, :F] ** 2, axis=1) + np.sum(k0[F:] * closing[:, F:] ** 2, axis=1)
+    slope: Array = rest + np.sum(closing * force, axis=1)
+    return final, slope
 
 
 def _result(
-    flexible: Compliance, pull: Array, free_gap: Array, rows: _Rows, force: Array, iterations: np.ndarray
+    flexible: Compliance, pull: Array, free_gap: Array, rows: _Rows, force: Array, iterations: np.ndarray, m: int
 ) -> Equilibrium:
-    """The state at pulls (T, M) [N] that solve the condensed problem, expanded to all coordinates."""
-    approach, m = free_gap + pull @ flexible.to_mesh, rows.m
+    """The state at pulls (T, M) [N] that solve the condensed problem, expanded to all coordinates; m loaded flanks."""
+    approach, F = free_gap + pull @ flexible.to_mesh, rows.F
     contact = rows.force(approach)
     return Equilibrium(
         displacement=force @ flexible.inverse + pull @ flexible.to_body.T,
         mesh_force=contact[:, :m],
+        far_force=contact[:, m:F],
         iterations=iterations,
-        group_stretch=(approach - rows.gap)[:, m:],
-        group_force=contact[:, m:],
-        approach=approach,
+        group_stretch=(approach - rows.gap)[:, F:],
+        group_force=contact[:, F:],
+        approach=approach if F == m else np.hstack([approach[:, :m], approach[:, F:]]),
     )

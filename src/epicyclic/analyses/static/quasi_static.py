@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError
 from ...system.laws.groups import Laws
 from ...system.system import Array, System
-from .equilibrium import Compliance, Equilibrium, equilibrium, require_balance
+from .both_flanks import HeldTrain, balanced, settled
+from .equilibrium import Equilibrium
 from .record import Record, RecordExcitation, excitation
 
 __all__ = ["RecordPiece", "history_note", "quasi_static"]
@@ -38,7 +39,7 @@ class RecordPiece:
 
 
 def quasi_static(
-    system: System, flexible: Compliance, record: Record, progress: Callable[[float], None] | None = None
+    system: System, train: HeldTrain, record: Record, progress: Callable[[float], None] | None = None
 ) -> Iterator[RecordPiece]:
     """Equilibrium at every instant of the record, in order.
 
@@ -49,13 +50,13 @@ def quasi_static(
     ModelError : a load that nothing balances or holds.  ConvergenceError : no equilibrium was found.
     """
     laws, links, total = system.laws, system.links, record.instants
-    anchors, approach = _slider_history(system, flexible, record) if laws.memory.any() else (None, None)
+    anchors, approach = _slider_history(system, train, record) if laws.memory.any() else (None, None)
     for first in range(0, total, _CHUNK):
         index = np.arange(first, min(first + _CHUNK, total), dtype=np.int64)
-        here = _balanced_excitation(system, flexible, record, index)
+        here = _balanced_excitation(system, train, record, index)
         anchor = None if anchors is None else anchors[index]
         start = None if approach is None else approach[index]
-        state = _equilibrium(flexible, here, laws, anchor=anchor, start=start)
+        state = settled(train, here, laws, anchor=anchor, start=start)
         deflection = state.displacement @ links.B - here.link_gap
         yield RecordPiece(state=state, link_deflection=deflection, anchor=anchor)
         if progress is not None:
@@ -70,31 +71,15 @@ def history_note(system: System, record: Record) -> str:
 
 
 def _balanced_excitation(
-    system: System, flexible: Compliance, record: Record, index: NDArray[np.int64]
+    system: System, train: HeldTrain, record: Record, index: NDArray[np.int64]
 ) -> RecordExcitation:
     """Excitation at the instants `index` (t,), whose loads are checked to balance on free motions."""
     here = excitation(system, record.unit, index, record.samples)
-    require_balance(flexible.free, here.force, system.dofs.names)
+    balanced(train, here.force)
     return here
 
 
-def _equilibrium(
-    flexible: Compliance, here: RecordExcitation, laws: Laws, *, anchor: Array | None, start: Array | None
-) -> Equilibrium:
-    """`equilibrium` under an excitation; anchor (t, R) sliders [m], start (t, M) approach [m]."""
-    return equilibrium(
-        flexible,
-        stiffness=here.stiffness,
-        gap=here.gap,
-        force=here.force,
-        flanks=here.flanks,
-        laws=laws,
-        anchor=anchor,
-        start=start,
-    )
-
-
-def _slider_history(system: System, flexible: Compliance, record: Record) -> tuple[Array, Array]:
+def _slider_history(system: System, train: HeldTrain, record: Record) -> tuple[Array, Array]:
     """Sliders before every step (T, R) and approach (T, M) at every instant of the record [m].
 
     After a record of warm-up.
@@ -108,16 +93,16 @@ def _slider_history(system: System, flexible: Compliance, record: Record) -> tup
     ConvergenceError : starts still change after as many rounds as there are parts.
     """
     total, laws = record.instants, system.laws
-    here = _balanced_excitation(system, flexible, record, np.arange(-total, total, dtype=np.int64))
+    here = _balanced_excitation(system, train, record, np.arange(-total, total, dtype=np.int64))
     parts = min(_PARTS, 2 * total)
     length = -(-2 * total // parts)
     anchors = np.zeros((2 * total, laws.rows.owner.size))
-    approach = np.zeros((2 * total, len(flexible.stiffness)))
+    approach = np.zeros((2 * total, len(train.loaded.stiffness)))
     begin = np.zeros((parts, laws.rows.owner.size))
     todo = np.arange(parts)
     tolerance = _SLIDER_TOLERANCE * float(np.min(laws.slip_start[laws.memory]))
     for _ in range(parts + 1):
-        ends = _step_parts(flexible, here, laws, (begin, todo, length), (anchors, approach))
+        ends = _step_parts(train, here, laws, (begin, todo, length), (anchors, approach))
         following = todo + 1 < parts
         following_parts = todo[following] + 1
         moved = np.max(np.abs(ends[following] - begin[following_parts]), axis=1, initial=0.0) > tolerance
@@ -129,7 +114,7 @@ def _slider_history(system: System, flexible: Compliance, record: Record) -> tup
 
 
 def _step_parts(
-    flexible: Compliance,
+    train: HeldTrain,
     here: RecordExcitation,
     laws: Laws,
     parts: tuple[Array, NDArray[np.int64], int],
@@ -150,7 +135,7 @@ def _step_parts(
             break
         now = here.at(index)
         before = slider[inside]
-        state = _equilibrium(flexible, now, laws, anchor=before, start=None if start is None else start[: index.size])
+        state = settled(train, now, laws, anchor=before, start=None if start is None else start[: index.size])
         anchors[index], approach[index] = before, state.approach
         slider[inside] = laws.slide(state.group_stretch, before)
         start = state.approach

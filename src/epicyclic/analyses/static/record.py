@@ -21,6 +21,7 @@ __all__ = [
     "Record",
     "RecordExcitation",
     "excitation",
+    "excitation_at",
     "group_gap",
     "hunting_cycles",
     "mesh_phases",
@@ -45,9 +46,12 @@ _EXACT_PRODUCT = 2**31
 class RecordExcitation:
     """Stiffness, errors and load at T instants.
 
-    stiffness : (T, m) of the meshes [N/m].  gap : (T, m + R) errors of the meshes and the rows of groups [m].
+    stiffness : (T, m) of the meshes, tangents where they have laws [N/m].
+    gap : (T, m + R) errors of the meshes and the rows of groups [m].
     link_gap : (T, p) of the linear links [m, rad].  force : (T, n) generalised force at rest [N, N m].
-    flanks : laws of the meshes; None: linear.
+    flanks : laws of the loaded flanks; None: linear.
+    far_gap : (T, c) errors and backlash of the far flanks [m], both : laws of the loaded and the far flanks; None where
+        no backlash is finite.
     """
 
     stiffness: Array
@@ -55,6 +59,8 @@ class RecordExcitation:
     link_gap: Array
     force: Array
     flanks: FlanksAt | None = None
+    far_gap: Array | None = None
+    both: FlanksAt | None = None
 
     def at(self, chosen: NDArray[np.int64]) -> RecordExcitation:
         """The same at the instants `chosen` (t,)."""
@@ -64,6 +70,8 @@ class RecordExcitation:
             link_gap=self.link_gap[chosen],
             force=self.force[chosen],
             flanks=None if self.flanks is None else self.flanks.instants(chosen),
+            far_gap=None if self.far_gap is None else self.far_gap[chosen],
+            both=None if self.both is None else self.both.instants(chosen),
         )
 
 
@@ -147,6 +155,8 @@ def record_of(
     elif slow and cycles is None and (fastest := _fastest_slow_line(system)):
         unit, name = fastest, "cycles of the fastest error"
     varying = np.any(system.meshes.variation != 0, axis=1)
+    for part in system.meshes.laws:
+        varying[part.rows] = True
     tones = [system.tones[i] for i in np.unique(system.meshes.tone[varying])] if system.tones else []
     period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
     length = cycles if turns is None else turns
@@ -176,7 +186,7 @@ def _turn_rate(system: System, body: str | None) -> Fraction:
 def _fastest_slow_line(system: System) -> Fraction | None:
     """Frequency of the fastest line [Hz], where mesh stiffnesses are constant and no line reaches a mesh frequency."""
     fastest = max((line.frequency for line in system.lines), default=Fraction(0))
-    constant = not np.any(system.meshes.variation)
+    constant = not np.any(system.meshes.variation) and not system.meshes.laws
     return fastest if constant and system.tones and 0 < fastest < min(system.tones) else None
 
 
@@ -243,12 +253,24 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
 
     The part at rest of a line's force counts (``force[0]``).  What grows with speed is inertia and is left out.
     """
-    T, m, p = len(index), len(system.meshes.name), len(system.links.name)
+    waves = np.empty((len(index), len(system.lines)), dtype=complex)
+    for column, line in enumerate(system.lines):
+        waves[:, column] = np.exp(2j * np.pi * turn_fraction(line.frequency / tone / samples, index))
+    return excitation_at(system, waves, mesh_phases(system, tone, index, samples))
+
+
+def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: bool = True) -> RecordExcitation:
+    """Excitation of the train at rest at T instants.
+
+    Parameters
+    ----------
+    waves : (T, lines) exp(i phase) of every line.  phases : (T, tones) of the mesh frequencies [turns].
+    links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
+    """
+    m, p, c = len(system.meshes.name), len(system.links.name), system.far_flanks.mesh.size
     R = sum(len(group.rows) for group in system.groups)
     lines = system.lines
-    waves = np.empty((T, len(lines)), dtype=complex)
-    for column, line in enumerate(lines):
-        waves[:, column] = np.exp(2j * np.pi * turn_fraction(line.frequency / tone / samples, index))
+    laws = flanks(system).at(phases) if c or system.meshes.laws else None
 
     def summed(parts: list[NDArray[np.complex128]], width: int) -> Array:
         """Real part of the sum over lines (T, width) of their amplitudes."""
@@ -256,12 +278,22 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
         return values
 
     return RecordExcitation(
-        stiffness=mesh_stiffness(system, tone, index, samples),
+        stiffness=stiffness_at(system, phases),
         gap=np.hstack([summed([line.gap for line in lines], m), summed([group_gap(line, R) for line in lines], R)]),
-        link_gap=summed([line.link_gap for line in lines], p),
+        link_gap=summed([line.link_gap for line in lines], p) if links else np.zeros((len(waves), 0)),
         force=system.force + summed([line.force[0] for line in lines], len(system.force)),
-        flanks=flanks(system, far=False).at(mesh_phases(system, tone, index, samples)) if system.meshes.laws else None,
+        flanks=None if laws is None or not system.meshes.laws else laws.rows(slice(0, m)),
+        far_gap=_far_gap(system, waves) if c else None,
+        both=laws if c else None,
     )
+
+
+def _far_gap(system: System, waves: ComplexArray) -> Array:
+    """Errors and backlash of the far flanks (T, c) [m]; waves : (T, lines)."""
+    m, c = len(system.meshes.name), system.far_flanks.mesh.size
+    amplitudes = np.array([system.flank_gaps(line)[m:] for line in system.lines], complex).reshape(-1, c)
+    gap: Array = (waves @ amplitudes).real + system.meshes.backlash[system.far_flanks.mesh]
+    return gap
 
 
 def group_gap(line: Line, rows: int) -> ComplexArray:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
+from ...system.gaps import flanks, past_the_end
 from ...system.laws.groups import STATES
 from ...system.system import Array, System
-from .equilibrium import compliance_of
+from .both_flanks import held_train, net_force
 from .quasi_static import RecordPiece, history_note, quasi_static
 from .record import Record, positive_count, record_of
 
@@ -22,7 +24,18 @@ if TYPE_CHECKING:
 
 Columns = dict[str, tuple[Sequence[str] | str, Any]]
 
-__all__ = ["OPEN_RATIO", "free_position_warnings", "group_columns", "law_attributes", "mesh_contact", "static"]
+__all__ = [
+    "OPEN_RATIO",
+    "FlankContact",
+    "contact_warnings",
+    "far_column",
+    "flank_contact",
+    "free_position_warnings",
+    "group_columns",
+    "law_attributes",
+    "mesh_contact",
+    "static",
+]
 
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
@@ -42,11 +55,13 @@ def static(
 ) -> xr.Dataset:
     """Static state at every instant of a record, with meshes that open and all errors, shaft orders included.
 
-    Loads at rest count (torques, gravity, forces, link errors times stiffness); inertia does not.  The far flanks are
-    taken as never touching: backlash is not used here.  Displacements leave out motions without stiffness (the turning
-    of the whole train).  The twist of a neck or shaft is the ``link_deflection`` of its rz row [rad], first body less
-    second: of a neck, left less right.  Time runs at the operating speed; without speeds it is counted in mesh cycles.
-    Links with a law (play, rolling elements, spline) follow it; attributes ``laws`` and ``history`` say which.
+    Loads at rest count (torques, gravity, forces, link errors times stiffness); inertia does not.  Where backlash is
+    finite, teeth that are driven apart meet their far flank; ``mesh_force`` is negative there, and ``far_share`` is the
+    share of time of it.  Displacements leave out motions without stiffness (the turning of the whole train).  The
+    twist of a neck or shaft is the ``link_deflection`` of its rz row [rad], first body less second: of a neck, left
+    less right.  Time runs at the operating speed; without speeds it is counted in mesh cycles.
+    Links with a law (play, rolling elements, spline) follow it; attributes ``laws`` and ``history`` say which.  Meshes
+    with a table follow it on both flanks.
 
     Parameters
     ----------
@@ -64,16 +79,57 @@ def static(
     record = record_of(
         system, cycles=cycles, turns=turns, of=of, samples=samples, most=_CYCLES * (samples if of is None else 32)
     )
-    flexible = compliance_of(system)
-    pieces = list(quasi_static(system, flexible, record, progress))
-    warnings = [*system.warnings, *free_position_warnings(system, flexible.free), *record.warnings]
-    force = np.concatenate([piece.state.mesh_force for piece in pieces])
-    touching = force > OPEN_RATIO * np.max(force, initial=0.0)
-    lost = ~np.all(touching, axis=0)
-    if np.any(lost):
-        names = [name for name, open_ in zip(system.meshes.name, lost, strict=True) if open_]
-        warnings.append(f"meshes open: {', '.join(names)}; bodies held by them alone have no unique position")
-    return _dataset(system, record, pieces, touching, warnings)
+    train = held_train(system)
+    pieces = list(quasi_static(system, train, record, progress))
+    contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])
+    warnings = [*system.warnings, *free_position_warnings(system, train.loaded.free), *record.warnings]
+    return _dataset(system, record, pieces, contact, [*warnings, *contact_warnings(system, contact)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlankContact:
+    """Contact of the flanks over T instants.
+
+    force : (T, m) of every mesh row, on its far flank negative [N].  loaded : (T, m) whether the loaded flank of each
+    row touches.  far : (T, m) the same of its far flank.  largest : (F,) force of every flank met, as of `flanks` [N].
+    """
+
+    force: Array
+    loaded: NDArray[np.bool_]
+    far: NDArray[np.bool_]
+    largest: Array
+
+
+def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> FlankContact:
+    """Which flanks touch over the record.
+
+    Parameters
+    ----------
+    forces : of consecutive pieces of t instants, on the loaded flanks (t, m) and on the far ones (t, c) [N].
+    """
+    on_loaded, behind = (np.concatenate(part) for part in zip(*forces, strict=True))
+    least = OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0))
+    far = np.zeros(on_loaded.shape, bool)
+    far[:, system.far_flanks.mesh] = behind > least
+    return FlankContact(
+        force=net_force(system.far_flanks, on_loaded, behind),
+        loaded=on_loaded > least,
+        far=far,
+        largest=np.concatenate([on_loaded.max(axis=0, initial=0.0), behind.max(axis=0, initial=0.0)]),
+    )
+
+
+def contact_warnings(system: System, contact: FlankContact) -> list[str]:
+    """Warnings of rows without any contact at some instant, of those on their far flank, and of the ends of tables."""
+    notes, names = [], np.array(system.meshes.name, dtype=object)
+    apart = ~np.all(contact.loaded | contact.far, axis=0)
+    if apart.any():
+        open_ = ", ".join(names[apart])
+        notes.append(f"meshes open: {open_}; bodies held by them alone have no unique position")
+    behind = contact.far.any(axis=0)
+    if behind.any():
+        notes.append(f"meshes on their far flank, where their force is negative: {', '.join(names[behind])}")
+    return notes + past_the_end(system, flanks(system), contact.largest)
 
 
 def law_attributes(system: System, record: Record) -> dict[str, str]:
@@ -111,15 +167,15 @@ def free_position_warnings(system: System, free: Array) -> list[str]:
 
 
 def _dataset(
-    system: System, record: Record, pieces: list[RecordPiece], touching: np.ndarray, warnings: list[str]
+    system: System, record: Record, pieces: list[RecordPiece], contact: FlankContact, warnings: list[str]
 ) -> xr.Dataset:
-    """The labelled result; touching : (T, m) whether each mesh row carries force."""
+    """The labelled result."""
     from ...results.dataset import dataset
 
     displacement = np.concatenate([piece.state.displacement for piece in pieces])
     deflection = np.concatenate([piece.link_deflection for piece in pieces])
-    force, face = np.concatenate([piece.state.mesh_force for piece in pieces]), faces(system.meshes)
-    lost = ~np.all(touching, axis=0)
+    force, face = contact.force, faces(system.meshes)
+    lost = ~np.all(contact.loaded, axis=0)
     coords: dict[Hashable, np.ndarray] = {
         "mesh": np.array(face.name, dtype=object),
         **({"mesh_slice": np.array(system.meshes.name, dtype=object)[face.cut]} if face.cut.any() else {}),
@@ -135,8 +191,9 @@ def _dataset(
             "displacement": (("dof", "time"), (displacement * system.dofs.radius).T),
             "link_force": (("link_row", "time"), (system.links.stiffness * deflection).T),
             "link_deflection": (("link_row", "time"), deflection.T),
-            "mesh_contact": (("mesh", "time"), mesh_contact(face, touching).T),
+            "mesh_contact": (("mesh", "time"), mesh_contact(face, contact).T),
             "contact_lost": ("mesh", face.any(lost)),
+            **far_column(system, face, contact),
             **_slice_columns(face, force, lost),
             **group_columns(system, pieces),
         },
@@ -150,20 +207,29 @@ def _dataset(
     return result
 
 
-def mesh_contact(face: Faces, touching: np.ndarray) -> np.ndarray:
-    """Whether all slices of each mesh touch, (T, w), from the rows (T, m)."""
-    return np.asarray(np.logical_and.reduceat(touching, face.first, axis=1))
+def mesh_contact(face: Faces, contact: FlankContact) -> NDArray[np.bool_]:
+    """Whether all slices of each mesh touch, (T, w), on either flank."""
+    return np.asarray(np.logical_and.reduceat(contact.loaded | contact.far, face.first, axis=1))
+
+
+def far_column(system: System, face: Faces, contact: FlankContact) -> Columns:
+    """Share of time in which the far flank of any slice of each mesh touches; nothing where no backlash is finite."""
+    if not system.far_flanks.mesh.size:
+        return {}
+    return {"far_share": ("mesh", np.logical_or.reduceat(contact.far, face.first, axis=1).mean(axis=0))}
 
 
 def _slice_columns(face: Faces, force: Array, lost: np.ndarray) -> Columns:
     """Forces of the slices of meshes, from the rows' (T, m) [N]; nothing where no mesh is cut.
 
     The face-load factor is n times the largest mean force of a slice per sum of all n: largest over mean load per
-    width, as K_H beta of gear standards, with each slice's load taken as even; nan of a mesh in one piece.
+    width, as K_H beta of gear standards, with each slice's load taken as even; nan of a mesh in one piece.  A mesh
+    whose mean load is on its far flank is seen from there.
     """
     if not face.cut.any():
         return {}
     mean = force.mean(axis=0)
+    mean *= np.where(face.total(mean) < 0, -1.0, 1.0)[face.row]
     total = face.total(mean)
     largest = -face.least(-mean)
     with np.errstate(divide="ignore", invalid="ignore"):
