@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...system.system import Array
+from ...system.system import Array, ComplexArray
 from ..stability.floquet import (
     BREAKING,
     DIVERGENCE,
@@ -27,7 +27,7 @@ from .problem import Problem, State, evaluate, gap_rows, prolonged
 if TYPE_CHECKING:
     from .refinement import Refinement
 
-__all__ = ["Stability", "contact_tangents", "floquet_stability", "floquet_vector"]
+__all__ = ["Stability", "contact_tangents", "floquet_multipliers", "floquet_stability", "floquet_vector"]
 
 # Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
 _STEPS, _NEAR = 48, 0.03
@@ -81,6 +81,19 @@ def floquet_stability(
         steps *= 2
         largest = _largest(_floquet(refinement, given, harmonics, state, steps))
     return Stability(multiplier=largest, kind=_kind(largest, backward), steps=steps)
+
+
+def floquet_multipliers(
+    refinement: Refinement, given: Problem, harmonics: int, state: State, *, steps: int | None = None
+) -> ComplexArray:
+    """All Floquet multipliers (2 n,) of a motion, those of free motions among them.
+
+    Parameters
+    ----------
+    steps : of a period; None: as many as its stability takes.
+    """
+    found = _floquet(refinement, given, harmonics, state, steps or _steps(refinement, given, state))
+    return found.multipliers
 
 
 def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
