@@ -33,7 +33,8 @@ from epicyclic.resolve import load
 from epicyclic.system.gaps import flanks
 from epicyclic.system.system import System
 
-Array, ComplexArray = NDArray[np.float64], NDArray[np.complex128]
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 TABLES = {f"stages.main.meshes.{pair}.stiffness": "contact" for pair in ("sun-planet", "planet-ring")}
 PARTED = [("ren2021", 140.0), ("ren2021", 340.0), ("xu2020", 1180.0)]
 TORQUE = 0.3
