@@ -24,6 +24,7 @@ from epicyclic.analyses.contact_loss.floquet import floquet_multipliers
 from epicyclic.analyses.contact_loss.outputs import mesh_force
 from epicyclic.analyses.contact_loss.problem import flank_force, gap_rows, prolonged
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, load_continuation, solution, with_stability
+from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import Response, response
 from epicyclic.analyses.transient.integrators import integrate, steps_for
 from epicyclic.analyses.transient.motion import motion
@@ -91,7 +92,7 @@ class Equation:
 
     def __init__(self, system: System, speed: float) -> None:
         self.system, self.speed, self.flanks = system, speed, flanks(system)
-        self.tone = float(system.tones[0])
+        self.tone, self.rows = float(system.tones[0]), system.group_rows
         squared, shapes = np.linalg.eigh(np.linalg.solve(*self._halves(system)))
         L = np.linalg.cholesky(system.M)
         modes = np.linalg.solve(L.T, shapes)
@@ -105,7 +106,8 @@ class Equation:
     @staticmethod
     def _halves(system: System) -> tuple[Array, Array]:
         L = np.linalg.cholesky(system.M)
-        half = np.linalg.solve(L, np.linalg.solve(L, system.mean_stiffness).T)
+        # modal damping is of the mean system, which has the tangents of links
+        half = np.linalg.solve(L, np.linalg.solve(L, linear(system).mean_stiffness).T)
         return np.eye(len(L)), (half + half.T) / 2
 
     def excitation(self, t: float) -> tuple[Array, Array]:
@@ -119,11 +121,19 @@ class Equation:
         return error, force
 
     def law(self, t: float, q: Array) -> tuple[Array, Array, Array]:
-        """Forces (F,) [N], tangents (F,) [N/m] and loads (n,) [N]."""
+        """Forces of flanks (F,) [N], their tangents (F,) [N/m], and loads (n,) [N] less forces of links."""
         error, load = self.excitation(t)
         phases = np.array([[self.speed * self.tone * t % 1.0]])
         force, tangent = self.flanks.at(phases).evaluate((self.flanks.B.T @ q - error)[None])
-        return force[0], tangent[0], load
+        return force[0], tangent[0], load - self.rows @ self.system.laws.force(self.stretch(t, q))
+
+    def stretch(self, t: float, q: Array) -> Array:
+        """Stretch (R,) [m] of the rows of link groups."""
+        stretch = self.rows.T @ q
+        for line in self.system.lines:
+            if line.group_gap.size:
+                stretch -= (line.group_gap * np.exp(2j * np.pi * self.speed * float(line.frequency) * t)).real
+        return np.asarray(stretch)
 
     def rate(self, t: float, z: Array) -> Array:
         n = len(self.K)
@@ -133,10 +143,10 @@ class Equation:
         left -= self.system.M @ (self.rigid @ (self.rigid.T @ left))  # what nothing holds is left alone
         return np.concatenate([v, self.inverse @ left])
 
-    def jacobian(self, tangent: Array) -> Array:
-        """Of the variational equation, (2n, 2n), for tangents (F,) [N/m]."""
+    def jacobian(self, tangent: Array, links: Array) -> Array:
+        """Of the variational equation, (2n, 2n), for tangents (F,) of flanks and (R, R) of links [N/m]."""
         n = len(self.K)
-        stiff = self.K + (self.flanks.B * tangent) @ self.flanks.B.T
+        stiff = self.K + (self.flanks.B * tangent) @ self.flanks.B.T + self.rows @ links @ self.rows.T
         return np.block([[np.zeros((n, n)), np.eye(n)], [-self.inverse @ stiff, -self.inverse @ self.C]])
 
 
@@ -209,10 +219,12 @@ def _integrated_multipliers(found: Found, system: System) -> ComplexArray:
     phases = np.arange(2 * steps + 1) / (2 * steps)  # both ends and the middle of every step
     angle = 2 * np.pi * np.outer(phases, orders)
     delta = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1) @ gap
-    _, tangent = equation.flanks.at(phases[:, None] % 1.0).evaluate(delta)
+    F = equation.flanks.mesh.size
+    _, tangent = equation.flanks.at(phases[:, None] % 1.0).evaluate(delta[:, :F])
+    links = system.laws.tangent(delta[:, F : F + equation.rows.shape[1]])
     h, Z = period / steps, np.eye(2 * len(equation.K))
     for step in range(steps):
-        first, middle, last = (equation.jacobian(each) for each in tangent[2 * step : 2 * step + 3])
+        first, middle, last = (equation.jacobian(tangent[i], links[i]) for i in range(2 * step, 2 * step + 3))
         one = first @ Z
         two = middle @ (Z + h / 2 * one)
         three = middle @ (Z + h / 2 * two)
@@ -255,3 +267,50 @@ def _slow(system: System, harmonics: int, samples: int) -> Array:
     found = solve(given, y, 1e-3, tolerance=1e-10)
     assert found.converged
     return np.asarray(mesh_force(system, flank_force(given, found.state)))
+
+
+# links ----------------------------------------------------------------------------------------------------------------
+
+LINKS: dict[str, tuple[float, dict[str, object]]] = {
+    "play and rolling elements": (
+        200.0,
+        {
+            "stages.main.sun.support.clearance": "20 um",
+            "stages.main.planet.bearing.clearance": "10 um",
+            "stages.main.planet.bearing.exponent": 1.111,
+            "stages.main.planet.bearing.load": "50 kN",
+        },
+    ),
+    "spline": (
+        120.0,
+        {"stages.main.sun.support.clearance": "20 um", "stages.main.sun.support.friction": {"force": "400 N"}},
+    ),
+}
+
+
+@lru_cache(maxsize=4)
+def linked(name: str) -> System:
+    """A drive with laws of links, mesh orders alone."""
+    system = epicyclic.assemble(load("ren2021", overrides=LINKS[name][1]))
+    whole = {order * system.tones[0] for order in range(64)}
+    return replace(system, lines=tuple(line for line in system.lines if line.frequency in whole))
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_links_by_their_law(name: str) -> None:
+    """Balance against `solve_ivp` and Runge-Kutta steps, RMS to 1e-3; multipliers to 1e-3; tangents are off by ten."""
+    system, frequency = linked(name), LINKS[name][0]
+    assert system.groups
+    found, plain = balance(system, frequency), balance(linear(system), frequency)
+    reference = integrated_rms(found, system)
+    rms = found.force.std(axis=0)
+    assert np.abs(rms / reference - 1).max() < 1e-3
+    assert np.abs(plain.force.std(axis=0) / reference - 1).max() > 1e-2
+    multipliers = _integrated_multipliers(found, system)
+    refinement = Refinement(ready=found.ready)
+    ours = floquet_multipliers(refinement, found.at.given, found.at.harmonics, found.at.state, steps=384)
+    assert _apart(ours, multipliers) < 1e-3
+    wrong = floquet_multipliers(
+        Refinement(ready=plain.ready), plain.at.given, plain.at.harmonics, plain.at.state, steps=384
+    )
+    assert _apart(wrong, multipliers) > 1e-2

@@ -397,7 +397,7 @@ def elastic_forces(given: Problem, delta: Array) -> Array:
     force, _ = given.laws.evaluate(delta[:, :F])
     if rows.links is None:
         return force
-    return np.concatenate([force, rows.links.laws.force(delta[:, F : F + rows.links.rows.size])], axis=1)
+    return np.concatenate([force, rows.links.force(delta[:, F : F + rows.links.rows.size])], axis=1)
 
 
 def linearised_residual(given: Problem, at: State, other: Problem) -> Array:

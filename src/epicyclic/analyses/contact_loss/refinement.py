@@ -210,7 +210,7 @@ def _eased(given: Problem, part: float) -> Array:
 def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -> NewtonResult:
     """A solution from closed flanks, or by continuation in the load: the varying load brought up in parts.
 
-    Stiffness variation, errors and dynamic forces are scaled together; mean loads stay.
+    Stiffness variation, errors, dynamic forces and curvature of the laws are scaled together; mean loads stay.
     """
     given = refinement.problem(harmonics)
     found = solve(given, linear_start(given, speed), speed)
@@ -224,7 +224,11 @@ def load_continuation(refinement: Refinement, speed: float, *, harmonics: int) -
         error[moving] *= part
         force[:, :, 1:] *= part
         mean = given.rows.flanks.stiffness
-        eased = replace(given, error=error, force=force, laws=given.laws.eased(mean, part), tangent=_eased(given, part))
+        rows = given.rows
+        if rows.links is not None:
+            rows = replace(rows, links=replace(rows.links, part=part))
+        laws, tangent = given.laws.eased(mean, part), _eased(given, part)
+        eased = replace(given, rows=rows, error=error, force=force, laws=laws, tangent=tangent)
         found = solve(eased, y if part > _LOADS[0] else linear_start(eased, speed), speed)
         if not found.converged:
             break

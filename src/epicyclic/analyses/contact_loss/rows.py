@@ -37,13 +37,17 @@ class LinkRowLaws:
     """Laws of the L rows of link groups, friction with a memory left out.
 
     laws : of their groups.  rows : (L,) among all rows of groups of the System.  pairs : (P, 2) rows x and y, among the
-    L, of the groups of two.  offset : (L,) force less tangent times stretch at the mean load [N].
+    L, of the groups of two.
+    tangent : (L, L) at the mean load [N/m].  offset : (L,) force less tangent times stretch there [N].
+    part : of the laws; the rest follows that tangent.
     """
 
     laws: Laws
     rows: Index
     pairs: Index
+    tangent: Array
     offset: Array
+    part: float = 1.0
 
     def tangents(self, block: Array) -> Array:
         """Tangents (..., L + P) [N/m] along x, y and d of blocks (..., L, L)."""
@@ -55,7 +59,17 @@ class LinkRowLaws:
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force (N, L) [N] and tangents (N, L + P) [N/m] at stretches (N, L) [m]."""
-        return self.laws.force(delta), self.tangents(self.laws.tangent(delta))
+        force, block = self.force(delta), self.laws.tangent(delta)
+        if self.part < 1:
+            block = self.part * block + (1 - self.part) * self.tangent
+        return force, self.tangents(block)
+
+    def force(self, delta: Array) -> Array:
+        """Force (N, L) [N] at stretches (N, L) [m]."""
+        force = self.laws.force(delta)
+        if self.part < 1:
+            force = self.part * force + (1 - self.part) * (delta @ self.tangent + self.offset)
+        return force
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,6 +159,7 @@ def _link_rows(system: System) -> LinkRowLaws | None:
         laws=laws,
         rows=rows,
         pairs=np.stack([first, first + 1], axis=1),
+        tangent=tangent[np.ix_(rows, rows)],
         offset=(every.force(stretch) - tangent @ stretch)[rows],
     )
 
@@ -152,12 +167,11 @@ def _link_rows(system: System) -> LinkRowLaws | None:
 def _link_numbers(system: System, links: LinkRowLaws) -> tuple[Array, Array, Array]:
     """Columns (n, L + P), tangents of the mean system (L + P,) [N/m] and lags (L + P,) [s] of link rows."""
     rows, pairs = links.rows, links.pairs
-    tangent = small_motion_tangent(system.laws, mean_stretch(system))[np.ix_(rows, rows)]
     every = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])[rows]
     B = system.group_rows[:, rows]
     return (
         np.concatenate([B, B[:, pairs[:, 0]] + B[:, pairs[:, 1]]], axis=1),
-        links.tangents(tangent),
+        links.tangents(links.tangent),
         np.concatenate([every, every[pairs[:, 0]]]),
     )
 
