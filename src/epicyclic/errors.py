@@ -23,7 +23,7 @@ class ModelError(ValueError):
     """
 
     def __init__(self, problem: str, *, path: str = "", given: object = _ABSENT, allowed: str = "") -> None:
-        self.problem, self.path, self.allowed = problem, path, allowed
+        self.problem, self.path, self.given, self.allowed = problem, path, given, allowed
         where = path if given is _ABSENT else f"{path} = {_short(given)}"
         text = f"{where}: {problem}" if where else problem
         super().__init__(f"{text}; allowed: {allowed}" if allowed else text)

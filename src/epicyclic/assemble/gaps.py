@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..system.laws.flank import LawRows
 from ..system.laws.groups import LawGroup
-from ..system.laws.radial import Law
+from ..system.laws.radial import Law, RadialLaw
+from ..system.laws.radial_table import RadialTable
 from ..system.laws.tabulated import TabulatedLaw
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Link, Mesh
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -> tuple[LawGroup, ...]:
-    """One group for every link whose rows follow a law.
+    """One group for every link whose rows follow a law; one for each law where directions have tables of their own.
 
     Parameters
     ----------
@@ -37,22 +38,34 @@ def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -
     ModelError : a friction coefficient in a link without a known torque.
     """
     links = {link.name: link for link in train.links}
-    places: dict[str, list[int]] = {}
+    places: dict[tuple[str, str], list[int]] = {}
     for i, row in enumerate(rows):
         if row.law:
-            places.setdefault(row.link, []).append(i)
+            places.setdefault((row.link, _part(links[row.link], row.direction)), []).append(i)
+    laws = Counter(name for name, _ in places)
     return tuple(
         LawGroup(
-            name=name,
+            name=f"{name}/{part}" if laws[name] > 1 else name,
             kind=links[name].kind,
             rows=tuple(f"{name}/{DIRECTIONS[rows[i].direction]}" for i in index),
             B=L[index].T,
-            law=_law(links[name], rows[index[0]].stiffness, train),
+            law=_law(links[name], rows[index[0]], train),
             damping=np.array([rows[i].damping for i in index]),
             lag=lag,
         )
-        for name, index in places.items()
+        for (name, part), index in places.items()
     )
+
+
+def _part(link: Link, direction: int) -> str:
+    """Name of the rows that follow one law together with this one: x and y, rx and ry of one table are one law."""
+    curves = dict(link.curves)
+    if direction not in curves:
+        return "z" if direction == 2 else "radial"
+    for pair, name in (((0, 1), "radial"), ((3, 4), "tilt")):
+        if direction in pair and curves.get(pair[0]) == curves.get(pair[1]):
+            return name
+    return DIRECTIONS[direction]
 
 
 def idle_friction(train: Train) -> list[str]:
@@ -61,10 +74,16 @@ def idle_friction(train: Train) -> list[str]:
     return [f"{path}.friction has no effect: there is no clearance to slide in" for path in paths]
 
 
-def _law(link: Link, stiffness: float, train: Train) -> Law:
+def _law(link: Link, row: LinkRow, train: Train) -> RadialLaw:
+    """Law of the rows of a link to which this one belongs."""
+    curve = dict(link.curves).get(row.direction)
+    if curve is not None:
+        return RadialTable(
+            deflection=curve.deflection, force=curve.force, slope=curve.slope, stiffness=row.stiffness
+        )
     friction = dict(link.friction)
     return Law(
-        stiffness=stiffness,
+        stiffness=row.stiffness,
         clearance=link.clearance,
         exponent=link.exponent,
         load=link.load,
@@ -135,6 +154,7 @@ def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = 
             gap=table.approach if far else table.gap,
             slope=table.slope / parts,
             load=np.full(index.size, table.load / parts),
+            last=table.last / parts,
         )
         found.append(LawRows(law=law, rows=index))
     return tuple(found)

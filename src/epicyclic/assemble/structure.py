@@ -135,7 +135,7 @@ def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
 
 
 def _law_directions(link: Link) -> tuple[int, ...]:
-    """Directions that follow a law: x and y, or z where it alone is stiff; none of a linear link.
+    """Directions that follow a law: those of tables; x and y, or z where it alone is stiff; none of a linear link.
 
     Friction without a clearance cannot slide, so that the link stays linear.
 
@@ -143,8 +143,9 @@ def _law_directions(link: Link) -> tuple[int, ...]:
     ------
     ModelError : no direction, a rigid one, or x and y of different stiffness.
     """
+    tables = tuple(direction for direction, _ in link.curves)
     if not link.clearance and link.exponent == 1.0:
-        return ()
+        return tables
     x, y, z = link.stiffness[:3]
     found = tuple(i for i, k in ((0, x), (1, y)) if k) or ((2,) if z else ())
     values = {link.stiffness[i] for i in found}
@@ -155,7 +156,7 @@ def _law_directions(link: Link) -> tuple[int, ...]:
             given=f"x, y, z = {x:g}, {y:g}, {z:g} N/m",
             allowed="radial (x and y alike), x or y alone, or z alone",
         )
-    return found
+    return found + tables
 
 
 def _check_link(link: Link, index: dict[str, int], frame_turn: tuple[Fraction, ...], train: Train) -> None:

@@ -51,10 +51,10 @@ class ToothPair:
 class ContactTable:
     """Tabulated contact of a helix at S phases of a mesh cycle and L loads, the first of them zero.
 
-    load : operating load [N].  stiffness : mean tangent stiffness there [N/m].  variation : (12,) relative series
-    of the tangent over sigma [1].  error : (13,) complex one-sided amplitudes of the error e over sigma, the mean
-    first [m].  force : (L,) [N].  gap : (S, L) d - e at sigma = 0, 1/S, ... [m]; the first column is first touch.
-    slope : (S, L) dF/dd [N/m].
+    load : operating load [N].  stiffness : mean tangent stiffness there [N/m].  variation : (H,) relative series
+    of the tangent over sigma [1].  error : complex one-sided amplitudes of the error e over sigma, at most H orders,
+    the mean first [m].  force : (L,) [N].  gap : (S, L) d - e at sigma = 0, 1/S, ... [m]; the first column is first touch.
+    slope : (S, L) dF/dd [N/m].  last : force up to which all phases have data, where less than the last one [N].
     """
 
     load: float
@@ -64,6 +64,7 @@ class ContactTable:
     force: Array
     gap: Array
     slope: Array
+    last: float = np.inf
 
     @property
     def approach(self) -> Array:

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from ..errors import ModelError
 from .assumptions import check_assumed, check_tolerance, still_assumed
 from .checks import check
+from .force_tables import with_files
 from .names import Names, check_names, collect, nearest
 from .normalise import normalise
 from .overrides import check_alternatives, layer_of, replace_alternatives, stepwise
@@ -56,7 +57,8 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     """
     base, name, folder = _open(source)
     _check_format(base)
-    emptied, layer = (layer_of(part, base) for part in stepwise(overrides or {}))
+    emptied, layer = (with_files(layer_of(part, base), folder) for part in stepwise(overrides or {}))
+    base = with_files(base, folder)
     names = collect(base, layer)
     check_names(names, base, layer)
     file, above = expand(base, names), expand(layer, names)

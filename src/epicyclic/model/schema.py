@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from ..errors import ModelError
 from .deviations import DeviationsTable
+from .force_tables import MeshForceTable
 from .schema_fields import Length, PerPlanet, Place, SchemaTable, Unit, key
 from .schema_links import CouplingTable, SolidTable, SupportTable
 from .units import Quantity
@@ -230,11 +231,18 @@ class MeshSideTable(SchemaTable):
 
     stiffness: (
         Annotated[
-            Quantity | str,
-            Unit("stiffness stiffness_per_width", low=0, above=True, many=True, words=("iso6336", "energy", "contact")),
+            Quantity | str | MeshForceTable,
+            Unit(
+                "stiffness stiffness_per_width",
+                low=0,
+                above=True,
+                many=True,
+                words=("iso6336", "energy", "contact"),
+                table=MeshForceTable,
+            ),
         ]
         | None
-    ) = key(None, "mean stiffness of one helix, per planet; default iso6336")
+    ) = key(None, "mean stiffness of one helix, per planet; or force over deflection; default iso6336")
     direction: Literal["normal", "transverse"] | None = key(None, "in which direction the stiffness is given")
     variation: VariationTable | None = key(None, "over one mesh cycle")
     phase: Annotated[PerPlanet, Unit("cycles", many=True)] | None = key(None, "k_i(t) = k_1(t + phase T)")

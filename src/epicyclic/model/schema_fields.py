@@ -24,7 +24,7 @@ class Unit:
     kinds : names in `units.KINDS`; of a bare number the first. With two kinds the value is a `Quantity`.
     low, high : bounds [SI]; above : low itself is excluded.  inf : infinity is allowed.
     many : a list, one value per planet, is allowed (a tuple then).  lists : only a list is allowed, of `count` entries.
-    words : words allowed in place of a number, kept as they are.
+    words : words allowed in place of a number, kept as they are.  table : the schema of a table allowed there.
     """
 
     kinds: str
@@ -36,9 +36,12 @@ class Unit:
     lists: bool = False
     count: int | None = None
     words: tuple[str, ...] = ()
+    table: type[BaseModel] | None = None
 
     def read(self, value: object) -> object:
-        """Return the SI value (float, tuple, Quantity or word) of what stands in the file."""
+        """Return the SI value (float, tuple, Quantity, word or table) of what stands in the file."""
+        if self.table is not None and isinstance(value, dict):
+            return self.table.model_validate(value)
         bounds = Bounds(low=self.low, high=self.high, above=self.above, inf=self.inf)
         kinds = tuple(self.kinds.split())
         read = read_quantity(value, kinds, bounds, many=self.many or self.lists, one=not self.lists, words=self.words)
@@ -61,6 +64,9 @@ class Unit:
             forms.insert(0, {"type": "number"})
         if self.many or self.lists:
             forms.append({"type": "array", "items": {"type": ["number", "string"]}, "minItems": 1})
+        if self.table is not None:
+            self.table.model_rebuild()
+            forms.append(handler(self.table.__pydantic_core_schema__))
         return {"anyOf": forms, "x-quantity": self.describe(), **({"x-words": list(self.words)} if self.words else {})}
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ..errors import ModelError
+from .force_tables import DisplacementForceTable, ForceTableOf, TiltMomentTable, TurnMomentTable
 from .schema_fields import Length, PerPlanet, Place, SchemaTable, Unit, key
 from .units import Quantity
 
@@ -21,10 +22,20 @@ __all__ = [
     "SupportTable",
 ]
 
-Stiffness = Annotated[PerPlanet, Unit("stiffness", low=0, inf=True, many=True)]
-TiltStiffness = Annotated[PerPlanet, Unit("torsional_stiffness", low=0, inf=True, many=True)]
-TurnStiffness = Annotated[Quantity, Unit("torsional_stiffness stiffness", low=0, inf=True, many=True)]
-BoltStiffness = Annotated[float, Unit("stiffness", low=0, inf=True)]
+Stiffness = Annotated[
+    PerPlanet | DisplacementForceTable,
+    Unit("stiffness", low=0, inf=True, many=True, table=DisplacementForceTable),
+]
+TiltStiffness = Annotated[
+    PerPlanet | TiltMomentTable, Unit("torsional_stiffness", low=0, inf=True, many=True, table=TiltMomentTable)
+]
+TurnStiffness = Annotated[
+    Quantity | TurnMomentTable,
+    Unit("torsional_stiffness stiffness", low=0, inf=True, many=True, table=TurnMomentTable),
+]
+BoltStiffness = Annotated[
+    float | DisplacementForceTable, Unit("stiffness", low=0, inf=True, table=DisplacementForceTable)
+]
 Damper = Annotated[float, Unit("damping", low=0)]
 TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
 Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True)]
@@ -103,9 +114,14 @@ class LinkTable(SchemaTable):
             raise ModelError("exponent without load", allowed="load: the force at which the stiffness holds")
         if self.exponent not in (None, 1.0) and self.friction is not None:
             raise ModelError("friction with an exponent", allowed="one of the two")
+        tables = [d for d in ("x", "y", "z") if isinstance(getattr(self, d), ForceTableOf)]
+        beside = [k for k in ("clearance", "exponent", "friction") if getattr(self, k) is not None]
+        if tables and beside:
+            problem = f"{beside[0]} beside a table of force in {tables[0]}"
+            raise ModelError(problem, allowed="one of the two: play is a table that begins with forces of 0")
         return self
 
-    def directions(self) -> dict[str, PerPlanet | Quantity]:
+    def directions(self) -> dict[str, PerPlanet | Quantity | ForceTableOf]:
         """Return the stiffnesses that are named, by direction."""
         pairs = {d: getattr(self, d) for d in ("x", "y", "z", "rx", "ry", "rz")}
         return {d: v for d, v in pairs.items() if v is not None}

@@ -39,6 +39,9 @@ def as_model_error(error: ValidationError) -> ModelError:
     others = [path_of(d["loc"]) for d in details[1:] if d["loc"] != loc]
     if others:
         problem += f" (and {len(others)} more, at {', '.join(others[:3])}{', ...' if len(others) > 3 else ''})"
+    inner = first.get("ctx", {}).get("error")
+    if isinstance(inner, ModelError) and inner.path:  # about a part of the value
+        return ModelError(problem, path=f"{path_of(loc)}.{inner.path}", given=inner.given, allowed=allowed)
     if first["type"] == "missing":
         return ModelError(problem, path=path_of(loc), allowed=allowed)
     return ModelError(problem, path=path_of(loc), given=first["input"], allowed=allowed)
@@ -114,10 +117,11 @@ def _table_at(loc: Loc) -> type[BaseModel] | None:
 
 
 def _unwrap(annotation: Any) -> Any:
-    """Return the model in `X | None`, anything else as it is."""
+    """Return the model in `X | None` or `Annotated[Quantity | X, ...] | None`, anything else as it is."""
     if get_origin(annotation) is dict:
         return annotation
-    return next((a for a in get_args(annotation) if _is_model(a)), annotation)
+    parts = (_unwrap(part) for part in get_args(annotation))
+    return next((part for part in parts if _is_model(part)), annotation)
 
 
 def _is_model(annotation: Any) -> bool:

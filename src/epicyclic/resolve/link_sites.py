@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ..errors import ModelError
+from ..gears.force_curve import ForceCurve, force_curve
+from ..model.force_tables import ForceTableOf
 from ..model.schema_links import BoltsTable, LinkTable
 from ..model.units import Quantity
 from ..train.bodies import DIRECTIONS, Body
@@ -56,6 +58,7 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     station = site.first.station
     if table.at is not None:
         station = member_centre(site.first) + table.at
+    curves = _curves(site, table, path)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
         path=path,
@@ -65,21 +68,50 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         centre=site.first.centre,
         station=station,
         angle=site.turn,
-        stiffness=_six(site, path, table, rest, log),
+        stiffness=_six(site, path, table, rest, curves, log),
         damping=_dampers(table, site.share),
         clearance=per_branch(table.clearance or 0.0, site.count, f"{path}.clearance")[site.branch],
         exponent=table.exponent if table.exponent is not None else 1.0,
         load=(table.load or 0.0) * site.share,
         friction=_friction(table, site.share),
+        curves=tuple(curves.items()),
         to_housing=site.to_housing,
     )
 
 
-def _six(site: LinkSite, path: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Six:
-    """Stiffness in x y z [N/m], rx ry rz [N m/rad]; at a shared site the share of finite ones."""
-    values = []
-    for direction in DIRECTIONS:
+def _curves(site: LinkSite, table: LinkTable, path: str) -> dict[int, ForceCurve]:
+    """Force over deflection of the directions that state a table; at a shared site the share of the force."""
+    found = {}
+    for number, direction in enumerate(DIRECTIONS):
         stated = getattr(table, direction)
+        if isinstance(stated, ForceTableOf):
+            radius = 1.0
+            if direction == "rz" and stated.deflection is not None and stated.deflection.unit == "m":
+                radius = _known(site.radius, f"{path}.{direction}", "a table in m and N")
+            curve = force_curve(*stated.curves[0])
+            found[number] = curve.scaled(deflection=1 / radius, force=radius * site.share)
+    return found
+
+
+def _six(
+    site: LinkSite,
+    path: str,
+    table: LinkTable,
+    rest: Mapping[str, float],
+    curves: Mapping[int, ForceCurve],
+    log: ResolutionLog,
+) -> Six:
+    """Stiffness in x y z [N/m], rx ry rz [N m/rad]; at a shared site the share of finite ones.
+
+    Of a direction that follows a table, the nominal one.
+    """
+    values = []
+    for number, direction in enumerate(DIRECTIONS):
+        stated = getattr(table, direction)
+        if number in curves:
+            values.append(curves[number].stiffness)
+            log.note(f"{path}.{direction}.tangent", values[-1] / site.share, UNITS[direction], "half of its last force")
+            continue
         if stated is None:
             value, origin = (
                 rest[direction],
@@ -100,11 +132,17 @@ def _torsional(stated: Quantity, radius: float, path: str) -> float | tuple[floa
     """Torsional stiffness [N m/rad]; one in N/m acts at `radius` [m]. Raises ModelError for an unknown radius."""
     if stated.unit == "N m/rad":
         return stated.value
-    if not math.isfinite(radius):
-        raise ModelError("in N/m, but no radius is known", path=path, given=stated.value, allowed="a value in N m/rad")
+    radius = _known(radius, path, stated.value)
     if isinstance(stated.value, tuple):
         return tuple(value * radius**2 for value in stated.value)
     return stated.value * radius**2
+
+
+def _known(radius: float, path: str, given: object) -> float:
+    """A radius [m]. Raises ModelError for an unknown one."""
+    if not math.isfinite(radius):
+        raise ModelError("in N/m, but no radius is known", path=path, given=given, allowed="a value in N m/rad")
+    return radius
 
 
 def _dampers(table: LinkTable, share: float) -> Six:
@@ -138,7 +176,10 @@ def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
         return [site]
     path = f"{site.path}.bolts"
     log.note(f"{path}.radius", bolts.radius, "m")
-    radial, tangential, z = (_stiffness(bolts, key, path, log) for key in ("radial", "tangential", "z"))
+    keys = ("radial", "tangential", "z")
+    radial, tangential, z = (_stiffness(bolts, key, path, log) for key in keys)
+    tables = [(number, getattr(bolts, key)) for number, key in enumerate(keys)]
+    curves = tuple((i, force_curve(*one.curves[0])) for i, one in tables if isinstance(one, ForceTableOf))
     angles = bolts.angles
     if angles is None:
         angles = tuple(math.tau * i / (bolts.count or 1) for i in range(bolts.count or 1))
@@ -157,6 +198,7 @@ def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
                 centre=centre,
                 angle=angle,
                 stiffness=(radial, tangential, z, 0.0, 0.0, 0.0),
+                curves=curves,
             )
         )
     return found
@@ -179,6 +221,10 @@ def _plain(site: Link) -> Link:
 
 def _stiffness(bolts: BoltsTable, key: str, path: str, log: ResolutionLog) -> float:
     """Stiffness of one bolt in one direction [N/m]; rigid where it is not named."""
-    value: float | None = getattr(bolts, key)
+    value: float | ForceTableOf | None = getattr(bolts, key)
+    if isinstance(value, ForceTableOf):
+        tangent = force_curve(*value.curves[0]).stiffness
+        log.note(f"{path}.{key}.tangent", tangent, "N/m", "half of its last force")
+        return tangent
     log.note(f"{path}.{key}", math.inf if value is None else value, "N/m", "default" if value is None else "given")
     return math.inf if value is None else value

@@ -13,15 +13,17 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..gears import stiffness as teeth_stiffness
+from ..gears.force_curve import force_curve, given_table
 from ..gears.series import fourier_series, series_in_time, table_series
 from ..gears.tooth_pair import ContactTable, ToothPair
+from ..model.force_tables import MeshForceTable
 from ..model.schema import ModelFile, VariationTable
 from ..model.units import Quantity
 from ..train.connections import Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import MeshError
 from .centres import MeshShape, StageShape
-from .inheritance import stated, stated_value
+from .inheritance import Stated, stated, stated_value
 from .materials import elastic_constants, member_material
 from .plan import GearPair
 from .resolution_log import ResolutionLog, per_branch
@@ -70,6 +72,8 @@ def mesh_law(
     """
     plan, width = shape.plan, shape.meshes[p.name].width[side]
     own_stiffness = stated(p.levels(side), "stiffness")
+    if own_stiffness is not None and isinstance(own_stiffness.value, MeshForceTable):
+        return _given_law(shape, p, side, own_stiffness, torque, log)
     value = "iso6336" if own_stiffness is None else own_stiffness.value
     path = f"{p.path}.stiffness" if own_stiffness is None else own_stiffness.path
     count, computed = len(plan.angles), not isinstance(value, Quantity)
@@ -118,11 +122,16 @@ def _normal(shape: StageShape, p: GearPair, side: str | None, given: Quantity, p
     factor = 1.0
     if given.unit == "N/m^2":
         factor = _needed_width(shape, p, side, path)
-    if stated_value(p.levels(side), "direction", "normal") == "transverse":
-        factor /= math.cos(shape.teeth[p.a].base_helix) ** 2
+    factor /= _transverse_cosine(shape, p, side) ** 2
     if isinstance(given.value, tuple):
         return tuple(value * factor for value in given.value)
     return given.value * factor
+
+
+def _transverse_cosine(shape: StageShape, p: GearPair, side: str | None) -> float:
+    """cos beta_b [1] where the stiffness is given along the transverse line of action, else 1."""
+    transverse = stated_value(p.levels(side), "direction", "normal") == "transverse"
+    return math.cos(shape.teeth[p.a].base_helix) if transverse else 1.0
 
 
 def _needed_width(shape: StageShape, p: GearPair, side: str | None, path: str) -> float:
@@ -217,6 +226,64 @@ def overlap_of(meshing: MeshShape, shape: StageShape, p: GearPair, width: float)
     )
 
 
+# given tables ---------------------------------------------------------------------------------------------------------
+
+
+def _given_law(
+    shape: StageShape,
+    p: GearPair,
+    side: str | None,
+    found: Stated,
+    torque: Mapping[str, float] | None,
+    log: ResolutionLog,
+) -> MeshLaw:
+    """Law of one side of a pair by the table of force over deflection that the file states.
+
+    Raises
+    ------
+    ModelError : a variation beside the table.
+    """
+    given: MeshForceTable = found.value
+    if (beside := stated(p.levels(side), "variation")) is not None:
+        problem = f"stands beside a table of force in {found.path}, which holds it"
+        allowed = "forces of several phases of the mesh cycle, or no variation"
+        raise ModelError(problem, path=beside.path, given=beside.value.form, allowed=allowed)
+    cosine = _transverse_cosine(shape, p, side)
+    # F_n = F_t / cos beta_b, d_n = d_t cos beta_b
+    curves = [force_curve(*curve).scaled(deflection=cosine, force=1 / cosine) for curve in given.curves]
+    load, origin = _operating_load(shape, p, torque), "operation"
+    middle = max(curve.force[-1] for curve in curves) / 2
+    if given.load is not None:
+        load, origin = given.load / cosine, "given"
+    elif load is None:
+        load, origin = middle, "half of the last force"
+    table = given_table(curves, load)
+    log.note(f"{found.path}.load", load * cosine, "N", origin)
+    log.note(f"{found.path}.tangent", table.stiffness, "N/m", "table")
+    if load > table.last:
+        log.warn(
+            f"{found.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N along the "
+            "normal; there the law goes on along its last tangent"
+        )
+    _check_range(shape, p, shape.meshes[p.name].width[side], (table.stiffness,), log)
+    return MeshLaw(
+        stiffness=(table.stiffness,) * len(shape.plan.angles),
+        variation=table.variation,
+        narrow=None,
+        damping=stated_value(p.levels(side), "damping", 0.0),
+        backlash=stated_value(p.levels(side), "backlash", math.inf),
+        table=table,
+    )
+
+
+def _operating_load(shape: StageShape, p: GearPair, torque: Mapping[str, float] | None) -> float | None:
+    """Mean force of the operation along the normal of one helix, evenly over branches and sides [N]; None without."""
+    count = len(shape.plan.angles) * len(shape.meshes[p.name].width)
+    passed = abs((torque or {}).get(p.path, 0.0)) / count
+    load = passed / (shape.teeth[p.b].base_radius * math.cos(shape.teeth[p.a].base_helix))
+    return load if load > 0 and math.isfinite(load) else None
+
+
 # loaded tooth contact -------------------------------------------------------------------------------------------------
 
 
@@ -285,4 +352,4 @@ def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshE
         if frequency:
             orders = enumerate(series.tolist(), start=1)
             found += [replace(error, amplitude=value, frequency=order * frequency) for order, value in orders]
-    return found
+    return [error for error in found if error.amplitude]

@@ -45,6 +45,8 @@ def _is_key(value: Derived, train: Train, data: Mapping[str, Any]) -> bool:
     if parts[0] != "stages" or len(parts) < 4:
         return False
     if parts[2] == "meshes":
+        if parts[-2:] == ["stiffness", "load"]:  # of a table of force
+            return True
         return parts[-1] in _MESH and (parts[-1] != "centre_distance" or _free_distance(parts, train))
     if parts[-1] == "module":
         table = data["stages"][parts[1]].get(parts[2], {})
@@ -75,9 +77,12 @@ def _plain(value: object) -> object:
 
 
 def _set_directions(data: Mapping[str, Any]) -> None:
-    """Stiffnesses are written along the tooth normal."""
+    """Stiffnesses are written along the tooth normal, tables of force as they are given."""
     for stage in data["stages"].values():
         for mesh in stage.get("meshes", {}).values():
+            own = mesh.get("direction")
             for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
-                if "direction" in table:
-                    table["direction"] = "normal"
+                stated = table.get("direction", own)
+                if stated is not None and (table is mesh or "stiffness" in table or "direction" in table):
+                    tabulated = isinstance(table.get("stiffness", mesh.get("stiffness")), dict)
+                    table["direction"] = stated if tabulated else "normal"

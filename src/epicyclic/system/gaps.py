@@ -18,7 +18,7 @@ from .laws.flank import FlankAt, LawRows
 from .laws.linear import LinearLaw
 from .system import Array, ComplexArray, System
 
-__all__ = ["Flanks", "FlanksAt", "flanks", "past_the_end"]
+__all__ = ["Flanks", "FlanksAt", "flanks", "groups_past_the_end", "past_the_end"]
 
 Rows = NDArray[np.int64] | slice
 Values = NDArray[Any]
@@ -218,3 +218,21 @@ def past_the_end(system: System, given: Flanks, largest: Array) -> list[str]:
         "goes on along its last tangent"
         for pair, (ratio, end) in worst.items()
     ]
+
+
+def groups_past_the_end(system: System, largest: Array) -> list[str]:
+    """A warning for every link whose forces pass the end of its table, by how much.
+
+    Parameters
+    ----------
+    largest : (G,) largest force of every group met [N, N m].
+    """
+    found = []
+    for group, force in zip(system.groups, largest.tolist(), strict=True):
+        if force > (1 + _NOTABLE) * group.law.end:
+            unit = "N m" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N"
+            found.append(
+                f"{group.name}: forces reach {force / group.law.end:.3g} times the last force of its table, "
+                f"{group.law.end:.4g} {unit}; behind it the law goes on along its last tangent"
+            )
+    return found

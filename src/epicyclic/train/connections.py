@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from ..gears.force_curve import ForceCurve
 from ..gears.tooth_pair import ContactTable, ToothPair
 
 __all__ = ["Link", "Mesh", "MeshSlice"]
@@ -53,7 +54,7 @@ class Mesh:
     slices : along the face from left to right; empty where the mesh is one row.  Stiffness, variation, lead and damping
         above are those of the whole mesh, the sum of the slices.
     teeth : data of tooth contact; None where the model file has no face width.
-    table : force over gap and place of the contact, where the stiffness is that of loaded contact.
+    table : force over gap and place of the contact, where the stiffness is that of loaded contact or a given table.
     """
 
     name: str
@@ -111,6 +112,7 @@ class Link:
     damping : the same six [N s/m, N m s/rad].
     clearance [m], exponent [1], friction (coefficient or force, as in the model file) : laws, see docs/model-file.md.
     load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
+    curves : (direction, force over deflection) of directions 0 .. 5 that follow a table; `stiffness` is its nominal one.
     to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).
     """
 
@@ -128,6 +130,7 @@ class Link:
     exponent: float = 1.0
     load: float = 0.0
     friction: tuple[tuple[str, float | str], ...] = ()
+    curves: tuple[tuple[int, ForceCurve], ...] = ()
     to_housing: bool = False
 
     def __repr__(self) -> str:

@@ -9,6 +9,7 @@ force discontinuous.  C follows from k, the tangent stiffness at the given load 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
@@ -73,6 +74,11 @@ class RadialLaw(Protocol):
         """Whether friction has a history (`laws.slider`)."""
         ...
 
+    @property
+    def end(self) -> float:
+        """Largest force [N] that the data of the law hold, inf where they are a formula."""
+        ...
+
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> Profile:
         """Laws of this class, all at once."""
@@ -122,6 +128,11 @@ class Law:
         if self.exponent != 1.0:
             return "rolling elements with play" if self.clearance else "rolling elements"
         return "play" if self.clearance else "linear"
+
+    @property
+    def end(self) -> float:
+        """No end: inf [N]."""
+        return math.inf
 
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> PowerProfile:

@@ -30,6 +30,7 @@ class TabulatedLaw:
     tone : (c,) mesh tone of each row.  lead, sense : (c,) sigma = sense (cycles + lead).
     force : (L,) from zero up [N].  gap : (S, L) delta at sigma = 0, 1/S, ... [m].  slope : (S, L) [N/m].
     load : (c,) at which the tangent of a row was taken [N]; nan where it is not known, left out where it is of none.
+    last : force up to which all phases have data, where less than the last one [N].
     """
 
     tone: NDArray[np.int64]
@@ -39,6 +40,7 @@ class TabulatedLaw:
     gap: Array
     slope: Array
     load: Array = field(default_factory=lambda: np.zeros(0))
+    last: float = np.inf
 
     def __post_init__(self) -> None:
         """nan for loads left out."""
@@ -62,7 +64,7 @@ class TabulatedLaw:
     @property
     def end(self) -> Array:
         """Last force of the table (c,) [N]."""
-        return np.full(len(self.lead), self.force[-1])
+        return np.full(len(self.lead), min(self.force[-1], self.last))
 
     def rows(self, chosen: Any) -> TabulatedLaw:
         """The law of the chosen rows."""
