@@ -78,9 +78,7 @@ def _law(link: Link, row: LinkRow, train: Train) -> RadialLaw:
     """Law of the rows of a link to which this one belongs."""
     curve = dict(link.curves).get(row.direction)
     if curve is not None:
-        return RadialTable(
-            deflection=curve.deflection, force=curve.force, slope=curve.slope, stiffness=row.stiffness
-        )
+        return RadialTable(deflection=curve.deflection, force=curve.force, slope=curve.slope, stiffness=row.stiffness)
     friction = dict(link.friction)
     return Law(
         stiffness=row.stiffness,

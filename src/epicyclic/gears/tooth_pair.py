@@ -53,8 +53,8 @@ class ContactTable:
 
     load : operating load [N].  stiffness : mean tangent stiffness there [N/m].  variation : (H,) relative series
     of the tangent over sigma [1].  error : complex one-sided amplitudes of the error e over sigma, at most H orders,
-    the mean first [m].  force : (L,) [N].  gap : (S, L) d - e at sigma = 0, 1/S, ... [m]; the first column is first touch.
-    slope : (S, L) dF/dd [N/m].  last : force up to which all phases have data, where less than the last one [N].
+    the mean first [m].  force : (L,) [N].  gap : (S, L) d - e at sigma = 0, 1/S, ... [m]; the first column is first
+    touch.  slope : (S, L) dF/dd [N/m].  last : force up to which all phases have data, where less than the largest [N].
     """
 
     load: float

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from ..errors import ModelError
 from .assumptions import check_assumed, check_tolerance, still_assumed
 from .checks import check
-from .force_tables import with_files
+from .force_files import with_files
 from .names import Names, check_names, collect, nearest
 from .normalise import normalise
 from .overrides import check_alternatives, layer_of, replace_alternatives, stepwise

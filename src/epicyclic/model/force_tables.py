@@ -8,12 +8,9 @@ read into these two keys, so that the document, and every result, holds the numb
 
 from __future__ import annotations
 
-import csv
 import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import GetJsonSchemaHandler, model_validator
@@ -21,7 +18,6 @@ from pydantic_core import CoreSchema
 
 from ..errors import ModelError
 from .schema_fields import SchemaTable, Unit, key
-from .tables import PlainTable
 from .units import KINDS, Quantity
 
 __all__ = [
@@ -31,15 +27,11 @@ __all__ = [
     "MeshForceTable",
     "TiltMomentTable",
     "TurnMomentTable",
-    "with_files",
+    "curve_fault",
 ]
 
-_MAX_BYTES = 4_000_000  # as of a model file
 # Time and memory of every analysis grow with the points; a thousand are finer than any measurement.
 _MAX_POINTS, _MAX_PHASES = 1000, 360
-_COLUMNS = ("deflection", "force")
-_HEADER = re.compile(r"\s*(?P<name>deflection|force)(?P<label>[^A-Za-z\[\]][^\[\]]*)?\[\s*(?P<unit>[^\[\]]+?)\s*\]\s*")
-_HEADING = "deflection [um], force [kN]; of several phases one column each: deflection [um], force 1 [kN], ..."
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +94,7 @@ class ForceTableOf(SchemaTable):
     @model_validator(mode="after")
     def _complete(self) -> Self:
         """Refuse what is no table of force over deflection."""
-        for name, value in zip(_COLUMNS, (self.deflection, self.force), strict=True):
+        for name, value in (("deflection", self.deflection), ("force", self.force)):
             if value is None:
                 raise ModelError(f"without {name}", allowed="deflection and force, or file")
         assert self.deflection is not None
@@ -110,7 +102,7 @@ class ForceTableOf(SchemaTable):
         _check_lengths(self.deflection, self.force, several=self.several)
         for phase, (x, f) in enumerate(self.curves, start=1):
             where = f" of phase {phase}" if len(self.curves) > 1 else ""
-            if (found := fault(x, f)) is not None:
+            if (found := curve_fault(x, f)) is not None:
                 name, point, problem, allowed = found
                 row, unit = (x, self.deflection.unit) if name == "deflection" else (f, self.force.unit)
                 given = f"{row[point]:g} {unit}"
@@ -135,15 +127,19 @@ def _check_lengths(deflection: Curves, force: Curves, *, several: bool) -> None:
         where = f" of phase {phase + 1}" if phases > 1 else ""
         if points != forces:
             allowed = f"{points}, one for each deflection"
-            raise ModelError(f"another number of points{where}", path="force", given=f"{forces} forces", allowed=allowed)
+            raise ModelError(
+                f"another number of points{where}", path="force", given=f"{forces} forces", allowed=allowed
+            )
         if points < 2:
             raise ModelError(f"too few points{where}", path="deflection", given=points, allowed="two or more")
     if (deflection.unit, force.unit) not in (("m", "N"), ("rad", "N m")):
         allowed = "deflections in m with forces in N, or in rad with moments in N m"
-        raise ModelError("another kind of quantity than the deflections", path="force", given=force.unit, allowed=allowed)
+        raise ModelError(
+            "another kind of quantity than the deflections", path="force", given=force.unit, allowed=allowed
+        )
 
 
-def fault(deflection: Sequence[float], force: Sequence[float]) -> tuple[str, int, str, str] | None:
+def curve_fault(deflection: Sequence[float], force: Sequence[float]) -> tuple[str, int, str, str] | None:
     """What is wrong with a curve: key, number of the point from 0, problem, what is allowed; None where it is right."""
     for i, (x, f) in enumerate(zip(deflection, force, strict=True)):
         before, last = (deflection[i - 1], force[i - 1]) if i else (-math.inf, 0.0)
@@ -204,115 +200,3 @@ class MeshForceTable(ForceTableOf):
     load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
         None, "force at which linear analyses take the tangent; default the mean force of the operation"
     )
-
-
-# CSV files ------------------------------------------------------------------------------------------------------------
-
-
-def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
-    """Return a document with the numbers of the CSV files that its tables of force name, in place of the names.
-
-    folder : where the files are looked for.  Raises ModelError with path, file and line.
-    """
-    parts = ("stages", "bodies", "couplings")
-    return {name: _embedded(value, name, folder) if name in parts else value for name, value in data.items()}
-
-
-def _embedded(value: Any, path: str, folder: Path | None) -> Any:
-    if not isinstance(value, dict):
-        return value
-    if isinstance(name := value.get("file"), str):
-        if beside := [column for column in _COLUMNS if column in value]:
-            raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
-        rest = {other: entry for other, entry in value.items() if other != "file"}
-        return {**_columns_of(name, f"{path}.file", folder), **rest}
-    return {name: _embedded(entry, f"{path}.{name}", folder) for name, entry in value.items()}
-
-
-def _columns_of(name: str, path: str, folder: Path | None) -> dict[str, object]:
-    """Return deflections and forces of a CSV file as a model file states them. Raises ModelError."""
-    lines = _lines(name, path, folder)
-    number, heading = lines[0]
-    separator = ";" if ";" in heading else ","
-    columns = _heading(_cells(heading, separator), name, path, number)
-    table = [_numbers(_cells(line, separator), len(columns), name, path, at) for at, line in lines[1:]]
-    if len(table) < 2:
-        raise ModelError(f"{name}: too few rows", path=path, given=len(table), allowed="two or more")
-    values = list(zip(*table, strict=True))
-    _check_columns(columns, values, [at for at, _ in lines[1:]], name, path)
-    found: dict[str, object] = {}
-    for key_ in _COLUMNS:
-        lists = [f"[{', '.join(column)}] {unit}" for (own, unit), column in zip(columns, values, strict=True) if own == key_]
-        found[key_] = lists if len(lists) > 1 else lists[0]
-    return found
-
-
-def _lines(name: str, path: str, folder: Path | None) -> list[tuple[int, str]]:
-    """Return the lines of a file with their numbers, empty and # lines left out."""
-    file = (folder or Path()) / name
-    allowed = f"a CSV file beside the model file: {_HEADING}"
-    try:
-        if file.stat().st_size > _MAX_BYTES:
-            raise ModelError("too large", path=path, given=name, allowed=f"{_MAX_BYTES} bytes")
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ModelError(f"cannot be read: {error.strerror or error}", path=path, given=name, allowed=allowed) from None
-    except ValueError:
-        raise ModelError("is not a text file (UTF-8)", path=path, given=name, allowed=allowed) from None
-    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1)]
-    kept = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not kept:
-        raise ModelError("holds no line", path=path, given=name, allowed=allowed)
-    return kept
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-
-
-def _heading(cells: list[str], name: str, path: str, number: int) -> list[tuple[str, str]]:
-    """Return key and unit of every column."""
-    columns = []
-    for cell in cells:
-        match = _HEADER.fullmatch(cell)
-        if match is None:
-            raise ModelError(f"{name}, line {number}: no heading of a column", path=path, given=cell, allowed=_HEADING)
-        columns.append((match["name"], match["unit"]))
-    count = {key_: sum(own == key_ for own, _ in columns) for key_ in _COLUMNS}
-    if not all(count.values()) or (min(count.values()) > 1 and len(set(count.values())) > 1):
-        problem = f"{name}, line {number}: {count['deflection']} columns of deflections and {count['force']} of forces"
-        raise ModelError(problem, path=path, given=", ".join(cells), allowed=_HEADING)
-    return columns
-
-
-def _numbers(cells: list[str], count: int, name: str, path: str, number: int) -> tuple[str, ...]:
-    """Return the cells of one row, each a finite number."""
-    where = f"{name}, line {number}"
-    if len(cells) != count:
-        raise ModelError(f"{where}: another number of columns than the heading", path=path, given=len(cells), allowed=str(count))
-    for cell in cells:
-        try:
-            finite = math.isfinite(float(cell))
-        except ValueError:
-            finite = False
-        if not finite or "_" in cell:
-            raise ModelError(f"{where}: not a finite number", path=path, given=cell, allowed="a number in every column")
-    return tuple(repr(float(cell)) for cell in cells)
-
-
-def _check_columns(
-    columns: Sequence[tuple[str, str]], values: Sequence[Sequence[str]], lines: Sequence[int], name: str, path: str
-) -> None:
-    """Raise ModelError with the line of a point that no curve may have."""
-    rows: Mapping[str, list[list[float]]] = {
-        key_: [[float(cell) for cell in column] for (own, _), column in zip(columns, values, strict=True) if own == key_]
-        for key_ in _COLUMNS
-    }
-    x, f = rows["deflection"], rows["force"]
-    for phase in range(max(len(x), len(f))):
-        found = fault(x[phase if len(x) > 1 else 0], f[phase if len(f) > 1 else 0])
-        if found is not None:
-            key_, point, problem, allowed = found
-            column = [i for i, (own, _) in enumerate(columns) if own == key_][phase if len(rows[key_]) > 1 else 0]
-            where = f"{name}, line {lines[point]}, column {column + 1}: {key_} {problem}"
-            raise ModelError(where, path=path, given=f"{values[column][point]} {columns[column][1]}", allowed=allowed)

@@ -7,6 +7,7 @@ import re
 from typing import Any
 
 from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
+from .force_tables import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable
 from .schema import KIND_BY_NAME, ModelFile
 
 __all__ = ["json_schema", "json_schema_text"]
@@ -15,13 +16,19 @@ Schema = dict[str, Any]
 _NAME = "^[A-Za-z0-9_]{1,60}$"
 _LINK_NAME = "^[A-Za-z0-9_-]{1,60}$"
 _LINKS = ("Link", "Support", "Solid", "Coupling", "LinkDamping")
+_FORCES = {
+    table.__name__.removesuffix("Table")
+    for table in (DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable)
+}
 
 
 def json_schema() -> Schema:
     """Return the JSON Schema (draft 2020-12) of a model file; units and kinds of quantity stand in `description`."""
     raw = ModelFile.model_json_schema(mode="validation")
     raw = json.loads(re.sub(r'(?<=[/"])([A-Za-z]+)Table(?=")', r"\1", json.dumps(raw)))  # names without `Table`
-    defs: Schema = raw.pop("$defs")
+    forces: Schema = {}
+    raw = _named_forces(raw, forces)
+    defs: Schema = raw.pop("$defs") | forces
     _as_written(raw, defs)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -50,6 +57,19 @@ def _as_written(root: Schema, defs: Schema) -> None:
     for name in ("assumed", "tolerance"):
         root["properties"][name]["additionalProperties"] = {"type": ["string", "object"]}
     root["required"] = ["format", "title", "stages"]
+
+
+def _named_forces(schema: Any, found: Schema) -> Any:
+    """Return a schema whose tables of force refer to `found`, which is filled: each stands in many places."""
+    if isinstance(schema, list):
+        return [_named_forces(entry, found) for entry in schema]
+    if not isinstance(schema, dict):
+        return schema
+    name = schema.get("title")
+    if isinstance(name, str) and name in _FORCES:
+        found[name] = schema
+        return {"$ref": f"#/$defs/{name}"}
+    return {key: _named_forces(value, found) for key, value in schema.items()}
 
 
 def _stage(stage: Schema, defs: Schema) -> None:

@@ -250,7 +250,7 @@ def _given_law(
         raise ModelError(problem, path=beside.path, given=beside.value.form, allowed=allowed)
     cosine = _transverse_cosine(shape, p, side)
     # F_n = F_t / cos beta_b, d_n = d_t cos beta_b
-    curves = [force_curve(*curve).scaled(deflection=cosine, force=1 / cosine) for curve in given.curves]
+    curves = tuple(force_curve(*curve).scaled(deflection=cosine, force=1 / cosine) for curve in given.curves)
     load, origin = _operating_load(shape, p, torque), "operation"
     middle = max(curve.force[-1] for curve in curves) / 2
     if given.load is not None:
@@ -262,8 +262,8 @@ def _given_law(
     log.note(f"{found.path}.tangent", table.stiffness, "N/m", "table")
     if load > table.last:
         log.warn(
-            f"{found.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N along the "
-            "normal; there the law goes on along its last tangent"
+            f"{found.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N along "
+            "the normal; there the law goes on along its last tangent"
         )
     _check_range(shape, p, shape.meshes[p.name].width[side], (table.stiffness,), log)
     return MeshLaw(

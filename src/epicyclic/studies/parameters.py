@@ -22,7 +22,7 @@ __all__ = ["Parameter", "all_parameters", "parameter_at"]
 _COUNTS = ("teeth", "planets", "slices", "count", "order", "seed")
 _TEXTS = ("format", "title", "doi", "notes", "assumed", "tolerance")
 # long lists, whose entries are parameters only where a path names them
-_TABLES = ("pitch", "values")
+_TABLES = ("pitch", "values", "deflection")
 _DERIVED = ("mass", "inertia", "tilt_inertia", "stiffness")
 _PAIRS = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
 _INDEXED = re.compile(r"(.*)\[(\d{1,4})\]\s*")
@@ -60,7 +60,8 @@ def all_parameters(train: Train) -> list[Parameter]:
     parameters: list[Parameter] = []
     for path, at in _named_leaves(document).items():
         parts, number = path.split("."), written(document[at[0]])
-        if number is not None and parts[0] not in _TEXTS and parts[-1] not in (*_COUNTS, *_TABLES):
+        tabulated = number is not None and number.many and parts[-1] == "force"
+        if number is not None and parts[0] not in _TEXTS and parts[-1] not in (*_COUNTS, *_TABLES) and not tabulated:
             parameters += _entries(path, at, number)
     return [*parameters, *(one for one in _derived(train) if not _is_written(one.path, document))]
 

@@ -112,7 +112,7 @@ class Link:
     damping : the same six [N s/m, N m s/rad].
     clearance [m], exponent [1], friction (coefficient or force, as in the model file) : laws, see docs/model-file.md.
     load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
-    curves : (direction, force over deflection) of directions 0 .. 5 that follow a table; `stiffness` is its nominal one.
+    curves : (direction 0 .. 5, force over deflection) of those that follow a table; `stiffness` is its nominal one.
     to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).
     """
 
