@@ -66,6 +66,7 @@ def test_a_straight_table_of_a_mesh_is_its_stiffness() -> None:
     np.testing.assert_allclose(tabulated.meshes.stiffness, linear.meshes.stiffness, rtol=1e-14)
     assert not tabulated.meshes.variation.any()
     assert [line.frequency for line in tabulated.lines] == [line.frequency for line in linear.lines]
+    assert not epicyclic.load(BASE, STRAIGHT).mesh_errors
     one, other = epicyclic.static(tabulated, cycles=2), epicyclic.static(linear, cycles=2)
     assert differ(one, other, "mesh_force") < 1e-11
     assert differ(one, other, "displacement") < 1e-9

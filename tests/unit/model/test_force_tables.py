@@ -248,7 +248,8 @@ def test_a_resolved_train_is_written_and_read_again(tmp_path: Path) -> None:
     from epicyclic.resolve import load
     from epicyclic.resolve.resolved_document import resolved_document
 
-    train = load(FILES / "model.toml", {"stages.main.meshes.planet-ring.direction": "transverse"})
+    transverse = {"stages.main.meshes.planet-ring.direction": "transverse", "stages.main.helix_angle": "12 deg"}
+    train = load(FILES / "model.toml", transverse)
     path = tmp_path / "resolved.toml"
     path.write_text(to_toml(resolved_document(train)), encoding="utf-8")
     again = load(path)

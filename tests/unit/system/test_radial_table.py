@@ -50,6 +50,16 @@ def test_force_is_the_slope_of_the_potential_and_tangent_that_of_the_force(law: 
         np.testing.assert_allclose(slope, tangent[:, :, j], atol=1e-4 * np.abs(tangent).max())
 
 
+@pytest.mark.parametrize("law", [BENT, WITH_PLAY], ids=["bent", "play"])
+def test_energy_is_the_integral_of_the_force(law: RadialTable) -> None:
+    rho = np.linspace(0, 40 * UM, 4001)[:, None]
+    many = groups((law, 1))
+    force = many.radial(rho)[0][:, 0]
+    steps = np.diff(rho[:, 0]) * (force[1:] + force[:-1]) / 2
+    energy = many.potential(rho)[:, 0]
+    np.testing.assert_allclose(energy[1:], np.cumsum(steps), atol=1e-5 * energy[-1])  # trapezoids of 10 nm
+
+
 def test_tables_sampled_from_rolling_elements_and_play_are_those_laws() -> None:
     rolling = Law(stiffness=4e8, exponent=10 / 9, load=5000.0)
     rho = np.linspace(0, 60, 601)[1:, None] * UM
