@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from copy import deepcopy
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from epicyclic.system.laws.tabulated import TabulatedLaw
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
+ROOT = Path(__file__).parents[2]
 PAIRS = ("sun-planet", "planet-ring")
 BASE: dict[str, Any] = {
     "format": 1,
@@ -86,6 +88,19 @@ def test_slices_directions_and_far_flanks_of_a_straight_table(changes: dict[str,
     if "face_load_factor" in other:
         assert differ(one, other, "face_load_factor") < 1e-11
         assert float(other.face_load_factor.max()) > 1.01  # the slices differ
+
+
+def test_a_far_flank_of_fewer_orders_than_another_mesh() -> None:
+    """Backlash at the mesh of fewer orders alone: the rows of both flanks have the orders of all."""
+    changes = {
+        "stages.main.meshes.sun-planet.variation": {"cosine": [0.1], "sine": [0.05]},
+        "stages.main.meshes.sun-planet.backlash": "0.1 mm",
+        "stages.main.meshes.planet-ring.variation": "contact-lines",
+    }
+    found = system(changes)
+    assert found.meshes.variation.shape == (6, 12)
+    assert found.far_flanks.variation.shape == (3, 12)
+    assert epicyclic.static(found, cycles=1).mesh_force.shape[0] == 6
 
 
 SIGMA = np.arange(48) / 48
@@ -240,6 +255,17 @@ def test_a_bearing_in_two_plates_has_half_of_the_force_in_each() -> None:
         assert link.stiffness[:2] == pytest.approx((2e8, 2e8), rel=1e-12)
 
 
+def test_static_says_by_how_much_a_link_passes_the_end_of_its_table() -> None:
+    short = table(X / 30, 4e8 * X / 30)  # up to 400 N
+    result = epicyclic.static(system({"stages.main.planet.bearing.radial": short}))
+    ratio = float(result.group_force.max()) / 400
+    texts = [text for text in json.loads(result.attrs["warnings"]) if "times the last force of its table" in text]
+    assert [text.split(":")[0] for text in texts] == [f"main/planet/{i}/bearing" for i in (1, 2, 3)]
+    assert f"forces reach {ratio:.3g} times the last force of its table, 400 N;" in "".join(texts)
+    whole = epicyclic.static(system({"stages.main.planet.bearing.radial": table(2 * X, 8e8 * X)}))
+    assert "its table" not in whole.attrs["warnings"]
+
+
 def test_results_hold_the_numbers_of_a_table() -> None:
     result = epicyclic.static(system({"stages.main.sun.support.radial": table(X, 2e8 * X)}))
     law = json.loads(result.attrs["laws"])["main/sun/support"]
@@ -247,3 +273,24 @@ def test_results_hold_the_numbers_of_a_table() -> None:
     assert law["kind"] == "table"
     stage = json.loads(result.attrs["model"])["stages"]["main"]
     assert stage["sun"]["support"]["x"] == table(X, 2e8 * X)
+
+
+def test_the_example_of_the_page_runs() -> None:
+    """docs/laws.md, Tables of your own: its lines are those of the files, its figures those of the analyses."""
+    folder, page = ROOT / "examples" / "tables", (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
+    files = (folder / "reducer.toml").read_text() + (folder / "sun-planet.csv").read_text()
+    section = page.partition("## Tables of your own")[2]
+    shown = [line.strip() for line in section.splitlines() if line.startswith("    ") and "..." not in line]
+    assert len(shown) == 8
+    assert all(line in files for line in shown)
+    train = epicyclic.load(folder / "reducer.toml")
+    mesh = train.meshes[0]
+    assert mesh.table is not None
+    assert f"{mesh.table.load / 1e3:.2f} kN and\n{mesh.stiffness / 1e8:.2f}e8 N/m" in section
+    tangents = epicyclic.assemble(train)
+    bearing = next(text for text in epicyclic.modes(tangents).attrs["warnings"].split('"') if "planet/1" in text)
+    assert f"{float(bearing.split('along it ')[1].split()[0]) / 1e8:.2f}e8 N/m along the load" in section
+    sun = slice(0, 3)
+    assert not epicyclic.static(tangents).contact_lost.values[sun].any()
+    swept = epicyclic.sweep(tangents, start="200 Hz", stop="1500 Hz", points=5)
+    assert np.isfinite(swept.mesh_force_rms.values).all()

@@ -115,7 +115,7 @@ def assemble(train: Train) -> System:
         euler=T.T @ euler @ T,
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, _centres(train)) @ T,
         stage_turns=_stage_turns(train),
-        far=_far_flanks(structure, T, meshes.tone) if structure.far_of.size else None,
+        far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
     )
 
 
@@ -218,8 +218,8 @@ def _stage_turns(train: Train) -> dict[str, Fraction]:
     return {stage: Fraction(turns.get(stage, 0)) / 60 for stage in train.planets}
 
 
-def _far_flanks(structure: Structure, T: Array, tone: NDArray[np.int64]) -> FarFlanks:
-    """Far flanks, those without mean load; T : (6 nb, n), tone : (m,) of the mesh rows.
+def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
+    """Far flanks, those without mean load; T : (6 nb, n).
 
     Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `gears.phasing`: the contact of
     the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Its table is that of the pair
@@ -230,8 +230,8 @@ def _far_flanks(structure: Structure, T: Array, tone: NDArray[np.int64]) -> FarF
     return FarFlanks(
         mesh=structure.far_of,
         B=(structure.far @ T).T,
-        variation=_variations([row.mesh for row in rows]),
-        laws=flank_laws(rows, tone[structure.far_of], far=True),
+        variation=_variations([row.mesh for row in rows], orders=meshes.variation.shape[1]),
+        laws=flank_laws(rows, meshes.tone[structure.far_of], far=True),
     )
 
 
@@ -258,9 +258,10 @@ def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: A
     return damping
 
 
-def _variations(meshes: Sequence[Mesh]) -> NDArray[np.complex128]:
-    """Relative stiffness series of every mesh over its mesh time, (m, L) [1]."""
-    result = np.zeros((len(meshes), max((mesh.variation.size for mesh in meshes), default=0)), complex)
+def _variations(meshes: Sequence[Mesh], *, orders: int = 0) -> NDArray[np.complex128]:
+    """Relative stiffness series of every mesh over its mesh time, (m, L) [1], with at least so many orders."""
+    most = max((mesh.variation.size for mesh in meshes), default=0)
+    result = np.zeros((len(meshes), max(most, orders)), complex)
     for row, mesh in zip(result, meshes, strict=True):
         if mesh.variation.size:
             row[: mesh.variation.size] = series_in_time(mesh.variation, lead=mesh.lead, sense=mesh.sense)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
-from ...system.gaps import flanks, past_the_end
+from ...system.gaps import flanks, groups_past_the_end, past_the_end
 from ...system.laws.groups import STATES
 from ...system.system import Array, System
 from .both_flanks import held_train, net_force
@@ -201,7 +201,7 @@ def _dataset(
         verb="static",
         options={"cycles" if record.name == "mesh cycles" else record.name: record.count, "samples": record.samples},
         provenance={**system.provenance, **law_attributes(system, record)},
-        warnings=warnings,
+        warnings=[*warnings, *group_warnings(system, pieces)],
     )
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     return result
@@ -257,3 +257,11 @@ def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[
         "group_stretch": column([laws.rows.size(piece.state.group_stretch) for piece in pieces]),
         "group_state": column([states[laws.state(p.state.group_stretch, p.anchor)] for p in pieces]),
     }
+
+
+def group_warnings(system: System, pieces: list[RecordPiece]) -> list[str]:
+    """Warnings of links whose forces pass the last one of their table."""
+    if not system.groups:
+        return []
+    largest = [system.laws.rows.size(piece.state.group_force).max(axis=0) for piece in pieces]
+    return groups_past_the_end(system, np.max(largest, axis=0))
