@@ -26,7 +26,16 @@ from ..static.record import group_gap
 from ..static.tangent import mean_stretch, small_motion_tangent
 from ..steady.response import Response
 
-__all__ = ["GapRows", "GridLaws", "LinkRowLaws", "gap_rows_of", "grid_laws", "law_warnings", "line_gaps"]
+__all__ = [
+    "GapRows",
+    "GridLaws",
+    "LinkRowLaws",
+    "gap_rows_of",
+    "grid_laws",
+    "largest_link_forces",
+    "law_warnings",
+    "line_gaps",
+]
 
 Index = NDArray[np.int64]
 Columns = slice | Index
@@ -177,15 +186,19 @@ def _link_numbers(system: System, links: LinkRowLaws) -> tuple[Array, Array, Arr
 
 
 def law_warnings(ready: Response, rows: GapRows) -> list[str]:
-    """Warnings of the System, without those of tangents that are not used here; friction with a memory sticks."""
-    system = ready.lawful
-    if system is None:
-        return list(ready.system.warnings)
-    names = [group.name for group, memory in zip(system.groups, system.laws.memory, strict=True) if memory]
-    stick = [f"{', '.join(names)}: Coulomb friction sticks in small vibration, it keeps its elastic stiffness"]
-    free = rows.gaps[rows.count :].any() if rows.links is not None else True
-    loose = ["no link row moves: the bodies float in their clearance under the mean load"]
-    return [*system.warnings, *(stick if names else []), *([] if free else loose)]
+    """Warnings of the System as it is prepared for its laws (`analyses.static.tangent`)."""
+    held = rows.links is None or bool(rows.gaps[rows.count :].any())
+    loose = "no link row moves: the bodies float in their clearance under the mean load"
+    return [*ready.system.warnings, *([] if held else [loose])]
+
+
+def largest_link_forces(system: System, rows: GapRows, force: Array) -> Array:
+    """Largest force of every link group (G,) [N, N m], of forces of all rows (N, R); 0 of those with a memory."""
+    result = np.zeros(len(system.groups))
+    if rows.links is not None:
+        own = force[:, rows.count : rows.count + rows.links.rows.size]
+        result[~system.laws.memory] = rows.links.laws.rows.size(own).max(axis=0)
+    return result
 
 
 def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:

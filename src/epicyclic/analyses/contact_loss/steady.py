@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.gaps import past_the_end
+from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
-from ..steady.response import response
+from ..steady.response import Response, response
 from .branch_set import branch_set
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
+from .problem import gap_forces
 from .refinement import Refinement, with_stability
-from .rows import law_warnings
+from .rows import largest_link_forces, law_warnings
 from .shaft_orders import NEGLIGIBLE, SuperposedLine, superposed_lines, superposition_is_exact
 from .torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 
@@ -168,8 +169,17 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], 
             *law_warnings(ready, point.problem.rows),
             *_warnings(point, lines),
             *past_the_end(system, point.problem.rows.flanks, found.flank),
+            *_links_past_the_end(ready, point),
         ],
     )
+
+
+def _links_past_the_end(ready: Response, point: TorusPoint) -> list[str]:
+    """A warning for every link whose forces pass the end of its table."""
+    if ready.lawful is None or not ready.lawful.groups:
+        return []
+    forces = gap_forces(point.problem, point.state)
+    return groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
 
 
 def _over_phase(force: Array, counts: tuple[int, ...], axis: NDArray[np.int64], what: str) -> Array:
