@@ -74,9 +74,9 @@ def exudyn_rms(
     begin = mean_start(moving) if start is None else to_modal(moving, start)
 
     def push(_mbs: Any, t: float, _number: int, q: Any, v: Any) -> Array:
-        at, y = instant_terms(N, t, t), np.asarray(q)
+        at, y = instant_terms(moving, t, t), np.asarray(q)
         stretch = y @ N.gaps
-        forces = N.linear * stretch - row_force(N, at, stretch, np.asarray(v) @ N.gaps)
+        forces = N.linear * stretch - row_force(moving, at, stretch, np.asarray(v) @ N.gaps)
         return np.asarray(at.push + forces @ N.pulls)
 
     container = exu.SystemContainer()

@@ -65,8 +65,8 @@ def exact(moving: Motion) -> Array:
 
 def adaptive(moving: Motion, method: Any, tolerance: float) -> Array:
     begin, times = to_modal(moving, START), np.array([0.0, STOP / 2, STOP])
-    found = adaptive_states(
-        moving.numbers,
+    found, _ = adaptive_states(
+        moving,
         begin,
         times,
         method=method,
@@ -105,13 +105,13 @@ def test_adaptive_methods_have_their_order_on_this_equation(
     moving: Motion, method: str, order: int, steps: tuple[int, ...]
 ) -> None:
     """With steps held at one length, over the first half, which is smooth."""
-    N, n, stop = moving.numbers, 2, STOP / 2
+    n, stop = 2, STOP / 2
     begin = to_modal(moving, START).ravel()
 
     def run(count: int, name: str, **options: float) -> Array:
         def equation(t: float, flat: Array) -> Array:
-            at = instant_terms(N, t, min(t, 0.999 * stop))
-            return np.concatenate([flat[n:], acceleration(N, at, flat[:n], flat[n:])])
+            at = instant_terms(moving, t, min(t, 0.999 * stop))
+            return np.concatenate([flat[n:], acceleration(moving, at, flat[:n], flat[n:])])
 
         step = stop / count
         limits = {"max_step": step, "first_step": step, "rtol": 1e3, "atol": 1e3} | options

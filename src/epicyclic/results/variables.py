@@ -166,6 +166,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "relative_speed": ("1", "speed per operating speed"),
     "end_displacement": ("m", "displacement at the end, torsion as base-circle displacement"),
     "end_velocity": ("m/s", "velocity at the end, torsion as base-circle velocity"),
+    "end_slider": ("m", "slider of Coulomb friction at the end"),
     "end_phase": ("s", "integral of the relative speed until the end, the phase of every excitation"),
     # stability
     "floquet_multiplier": ("1", "complex Floquet multiplier, largest magnitude first, those of free rotation last"),

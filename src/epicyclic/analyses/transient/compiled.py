@@ -10,21 +10,65 @@ from typing import Any
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from ...system.system import Array
 from .motion import Numbers
 
 __all__ = ["advance"]
 
+Index = NDArray[np.int64]
+
 _jit = numba.njit(cache=True, error_model="numpy")
 TURN = 2 * np.pi
+# As in `system.laws.slider`: a slider this near the clearance is at its stop; its angle there, to rounding [rad].
+_AT_STOP, _SEARCH, _ANGLE = 1e-12, 60, 1e-15
+
+
+@_jit
+def _phase(N: Numbers, f: int, tau: float) -> tuple[float, int]:
+    """Place [cycles] in its phase cell of a row with a table, and the first of the cubics there."""
+    first, phases, loads = N.tables[N.table[f], 0], N.tables[N.table[f], 1], N.tables[N.table[f], 2]
+    sigma = N.sense[f] * (N.tones[N.tone[f]] * tau + N.lead[f])
+    sigma -= np.floor(sigma)
+    cell = min(int(sigma * phases), phases - 1)
+    return sigma - cell / phases, first + 2 * loads * cell
+
+
+@_jit
+def _cubic(N: Numbers, row: int, x: float) -> float:
+    """One of the cubics at a place x [cycles] of its cell."""
+    value: float = ((N.cubics[row, 0] * x + N.cubics[row, 1]) * x + N.cubics[row, 2]) * x + N.cubics[row, 3]
+    return value
+
+
+@_jit
+def _tabulated(N: Numbers, f: int, x: float, row: int, gap: float) -> tuple[float, bool]:
+    """Force [N] of a row with a table, and whether it presses; the gaps of rising forces are summed up to `gap` [m]."""
+    loads, force = N.tables[N.table[f], 2], N.tables[N.table[f], 3]
+    low = _cubic(N, row, x)
+    if gap <= low:
+        return 0.0, False
+    for j in range(1, loads):
+        h = _cubic(N, row + j, x)
+        if gap < low + h:
+            t = (gap - low) / h
+            k0, k1 = _cubic(N, row + loads + j - 1, x), _cubic(N, row + loads + j, x)
+            f0, f1 = N.forces[force + j - 1], N.forces[force + j]
+            value = f0 * (1 + 2 * t) * (1 - t) ** 2 + f1 * t**2 * (3 - 2 * t)
+            return value + h * (k0 * t * (1 - t) ** 2 + k1 * t**2 * (t - 1)), True
+        low += h
+    return N.forces[force + loads - 1] + (gap - low) * _cubic(N, row + 2 * loads - 1, x), True
 
 
 @_jit
 def _instant_terms(
-    N: Numbers, t: float, middle: float, k: Array, e: Array, de: Array, push: Array
+    N: Numbers, t: float, middle: float, k: Array, cell: Index, e: Array, de: Array, push: Array
 ) -> tuple[float, float]:
-    """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s and s'."""
+    """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s and s'.
+
+    Of a row with a table cell (F,) is the first of its cubics and k the place in them [cycles].
+    """
     low = min(max(int(np.searchsorted(N.time, middle, side="right")) - 1, 0), N.time.size - 2)
     span, since = N.time[low + 1] - N.time[low], t - N.time[low]
     rise = (N.speed[low + 1] - N.speed[low]) / span
@@ -32,13 +76,16 @@ def _instant_terms(
     tau = N.phase[low] + since * (N.speed[low] + rise * since / 2)
     n, F, L = push.size, N.mean.size, N.wave.shape[2]
     for f in range(F):
+        if N.table[f] >= 0:
+            k[f], cell[f] = _phase(N, f, tau)
+            continue
         angle = TURN * tau * N.tones[N.tone[f]]
         c1, s1 = np.cos(angle), np.sin(angle)
         c, w, total = c1, s1, 1.0
         for order in range(L):
             total += N.wave[0, f, order] * c - N.wave[1, f, order] * w
             c, w = c * c1 - w * s1, c * s1 + w * c1
-        k[f] = N.mean[f] * total
+        k[f] = N.mean[f] * max(total, N.least)
     e[:] = 0.0
     de[:] = 0.0
     e[:F] = N.opening
@@ -81,14 +128,101 @@ def _operators(N: Numbers, s: float, rise: float, stiff: Array, damp: Array) -> 
 
 
 @_jit
-def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, r: Array) -> None:
-    """Add the forces of the law groups to the row residuals r (M,) [N]; stretch x [m] and rate u [m/s], (M,)."""
+def _slid(law: Array, dx: float, dy: float, ax: float, ay: float, pair: bool) -> tuple[float, float, bool]:
+    """Slider (x, y) [m] of one group after a step to a stretch from where it was, and whether it is at its stop."""
+    friction, start, clearance = -law[3], law[4], law[9]
+    px, py = dx - ax, dy - ay
+    length = np.sqrt(px * px + py * py)
+    factor = 1.0 - start / length if length > start else 0.0
+    sx, sy = ax + factor * px, ay + factor * py
+    if np.sqrt(sx * sx + sy * sy) <= clearance * (1 + _AT_STOP):
+        return sx, sy, False
+    reach, radius = np.hypot(dx, dy), np.hypot(ax, ay)
+    if reach == 0.0:
+        return 0.0, 0.0, True
+    theta, side = 0.0, 1.0
+    if pair:
+        theta, side = _angle(law[2], friction, clearance, reach, radius, dx * ay - dy * ax, dx * ax + dy * ay)
+    along, across = clearance * np.cos(theta), side * clearance * np.sin(theta)
+    return (along * dx - across * dy) / reach, (along * dy + across * dx) / reach, True
+
+
+@_jit
+def _angle(
+    k: float, friction: float, c: float, reach: float, radius: float, cross: float, dot: float
+) -> tuple[float, float]:
+    """Angle [rad] from the stretch to the slider on the circle of the clearance, and its side (`laws.slider`)."""
+    side = -1.0 if cross < 0 else 1.0
+    end = np.arctan2(abs(cross), dot)
+    stuck = radius >= c * (1 - _AT_STOP) and reach * np.cos(end) >= c and k * reach * np.sin(end) <= friction
+    low, high = end if stuck else 0.0, end
+    theta = (low + high) / 2
+    for _ in range(_SEARCH):
+        psi = end - theta
+        slip = np.sqrt(max((c - radius) ** 2 + 4 * c * radius * np.sin(psi / 2) ** 2, 2.2250738585072014e-308))
+        drag, lean = friction * radius / slip, np.sin(psi)
+        slope = k * reach * np.sin(theta) - drag * lean
+        bend = k * reach * np.cos(theta) + drag * (np.cos(psi) - c * radius * (lean / slip) ** 2)
+        low, high = (theta, high) if slope < 0 else (low, theta)
+        trial = theta - slope / (bend if bend > 0 else 1.0)
+        if not (bend > 0 and low <= trial <= high):
+            trial = (low + high) / 2
+        change, theta = abs(trial - theta), trial
+        if change <= _ANGLE:
+            break
+    return theta, side
+
+
+@_jit
+def _held(
+    law: Array, dx: float, dy: float, vx: float, vy: float, ax: float, ay: float, pair: bool
+) -> tuple[float, float]:
+    """Force (x, y) [N] of one group with a memory at a stretch and rate: its spring, and lag times tangent times rate.
+
+    The tangent is that of `laws.slider`.
+    """
+    k, friction, lag = law[2], -law[3], law[8]
+    sx, sy, stopped = _slid(law, dx, dy, ax, ay, pair)
+    fx, fy = k * (dx - sx), k * (dy - sy)
+    if lag == 0.0:
+        return fx, fy
+    mx, my = sx - ax, sy - ay
+    moved = np.sqrt(mx * mx + my * my)
+    along, across, nx, ny = k, k, 0.0, 0.0
+    if stopped:
+        radius = np.sqrt(sx * sx + sy * sy)
+        nx, ny = sx / (radius if radius > 0 else 1.0), sy / (radius if radius > 0 else 1.0)
+        if moved > 0:
+            cosine = (mx * nx + my * ny) / moved
+            D = (k * (dx * nx + dy * ny) - friction * cosine) / law[9] + friction * cosine**2 / moved
+            across = k - k * k / D if D > 0 else k
+    elif moved > 0:
+        pull = np.sqrt((dx - ax) ** 2 + (dy - ay) ** 2)
+        nx, ny = (dx - ax) / pull, (dy - ay) / pull
+        along, across = 0.0, friction / pull
+    normal = (along - across) * (nx * vx + ny * vy)
+    return fx + lag * (normal * nx + across * vx), fy + lag * (normal * ny + across * vy)
+
+
+@_jit
+def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, force: Array) -> None:
+    """Fill in the forces (R,) [N] of the groups; stretch x [m] and rate u [m/s], (M,), slider (R,) [m]."""
     F = N.mean.size
     for g in range(N.laws.shape[0]):
-        first, count = F + int(N.laws[g, 0]), int(N.laws[g, 1])
+        first, count = int(N.laws[g, 0]), int(N.laws[g, 1])
         k, friction, lag = N.laws[g, 2], N.laws[g, 3], N.laws[g, 8]
+        if friction < 0.0:
+            i, j = F + first, F + first + count - 1
+            pair = count == 2
+            dy, vy = (x[j] - e[j], u[j] - de[j]) if pair else (0.0, 0.0)
+            sy = slider[first + 1] if pair else 0.0
+            fx, fy = _held(N.laws[g], x[i] - e[i], dy, u[i] - de[i], vy, slider[first], sy, pair)
+            force[first] = fx
+            if pair:
+                force[first + 1] = fy
+            continue
         rho, radial = 0.0, 0.0
-        for i in range(first, first + count):
+        for i in range(F + first, F + first + count):
             rho += (x[i] - e[i]) ** 2
             radial += (x[i] - e[i]) * (u[i] - de[i])
         rho = np.sqrt(rho)
@@ -98,25 +232,36 @@ def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, r: Array) -> No
             value += N.laws[g, 6] * beyond ** N.laws[g, 7]
             slope += N.laws[g, 6] * N.laws[g, 7] * beyond ** (N.laws[g, 7] - 1.0)
         secant = value / rho if rho > 0.0 else slope
-        for i in range(first, first + count):
+        for i in range(F + first, F + first + count):
             gap, speed = x[i] - e[i], u[i] - de[i]
-            if friction < 0.0:
-                force = k * (gap - N.anchor[i - F]) + lag * k * speed
-            else:
-                along = radial / (rho * rho) * gap if rho > 0.0 else 0.0
-                force = secant * gap + lag * (slope * along + secant * (speed - along))
-            total = 0.0
-            for j in range(N.block.shape[0]):
-                total += N.block[i - F, j] * x[F + j]
-            r[i] = total - force
+            along = radial / (rho * rho) * gap if rho > 0.0 else 0.0
+            force[i - F] = secant * gap + lag * (slope * along + secant * (speed - along))
+
+
+@_jit
+def _move_sliders(N: Numbers, y: Array, e: Array, slider: Array) -> None:
+    """Move the sliders (R,) [m] at the end of a step, in place."""
+    F = N.mean.size
+    for g in range(N.laws.shape[0]):
+        if N.laws[g, 3] < 0.0:
+            first, pair = int(N.laws[g, 0]), int(N.laws[g, 1]) == 2
+            dx, dy = -e[F + first], -e[F + first + 1] if pair else 0.0
+            for i in range(y.size):
+                dx += N.gaps[i, F + first] * y[i]
+                if pair:
+                    dy += N.gaps[i, F + first + 1] * y[i]
+            sx, sy, _ = _slid(N.laws[g], dx, dy, slider[first], slider[first + 1] if pair else 0.0, pair)
+            slider[first] = sx
+            if pair:
+                slider[first + 1] = sy
 
 
 @_jit
 def _slope(
-    N: Numbers, k: Array, e: Array, de: Array, push: Array, stiff: Array, damp: Array,
-    turning: bool, y: Array, v: Array, x: Array, u: Array, r: Array, a: Array,
+    N: Numbers, k: Array, cell: Index, e: Array, de: Array, push: Array, stiff: Array, damp: Array, turning: bool,
+    y: Array, v: Array, slider: Array, x: Array, u: Array, r: Array, g: Array, a: Array,
 ) -> None:  # fmt: skip
-    """Fill in y'' a (n,) of the state y, v (n,); x, u, r (M,) are work space."""
+    """Fill in y'' a (n,) of the state y, v (n,) and slider (R,); x, u, r (M,) and g (R,) are work space."""
     n, M, F = y.size, e.size, N.mean.size
     x[:] = 0.0
     u[:] = 0.0
@@ -130,11 +275,20 @@ def _slope(
     for i in range(F):
         gap = x[i] - e[i]
         force = 0.0
-        if N.pull or gap > 0.0:
+        if N.table[i] >= 0:
+            force, pressed = _tabulated(N, i, k[i], cell[i], gap)
+            if pressed:
+                force += N.drag[i] * (u[i] - de[i])
+        elif N.pull or gap > 0.0:
             force = k[i] * gap + N.drag[i] * (u[i] - de[i])
         r[i] = N.linear[i] * x[i] - force
     if M > F:
-        _groups(N, x, u, e, de, r)
+        _groups(N, x, u, e, de, slider, g)
+        for i in range(M - F):
+            total = 0.0
+            for j in range(M - F):
+                total += N.block[i, j] * x[F + j]
+            r[F + i] = total - g[i]
     for i in range(n):
         a[i] = push[i] - N.squared[i] * y[i] - N.rate[i] * v[i]
     for j in range(M):
@@ -147,11 +301,18 @@ def _slope(
 
 
 @_jit
-def _run(N: Numbers, y: Array, v: Array, first: int, begin: float, step: float, keep: int, out: Array) -> int:
-    """Step through all samples of out (samples, 2, n), changing y, v (n,) in place; the number of finite samples."""
+def _run(
+    N: Numbers, y: Array, v: Array, slider: Array, first: int, begin: float, step: float, keep: int, out: Array,
+    sliders: Array,
+) -> int:  # fmt: skip
+    """Step through all samples of out (samples, 2, n) and sliders (samples, R), changing the state in place.
+
+    Returns the number of finite samples.
+    """
     n, M, F = y.size, N.gaps.shape[1], N.mean.size
     k, e, de, push = np.empty(F), np.empty(M), np.empty(M), np.empty(n)
-    x, u, r = np.empty(M), np.empty(M), np.empty(M)
+    x, u, r, g = np.empty(M), np.empty(M), np.empty(M), np.empty(M - F)
+    cell = np.zeros(F, np.int64)
     stiff, damp = np.zeros((n, n)), np.zeros((n, n))
     y1, v1, a = np.empty(n), np.empty(n), np.empty(n)
     dy, dv = np.empty(n), np.empty(n)
@@ -168,7 +329,7 @@ def _run(N: Numbers, y: Array, v: Array, first: int, begin: float, step: float, 
             for stage in range(4):
                 if stage == 0 or stage == 1 or stage == 3:
                     at = t if stage == 0 else (middle if stage == 1 else end)
-                    s, rise = _instant_terms(N, at, middle, k, e, de, push)
+                    s, rise = _instant_terms(N, at, middle, k, cell, e, de, push)
                     if varying:
                         _operators(N, s, rise, stiff, damp)
                 if stage == 0:
@@ -182,7 +343,7 @@ def _run(N: Numbers, y: Array, v: Array, first: int, begin: float, step: float, 
                         # the slope of y at a stage is the v of the stage before
                         vi = v1[i]
                         y1[i], v1[i] = y[i] + reach * vi, v[i] + reach * a[i]
-                _slope(N, k, e, de, push, stiff, damp, turning, y1, v1, x, u, r, a)
+                _slope(N, k, cell, e, de, push, stiff, damp, turning, y1, v1, slider, x, u, r, g, a)
                 for i in range(n):
                     if stage == 0:
                         dy[i], dv[i] = v1[i], a[i]
@@ -192,22 +353,29 @@ def _run(N: Numbers, y: Array, v: Array, first: int, begin: float, step: float, 
             for i in range(n):
                 y[i] += step / 6.0 * dy[i]
                 v[i] += step / 6.0 * dv[i]
+            if slider.size:
+                _move_sliders(N, y, e, slider)
         total = 0.0
         for i in range(n):
             out[sample, 0, i], out[sample, 1, i] = y[i], v[i]
             total += y[i] + v[i]
+        sliders[sample] = slider
         if not np.isfinite(total):
             return sample
     return len(out)
 
 
-def advance(N: Numbers, state: Array, *, first: int, begin: float, step: float, keep: int, samples: int) -> Array:
-    """States (samples, 2, n) after every `keep` steps from the state (2, n) at step `first`; nan once not finite.
+def advance(
+    N: Numbers, state: Array, *, slider: Array, first: int, begin: float, step: float, keep: int, samples: int
+) -> tuple[Array, Array]:
+    """States (samples, 2, n) and sliders (samples, R) after every `keep` steps; nan once not finite.
 
-    begin : time of step 0 [s].  step : [s].
+    Parameters
+    ----------
+    state : (2, n) and slider : (R,) at step `first`.  begin : time of step 0 [s].  step : [s].
     """
-    out = np.full((samples, 2, N.squared.size), np.nan)
+    out, sliders = np.full((samples, 2, N.squared.size), np.nan), np.full((samples, slider.size), np.nan)
     run: Any = _run
-    done = run(N, state[0].copy(), state[1].copy(), first, begin, step, keep, out)
-    out[done:] = np.nan
-    return out
+    done = run(N, state[0].copy(), state[1].copy(), slider.copy(), first, begin, step, keep, out, sliders)
+    out[done:], sliders[done:] = np.nan, np.nan
+    return out, sliders

@@ -1,6 +1,9 @@
 """Integration of the equation of motion: classical Runge-Kutta steps of fixed length, or SciPy's adaptive integrators.
 
-The Runge-Kutta steps [hairer1993, sec. II.1] are compiled where numba is installed, else the same steps in NumPy.
+The Runge-Kutta steps [hairer1993, sec. II.1] are compiled where numba is installed and every law has a compiled form,
+else the same steps in NumPy.  Sliders of Coulomb friction stand still within a step, whose forces follow from where the
+slider would be, and are moved at its end (derived here): along a straight pull that is exact at any length of step; a
+pull that turns round within a step h is missed by its acceleration times h^2 / 8 at most.
 """
 
 from __future__ import annotations
@@ -8,24 +11,41 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853, Radau, solve_ivp
 
 from ...errors import ModelError
 from ...system.system import Array
 from ..fast import numba_available
-from .motion import Motion, Numbers, from_modal, highest_rate, to_modal
-from .right_hand_side import acceleration, instant_terms
+from .motion import Motion, from_modal, highest_rate, phases_at, to_modal
+from .products import times as product
+from .right_hand_side import acceleration, group_gaps, instant_terms, moved_slider
 
-__all__ = ["TOLERANCE", "Adaptive", "adaptive_states", "integrate", "modal_scale", "rk4_states", "steps_for"]
+__all__ = [
+    "TOLERANCE",
+    "Adaptive",
+    "adaptive_states",
+    "integrate",
+    "integrate_with_sliders",
+    "modal_scale",
+    "rk4_states",
+    "starting_slider",
+    "steps_for",
+]
 
 Adaptive = Literal["dop853", "radau"]
 TOLERANCE = 1e-8
 _SCIPY_NAME = {"dop853": "DOP853", "radau": "Radau"}
+_SCIPY = {"dop853": DOP853, "radau": Radau}
 # Absolute tolerance per relative one, in the scale of a mode: of modes that hardly move.
 _ABSOLUTE = 1e-3
+# Places within an adaptive step at which the way of a slider is looked at: a step that is repeated ends before the
+# place where the way turns, so that 4 repetitions find it to 16^-4.
+_PLACES = 16
+# Least part of the interval that a repeated step may have: below it, the way of a slider is rounding.
+_LEAST_STEP = 1e-12
 
 # Step times highest rate: the phase of the highest mode is then right to 0.35^4 / 120 = 1.3e-4, of one at half of that
 # to 8e-6; stable up to 2.7.
@@ -40,7 +60,7 @@ def steps_for(moving: Motion, interval: float) -> int:
 def integrate(
     moving: Motion, state: Array, *, start: float = 0.0, stop: float, steps: int | None = None, keep: int = 1
 ) -> Array:
-    """Integrate from one time to another in equal steps.
+    """Integrate from one time to another in equal steps; sliders start where the mean load has put them.
 
     Parameters
     ----------
@@ -57,6 +77,33 @@ def integrate(
     ------
     ModelError : an interval, number of steps or state that is none.
     """
+    return integrate_with_sliders(moving, state, start=start, stop=stop, steps=steps, keep=keep)[0]
+
+
+def integrate_with_sliders(
+    moving: Motion,
+    state: Array,
+    *,
+    slider: Array | None = None,
+    start: float = 0.0,
+    stop: float,
+    steps: int | None = None,
+    keep: int = 1,
+) -> tuple[Array, Array]:
+    """As `integrate`, with the sliders of Coulomb friction.
+
+    Parameters
+    ----------
+    slider : (R,) at the start [m]; where the mean load has put them where None.
+
+    Returns
+    -------
+    ((1 + steps / keep, 2, n) states, (1 + steps / keep, R) sliders [m]); no columns of sliders without a memory.
+
+    Raises
+    ------
+    ModelError : as of `integrate`.
+    """
     whole = math.isfinite(start) and math.isfinite(stop) and stop > start
     count = steps_for(moving, stop - start) if steps is None and whole else steps or 0
     if not whole or count < 1 or keep < 1 or count % keep:
@@ -69,59 +116,92 @@ def integrate(
     if np.shape(state) != (2, moving.numbers.squared.size):
         raise ModelError("a state is (2, n)", path="state", given=str(np.shape(state)))
     begin = to_modal(moving, np.asarray(state, dtype=float))
-    found = rk4_states(
-        moving.numbers, begin, first=0, begin=start, step=(stop - start) / count, keep=keep, samples=count // keep
+    before = starting_slider(moving, begin, slider=slider, start=start)
+    step = (stop - start) / count
+    found, sliders = rk4_states(
+        moving, begin, slider=before, first=0, begin=start, step=step, keep=keep, samples=count // keep
     )
-    return from_modal(moving, np.concatenate([begin[None], found]))
+    return from_modal(moving, np.concatenate([begin[None], found])), np.concatenate([before[None], sliders])
 
 
-def rk4_states(N: Numbers, state: Array, *, first: int, begin: float, step: float, keep: int, samples: int) -> Array:
-    """Modal states (samples, 2, n) after every `keep` steps from the state (2, n) at step `first`.
+def starting_slider(moving: Motion, state: Array, *, slider: Array | None = None, start: float = 0.0) -> Array:
+    """Sliders (R,) [m] at the start, from the modal state (2, n) there; (0,) without a memory.
 
-    The time of a step is counted from `begin` [s], so that where a run is cut does not change it.  step : [s].
+    Parameters
+    ----------
+    slider : (R,) before it [m]; where the mean load has put them where None.  start : time [s].
     """
-    run: Callable[..., Array] = _numpy
-    if numba_available():
-        from .compiled import advance as run
-    return run(N, state, first=first, begin=begin, step=step, keep=keep, samples=samples)
+    anchor = moving.numbers.anchor
+    if not anchor.size:
+        return anchor
+    before = anchor if slider is None else np.asarray(slider, dtype=float)
+    return moved_slider(moving, instant_terms(moving, start, start), state[0], before)
 
 
-def _numpy(N: Numbers, state: Array, *, first: int, begin: float, step: float, keep: int, samples: int) -> Array:
-    """`rk4_states` in NumPy, (samples, 2, n); nan once not finite."""
-    out = np.full((samples, 2, N.squared.size), np.nan)
-    y, v = state
+def rk4_states(
+    moving: Motion, state: Array, *, slider: Array, first: int, begin: float, step: float, keep: int, samples: int
+) -> tuple[Array, Array]:
+    """Modal states (samples, 2, n) and sliders (samples, R) after every `keep` steps from step `first`.
+
+    The time of a step is counted from `begin` [s], so that where a run is cut does not change it.
+
+    Parameters
+    ----------
+    state : (2, n) and slider : (R,) at step `first`.  step : [s].
+    """
+    if moving.compiled and numba_available():
+        from .compiled import advance
+
+        return advance(
+            moving.numbers, state, slider=slider, first=first, begin=begin, step=step, keep=keep, samples=samples
+        )
+    return _numpy(moving, state, slider=slider, first=first, begin=begin, step=step, keep=keep, samples=samples)
+
+
+def _numpy(
+    moving: Motion, state: Array, *, slider: Array, first: int, begin: float, step: float, keep: int, samples: int
+) -> tuple[Array, Array]:
+    """`rk4_states` in NumPy; nan once not finite."""
+    out = np.full((samples, 2, state.shape[1]), np.nan)
+    sliders = np.full((samples, slider.size), np.nan)
+    (y, v), s = state, slider
     for sample in range(samples):
         with np.errstate(over="ignore", invalid="ignore"):
             for index in range(first + sample * keep, first + (sample + 1) * keep):
-                y, v = _one(N, begin + index * step, begin + (index + 0.5) * step, begin + (index + 1) * step, y, v)
+                moments = begin + index * step, begin + (index + 0.5) * step, begin + (index + 1) * step
+                y, v, s = _one(moving, moments, step, y, v, s)
         if not (np.isfinite(y).all() and np.isfinite(v).all()):
             break
-        out[sample] = y, v
-    return out
+        out[sample], sliders[sample] = (y, v), s
+    return out, sliders
 
 
-def _one(N: Numbers, t: float, middle: float, end: float, y: Array, v: Array) -> tuple[Array, Array]:
-    """One Runge-Kutta step of y, v (n,) from t to `end` [s] [hairer1993, sec. II.1]."""
-    h = end - t
-    at = instant_terms(N, t, middle)
-    a1 = acceleration(N, at, y, v)
-    at = instant_terms(N, middle, middle)
+def _one(
+    moving: Motion, moments: tuple[float, float, float], h: float, y: Array, v: Array, s: Array
+) -> tuple[Array, Array, Array]:
+    """One Runge-Kutta step h [s] of y, v (n,) and sliders (R,) over its three moments [s] [hairer1993, sec. II.1]."""
+    t, middle, end = moments
+    at = instant_terms(moving, t, middle)
+    a1 = acceleration(moving, at, y, v, s)
+    at = instant_terms(moving, middle, middle)
     v2 = v + h / 2 * a1
-    a2 = acceleration(N, at, y + h / 2 * v, v2)
+    a2 = acceleration(moving, at, y + h / 2 * v, v2, s)
     v3 = v + h / 2 * a2
-    a3 = acceleration(N, at, y + h / 2 * v2, v3)
-    at = instant_terms(N, end, middle)
+    a3 = acceleration(moving, at, y + h / 2 * v2, v3, s)
+    at = instant_terms(moving, end, middle)
     v4 = v + h * a3
-    a4 = acceleration(N, at, y + h * v3, v4)
-    return y + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    a4 = acceleration(moving, at, y + h * v3, v4, s)
+    y, v = y + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    return y, v, moved_slider(moving, at, y, s)
 
 
 def modal_scale(moving: Motion) -> Array:
     """Size of modal coordinates and rates, (2, n): what the load at the start gives the mode it moves most."""
     N = moving.numbers
-    at = instant_terms(N, float(N.time[0]), float(N.time[0]))
-    F = N.mean.size
-    push = np.abs(at.push) + np.abs((at.k * np.abs(at.error[:F])) @ np.abs(N.pulls[:F]))
+    at = instant_terms(moving, float(N.time[0]), float(N.time[0]))
+    F = N.drag.size
+    k = moving.flanks.tangent.at(phases_at(moving, N.phase[:1])).stiffness[0]
+    push = np.abs(at.push) + product(k * np.abs(at.error[:F]), np.abs(N.pulls[:F]))
     elastic = N.squared > 0
     lowest = np.min(N.squared[elastic]) if elastic.any() else 1.0
     omega = np.sqrt(np.where(elastic, N.squared, lowest))
@@ -129,45 +209,122 @@ def modal_scale(moving: Motion) -> Array:
     return np.stack([rate / omega, np.full(omega.size, rate)])
 
 
+Slope = Callable[[float, Array], Array]
+
+
 def adaptive_states(
-    N: Numbers, state: Array, times: Array, *, method: Adaptive, scale: Array, tolerance: float = TOLERANCE
-) -> Array:
-    """Modal states (T - 1, 2, n) at times[1:] (T,) [s] from the state (2, n) at times[0]; nan from where it fails.
+    moving: Motion,
+    state: Array,
+    times: Array,
+    *,
+    slider: Array | None = None,
+    method: Adaptive,
+    scale: Array,
+    tolerance: float = TOLERANCE,
+) -> tuple[Array, Array]:
+    """Modal states (T - 1, 2, n) and sliders (T - 1, R) at times[1:] (T,) [s]; nan from where it fails.
 
     Integration begins anew at times[0] and at every jump of the program.
 
     Parameters
     ----------
+    state : (2, n) and slider : (R,) at times[0]; sliders where the mean load has put them where None.
     scale : (2, n) of `modal_scale`, of the absolute tolerance.  tolerance : relative [1].
     """
-    n, out = N.squared.size, []
+    n, out, sliders = moving.numbers.squared.size, [], []
+    N = moving.numbers
     jumps = N.time[:-1][np.diff(N.time) == 0]
     bounds = [times[0], *np.unique(jumps[(jumps > times[0]) & (jumps < times[-1])]), times[-1]]
     y = state.ravel()
+    s = starting_slider(moving, state, start=float(times[0])) if slider is None else slider
+    options = {"rtol": tolerance, "atol": tolerance * _ABSOLUTE * scale.ravel()}
     for low, high in pairwise(bounds):
         before = np.nextafter(high, low)  # what holds up to the jump, not behind it
-
-        def slope(t: float, flat: Array, last: float = before) -> Array:
-            """Rates (2n,) of the flat modal state (2n,) at time t [s]."""
-            return np.concatenate([flat[n:], acceleration(N, instant_terms(N, t, min(t, last)), flat[:n], flat[n:])])
-
         wanted = times[(times > low) & (times <= high)]
         moments = wanted if wanted.size and wanted[-1] == high else np.append(wanted, high)
         with np.errstate(over="ignore", invalid="ignore"):
-            found = solve_ivp(
-                slope,
-                (low, high),
-                y,
-                method=_SCIPY_NAME[method],
-                t_eval=moments,
-                rtol=tolerance,
-                atol=tolerance * _ABSOLUTE * scale.ravel(),
-            )
-        block = np.full((moments.size, 2 * n), np.nan)
-        block[: found.y.shape[1]] = found.y.T
-        y = block[-1]
+            run = _with_sliders if s.size else _without_sliders
+            block, slid = run(moving, y, s, (low, high, before), moments, method, options)
+        y, s = block[-1], slid[-1]
         out.append(block[: wanted.size])
+        sliders.append(slid[: wanted.size])
         if not np.isfinite(y).all():
-            out.append(np.full((times.size - 1 - sum(map(len, out)), 2 * n), np.nan))
+            left = times.size - 1 - sum(map(len, out))
+            out.append(np.full((left, 2 * n), np.nan))
+            sliders.append(np.full((left, s.size), np.nan))
             break
-    return np.concatenate(out).reshape(-1, 2, n)
+    return np.concatenate(out).reshape(-1, 2, n), np.concatenate(sliders)
+
+
+def _slope(moving: Motion, slider: Array, last: float) -> Slope:
+    """Rates (2n,) of the flat modal state (2n,) at a time [s], with the program as it is up to `last` [s]."""
+    n = moving.numbers.squared.size
+
+    def slope(t: float, flat: Array) -> Array:
+        """Rates (2n,) at time t [s]."""
+        at = instant_terms(moving, t, min(t, last))
+        return np.concatenate([flat[n:], acceleration(moving, at, flat[:n], flat[n:], slider)])
+
+    return slope
+
+
+def _without_sliders(
+    moving: Motion, y: Array, s: Array, span: tuple[float, float, float], moments: Array, method: Adaptive, options: Any
+) -> tuple[Array, Array]:
+    """Flat states (T, 2n) at the moments (T,) [s] of one stretch of the program, and no sliders."""
+    low, high, last = span
+    slope = _slope(moving, s, last)
+    found = solve_ivp(slope, (low, high), y, method=_SCIPY_NAME[method], t_eval=moments, **options)
+    block = np.full((moments.size, y.size), np.nan)
+    block[: found.y.shape[1]] = found.y.T
+    return block, np.zeros((moments.size, 0))
+
+
+def _with_sliders(
+    moving: Motion, y: Array, s: Array, span: tuple[float, float, float], moments: Array, method: Adaptive, options: Any
+) -> tuple[Array, Array]:
+    """Flat states (T, 2n) and sliders (T, R) at the moments (T,) [s] of one stretch of the program.
+
+    A step whose end gives other sliders than its way, place by place, is repeated up to the last place where both
+    agree, to the tolerance times the slip start: it passes over a turn (derived here).  The step control of the
+    integrator itself sees no sliders.
+    """
+    t, high, last = span
+    block, sliders = np.full((moments.size, y.size), np.nan), np.full((moments.size, s.size), np.nan)
+    near = options["rtol"] * float(np.min(moving.laws.slip_start[moving.laws.memory]))
+    least, done, length = _LEAST_STEP * (high - t), 0, None
+    while done < moments.size:
+        solver = _SCIPY[method](_slope(moving, s, last), t, y, high, first_step=length, **options)
+        solver.step()
+        if solver.status == "failed" or not np.isfinite(solver.y).all():
+            break
+        dense, end = solver.dense_output(), float(solver.t)
+        inside = moments[(moments > t) & (moments < end)]
+        places = np.union1d(np.append(np.linspace(t, end, _PLACES + 1)[1:], inside), [end])
+        ways, agree = _ways(moving, s, places, dense, last, near)
+        if not agree.all() and end - t > least:
+            length = max(float(places[max(int(np.argmin(agree)) - 1, 0)]) - t, least)
+            continue
+        kept = np.searchsorted(places, np.append(inside, end))
+        reached = moments[done : done + inside.size + 1]
+        for moment, place in zip(reached, kept, strict=False):
+            if moment <= end:
+                block[done], sliders[done] = dense(moment), ways[place]
+                done += 1
+        t, y, s = end, solver.y, ways[-1]
+        length = min(float(solver.h_abs), high - t) if high > t else None
+    return block, sliders
+
+
+def _ways(
+    moving: Motion, slider: Array, places: Array, dense: Callable[[float], Array], last: float, near: float
+) -> tuple[Array, Array]:
+    """Sliders (J, R) [m] moved from place to place (J,) [s] of a step, and whether one move to each agrees (J,)."""
+    n = moving.numbers.squared.size
+    gaps = [group_gaps(moving, instant_terms(moving, t, min(t, last)), dense(t)[:n]) for t in map(float, places)]
+    ways, s = [], slider
+    for gap in gaps:
+        s = moving.laws.slide(gap, s)
+        ways.append(s)
+    at_once = moving.laws.slide(np.array(gaps), slider)
+    return np.array(ways), np.abs(np.array(ways) - at_once).max(axis=1) <= near

@@ -5,8 +5,9 @@ In modal coordinates of the mean system, q = Phi y, Phi^T M Phi = 1:
     y'' = -omega_r^2 y - d_r y' + pulls^T (k0 gaps y - f) - (C + s G) y' - (s^2 Kg + s Cskew + s' E) y + push(t)
 
 so that only what differs from the mean system is multiplied out.  Every phase is counted in tau = integral of s dt.
-A flank presses where its gap is above zero, f = k(tau) gap + c gap', and else does nothing; its damper is of the
-contact and acts with it.  Modal damping belongs to the mean system and acts always.
+The forces f are those of the laws (`system.laws`).  A damper of a mesh is of the contact and acts where its law
+presses, f = law(gap) + c gap'.  Modal damping belongs to the mean system and acts always.  Sliders of Coulomb friction
+are part of the state: fixed within a step, they move at its end (`integrators`).
 """
 
 from __future__ import annotations
@@ -19,13 +20,28 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.gaps import Flanks, flanks
+from ...system.laws.groups import Laws
+from ...system.laws.linear import LEAST
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import mean_modes
 from ..static.record import group_gap
-from ..static.tangent import linear, mean_stretch, small_motion_tangent
+from ..static.tangent import linear
+from .lowered import FlankNumbers, LawNumbers, flank_numbers, law_numbers
+from .products import per_instant
 from .program import Program, constant
 
-__all__ = ["Contact", "Motion", "Numbers", "from_modal", "highest_rate", "motion", "to_modal"]
+__all__ = [
+    "Contact",
+    "Motion",
+    "Numbers",
+    "from_modal",
+    "highest_rate",
+    "motion",
+    "phases_at",
+    "tangent_series",
+    "to_modal",
+]
 
 Contact = Literal["unilateral", "linear"]
 
@@ -40,12 +56,13 @@ class Numbers(NamedTuple):
 
     squared, rate : (n,) omega_r^2, d_r.  damp : (n, n) transposed C, G (P, ..).  stiff : transposed Kg, Cskew, E.
     gaps : (n, M).  pulls : (M, n).  linear : (F,) k0 inside omega_r^2.  block : (R, R) tangents inside it.
-    mean, drag, opening : (F,) stiffness, damper, backlash.  wave : (2, F, L) variation.
-    tone : (F,) index into tones : (D,) [Hz].
-    pull : whether flanks pull too.  gap_at : (J,) [Hz] and gap : (2, J, M) errors.  rated : whether e' counts.
+    drag, opening : (F,) damper, backlash.  tone : (F,) index into tones : (D,) [Hz].
+    mean, wave, table, lead, sense, tables, cubics, forces : laws of the flanks, see `lowered.FlankNumbers`.
+    least : least stiffness of a linear row per its mean.  pull : whether flanks are linear and pull too.
+    gap_at : (J,) [Hz] and gap : (2, J, M) errors.  rated : whether e' counts.
     force_at : (Jf,) [Hz] and force : (2, 4, Jf, n) for s^0, s, s^2, s'.
     steady : (n,).  load : (C, n).  spin : (n,) per s'.
-    laws : (G, 9), see `LawNumbers`; anchor : (R,).
+    laws : (G, 10) and anchor : (R,) or (0,), see `lowered.LawNumbers`.
     time, speed, phase : (K,), level : (K, C) the program.
     """
 
@@ -61,8 +78,15 @@ class Numbers(NamedTuple):
     drag: Array
     opening: Array
     wave: Array
+    least: float
     tone: NDArray[np.int64]
     tones: Array
+    table: NDArray[np.int64]
+    lead: Array
+    sense: Array
+    tables: NDArray[np.int64]
+    cubics: Array
+    forces: Array
     pull: bool
     gap_at: Array
     gap: Array
@@ -81,30 +105,14 @@ class Numbers(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LawNumbers:
-    """Laws of G groups over R rows as the integrators take them: one row of numbers a group.
-
-    numbers : (G, 9) first row, rows, stiffness k, friction F_m, slip start S_1, end of the play S_2, coefficient and
-        exponent of what follows, lag; F_m < 0 says that the group is held to its slider by k.
-    anchor : (R,) that slider [m].  tangent : (R, R) as the mean system has it [N/m].
-    stiffest : (R,) how much stiffer a row may become [N/m].
-    warnings : what was simplified.
-    """
-
-    numbers: Array
-    anchor: Array
-    tangent: Array
-    stiffest: Array
-    warnings: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Motion:
     """A System ready to be integrated under a program.
 
     system : with laws, or linear.  shapes : (n, n) Phi.  forces : (n, n) Phi^T.  momenta : (n, n) Phi^T M.
-    rigid : (n,) which modes are rigid.  numbers : the equation.  program : what is prescribed.
-    law_numbers : of the groups.  warnings : what was simplified.
+    rigid : (n,) which modes are rigid.  rows : (n, M) of all flanks and groups.
+    flanks : of all rows that press, without far ones where linear.  laws, law_numbers : of the groups.
+    numbers : the equation.  compiled : whether these hold all laws; else it is integrated with NumPy.
+    program : what is prescribed.  warnings : what was simplified.
     """
 
     system: System
@@ -112,9 +120,13 @@ class Motion:
     forces: Array
     momenta: Array
     rigid: NDArray[np.bool_]
-    numbers: Numbers
-    program: Program
+    rows: Array
+    flanks: Flanks
+    laws: Laws
     law_numbers: LawNumbers
+    numbers: Numbers
+    compiled: bool
+    program: Program
     warnings: tuple[str, ...]
 
 
@@ -149,12 +161,18 @@ def motion(
     squared, shapes = mean_modes(mean)
     rigid = squared == 0
     lawful = system if contact == "unilateral" else mean
-    lawful_rows = law_numbers(lawful)
+    laws = lawful.laws
+    pressing = flanks(lawful, far=contact == "unilateral")
+    flank_rows = flank_numbers(pressing, system.meshes.pair)
+    lawful_rows = law_numbers(lawful, laws)
     loads = np.zeros((0, len(system.force))) if loads is None else np.asarray(loads, dtype=float)
     accelerating = system.spin_up if system.spin_up.size else np.zeros(len(system.force))
     if spin is not None:
         accelerating = accelerating + spin
-    numbers = _numbers(lawful, squared, shapes, lawful_rows, given, contact == "linear")
+    rows = np.concatenate([pressing.B, lawful.group_rows], axis=1)
+    numbers = _numbers(
+        lawful, squared, shapes, (pressing, flank_rows, lawful_rows, rows), given, linear=contact == "linear"
+    )
     still = sum((line.force[0].real for line in lawful.lines if line.frequency == 0), lawful.force.copy())
     modal = [_balanced_modal_force(part, shapes, rigid, system) for part in (still, *loads)]
     numbers = numbers._replace(
@@ -171,61 +189,51 @@ def motion(
         forces=np.ascontiguousarray(shapes.T),
         momenta=shapes.T @ system.M,
         rigid=rigid,
-        numbers=numbers,
-        program=given,
+        rows=rows,
+        flanks=pressing,
+        laws=laws,
         law_numbers=lawful_rows,
-        warnings=lawful_rows.warnings,
-    )
-
-
-def law_numbers(system: System) -> LawNumbers:
-    """The laws of a System as numbers.
-
-    Coulomb friction with a memory sticks where the mean load has left its slider.
-    """
-    laws = system.laws
-    if not system.groups:
-        none = np.zeros(0)
-        return LawNumbers(numbers=np.zeros((0, 9)), anchor=none, tangent=np.zeros((0, 0)), stiffest=none, warnings=())
-    stretch = mean_stretch(system)
-    tangent = small_motion_tangent(laws, stretch)
-    sticks = laws.rows.spread(laws.memory)
-    anchor = np.where(sticks, stretch - laws.force(stretch) / laws.row_stiffness, 0.0)
-    rows = [len(group.rows) for group in system.groups]
-    known = [law for group in system.groups if (law := group.law.lower()) is not None]
-    numbers = np.stack(
-        [
-            laws.rows.first.astype(float),
-            np.array(rows, dtype=float),
-            laws.stiffness,
-            np.where(laws.memory, -1.0, laws.friction),
-            laws.slip_start,
-            laws.slip_start + laws.clearance,
-            np.array([law.coefficient for law in known]),
-            np.array([law.exponent for law in known]),
-            np.array([group.lag for group in system.groups]),
-        ],
-        axis=1,
-    )
-    names = [group.name for group in system.groups if group.law.memory and group.law.friction]
-    note = f"{', '.join(names)}: Coulomb friction sticks: its slider stays where the mean load has put it"
-    return LawNumbers(
         numbers=numbers,
-        anchor=anchor,
-        tangent=tangent,
-        stiffest=np.maximum(laws.row_stiffness - np.diag(tangent), 0.0),
-        warnings=(note,) if names else (),
+        compiled=not (flank_rows.slow or lawful_rows.slow),
+        program=given,
+        warnings=_slow_notes((*flank_rows.slow, *lawful_rows.slow)),
     )
+
+
+def _slow_notes(names: tuple[str, ...]) -> tuple[str, ...]:
+    """A warning that names the pairs and links whose laws keep the steps from being compiled."""
+    if not names:
+        return ()
+    return (f"{', '.join(names)}: a law without a compiled form: integrated with NumPy, some 30 times slower",)
 
 
 def to_modal(moving: Motion, state: Array) -> Array:
     """States (.., 2, n) q [m, rad], q' [m/s, rad/s] to modal y, y'."""
-    return state @ moving.momenta.T
+    return per_instant(state, moving.momenta.T)
 
 
 def from_modal(moving: Motion, state: Array) -> Array:
     """Modal states (.., 2, n) to q [m, rad], q' [m/s, rad/s]."""
-    return state @ moving.shapes.T
+    return per_instant(state, moving.shapes.T)
+
+
+def phases_at(moving: Motion, tau: Array) -> Array:
+    """Phases (T, D) of the mesh tones [cycles] at integrals tau (T,) of the relative speed [s]."""
+    phases: Array = np.multiply.outer(tau, moving.numbers.tones)
+    return phases
+
+
+def tangent_series(moving: Motion, tau: Array) -> Array:
+    """Stiffness (T, F) [N/m] of flanks that pull as they press: the series as it is, as linear response has it.
+
+    tau : (T,) integral of the relative speed [s].
+    """
+    N = moving.numbers
+    angle = 2 * np.pi * np.multiply.outer(tau, N.tones)[:, N.tone]
+    k = np.ones(angle.shape)
+    for order in range(1, N.wave.shape[2] + 1):
+        k += N.wave[0, :, order - 1] * np.cos(order * angle) - N.wave[1, :, order - 1] * np.sin(order * angle)
+    return N.mean * k
 
 
 def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_], system: System) -> Array:
@@ -251,20 +259,25 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
 
 
 def _numbers(
-    system: System, squared: Array, shapes: Array, lawful_rows: LawNumbers, given: Program, linear: bool
+    system: System,
+    squared: Array,
+    shapes: Array,
+    laws: tuple[Flanks, FlankNumbers, LawNumbers, Array],
+    given: Program,
+    *,
+    linear: bool,
 ) -> Numbers:
-    """The equation without loads, from modes (n,) [rad^2/s^2] and shapes (n, n) of the mean system."""
-    meshes, far = system.meshes, system.far_flanks
-    own = far.mesh if not linear else far.mesh[:0]
-    m, top = len(meshes.name), float(squared.max(initial=0.0))
-    rows = np.concatenate([meshes.B, far.B[:, : own.size], system.group_rows], axis=1)
+    """The equation without loads, from modes (n,) [rad^2/s^2] and shapes (n, n) of the mean system.
+
+    laws : flanks and groups, and the rows (n, M) of both.
+    """
+    pressing, flank_rows, lawful_rows, rows = laws
+    m, top = len(system.meshes.name), float(squared.max(initial=0.0))
     gaps, pulls = np.ascontiguousarray(shapes.T @ rows), np.ascontiguousarray((shapes.T @ rows).T)
     # a rigid mode strains nothing: what is left is rounding, which would make its own force
     gaps[squared == 0] = 0.0
     pulls[:, squared == 0] = 0.0
-    variation = np.concatenate([meshes.variation, far.variation[: own.size]])
-    drag = np.concatenate([meshes.damping, meshes.damping[own]])
-    gap_at, gap = _gap_lines(system, m, own.size, linear)
+    gap_at, gap = _gap_lines(system, m, len(pressing.mesh) - m, linear)
     force_at, force = _force_lines(system, shapes)
     empty = np.zeros(0)
     tones = np.array([float(tone) for tone in system.tones]) if system.tones else np.zeros(1)
@@ -277,18 +290,25 @@ def _numbers(
         ),
         gaps=gaps,
         pulls=pulls,
-        linear=np.concatenate([meshes.stiffness, np.zeros(own.size)]),
+        linear=pressing.linear,
         block=lawful_rows.tangent,
-        mean=np.concatenate([meshes.stiffness, meshes.stiffness[own]]),
-        drag=drag,
-        opening=np.concatenate([np.zeros(m), meshes.backlash[own]]),
-        wave=np.stack([variation.real, variation.imag]),
-        tone=np.concatenate([meshes.tone, meshes.tone[own]]).astype(np.int64),
+        mean=flank_rows.mean,
+        drag=pressing.damping,
+        opening=pressing.opening,
+        wave=flank_rows.wave,
+        least=-np.inf if linear else LEAST,
+        tone=pressing.tone,
         tones=tones,
+        table=flank_rows.table,
+        lead=flank_rows.lead,
+        sense=flank_rows.sense,
+        tables=flank_rows.tables,
+        cubics=flank_rows.cubics,
+        forces=flank_rows.forces,
         pull=linear,
         gap_at=gap_at,
         gap=np.stack([gap.real, gap.imag]),
-        rated=bool(drag.any() or lawful_rows.numbers[:, 8].any()),
+        rated=bool(pressing.damping.any() or any(group.lag for group in system.groups)),
         force_at=force_at,
         force=np.stack([force.real, force.imag]),
         steady=empty,
@@ -363,7 +383,7 @@ def _force_lines(system: System, shapes: Array) -> tuple[Array, ComplexArray]:
 def highest_rate(moving: Motion) -> float:
     """Upper bound of what moves fastest, stiffest flanks and all dampers counted [rad/s]."""
     N = moving.numbers
-    extra = np.concatenate([N.mean * (1 + np.hypot(*N.wave).sum(axis=-1)) - N.linear, moving.law_numbers.stiffest])
+    extra = np.concatenate([moving.flanks.stiffest - N.linear, moving.law_numbers.stiffest])
     stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
     top = float(np.sqrt(np.max(scipy.linalg.eigvalsh((stiff + stiff.T) / 2), initial=0.0)))
     speed = float(N.speed.max())

@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ...system.system import Array, ComplexArray
-from .motion import Motion
+from .motion import Motion, phases_at, tangent_series
+from .products import per_instant
 from .program import phase_at, speed_at
 
-__all__ = ["flank_force", "group_force", "link_force", "mesh_force"]
+__all__ = ["flank_force", "group_force", "group_stretch", "link_force", "mesh_force", "mesh_total"]
+
+# Instants whose laws are asked at a time: a table holds two numbers a row, load and instant.
+_BLOCK = 1024
 
 
 def mesh_force(moving: Motion, times: Array, states: Array) -> Array:
@@ -18,44 +22,45 @@ def mesh_force(moving: Motion, times: Array, states: Array) -> Array:
     ----------
     times : (T,) [s].  states : (T, 2, n) q [m, rad], q' [m/s, rad/s] as `integrate` returns them.
     """
-    force = flank_force(moving, times, states)
+    return mesh_total(moving, flank_force(moving, times, states))
+
+
+def mesh_total(moving: Motion, force: Array) -> Array:
+    """Force of every mesh row (m, T) [N], far flanks counted against loaded ones, from those of all flanks (F, T)."""
     m = len(moving.system.meshes.name)
     total = force[:m].copy()
-    far = moving.system.far_flanks.mesh[: len(force) - m]
-    np.subtract.at(total, far, force[m:])
+    np.subtract.at(total, moving.flanks.mesh[m:], force[m:])
     return total
 
 
 def flank_force(moving: Motion, times: Array, states: Array) -> Array:
     """Force of every flank, loaded ones first, (F, T) [N]; times (T,) [s], states (T, 2, n)."""
+    parts = [_pressed(moving, times[i : i + _BLOCK], states[i : i + _BLOCK]) for i in range(0, len(times), _BLOCK)]
+    return np.concatenate([np.zeros((0, moving.numbers.drag.size)), *parts]).T
+
+
+def _pressed(moving: Motion, times: Array, states: Array) -> Array:
+    """Force of every flank (T, F) [N]."""
     N = moving.numbers
-    F, speed, tau = N.mean.size, speed_at(moving.program, times), phase_at(moving.program, times)
-    far = F - len(moving.system.meshes.name)
-    B = np.concatenate([moving.system.meshes.B, moving.system.far_flanks.B[:, :far]], axis=1)
+    F, speed, tau = N.drag.size, speed_at(moving.program, times), phase_at(moving.program, times)
     error, rate = _line_sum(N.gap_at, N.gap[0, :, :F] + 1j * N.gap[1, :, :F], speed, tau)
-    gap = B.T @ states[:, 0].T - error - N.opening[:, None]
-    force: Array = _stiffness(moving, tau) * gap
+    moves = per_instant(states, moving.rows[:, :F])
+    gap, laws = moves[:, 0] - error - N.opening, moving.flanks.at(phases_at(moving, tau))
+    if N.pull:
+        force, pressed = tangent_series(moving, tau) * gap, np.ones_like(gap, dtype=bool)
+    else:
+        force, pressed = laws.evaluate(gap)[0], gap > laws.touch
     if N.drag.any():
-        force += N.drag[:, None] * (B.T @ states[:, 1].T - rate)
-    return force if N.pull else np.where(gap > 0, force, 0.0)
-
-
-def _stiffness(moving: Motion, tau: Array) -> Array:
-    """k of every flank (F, T) [N/m]."""
-    N = moving.numbers
-    k = np.ones((N.mean.size, tau.size))
-    for order in range(N.wave.shape[2]):
-        wave = np.exp(2j * np.pi * (order + 1) * np.multiply.outer(N.tones, tau))[N.tone]
-        k += N.wave[0, :, order, None] * wave.real - N.wave[1, :, order, None] * wave.imag
-    return N.mean[:, None] * k
+        force += np.where(pressed, N.drag * (moves[:, 1] - rate), 0.0)
+    return force
 
 
 def _line_sum(frequency: Array, amplitude: ComplexArray, speed: Array, tau: Array) -> tuple[Array, Array]:
-    """Re sum a exp(2 pi i f tau) and its rate, (rows, T), for amplitudes a (J, rows) at frequencies (J,) [Hz]."""
-    wave = np.exp(2j * np.pi * np.multiply.outer(frequency, tau))
-    value = (amplitude.T @ wave).real
-    rate = (amplitude.T @ (2j * np.pi * frequency[:, None] * speed * wave)).real
-    return value, rate
+    """Re sum a exp(2 pi i f tau) and its rate, (T, rows), for amplitudes a (J, rows) at frequencies (J,) [Hz]."""
+    wave = np.exp(2j * np.pi * np.multiply.outer(tau, frequency))
+    both = np.stack([wave, 2j * np.pi * frequency * speed[:, None] * wave], axis=1)
+    sums = np.real(per_instant(both, amplitude))
+    return sums[:, 0], sums[:, 1]
 
 
 def link_force(moving: Motion, times: Array, states: Array) -> Array:
@@ -65,23 +70,31 @@ def link_force(moving: Motion, times: Array, states: Array) -> Array:
     error = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(links.name))
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
     e, rate = _line_sum(frequency, error, speed, tau)
-    stretch, moves = links.B.T @ states[:, 0].T, links.B.T @ states[:, 1].T - rate
-    force: Array = links.stiffness[:, None] * (stretch - e) + links.damping[:, None] * moves
+    moves = per_instant(states, links.B)
+    force: Array = links.stiffness * (moves[:, 0] - e) + links.damping * (moves[:, 1] - rate)
     if links.skew.size:
-        force += speed * (links.skew @ stretch)
+        force += speed[:, None] * per_instant(moves, links.skew.T)[:, 0]
     if links.preload.size:
-        force += links.preload[:, None]
-    return force
+        force += links.preload
+    return force.T
 
 
-def group_force(moving: Motion, times: Array, states: Array) -> Array:
-    """Size of the force of every group, its dampers left out, (G, T) [N]."""
-    N, system, laws = moving.numbers, moving.system, moving.system.laws
-    F, R = N.mean.size, system.group_rows.shape[1]
+def group_stretch(moving: Motion, times: Array, states: Array) -> Array:
+    """Stretch less error of every row of the groups, (T, R) [m]."""
+    N, F = moving.numbers, moving.numbers.drag.size
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
-    error, _ = _line_sum(N.gap_at, N.gap[0, :, F : F + R] + 1j * N.gap[1, :, F : F + R], speed, tau)
-    stretch = (system.group_rows.T @ states[:, 0].T - error).T
-    sticks = laws.rows.spread(laws.memory)
-    held = laws.row_stiffness * (stretch - N.anchor)
-    size: Array = laws.rows.size(np.where(sticks, held, laws.force(stretch))).T
+    error, _ = _line_sum(N.gap_at, N.gap[0, :, F:] + 1j * N.gap[1, :, F:], speed, tau)
+    stretch: Array = per_instant(states, moving.rows[:, F:])[:, 0] - error
+    return stretch
+
+
+def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> Array:
+    """Size of the force of every group, its dampers left out, (G, T) [N].
+
+    Parameters
+    ----------
+    sliders : (T, R) of Coulomb friction [m], no columns without a memory.
+    """
+    force = moving.laws.force(group_stretch(moving, times, states), sliders if sliders.size else None)
+    size: Array = moving.laws.rows.size(force).T
     return size

@@ -1,4 +1,7 @@
-"""The equation of motion in NumPy: right-hand side and row forces; slow, and the reference of the compiled one."""
+"""The equation of motion in NumPy, which asks the laws: the reference of the compiled steps, and slow.
+
+Products do without BLAS, so that sums have one order whatever the number of threads.
+"""
 
 from __future__ import annotations
 
@@ -6,100 +9,108 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...system.gaps import FlanksAt
 from ...system.system import Array
-from .motion import Numbers
+from .motion import Motion, phases_at, tangent_series
+from .products import times
 
-__all__ = ["InstantTerms", "acceleration", "instant_terms", "row_force"]
+__all__ = ["InstantTerms", "acceleration", "group_gaps", "instant_terms", "moved_slider", "row_force"]
 
 
 class InstantTerms(NamedTuple):
     """Coefficients and loads of the equation at one instant, independent of the motion.
 
-    speed, rise : s [1], s' [1/s].  k : (F,) [N/m].  error, error_rate : (M,) [m], [m/s], the backlash in it.
-    push : (n,) modal force.
+    speed, rise : s [1], s' [1/s].  flanks : laws at the phases of the instant, P = 1.
+    k : (F,) of flanks that pull too [N/m]; (0,) where laws hold.
+    error, error_rate : (M,) [m], [m/s], the backlash in it.  push : (n,) modal force.
     """
 
     speed: float
     rise: float
+    flanks: FlanksAt
     k: Array
     error: Array
     error_rate: Array
     push: Array
 
 
-def instant_terms(N: Numbers, t: float, middle: float) -> InstantTerms:
+def instant_terms(moving: Motion, t: float, middle: float) -> InstantTerms:
     """Coefficients and loads at time t [s].
 
     On the line of the program that holds at time `middle` (one side of a jump).
     """
+    N = moving.numbers
     at = int(np.clip(np.searchsorted(N.time, middle, side="right") - 1, 0, N.time.size - 2))
     span, since = N.time[at + 1] - N.time[at], t - N.time[at]
     rise = float((N.speed[at + 1] - N.speed[at]) / span)
     s = float(N.speed[at] + rise * since)
     tau = N.phase[at] + since * (N.speed[at] + rise * since / 2)
     level = N.level[at] + (N.level[at + 1] - N.level[at]) * (since / span)
-    orders = np.arange(1, N.wave.shape[2] + 1)
-    angle = 2 * np.pi * tau * N.tones[N.tone][:, None] * orders
-    k = N.mean * (1 + (N.wave[0] * np.cos(angle) - N.wave[1] * np.sin(angle)).sum(axis=1))
     c, w = np.cos(2 * np.pi * N.gap_at * tau), np.sin(2 * np.pi * N.gap_at * tau)
     turn = 2 * np.pi * s * N.gap_at
-    error = c @ N.gap[0] - w @ N.gap[1]
+    error = times(c, N.gap[0]) - times(w, N.gap[1])
     error[: N.opening.size] += N.opening
-    rate = -(turn * w) @ N.gap[0] - (turn * c) @ N.gap[1]
+    rate = -times(turn * w, N.gap[0]) - times(turn * c, N.gap[1])
     c, w = np.cos(2 * np.pi * N.force_at * tau), np.sin(2 * np.pi * N.force_at * tau)
     powers = np.array([1.0, s, s * s, rise])
-    push = N.steady + level @ N.load + rise * N.spin
-    push = push + powers @ (c @ N.force[0] - w @ N.force[1])
-    return InstantTerms(s, rise, k, error, rate, push)
+    push = N.steady + times(level, N.load) + rise * N.spin
+    push = push + np.einsum("p,pjn,j->n", powers, N.force[0], c) - np.einsum("p,pjn,j->n", powers, N.force[1], w)
+    turned = np.atleast_1d(tau)
+    k = tangent_series(moving, turned)[0] if N.pull else np.zeros(0)
+    return InstantTerms(s, rise, moving.flanks.at(phases_at(moving, turned)), k, error, rate, push)
 
 
-def row_force(N: Numbers, at: InstantTerms, stretch: Array, rate: Array) -> Array:
-    """Force of every row (M,) [N] from stretch B^T q (M,) [m] and rate B^T q' (M,) [m/s]."""
-    gap, speed = stretch - at.error, rate - at.error_rate
-    F = N.mean.size
-    force = np.zeros(gap.size)
-    force[:F] = at.k * gap[:F] + N.drag * speed[:F]
-    if not N.pull:
-        force[:F][gap[:F] <= 0.0] = 0.0
-    for law in N.laws:
-        rows = slice(F + int(law[0]), F + int(law[0] + law[1]))
-        anchor = N.anchor[int(law[0]) : int(law[0] + law[1])]
-        force[rows] = _law_force(law, gap[rows], speed[rows], anchor)
-    return force
+def row_force(moving: Motion, at: InstantTerms, stretch: Array, rate: Array, slider: Array | None = None) -> Array:
+    """Force of every row (M,) [N] from stretch B^T q (M,) [m] and rate B^T q' (M,) [m/s].
 
-
-def _law_force(law: Array, gap: Array, speed: Array, anchor: Array) -> Array:
-    """Force (r,) [N] of one group at gaps (r,) [m]: radial law, or the spring of a slider at rest.
-
-    Damping per tangent.
+    slider : (R,) before the step, of Coulomb friction [m]; where the mean load has put it where None.
     """
-    _, _, k, friction, start, stop, coefficient, exponent, lag = law
-    if friction < 0.0:
-        held: Array = k * (gap - anchor) + lag * k * speed
-        return held
-    rho = float(np.sqrt(gap @ gap))
-    beyond = rho - stop
-    value, slope = min(k * rho, friction), k if rho < start else 0.0
-    if beyond >= 0.0:
-        value += coefficient * beyond**exponent
-        slope += coefficient * exponent * beyond ** (exponent - 1.0)
-    secant = value / rho if rho > 0.0 else slope
-    force: Array = secant * gap
-    if lag > 0.0:
-        along = gap @ speed / (rho * rho) * gap if rho > 0.0 else np.zeros_like(gap)
-        force = force + lag * (slope * along + secant * (speed - along))
+    N, laws = moving.numbers, moving.laws
+    gap, speed = stretch - at.error, rate - at.error_rate
+    F = N.drag.size
+    force = np.empty(gap.size)
+    if N.pull:
+        force[:F] = at.k * gap[:F] + N.drag * speed[:F]
+    else:
+        pressed = gap[:F] > at.flanks.touch[0]
+        force[:F] = at.flanks.evaluate(gap[None, :F])[0][0] + np.where(pressed, N.drag * speed[:F], 0.0)
+    if gap.size > F:
+        anchor = _anchor(moving, slider)
+        force[F:] = laws.force(gap[F:], anchor)
+        lag = np.array([group.lag for group in moving.system.groups])
+        if lag.any():
+            force[F:] += laws.rows.spread(lag) * times(speed[F:], laws.tangent(gap[F:], anchor))
     return force
 
 
-def acceleration(N: Numbers, at: InstantTerms, y: Array, v: Array) -> Array:
-    """y'' (n,) of a modal state y, v (n,)."""
-    F = N.mean.size
-    stretch = y @ N.gaps
-    force = -row_force(N, at, stretch, v @ N.gaps)
+def _anchor(moving: Motion, slider: Array | None) -> Array | None:
+    """Sliders (R,) [m] as the laws take them, None without a memory."""
+    given = moving.numbers.anchor if slider is None else slider
+    return given if given.size else None
+
+
+def group_gaps(moving: Motion, at: InstantTerms, y: Array) -> Array:
+    """Stretch less error (R,) [m] of the rows of groups, from modal coordinates y (n,)."""
+    F = moving.numbers.drag.size
+    gap: Array = times(y, moving.numbers.gaps[:, F:]) - at.error[F:]
+    return gap
+
+
+def moved_slider(moving: Motion, at: InstantTerms, y: Array, slider: Array) -> Array:
+    """Sliders (R,) [m] after a step that ends at modal coordinates y (n,); themselves without a memory."""
+    return moving.laws.slide(group_gaps(moving, at, y), slider) if slider.size else slider
+
+
+def acceleration(moving: Motion, at: InstantTerms, y: Array, v: Array, slider: Array | None = None) -> Array:
+    """y'' (n,) of a modal state y, v (n,), with the sliders of the beginning of the step (R,) [m]."""
+    N = moving.numbers
+    F = N.drag.size
+    stretch = times(y, N.gaps)
+    force = -row_force(moving, at, stretch, times(v, N.gaps), slider)
     force[:F] += N.linear * stretch[:F]
-    force[F:] += N.block @ stretch[F:]
+    force[F:] += times(stretch[F:], N.block)
     s = at.speed
-    result: Array = at.push - N.squared * y - N.rate * v + force @ N.pulls
-    result -= v @ (N.damp[0] + s * N.damp[1])
-    result -= y @ (s * s * N.stiff[0] + s * N.stiff[1] + at.rise * N.stiff[2])
+    result: Array = at.push - N.squared * y - N.rate * v + times(force, N.pulls)
+    result -= times(v, N.damp[0] + s * N.damp[1])
+    result -= times(y, s * s * N.stiff[0] + s * N.stiff[1] + at.rise * N.stiff[2])
     return result

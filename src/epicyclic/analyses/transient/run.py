@@ -1,27 +1,29 @@
 """A run in pieces with checkpoints: bounded memory, whole segments on disk, resumed to the same bits.
 
-Every segment is written aside and renamed, so that none is ever partly there.
+Every segment is written aside and renamed, so that none is ever partly there.  A state is flat here: modal y, y' and
+the sliders of Coulomb friction.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...results.whole_file import whole_file, write_text
 from ...system.system import Array
 from .integrators import adaptive_states, modal_scale, rk4_states
-from .motion import Motion, to_modal
+from .kept import question, read_numbers, with_numbers, write_numbers
+from .motion import Motion
 
-__all__ = ["METHODS", "Method", "RunPlan", "run"]
+__all__ = ["METHODS", "Method", "RunPlan", "RunRecord", "run"]
 
 Method = Literal["rk4", "dop853", "radau"]
 METHODS = ("rk4", "dop853", "radau")
@@ -29,7 +31,7 @@ METHODS = ("rk4", "dop853", "radau")
 _STEPS = 40_000
 # Numbers of a piece [8 bytes], and pieces of a segment on disk.
 _NUMBERS, _PIECES = 500_000, 8
-_ABOUT = "run.json"
+_ABOUT, _EQUATION = "run.json", "equation.npz"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,61 +57,98 @@ class RunPlan:
         return times
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RunRecord:
+    """What a run has found.
+
+    moving, plan : as they were run, from the folder where the run was taken up again.
+    states : (count + 1, 2, n) modal, and sliders : (count + 1, R) [m]; nan from where the motion is no longer finite.
+    """
+
+    moving: Motion
+    plan: RunPlan
+    states: Array
+    sliders: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Begun:
+    """All numbers a run depends on: equation, start (2, n) modal and sliders (R,), and lengths of its plan."""
+
+    moving: Motion
+    state: Array
+    slider: Array
+    step: float
+    steps: NDArray[np.int64]
+
+
 def run(
     moving: Motion,
     plan: RunPlan,
     state: Array,
+    slider: Array,
     *,
     folder: Path | None = None,
+    asked: Mapping[str, object] | None = None,
     resume: bool = False,
     progress: Callable[[float], None] | None = None,
-) -> Array:
-    """Modal states (count + 1, 2, n) from a state (2, n) q, q'; nan from where the motion is no longer finite.
+) -> RunRecord:
+    """A run from a modal state (2, n) and sliders (R,).
 
     Parameters
     ----------
     folder : keeps whole segments there; what was done stays when the run is stopped, by whatever it is.
+    asked : options that, with the System, say which run it is.
     resume : go on from the last of them.  progress : called with the share done; an exception in it ends the run.
 
     Raises
     ------
-    ModelError : as of `open_store`.
+    ModelError : as of `open_store` and `kept.with_numbers`.
     """
-    begin = to_modal(moving, state)
-    size = max(1, min(plan.piece, _NUMBERS // begin.size))
-    out = np.full((plan.count + 1, *begin.shape), np.nan)
-    out[0] = begin
-    done = number = 0
-    store = None
+    begun = _Begun(moving=moving, state=state, slider=slider, step=plan.step, steps=np.array([plan.keep, plan.count]))
+    store, parts = None, list[Array]()
     if folder is not None:
-        store = open_store(folder, _run_fingerprint(moving, plan, begin), resume=resume)
-        for part in store.segments():
-            out[done + 1 : done + 1 + len(part)] = part
-            done, number = done + len(part), number + 1
-    pieces = _pieces(moving, plan, out, done, size)
-    _run_pieces(pieces, out, store, number, done, plan.count, progress)
-    return out
-
-
-def _run_fingerprint(moving: Motion, plan: RunPlan, begin: Array) -> str:
-    """Digest of the equation, the plan and the start (2, n): equal where the runs are, bit by bit."""
-    numbers = [np.asarray(value) for value in moving.numbers]
-    return fingerprint([*numbers, moving.shapes, begin, plan.step, plan.keep, plan.count, plan.method])
+        store = open_store(folder, question(moving.system, {"method": plan.method, **(asked or {})}), resume=resume)
+        begun, parts = store.begun(begun), store.segments()
+        keep, count = map(int, begun.steps)
+        moving, plan = begun.moving, replace(plan, step=begun.step, keep=keep, count=count)
+    begin = np.concatenate([begun.state.ravel(), begun.slider])
+    size = max(1, min(plan.piece, _NUMBERS // begin.size))
+    out = np.full((plan.count + 1, begin.size), np.nan)
+    out[0] = begin
+    done = 0
+    for part in parts:
+        out[done + 1 : done + 1 + len(part)] = part
+        done += len(part)
+    _run_pieces(_pieces(moving, plan, out, done, size), out, store, len(parts), done, plan.count, progress)
+    n = begun.state.shape[1]
+    return RunRecord(moving=moving, plan=plan, states=out[:, : 2 * n].reshape(-1, 2, n), sliders=out[:, 2 * n :])
 
 
 def _pieces(moving: Motion, plan: RunPlan, out: Array, done: int, size: int) -> Iterator[int]:
-    """Fill in out (count + 1, 2, n) piece after piece of `size` samples; yields the samples done."""
-    N = moving.numbers
+    """Fill in out (count + 1, 2 n + R) piece after piece of `size` samples; yields the samples done."""
+    n = moving.numbers.squared.size
     scale = modal_scale(moving) if plan.method != "rk4" else None
     while done < plan.count and np.isfinite(out[done]).all():
         last = min(plan.count, (done // size + 1) * size)
+        state, slider = out[done, : 2 * n].reshape(2, n), out[done, 2 * n :]
         if plan.method == "rk4" or scale is None:
-            found = rk4_states(
-                N, out[done], first=done * plan.keep, begin=0.0, step=plan.step, keep=plan.keep, samples=last - done
+            found, sliders = rk4_states(
+                moving,
+                state,
+                slider=slider,
+                first=done * plan.keep,
+                begin=0.0,
+                step=plan.step,
+                keep=plan.keep,
+                samples=last - done,
             )
         else:
-            found = adaptive_states(N, out[done], plan.times(done, last), method=plan.method, scale=scale)
-        out[done + 1 : last + 1] = found
+            found, sliders = adaptive_states(
+                moving, state, plan.times(done, last), slider=slider, method=plan.method, scale=scale
+            )
+        out[done + 1 : last + 1, : 2 * n] = found.reshape(-1, 2 * n)
+        out[done + 1 : last + 1, 2 * n :] = sliders
         done = last
         yield done
 
@@ -123,7 +162,7 @@ def _run_pieces(
     count: int,
     progress: Callable[[float], None] | None,
 ) -> None:
-    """Run the pieces of out (count + 1, 2, n) and write a segment of several at a time.
+    """Run the pieces of out (count + 1, 2 n + R) and write a segment of several at a time.
 
     And the rest however the run ends.
     """
@@ -143,15 +182,27 @@ def _run_pieces(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Store:
-    """A folder with segments 000000.npy, 000001.npy, ...
-
-    Of modal states (K, 2, n), and the fingerprint of their run.
-    """
+    """A folder with the numbers of a run and its segments 000000.npy, 000001.npy, ... of flat states (K, 2 n + R)."""
 
     folder: Path
 
+    def begun(self, given: _Begun) -> _Begun:
+        """The numbers the run was begun with: those kept in the folder, else the given ones, which are written there.
+
+        Raises
+        ------
+        ModelError : the kept ones are of another model, or cannot be read.
+        """
+        path = self.folder / _EQUATION
+        if path.is_file():
+            return with_numbers(given, read_numbers(path), compared=".moving.system.", path=path)
+        if self._path(0).is_file():
+            raise ModelError("not a run that can be continued", path=str(path))
+        write_numbers(path, given)
+        return given
+
     def segments(self) -> list[Array]:
-        """The segments that are there, (K, 2, n) each, without a gap.
+        """The segments that are there, (K, 2 n + R) each, without a gap.
 
         Raises
         ------
@@ -166,7 +217,7 @@ class Store:
         return found
 
     def add(self, number: int, states: Array) -> None:
-        """Write a segment (K, 2, n) whole or not at all."""
+        """Write a segment (K, 2 n + R) whole or not at all."""
         with whole_file(self._path(number)) as file:
             np.save(file, states, allow_pickle=False)
 
@@ -183,7 +234,7 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
 
     Parameters
     ----------
-    run : `fingerprint` of the run.  resume : whether segments that lie there are wanted.
+    run : `kept.question` of the run.  resume : whether segments that lie there are wanted.
 
     Raises
     ------
@@ -209,17 +260,8 @@ def open_store(folder: Path, run: str, *, resume: bool) -> Store:
     else:
         try:
             folder.mkdir(exist_ok=True)
+            (folder / _EQUATION).unlink(missing_ok=True)  # of a run that has not come to its first segment
             write_text(about, json.dumps({"run": run}))
         except OSError as error:
             raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
     return Store(folder=folder)
-
-
-def fingerprint(values: Iterable[object]) -> str:
-    """A digest of numbers and arrays, equal where every bit is."""
-    digest = hashlib.sha256()
-    for value in values:
-        array = np.ascontiguousarray(value)
-        digest.update(f"{array.dtype}{array.shape}".encode())
-        digest.update(array.tobytes())
-    return digest.hexdigest()

@@ -7,9 +7,9 @@ import numpy as np
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
 from ..static.equilibrium import compliance_of, equilibrium
-from ..static.tangent import small_motion_tangent
-from .motion import Motion, from_modal, to_modal
-from .right_hand_side import InstantTerms, acceleration, instant_terms
+from .motion import Motion, from_modal, phases_at, to_modal
+from .program import phase_at
+from .right_hand_side import InstantTerms, acceleration, group_gaps, instant_terms
 
 __all__ = ["at_equilibrium", "at_rest"]
 
@@ -19,6 +19,8 @@ _STEPS = 40
 _TOLERANCE = 1e-11
 # Singular values below this part of the largest belong to motions that nothing holds.
 _FREE = 1e-12
+# Halvings of a Newton step that does not make the residual smaller: curved laws want a few.
+_HALVINGS = 8
 
 
 def at_rest(moving: Motion) -> Array:
@@ -26,74 +28,101 @@ def at_rest(moving: Motion) -> Array:
     return np.zeros((2, moving.numbers.squared.size))
 
 
-def at_equilibrium(moving: Motion, *, start: float = 0.0) -> Array:
+def at_equilibrium(moving: Motion, *, start: float = 0.0, slider: Array | None = None) -> Array:
     """The state (2, n) in which nothing moves and nothing accelerates at one instant, centrifugal terms included.
 
     The static equilibrium of what is loaded then is the first guess; Newton steps add what depends on the speed.
     Dampers act through the rate of the errors.  Motions that nothing holds are left alone.
 
+    Parameters
+    ----------
+    start : the instant [s].  slider : (R,) of Coulomb friction before it [m]; where the mean load has put them where
+        None.
+
     Raises
     ------
     ModelError, ConvergenceError : there is no such state, or it was not found.
     """
-    N, at = moving.numbers, instant_terms(moving.numbers, start, start)
-    y = _first_guess(moving, at)
-    still = np.zeros_like(y)
+    N, at = moving.numbers, instant_terms(moving, start, start)
+    before = N.anchor if slider is None else slider
+    y = _first_guess(moving, at, start, before)
+    still, left = np.zeros_like(y), _residual(moving, at, y, before)
+    F = N.drag.size
     for _ in range(_STEPS):
-        left = acceleration(N, at, y, still)
         stretch = np.abs(y @ N.gaps)
-        size = (
-            np.abs(at.push)
-            + N.squared * np.abs(y)
-            + (N.linear * stretch[: N.mean.size]) @ np.abs(N.pulls[: N.mean.size])
-        )
-        left[moving.rigid] = 0.0  # nothing holds these, and the loads balance on them
+        size = np.abs(at.push) + N.squared * np.abs(y) + (N.linear * stretch[:F]) @ np.abs(N.pulls[:F])
         if np.all(np.abs(left) <= _TOLERANCE * (size + np.max(size, initial=0.0))):
             return from_modal(moving, np.stack([y, still]))
-        y = y + _newton_step(moving, at, y, left)
+        scale = _scale(moving)
+        step, length = _newton_step(moving, at, y, left, before), 1.0
+        trial = _residual(moving, at, y + step, before)
+        for _ in range(_HALVINGS):
+            if np.linalg.norm(scale * trial) < np.linalg.norm(scale * left):
+                break
+            length /= 2
+            trial = _residual(moving, at, y + length * step, before)
+        else:  # a kink: the whole step finds the other side
+            length, trial = 1.0, _residual(moving, at, y + step, before)
+        y, left = y + length * step, trial
     raise ConvergenceError("no equilibrium found to start from: start from rest, or from a state")
 
 
-def _first_guess(moving: Motion, at: InstantTerms) -> Array:
+def _residual(moving: Motion, at: InstantTerms, y: Array, slider: Array) -> Array:
+    """Acceleration (n,) of a state that does not move, without motions that nothing holds."""
+    left = acceleration(moving, at, y, np.zeros_like(y), slider)
+    left[moving.rigid] = 0.0  # nothing holds these, and the loads balance on them
+    return left
+
+
+def _scale(moving: Motion) -> Array:
+    """Modal displacement per root of the strain energy (n,)."""
+    squared = moving.numbers.squared
+    scale: Array = 1.0 / np.sqrt(np.where(squared > 0, squared, max(float(squared.max(initial=0.0)), 1.0)))
+    return scale
+
+
+def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) -> Array:
     """Modal coordinates (n,) of the static equilibrium under the load of an instant; those of closed meshes if none."""
     system, N = moving.system, moving.numbers
-    m, F = len(system.meshes.name), N.mean.size
+    m, F = len(system.meshes.name), N.drag.size
     if N.pull:
         return np.zeros(N.squared.size)
     load = np.asarray(np.linalg.solve(moving.shapes.T, at.push), dtype=np.float64)
     gap = np.concatenate([at.error[:m], at.error[F:]])
+    phases = phases_at(moving, phase_at(moving.program, np.array([start])))
     try:
         found = equilibrium(
             compliance_of(system),
-            stiffness=np.maximum(at.k[:m], 1e-6 * N.mean[:m])[None],
+            stiffness=moving.flanks.tangent.at(phases).stiffness[:, :m],
             gap=gap[None],
             force=load[None],
-            laws=system.laws,
+            flanks=at.flanks.rows(slice(0, m)),
+            laws=moving.laws,
+            anchor=slider[None] if slider.size else None,
         )
     except ModelError:  # the load drives bodies onto far flanks, which the static solution does not know
         return np.zeros(N.squared.size)
-    state: Array = to_modal(moving, found.displacement[0])
+    state: Array = to_modal(moving, found.displacement[:1])[0]
     return state
 
 
-def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array) -> Array:
-    """A Newton step (n,) with the tangents of the flanks in contact and of the laws.
+def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array, slider: Array) -> Array:
+    """A Newton step (n,) with the tangents of the laws.
 
     From the acceleration `left` (n,).
     """
     N = moving.numbers
-    F, s = N.mean.size, at.speed
+    F, s = N.drag.size, at.speed
     stretch = y @ N.gaps
-    in_contact = N.pull | (stretch[:F] > at.error[:F])
     tangent = np.zeros((stretch.size, stretch.size))
-    tangent[:F, :F] = np.diag(np.where(in_contact, at.k, 0.0))
+    tangent[:F, :F] = np.diag(at.k if N.pull else at.flanks.evaluate((stretch - at.error)[None, :F])[1][0])
     if stretch.size > F:
-        tangent[F:, F:] = small_motion_tangent(moving.system.laws, stretch[F:] - at.error[F:])
+        tangent[F:, F:] = moving.laws.tangent(group_gaps(moving, at, y), slider if slider.size else None)
     mean = np.zeros_like(tangent)
     mean[:F, :F] = np.diag(N.linear)
     mean[F:, F:] = N.block
     stiff = np.diag(N.squared) + (N.gaps @ (tangent - mean) @ N.pulls).T
     stiff += (s * s * N.stiff[0] + s * N.stiff[1] + at.rise * N.stiff[2]).T
-    scale = 1.0 / np.sqrt(np.where(N.squared > 0, N.squared, max(float(N.squared.max(initial=0.0)), 1.0)))
+    scale = _scale(moving)
     step: Array = scale * np.linalg.lstsq(scale[:, None] * stiff * scale, scale * left, rcond=_FREE)[0]
     return step

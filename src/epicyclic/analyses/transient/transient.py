@@ -11,13 +11,14 @@ import numpy as np
 
 from ...errors import ModelError
 from ...system.faces import faces
+from ...system.gaps import past_the_end
 from ...system.system import Array, System
 from ..static.record import positive_count, reference_tone
-from .integrators import steps_for
-from .motion import Contact, Motion, from_modal
-from .outputs import flank_force, group_force, link_force, mesh_force
+from .integrators import starting_slider, steps_for
+from .motion import Contact, Motion, from_modal, to_modal
+from .outputs import flank_force, group_force, link_force, mesh_total
 from .program import phase_at, speed_at
-from .run import METHODS, Method, RunPlan, run
+from .run import METHODS, Method, RunPlan, RunRecord, run
 from .scenario import History, Scenario, scenario_motion
 from .start import at_equilibrium, at_rest
 
@@ -93,17 +94,46 @@ def transient(
         raise ModelError("give one of torque_ramp, torque_step and history", path="torque")
     fine = 1.0 / (positive_count("samples", samples, 32) * tone * max(speed))
     moving, plan = _planned(system, scenario, contact, method, fine, positive_count("decimate", decimate, 1))
-    state = _state(moving, start)
-    found = run(moving, plan, state, folder=None if folder is None else Path(folder), resume=resume, progress=progress)
+    state = to_modal(moving, _state(moving, start))
+    found = run(
+        moving,
+        plan,
+        state,
+        starting_slider(moving, state, slider=_slider_of(moving, start)),
+        folder=None if folder is None else Path(folder),
+        asked={**_asked(scenario, start), "contact": contact, "samples": samples, "decimate": decimate},
+        resume=resume,
+        progress=progress,
+    )
     options: dict[str, Any] = {
         "duration": scenario.duration, "mesh_frequency": [value * tone for value in speed], "contact": contact,
-        "method": method, "samples": samples, "decimate": decimate, "step": plan.step,
+        "method": method, "samples": samples, "decimate": decimate, "step": found.plan.step,
         "start": start if isinstance(start, str) else "state",
         **({"torque_ramp": torque_ramp} if torque_ramp else {}),
         **({"torque_step": list(torque_step)} if torque_step else {}),
         **({"history": list(history.torque)} if history else {}),
     }  # fmt: skip
-    return _labelled(moving, plan, found, tone, options)
+    return _labelled(found, tone, options)
+
+
+def _asked(scenario: Scenario, start: object) -> dict[str, object]:
+    """Scenario and start as they were asked for, of numbers that no rounding of the model has touched."""
+    asked: dict[str, object] = {
+        "duration": scenario.duration, "speed": scenario.speed, "ramp": scenario.ramp, "step": scenario.step,
+        "phase": scenario.phase,
+    }  # fmt: skip
+    if scenario.history is not None:
+        asked["time"] = np.asarray(scenario.history.time, dtype=float)
+        asked |= {f"torque {name}": np.asarray(v, dtype=float) for name, v in scenario.history.torque.items()}
+    given: Any = start
+    if isinstance(start, str):
+        asked["start"] = start
+    elif hasattr(start, "attrs"):
+        names = [name for name in ("end_displacement", "end_velocity", "end_slider") if name in given]
+        asked |= {f"start {name}": np.asarray(given[name].values) for name in names}
+    else:
+        asked["start"] = np.asarray(start, dtype=float)
+    return asked
 
 
 def _phase_of(start: object) -> float:
@@ -203,27 +233,44 @@ def _state(moving: Motion, start: object) -> Array:
     return state
 
 
-def _labelled(moving: Motion, plan: RunPlan, found: Array, tone: float, options: dict[str, Any]) -> xr.Dataset:
-    """The labelled result of modal states (count + 1, 2, n); tone : of the first mesh at the operating speed [Hz]."""
+def _slider_of(moving: Motion, start: object) -> Array | None:
+    """Sliders (R,) [m] where a result that is the start has left them, None of other starts."""
+    result: Any = start
+    if not hasattr(start, "attrs") or "end_slider" not in result or not moving.numbers.anchor.size:
+        return None
+    slider: Array = np.asarray(result["end_slider"].values, dtype=float)
+    return slider
+
+
+def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dataset:
+    """The labelled result of a run; tone : of the first mesh at the operating speed [Hz]."""
     from ...results.dataset import dataset
 
+    moving, plan = found.moving, found.plan
     system, face, times = moving.system, faces(moving.system.meshes), plan.times(0, plan.count)
     outputs: dict[str, list[Array]] = {"mesh": [], "q": [], "link": [], "group": []}
     lost = np.zeros(len(system.meshes.name), dtype=bool)
-    for first in range(0, len(found), _BLOCK):
-        at, states = times[first : first + _BLOCK], from_modal(moving, found[first : first + _BLOCK])
+    largest = np.zeros(len(moving.flanks.mesh))
+    for first in range(0, len(times), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        at, states = times[block], from_modal(moving, found.states[block])
         with np.errstate(invalid="ignore"):
-            outputs["mesh"].append(face.total(mesh_force(moving, at, states)))
-            flanks = flank_force(moving, at, states)[: len(system.meshes.name)]
-            lost |= (flanks <= 0).any(axis=1)
+            flanks = flank_force(moving, at, states)
+            outputs["mesh"].append(face.total(mesh_total(moving, flanks)))
+            lost |= (flanks[: lost.size] <= 0).any(axis=1)
+            largest = np.fmax(largest, np.fmax.reduce(flanks, axis=1, initial=0.0))
             outputs["link"].append(link_force(moving, at, states))
             if system.groups:
-                outputs["group"].append(group_force(moving, at, states))
+                outputs["group"].append(group_force(moving, at, states, found.sliders[block]))
         outputs["q"].append((states[:, 0] * system.dofs.radius).T)
     speed = speed_at(moving.program, times)
-    finite = np.isfinite(found).all(axis=(1, 2))
-    last = from_modal(moving, found[int(np.flatnonzero(finite)[-1])]) * system.dofs.radius
-    status = "ok" if finite.all() else f"not finite after {times[int(np.flatnonzero(finite)[-1])]:.6g} s"
+    finite = np.isfinite(found.states).all(axis=(1, 2))
+    end = int(np.flatnonzero(finite)[-1])
+    last = from_modal(moving, found.states[end]) * system.dofs.radius
+    status = "ok" if finite.all() else f"not finite after {times[end]:.6g} s"
+    notes = _notes(system, face.name, face.any(lost), options, status)
+    if options["contact"] == "unilateral":
+        notes += past_the_end(system, moving.flanks, largest)
     groups = {"group_force": (("group", "time"), np.concatenate(outputs["group"], axis=1))} if system.groups else {}
     result = dataset(
         {
@@ -231,6 +278,7 @@ def _labelled(moving: Motion, plan: RunPlan, found: Array, tone: float, options:
             "displacement": (("dof", "time"), np.concatenate(outputs["q"], axis=1)),
             "link_force": (("link_row", "time"), np.concatenate(outputs["link"], axis=1)),
             **groups,
+            **({"end_slider": ("group_row", found.sliders[end])} if found.sliders.shape[1] else {}),
             "relative_speed": ("time", speed),
             "contact_lost": ("mesh", face.any(lost)),
             "end_displacement": ("dof", last[0]),
@@ -243,13 +291,14 @@ def _labelled(moving: Motion, plan: RunPlan, found: Array, tone: float, options:
             "dof": list(system.dofs.names),
             "link_row": list(system.links.name),
             **({"group": [group.name for group in system.groups]} if system.groups else {}),
+            **({"group_row": [row for group in system.groups for row in group.rows]} if found.sliders.shape[1] else {}),
             "time": times,
             "mesh_frequency": ("time", speed * tone),
         },
         verb="transient",
         options=options,
         provenance=system.provenance,
-        warnings=[*system.warnings, *moving.warnings, *_notes(system, face.name, face.any(lost), options, status)],
+        warnings=[*system.warnings, *moving.warnings, *notes],
     )
     result["time"].attrs.update({"units": "s", "long_name": "time"})
     return result

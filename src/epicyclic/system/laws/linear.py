@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LinearAt", "LinearLaw"]
+__all__ = ["LEAST", "LinearAt", "LinearLaw"]
 
 Array = NDArray[np.float64]
 
 # Least stiffness of a closed flank per its mean: below any support, and the energy stays convex.
-_LEAST = 1e-6
+LEAST = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,7 +65,7 @@ class LinearLaw:
             mine = self.tone == tone
             wave = np.exp(2j * np.pi * np.outer(phases[:, tone], orders))
             relative = 1 + (wave @ self.variation[mine].T).real
-            result[:, mine] = self.stiffness[mine] * np.maximum(relative, _LEAST)
+            result[:, mine] = self.stiffness[mine] * np.maximum(relative, LEAST)
         return LinearAt(stiffness=result)
 
     def lower(self) -> LinearLaw:

@@ -59,10 +59,10 @@ def test_the_right_hand_side_is_the_equation(made: Any, state: str) -> None:
     q, v, t = np.array(size), np.array([0.02, -0.03, 0.01]), 0.00123
     y, u = to_modal(moving, np.stack([q, v]))
     N = moving.numbers
-    found = moving.shapes @ acceleration(N, instant_terms(N, t, t), y, u)
+    found = moving.shapes @ acceleration(moving, instant_terms(moving, t, t), y, u)
     # both are sums of some ten terms
     np.testing.assert_allclose(found, equation(system, t, q, v, speed=0.7), rtol=1e-10)
-    touching = row_force(N, instant_terms(N, t, t), y @ N.gaps, u @ N.gaps) != 0
+    touching = row_force(moving, instant_terms(moving, t, t), y @ N.gaps, u @ N.gaps) != 0
     assert touching.tolist() == {"pressed": [1, 1, 0, 0], "parted": [0, 0, 0, 0], "far": [0, 0, 1, 1]}[state]
 
 
@@ -116,9 +116,9 @@ def test_a_bouncing_mass(made: Any) -> None:
     assert abs(found[-1, 1, 0]) < 1e-6 * hit
     assert found[:, 0].max() == pytest.approx(deepest, rel=1e-3)  # 200 samples
     times = np.linspace(0, period, 41)
-    N = moving.numbers
     begin, scale = to_modal(moving, start), modal_scale(moving)
-    fine = from_modal(moving, adaptive_states(N, begin, times, method="dop853", scale=scale, tolerance=1e-10))
+    states, _ = adaptive_states(moving, begin, times, method="dop853", scale=scale, tolerance=1e-10)
+    fine = from_modal(moving, states)
     np.testing.assert_allclose(fine[-1, 0], -height, rtol=1e-7)  # of the tolerance, 1e3 for steps across the contact
 
 
@@ -184,7 +184,10 @@ def test_forces_of_samples_are_those_of_the_steps(made: Any) -> None:
     for i, force in enumerate(flank_force(moving, times, states).T):
         y, v = to_modal(moving, states[i])
         np.testing.assert_allclose(
-            force, row_force(N, instant_terms(N, times[i], times[i]), y @ N.gaps, v @ N.gaps), rtol=1e-9, atol=1e-9
+            force,
+            row_force(moving, instant_terms(moving, times[i], times[i]), y @ N.gaps, v @ N.gaps),
+            rtol=1e-9,
+            atol=1e-9,
         )
 
 
