@@ -23,6 +23,8 @@ _jit = numba.njit(cache=True, error_model="numpy")
 TURN = 2 * np.pi
 # As in `system.laws.slider`: a slider this near the clearance is at its stop; its angle there, to rounding [rad].
 _AT_STOP, _SEARCH, _ANGLE = 1e-12, 60, 1e-15
+# As `right_hand_side.AHEAD`.
+_AHEAD = 1e-6
 
 
 @_jit
@@ -179,13 +181,16 @@ def _held(
 ) -> tuple[float, float]:
     """Force (x, y) [N] of one group with a memory at a stretch and rate: its spring, and lag times tangent times rate.
 
-    The tangent is that of `laws.slider`.
+    The tangent is that of `laws.slider`, a little ahead of the motion, see `right_hand_side`.
     """
     k, friction, lag = law[2], -law[3], law[8]
-    sx, sy, stopped = _slid(law, dx, dy, ax, ay, pair)
+    sx, sy, _ = _slid(law, dx, dy, ax, ay, pair)
     fx, fy = k * (dx - sx), k * (dy - sy)
-    if lag == 0.0:
+    speed = np.sqrt(vx * vx + vy * vy)
+    if lag == 0.0 or speed == 0.0:
         return fx, fy
+    dx, dy = dx + _AHEAD * law[4] / speed * vx, dy + _AHEAD * law[4] / speed * vy
+    sx, sy, stopped = _slid(law, dx, dy, ax, ay, pair)
     mx, my = sx - ax, sy - ay
     moved = np.sqrt(mx * mx + my * my)
     along, across, nx, ny = k, k, 0.0, 0.0

@@ -10,11 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ...system.gaps import FlanksAt
+from ...system.laws.groups import Laws
 from ...system.system import Array
 from .motion import Motion, phases_at, tangent_series
 from .products import times
 
-__all__ = ["InstantTerms", "acceleration", "group_gaps", "instant_terms", "moved_slider", "row_force"]
+__all__ = ["AHEAD", "InstantTerms", "acceleration", "group_gaps", "instant_terms", "moved_slider", "row_force"]
+
+
+# Part of the slip start by which a tangent is taken ahead of the motion: far above rounding, far below what is seen.
+AHEAD = 1e-6
 
 
 class InstantTerms(NamedTuple):
@@ -79,8 +84,21 @@ def row_force(moving: Motion, at: InstantTerms, stretch: Array, rate: Array, sli
         force[F:] = laws.force(gap[F:], anchor)
         lag = np.array([group.lag for group in moving.system.groups])
         if lag.any():
-            force[F:] += laws.rows.spread(lag) * times(speed[F:], laws.tangent(gap[F:], anchor))
+            tangent = laws.tangent(gap[F:] + _ahead(laws, speed[F:]), anchor)
+            force[F:] += laws.rows.spread(lag) * times(speed[F:], tangent)
     return force
+
+
+def _ahead(laws: Laws, speed: Array) -> Array:
+    """A step (R,) [m] of groups with a memory along their rate (R,) [m/s]; none of others.
+
+    A slider that has moved leaves its group at the edge of slip, where the tangents of both sides differ and rounding
+    would choose: its damper has the tangent of the side that it goes to.
+    """
+    size = laws.rows.size(speed)
+    reach = np.where(laws.memory, AHEAD * laws.slip_start, 0.0)
+    step: Array = laws.rows.spread(reach / np.where(size > 0, size, 1.0)) * speed
+    return step
 
 
 def _anchor(moving: Motion, slider: Array | None) -> Array | None:
