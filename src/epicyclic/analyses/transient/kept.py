@@ -110,7 +110,7 @@ def read_numbers(path: Path) -> dict[str, Values]:
     ModelError : it cannot be read.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             return dict(file)
     except (OSError, ValueError, EOFError, BadZipFile) as error:
         raise ModelError(f"not the numbers of a run: {error}", path=str(path)) from error

