@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]
 K, FRICTION, CLEARANCE = 1e6, 20.0, 1e-4
+TONE = Fraction(100)  # that of the systems of the fixture
 START = FRICTION / K
 
 
@@ -53,12 +55,13 @@ def oscillator(made: Any, *, amplitude: float = 0.0, force: float = 0.0, soft: f
     one = np.ones((1, 1))
     push = np.zeros((3, 1), complex)
     push[0, 0] = amplitude
-    line = Line(frequency=made.system.__globals__["TONE"], gap=np.zeros(1, complex), link_gap=np.zeros(0, complex),
+    line = Line(frequency=TONE, gap=np.zeros(1, complex), link_gap=np.zeros(0, complex),
                 force=push, group_gap=np.zeros(1, complex))  # fmt: skip
-    return made.system(
+    system: System = made.system(
         one, soft * one, 0 * one, np.array([1e6]), force=np.array([force]), lines=(line,), groups=(group(one),),
         C=c * one,
     )  # fmt: skip
+    return system
 
 
 def plane(made: Any, *, lag: float = 0.0, clearance: float = CLEARANCE) -> System:
@@ -68,16 +71,16 @@ def plane(made: Any, *, lag: float = 0.0, clearance: float = CLEARANCE) -> Syste
     push[0] = [60.0, 35j]
     slow = np.zeros((3, 2), complex)
     slow[0] = [25.0, -20.0]
-    tone = made.system.__globals__["TONE"]
     none = np.zeros(0, complex)
     lines = (
-        Line(frequency=tone, gap=np.zeros(1, complex), link_gap=none, force=push, group_gap=np.array([3e-6, 2e-6j])),
-        Line(frequency=tone / 3, gap=np.zeros(1, complex), link_gap=none, force=slow),
+        Line(frequency=TONE, gap=np.zeros(1, complex), link_gap=none, force=push, group_gap=np.array([3e-6, 2e-6j])),
+        Line(frequency=TONE / 3, gap=np.zeros(1, complex), link_gap=none, force=slow),
     )
-    return made.system(
+    system: System = made.system(
         two, 2e5 * two, np.zeros((2, 1)), np.array([1e6]), force=np.array([10.0, 0.0]), lines=lines,
         groups=(group(two, lag=lag, clearance=clearance),), C=50.0 * two,
     )  # fmt: skip
+    return system
 
 
 @pytest.mark.parametrize("lag", [0.0, 2e-5])

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.analyses.transient import integrators
-from epicyclic.analyses.transient.integrators import adaptive_states, highest_rate, integrate, modal_scale
-from epicyclic.analyses.transient.motion import Motion, from_modal, motion, to_modal
+from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale
+from epicyclic.analyses.transient.motion import Motion, from_modal, highest_rate, motion, to_modal
 from epicyclic.analyses.transient.outputs import flank_force
 from epicyclic.analyses.transient.program import constant, program
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
@@ -223,6 +223,10 @@ class Cubic:
     @property
     def end(self) -> Array:
         return np.full(self.count, np.inf)
+
+    @property
+    def load(self) -> Array:
+        return np.full(self.count, np.nan)
 
     def rows(self, chosen: Any) -> Cubic:
         return Cubic(self.factor, len(np.arange(self.count)[chosen]))
