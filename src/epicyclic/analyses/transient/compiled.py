@@ -77,9 +77,9 @@ def _instant_terms(
     s = N.speed[low] + rise * since
     tau = N.phase[low] + since * (N.speed[low] + rise * since / 2)
     n, F, L = push.size, N.mean.size, N.wave.shape[2]
+    tabulated = N.tables.shape[0] > 0
     for f in range(F):
-        if N.table[f] >= 0:
-            k[f], cell[f] = _phase(N, f, tau)
+        if tabulated and N.table[f] >= 0:
             continue
         angle = TURN * tau * N.tones[N.tone[f]]
         c1, s1 = np.cos(angle), np.sin(angle)
@@ -88,6 +88,10 @@ def _instant_terms(
             total += N.wave[0, f, order] * c - N.wave[1, f, order] * w
             c, w = c * c1 - w * s1, c * s1 + w * c1
         k[f] = N.mean[f] * max(total, N.least)
+    if tabulated:
+        for f in range(F):
+            if N.table[f] >= 0:
+                k[f], cell[f] = _phase(N, f, tau)
     e[:] = 0.0
     de[:] = 0.0
     e[:F] = N.opening
@@ -280,13 +284,16 @@ def _slope(
     for i in range(F):
         gap = x[i] - e[i]
         force = 0.0
-        if N.table[i] >= 0:
-            force, pressed = _tabulated(N, i, k[i], cell[i], gap)
-            if pressed:
-                force += N.drag[i] * (u[i] - de[i])
-        elif N.pull or gap > 0.0:
+        if N.pull or gap > 0.0:
             force = k[i] * gap + N.drag[i] * (u[i] - de[i])
         r[i] = N.linear[i] * x[i] - force
+    if N.tables.shape[0]:  # a loop of its own: that of linear rows is short and straight
+        for i in range(F):
+            if N.table[i] >= 0:
+                force, pressed = _tabulated(N, i, k[i], cell[i], x[i] - e[i])
+                if pressed:
+                    force += N.drag[i] * (u[i] - de[i])
+                r[i] = N.linear[i] * x[i] - force
     if M > F:
         _groups(N, x, u, e, de, slider, g)
         for i in range(M - F):

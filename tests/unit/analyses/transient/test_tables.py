@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -20,6 +20,7 @@ from epicyclic.analyses.transient.program import constant, program
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.system.laws.flank import FlankAt, LawRows
 from epicyclic.system.laws.linear import LinearLaw
+from epicyclic.system.laws.radial import Law
 from epicyclic.system.laws.tabulated import TabulatedLaw
 from epicyclic.system.system import System
 
@@ -294,3 +295,32 @@ def test_forces_beyond_the_end_are_said() -> None:
         "ren2021", overrides=options, cycles=2, samples=8, torque_step=(4.0, 0.0), contact="linear"
     )
     assert not [text for text in json.loads(linear.attrs["warnings"]) if "last force of its table" in text]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unlowered(Law):
+    """The law of a link under a name that no compiled step knows."""
+
+    def lower(self) -> Any:
+        return None
+
+
+def test_a_link_law_without_compiled_form_says_so(made: Any) -> None:
+    """The same numbers by NumPy, and a warning."""
+    known = made.rich(groups=True, load=60.0)
+    other = replace(
+        known,
+        groups=tuple(
+            replace(
+                group,
+                law=Unlowered(**{field.name: getattr(group.law, field.name) for field in fields(Law)}),
+            )
+            for group in known.groups
+        ),
+    )
+    moving = motion(other)
+    assert not moving.compiled
+    assert moving.warnings[0].startswith("main/")
+    assert "integrated with NumPy" in moving.warnings[0]
+    fast, slow = (integrate(motion(each), np.zeros((2, 3)), stop=0.002, steps=80) for each in (known, other))
+    np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
