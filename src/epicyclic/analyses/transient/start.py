@@ -6,7 +6,7 @@ import numpy as np
 
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
-from ..static.equilibrium import compliance_of, equilibrium
+from ..static.equilibrium import compliance, equilibrium
 from .motion import Motion, from_modal, phases_at, to_modal
 from .program import phase_at
 from .right_hand_side import InstantTerms, acceleration, group_gaps, instant_terms
@@ -83,24 +83,23 @@ def _scale(moving: Motion) -> Array:
 
 def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) -> Array:
     """Modal coordinates (n,) of the static equilibrium under the load of an instant; those of closed meshes if none."""
-    system, N = moving.system, moving.numbers
-    m, F = len(system.meshes.name), N.drag.size
+    N, m = moving.numbers, len(moving.system.meshes.name)
     if N.pull:
         return np.zeros(N.squared.size)
     load = np.asarray(np.linalg.solve(moving.shapes.T, at.push), dtype=np.float64)
-    gap = np.concatenate([at.error[:m], at.error[F:]])
     phases = phases_at(moving, phase_at(moving.program, np.array([start])))
+    stiffness = np.concatenate([moving.flanks.linear, moving.laws.row_stiffness])
     try:
         found = equilibrium(
-            compliance_of(system),
+            compliance(moving.system.K, moving.rows, stiffness),
             stiffness=moving.flanks.tangent.at(phases).stiffness[:, :m],
-            gap=gap[None],
+            gap=at.error[None],
             force=load[None],
-            flanks=at.flanks.rows(slice(0, m)),
+            flanks=at.flanks,
             laws=moving.laws,
             anchor=slider[None] if slider.size else None,
         )
-    except ModelError:  # the load drives bodies onto far flanks, which the static solution does not know
+    except ModelError:  # without what depends on the speed the load may part bodies that it holds together
         return np.zeros(N.squared.size)
     state: Array = to_modal(moving, found.displacement[:1])[0]
     return state
