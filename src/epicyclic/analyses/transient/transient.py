@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...system.faces import faces
-from ...system.gaps import past_the_end
+from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array, System
 from ..static.record import positive_count, reference_tone
 from .integrators import starting_slider, steps_for
@@ -271,6 +271,9 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
     notes = _notes(system, face.name, face.any(lost), options, status)
     if options["contact"] == "unilateral":
         notes += past_the_end(system, moving.flanks, largest)
+        if system.groups:
+            forces = np.concatenate(outputs["group"], axis=1)
+            notes += groups_past_the_end(system, np.fmax.reduce(forces, axis=1, initial=0.0))
     groups = {"group_force": (("group", "time"), np.concatenate(outputs["group"], axis=1))} if system.groups else {}
     result = dataset(
         {
