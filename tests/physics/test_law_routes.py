@@ -314,3 +314,36 @@ def test_links_by_their_law(name: str) -> None:
         Refinement(ready=plain.ready), plain.at.given, plain.at.harmonics, plain.at.state, steps=384
     )
     assert _apart(wrong, multipliers) > 1e-2
+
+
+# first touch ----------------------------------------------------------------------------------------------------------
+
+
+def test_first_touch_is_one_gap_in_every_route() -> None:
+    """Static record, grid of the balance and compiled rows begin to press at one gap, to 1e-12 m."""
+    from epicyclic.analyses.static.record import mesh_phases
+    from epicyclic.analyses.transient.compiled import _phase, _tabulated  # the compiled row itself
+
+    system = drive("ren2021")
+    samples = 64
+    phases = mesh_phases(system, system.tones[0], np.arange(samples), samples)
+    statics = flanks(system).at(phases).touch
+    assert np.abs(statics).min() > 1e-11  # tangents touch at 0
+    given = Refinement(ready=response(system)).problem(8, samples=samples)
+    zero = np.zeros_like(statics)
+    np.testing.assert_allclose(-given.laws.opening(zero), statics, rtol=0, atol=1e-12)
+    N = motion(system).numbers
+    for f in range(statics.shape[1]):
+        for i in range(0, samples, 9):
+            x, row = _phase(N, f, i / samples / float(system.tones[0]))
+
+            def presses(gap: float, f: int = f, x: float = x, row: int = row) -> bool:
+                return bool(_tabulated(N, f, x, row, gap)[1])
+
+            low, high = statics[i, f] - 1e-6, statics[i, f] + 1e-6
+            assert presses(high)
+            assert not presses(low)
+            while high - low > 1e-14:
+                middle = (low + high) / 2
+                low, high = (low, middle) if presses(middle) else (middle, high)
+            assert high == pytest.approx(statics[i, f], abs=1e-12)
