@@ -329,7 +329,7 @@ def test_first_touch_is_one_gap_in_every_route() -> None:
     phases = mesh_phases(system, system.tones[0], np.arange(samples), samples)
     statics = flanks(system).at(phases).touch
     assert np.abs(statics).min() > 1e-11  # tangents touch at 0
-    given = Refinement(ready=response(system)).problem(8, samples=samples)
+    given = Refinement(ready=response(system)).problem(16, samples=samples)
     zero = np.zeros_like(statics)
     np.testing.assert_allclose(-given.laws.opening(zero), statics, rtol=0, atol=1e-12)
     N = motion(system).numbers
