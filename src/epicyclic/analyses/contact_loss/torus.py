@@ -59,7 +59,8 @@ _STEPS, _ON_THE_WAY = 10, 1e-3
 _CORRECTIONS, _CORRECTION_WORK = 8, 60
 # Residual at which the truncation is known well enough; the rest is left to the size that is kept.
 _ROUGH = 1e-4
-# Residual that is enough where dampers of meshes make forces jump: about what one sample that jumps is worth.
+# Residual that is enough where forces jump with dampers of meshes, or tangents with the play of links, and Newton's
+# method ends among samples on both sides: about what one sample that jumps is worth.
 _JUMP = 1e-4
 # Speeds, as parts of the one wanted beside it, from which it is approached where that fails too, and mesh orders alone.
 _NEARBY, _FAR = (0.05, 0.035, 0.02, 0.01, 0.0), (0.15, 0.11, 0.08, 0.05, 0.03, 0.01, 0.0)
@@ -280,8 +281,9 @@ def _solve_size(
 
 
 def _accepted(given: Torus, found: NewtonResult) -> bool:
-    """Whether Newton's method converged, or to what dampers of meshes allow."""
-    jumps = bool(given.ready.system.meshes.damping.any())
+    """Whether Newton's method converged, or to what dampers of meshes and kinks of links allow."""
+    lawful = given.ready.lawful
+    jumps = bool(given.ready.system.meshes.damping.any()) or (lawful is not None and bool(lawful.groups))
     return found.converged or (jumps and found.state.norm <= _JUMP * dynamic_size(found.state.y))
 
 
