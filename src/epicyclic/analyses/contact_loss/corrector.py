@@ -30,6 +30,7 @@ __all__ = [
     "solve",
 ]
 
+Index = NDArray[np.int64]
 NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]
 """Solves the linearised balance for a right side to a target, and counts the products."""
 
@@ -48,18 +49,8 @@ _FORCING = 1e-2
 # Change of the mean tangent, per k0, and receptance times tangent of a point, below which they do nothing.  Only
 # the number of products depends on them.
 _SAME, _STIFF = 1e-3, 0.05
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Meshes:
-    """Whole meshes, their slices moving as one, and link rows: w together.
-
-    gaps, pulls : (w, n).  receptance : (J, w, w) [m/N].
-    """
-
-    gaps: Array
-    pulls: Array
-    receptance: ComplexArray
+# Rounding of a bound of some hundred terms, with a wide margin.
+_ROUNDING = 1e-9
 
 
 def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
@@ -81,18 +72,28 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
     return step
 
 
-def _meshes(given: Problem, at: State) -> _Meshes:
-    """Receptance of the whole meshes at the speed of a state, slices weighted by their stiffness k0."""
+def _meshes(given: Problem) -> tuple[Array, Array]:
+    """Gaps and pulls (w, n) of whole meshes, their slices weighted by their stiffness k0, and of link rows."""
     rows, face, m = given.rows, given.face, len(given.face.row)
     share = (rows.linear[:m] / face.total(rows.linear[:m])[face.row])[:, None]
     gaps, pulls = face.total(share * rows.gaps[:m]), face.total(share * rows.pulls[:m])
-    if rows.links is not None:
-        gaps, pulls = (
-            np.concatenate(both) for both in ((gaps, rows.gaps[rows.count :]), (pulls, rows.pulls[rows.count :]))
-        )
-    inverse = at.inverse[0] - 1j * at.inverse[1][0]
-    scaled = (inverse[:, None, :] * gaps).reshape(-1, inverse.shape[1])
-    return _Meshes(gaps=gaps, pulls=pulls, receptance=(scaled @ pulls.T).reshape(len(inverse), len(gaps), -1))
+    if rows.links is None:
+        return gaps, pulls
+    return np.concatenate([gaps, rows.gaps[rows.count :]]), np.concatenate([pulls, rows.pulls[rows.count :]])
+
+
+def _soft_points(at: State, gaps: Array, pulls: Array, T: ComplexArray) -> tuple[Index, ComplexArray]:
+    """Lattice points (k,) at which receptance times tangent T (J, w) matters, and that product there (k, w, w)."""
+    real, imag = at.inverse[0], -at.inverse[1][0]
+    # no product is above the sum over modes of its largest factors: most points are left out by that
+    most = np.abs(gaps).max(axis=0) * np.abs(pulls).max(axis=0)
+    bound = (np.hypot(real, imag) @ most) * np.abs(T).max(axis=1)
+    near = np.flatnonzero(bound > _STIFF * (1 - _ROUNDING))
+    factor = np.stack([real[near], imag[near]])[:, :, None, :]
+    real, imag = ((factor * gaps).reshape(-1, gaps.shape[1]) @ pulls.T).reshape(2, near.size, len(gaps), -1)
+    loop = (real + 1j * imag) * T[near][:, None, :]
+    soft = np.abs(loop).max(axis=(1, 2)) > _STIFF
+    return near[soft], loop[soft]
 
 
 def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
@@ -103,19 +104,18 @@ def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     links = at.tangent[:, rows.count :].mean(axis=0) - rows.linear[rows.count :]
     if np.all(np.abs(tangent) <= _SAME * face.total(held)) and np.all(np.abs(links) <= _SAME * _largest(rows.linear)):
         return lambda right: right
-    meshes, w = _meshes(given, at), at.speed * given.omega
+    (gaps, pulls), w = _meshes(given), at.speed * given.omega
     drag = face.total((touching.mean(axis=0) - 1.0) * rows.drag[:m])
     tangent, drag = np.concatenate([tangent, links]), np.concatenate([drag, rows.lag[rows.count :] * links])
     T = tangent + 1j * np.multiply.outer(w, drag)
-    loop = meshes.receptance * T[:, None, :]
-    soft = np.flatnonzero(np.abs(loop).max(axis=(1, 2)) > _STIFF)
-    small = T[soft][:, :, None] * np.linalg.inv(np.eye(len(tangent)) + loop[soft])
+    soft, loop = _soft_points(at, gaps, pulls, T)
+    small = T[soft][:, :, None] * np.linalg.inv(np.eye(len(tangent)) + loop)
 
     def apply(right: Array) -> Array:
         """Product (2, J, n) with the approximate inverse."""
-        gap = right[:, soft] @ meshes.gaps.T
+        gap = right[:, soft] @ gaps.T
         force = np.matmul(small, (gap[0] + 1j * gap[1])[:, :, None])[:, :, 0]
-        pulled = np.stack([force.real, force.imag]) @ meshes.pulls
+        pulled = np.stack([force.real, force.imag]) @ pulls
         result = right.copy()
         result[:, soft] -= at.inverse[0][soft] * pulled + at.inverse[1][:, soft] * pulled[::-1]
         return result
