@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+
 import known
 import pytest
 
 from epicyclic.system.system import System
+
+# Tests share the cores among themselves; one that is about several processes asks for them.
+os.environ.setdefault("EPICYCLIC_JOBS", "1")
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,7 @@
-"""Independent points of one analysis on several cores: worker processes, started where the work left pays for them.
+"""Independent points, or runs, of one analysis on several cores: worker processes, started where they pay.
 
-Every point is computed by one function of its own item alone, in the same environment in this process and in a
-worker, so a result has the same bits for any number of processes.
+Every point is computed by one function of its own item alone, and a run by one generator, in the same environment in
+this process and in a worker, so a result has the same bits for any number of processes.
 
 Workers are forked on Linux; they inherit the arrays.  Elsewhere they are started anew; they then import the module of
 the function, but not the script that runs, which needs no guard.  Workers die with the process that started them.
@@ -11,21 +11,24 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import queue
 import signal
 import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any, TypeVar
 
 from ..errors import ModelError
 
-__all__ = ["each", "processes"]
+__all__ = ["each", "processes", "runs"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -141,6 +144,109 @@ def _by_workers(
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def runs(
+    work: Callable[[Item], Iterable[Result]], items: Sequence[Item], *, arrived: Callable[[int, Result], None]
+) -> None:
+    """Results of runs, each of which computes its points in turn: a run in one process, several at once.
+
+    The first run is computed here.  Others get workers of their own as soon as it has taken so long that they pay.
+
+    Parameters
+    ----------
+    work : as of `each`, gives the results of a run in turn; in a worker it does not see what other runs have changed.
+    arrived : called here with the place of the run and a result, as they arrive; those of one run in their order.
+
+    Raises
+    ------
+    Whatever `work` or `arrived` raises; the other runs are then given up, and so they are on Ctrl-C.
+    """
+    method, start = "fork" if sys.platform == "linux" else "spawn", time.perf_counter()
+    count = min(processes(), len(items))
+    inbox, seen = queue.SimpleQueue[tuple[int, bool, Any]](), [0] * len(items)
+    workers, ended = dict[int, BaseProcess](), dict[int, bool]()
+
+    def keep(place: int, result: Result) -> None:
+        seen[place] += 1
+        arrived(place, result)
+
+    def take(wait: bool) -> None:
+        """Take what the workers have sent, all of it where this process has nothing else to do."""
+        while len(ended) < len(workers) and (wait or not inbox.empty()):
+            place, more, result = inbox.get()
+            if more:
+                keep(place, result)
+            elif isinstance(result, BaseException):
+                raise result
+            else:
+                # the end of what a worker sends follows its last word
+                ended.setdefault(place, bool(result))
+
+    try:
+        for place, item in enumerate(items):
+            if place in workers:
+                continue
+            for result in work(item):
+                keep(place, result)
+                if not place and count > 1 and time.perf_counter() - start > _WORTH[method]:
+                    places, count = range(1, count), 1
+                    _start_runs(work, items, places, workers, inbox, method)
+                take(wait=False)
+        take(wait=True)
+        for place in sorted(set(workers) - {place for place, whole in ended.items() if whole}):
+            # a worker was killed: this process does what is left
+            for number, result in enumerate(work(items[place])):
+                if number >= seen[place]:
+                    keep(place, result)
+    finally:
+        for worker in workers.values():
+            worker.terminate()
+            worker.join()
+
+
+def _start_runs(
+    work: Callable[[Item], Iterable[Result]],
+    items: Sequence[Item],
+    places: range,
+    workers: dict[int, BaseProcess],
+    inbox: queue.SimpleQueue[tuple[int, bool, Any]],
+    method: str,
+) -> None:
+    """Start a worker for the run at each place; what it sends comes to the inbox."""
+    context: Any = multiprocessing.get_context(method)
+    for place in places:
+        receiver, sender = context.Pipe(duplex=False)
+        worker = context.Process(target=_send_run, args=(work, items[place], sender), daemon=True)
+        try:
+            with _starting(method):
+                worker.start()
+        except (OSError, NotImplementedError):
+            break
+        finally:
+            sender.close()
+        workers[place] = worker
+        threading.Thread(target=_receive_run, args=(place, receiver, inbox), daemon=True).start()
+
+
+def _receive_run(place: int, receiver: Connection, inbox: queue.SimpleQueue[tuple[int, bool, Any]]) -> None:
+    """Bring what a worker sends to the inbox, so that it need not wait until this process is free for it."""
+    try:
+        while True:
+            inbox.put((place, *receiver.recv()))
+    except (EOFError, OSError):
+        inbox.put((place, False, False))
+
+
+def _send_run(work: Callable[[Any], Iterable[Any]], item: Any, sender: Connection) -> None:
+    """A run in a worker: every result, then whether the run is whole, or what it has raised."""
+    _become_worker(work)
+    try:
+        for result in work(item):
+            sender.send((True, result))
+        sender.send((False, True))
+    except Exception as error:
+        sender.send((False, error))
 
 
 def _become_worker(work: Callable[[Any], Any]) -> None:

@@ -8,33 +8,44 @@ the answer to first order for lines that are small (derived here).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
 from ..steady.excitation import Shaft
-from .branch_switching import IntegratedMotion
 from .corrector import newton_step
 from .outputs import Measures, torus_amplitudes, torus_outputs
 from .problem import (
     Problem,
-    State,
     dynamic_size,
     elastic_forces,
+    embedded,
     evaluate,
     gap_rows,
     half_lattice,
     mesh_points,
     placed_line,
     problem,
-    prolonged,
     rate_rows,
 )
 from .refinement import Solution
 from .torus import Torus, TorusPoint, respond_torus
 
-__all__ = ["NEGLIGIBLE", "ShaftOrders", "ShaftResponse", "SuperposedLine", "superposed_lines", "superposition_is_exact"]
+__all__ = [
+    "NEGLIGIBLE",
+    "MeshOrders",
+    "ShaftResponse",
+    "SuperposedLine",
+    "integrated_with_shaft_orders",
+    "mesh_orders",
+    "shaft_response",
+    "superposed_lines",
+    "superposition_is_exact",
+]
+
+Index = NDArray[np.int64]
 
 # Samples of the phase of a line: the linear response has its order 1 alone, and four make its quadratures differences.
 _SAMPLES = 4
@@ -189,45 +200,64 @@ class ShaftResponse:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftOrders:
-    """Shaft orders of a System, put on motions of mesh orders, each once."""
+class MeshOrders:
+    """A motion of mesh orders, all that shaft orders on it follow from.
 
-    given: Torus
-    responses: dict[State, ShaftResponse] = field(default_factory=dict)
+    points : (J, D) lattice points.  y : (2, J, n).  speed : relative.  cycles : mesh cycles of a period.
+    stable : False where it is known not to be.
+    """
 
-    def response(self, at: Solution | IntegratedMotion) -> ShaftResponse:
-        """The motion with shaft orders next to one of mesh orders; where there is none, why."""
-        if isinstance(at, IntegratedMotion):
-            return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is integrated")
-        if at.state not in self.responses:
-            self.responses[at.state] = self._response(at)
-        return self.responses[at.state]
+    points: Index
+    y: Array
+    speed: float
+    cycles: int
+    stable: bool
 
-    def _response(self, at: Solution) -> ShaftResponse:
-        """The motion with shaft orders next to a solution."""
-        if at.given.cycles > 1:
-            return ShaftResponse(measures=None, status="shaft orders are not known of a motion of two mesh cycles")
-        if at.stability is not None and not at.stable:
-            return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is not stable")
-        start = at.given.grid.points, at.state.y
-        mesh_point = respond_torus(self.given.mesh_orders_only, at.state.speed, start=start)
-        if not mesh_point.converged or _distance_from(at, mesh_point) > _NEAR:
-            return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
-        lines = superposed_lines(self.given.mesh_orders_only, mesh_point)
-        if superposition_is_exact(self.given, mesh_point, lines):
-            return _torus_response(self.given.mesh_orders_only, mesh_point, lines)
-        point = respond_torus(self.given, at.state.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
-        if not point.converged:
-            return ShaftResponse(
-                measures=None, status=f"the torus of shaft orders: {point.status}", residual=point.residual
-            )
-        return _torus_response(self.given, point, superposed_lines(self.given, point))
+    @property
+    def key(self) -> tuple[object, ...]:
+        """The same of equal motions, bit by bit."""
+        return self.speed, self.cycles, self.stable, self.y.tobytes()
 
 
-def _distance_from(at: Solution, mesh_point: TorusPoint) -> float:
+def mesh_orders(at: Solution) -> MeshOrders:
+    """The motion of a solution."""
+    return MeshOrders(
+        points=at.given.grid.points,
+        y=at.state.y,
+        speed=at.state.speed,
+        cycles=at.given.cycles,
+        stable=at.stability is None or at.stable,
+    )
+
+
+def integrated_with_shaft_orders() -> ShaftResponse:
+    """What is known of shaft orders on a motion that is integrated."""
+    return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is integrated")
+
+
+def shaft_response(given: Torus, at: MeshOrders) -> ShaftResponse:
+    """A motion with shaft orders next to one of mesh orders; where there is none, why."""
+    if at.cycles > 1:
+        return ShaftResponse(measures=None, status="shaft orders are not known of a motion of two mesh cycles")
+    if not at.stable:
+        return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is not stable")
+    mesh_point = respond_torus(given.mesh_orders_only, at.speed, start=(at.points, at.y))
+    if not mesh_point.converged or _distance_from(at, mesh_point) > _NEAR:
+        return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
+    lines = superposed_lines(given.mesh_orders_only, mesh_point)
+    if superposition_is_exact(given.mesh_orders_only, mesh_point, lines):
+        return _torus_response(given.mesh_orders_only, mesh_point, lines)
+    point = respond_torus(given, at.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
+    if not point.converged:
+        status = f"the torus of shaft orders: {point.status}"
+        return ShaftResponse(measures=None, status=status, residual=point.residual)
+    return _torus_response(given, point, superposed_lines(given, point))
+
+
+def _distance_from(at: MeshOrders, mesh_point: TorusPoint) -> float:
     """Distance of the torus's mesh orders from those of a motion, per its dynamic size."""
-    y = prolonged(at.given, mesh_point.problem, at.state.y)
-    return float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.state.y)
+    y = embedded(at.points, at.y, mesh_point.problem, cycles=at.cycles)
+    return float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.y)
 
 
 def _torus_response(given: Torus, point: TorusPoint, lines: list[SuperposedLine]) -> ShaftResponse:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
@@ -12,16 +14,18 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import past_the_end
 from ...system.system import Array, System
+from ..parallel import each, runs
 from ..steady.response import FrameSpeed, Response, response
 from .branch_set import BranchSet, Segment, branch_set
 from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
+from .floquet import Stability
 from .outputs import Measures, force_level, periodic_measures
-from .refinement import HARMONICS, Refinement, with_stability
+from .refinement import HARMONICS, Refinement, Solution, with_stability
 from .rows import gap_rows_of, law_warnings
-from .shaft_orders import ShaftOrders
+from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
 from .sweep_direction import Reached, Unstable, sweep_direction
-from .torus import torus
+from .torus import Torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +70,8 @@ def contact_sweep(
         so.
     shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
         Other lines are superposed, ``superposed_error`` says what that leaves.
-    progress : called with (points done, points); an exception in it ends the sweep.
+    progress : called with (steps done, steps) once branches are followed: a step is a point reached, or its shaft
+        orders; an exception in it ends the sweep.
 
     Returns
     -------
@@ -93,12 +98,14 @@ def contact_sweep(
     speed = _speeds(ready, mesh_frequency, relative_speed)
     usable = np.isfinite(speed) & (speed > 0)
     refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
-    shaft = ShaftOrders(given=torus(ready, most=shaft_tones)) if shaft_orders and ready.lines.shaft else None
+    shaft = torus(ready, most=shaft_tones) if shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
     if rising.size:
         branches = branch_set(refinement, rising, harmonics=harmonics)
+        if unstable != "ignore":
+            _judge(refinement, branches)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
     options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
@@ -126,24 +133,91 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
     return speed
 
 
+def _judge(refinement: Refinement, branches: BranchSet) -> None:
+    """Enter the stability of all solutions of the branch set, on several cores; none with several mesh frequencies."""
+    if len(refinement.ready.lines.tones) > 1:
+        return
+    crossed = [crossing.solution for crossings in branches.crossings for crossing in crossings]
+    followed = [at for segment in branches.segments for at in segment.solutions]
+    every = {(at.state, at.backward): at for at in (*crossed, *followed)}
+    found = each(partial(_stability, refinement, list(every.values())), range(len(every)))
+    refinement.stability.update(zip(every, found, strict=True))
+
+
+def _stability(refinement: Refinement, solutions: list[Solution], place: int) -> Stability:
+    """Stability of one of the solutions."""
+    found = with_stability(refinement, solutions[place]).stability
+    assert found is not None
+    return found
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Point:
+    """What is reached at one speed: its place, the values (.., 1) of all curves, and forces (F,) as of `Measures`.
+
+    motion : on which shaft orders are still to come, else None.
+    """
+
+    place: int
+    values: dict[str, NDArray[Any]]
+    flank: Array | None
+    motion: MeshOrders | None
+
+
 def _fill_directions(
     refinement: Refinement,
     branches: BranchSet,
     curves: list[dict[str, NDArray[Any]]],
     unstable: Unstable,
-    shaft: ShaftOrders | None,
+    shaft: Torus | None,
     progress: Callable[[int, int], None] | None,
 ) -> list[Array]:
-    """Fill the curves (.., P) of both sweep directions; largest forces (F,) of the flanks of every motion [N]."""
-    total, done, largest = 2 * len(branches.crossings), 0, list[Array]()
-    for values, upward in zip(curves, (True, False), strict=True):
-        for place, reached in sweep_direction(refinement, branches, upward=upward, unstable=unstable):
-            found = _fill(refinement.ready.system, values, place, reached, shaft)
-            largest += [] if found is None else [found.flank]
-            done += 1
-            if progress is not None:
-                progress(done, total)
+    """Fill the curves (.., P) of both sweep directions; largest forces (F,) of the flanks of every motion [N].
+
+    A motion that both directions reach is given its shaft orders once.
+    """
+    steps = 1 if shaft is None else 2
+    total, done, largest = steps * 2 * len(branches.crossings), 0, list[Array]()
+    waiting = dict[tuple[object, ...], tuple[MeshOrders, list[tuple[int, int]]]]()
+
+    def step(count: int) -> None:
+        nonlocal done
+        done += count
+        if progress is not None:
+            progress(done, total)
+
+    def enter(direction: int, point: _Point) -> None:
+        """Enter what a direction has reached at one speed."""
+        for name, values in point.values.items():
+            curves[direction][name][..., point.place] = values[..., 0]
+        largest.extend([] if point.flank is None else [point.flank])
+        if point.motion is not None:
+            waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.place))
+        step(steps if point.motion is None else 1)
+
+    def enter_shaft_orders(number: int, found: ShaftResponse) -> None:
+        """Enter a motion with its shaft orders wherever it is reached."""
+        for direction, place in reached[number]:
+            _enter_shaft_orders(curves[direction], place, found)
+        largest.extend([] if found.measures is None else [found.measures.flank])
+        step(len(reached[number]))
+
+    # the directions share nothing that one of them finds: each is a run of its own
+    runs(partial(_direction, refinement, branches, unstable, shaft is not None), (True, False), arrived=enter)
+    motions, reached = [motion for motion, _ in waiting.values()], [places for _, places in waiting.values()]
+    if shaft is not None:
+        each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders)
     return largest
+
+
+def _direction(
+    refinement: Refinement, branches: BranchSet, unstable: Unstable, shaft: bool, upward: bool
+) -> Iterator[_Point]:
+    """The points of one sweep direction in turn; shaft : whether shaft orders come on top."""
+    for place, reached in sweep_direction(refinement, branches, upward=upward, unstable=unstable):
+        values = _empty_curves(refinement.ready.system, 1, shaft)
+        flank, motion = _fill(refinement.ready.system, values, reached, shaft)
+        yield _Point(place=place, values=values, flank=flank, motion=motion)
 
 
 def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[Any]]:
@@ -171,36 +245,47 @@ def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[
 
 
 def _fill(
-    system: System, values: dict[str, NDArray[Any]], place: int, reached: Reached, shaft: ShaftOrders | None
-) -> Measures | None:
-    """Enter what is reached at one speed into the curves (.., P), shaft orders on top; its measures where there are."""
+    system: System, values: dict[str, NDArray[Any]], reached: Reached, shaft: bool
+) -> tuple[Array | None, MeshOrders | None]:
+    """Enter what is reached at one speed into curves (.., 1).
+
+    Returns the largest forces (F,) [N] where they are known, and the motion where shaft orders are still to come.
+    """
     found = reached.motion
-    values["branch_instability"][place], values["jumped"][place] = reached.instability, reached.jumped
+    values["branch_instability"][0], values["jumped"][0] = reached.instability, reached.jumped
     if found is None:
-        values["status"][place] = "not converged"
-        return None
-    values["status"][place] = "ok"
+        values["status"][0] = "not converged"
+        return None, None
+    values["status"][0] = "ok"
     if isinstance(found, IntegratedMotion):
-        measures: Measures | None = found.measures
-        values["motion"][place] = "integrated"
+        measures = found.measures
+        values["motion"][0] = "integrated"
         if not np.isfinite(found.measures.rms).all():
-            values["status"][place] = "not finite"
+            values["status"][0] = "not finite"
+        if shaft:
+            _enter_shaft_orders(values, 0, integrated_with_shaft_orders())
+            return None, None
     else:
-        measures = None if shaft is not None else periodic_measures(system, found.given, found.state)
-        values["motion"][place] = found.kind
-        values["harmonics"][place], values["residual"][place] = found.harmonics, found.residual
-        values["stable"][place] = found.stable
+        values["motion"][0] = found.kind
+        values["harmonics"][0], values["residual"][0] = found.harmonics, found.residual
+        values["stable"][0] = found.stable
         if found.stability is not None:
-            values["largest_multiplier"][place] = abs(found.stability.multiplier)
-    if shaft is not None:
-        one = shaft.response(found)
-        measures, values["status"][place] = one.measures, one.status
-        values["harmonics"][place], values["residual"][place] = one.harmonics, one.residual
-        values["residual_dropped"][place] = one.truncation_residual
-        values["superposed_error"][place] = one.superposed_error
-    if measures is not None:
-        _enter(values, place, measures)
-    return measures
+            values["largest_multiplier"][0] = abs(found.stability.multiplier)
+        if shaft:
+            return None, mesh_orders(found)
+        measures = periodic_measures(system, found.given, found.state)
+    _enter(values, 0, measures)
+    return measures.flank, None
+
+
+def _enter_shaft_orders(values: dict[str, NDArray[Any]], place: int, one: ShaftResponse) -> None:
+    """Enter a motion with shaft orders at one speed into the curves (.., P)."""
+    values["status"][place] = one.status
+    values["harmonics"][place], values["residual"][place] = one.harmonics, one.residual
+    values["residual_dropped"][place] = one.truncation_residual
+    values["superposed_error"][place] = one.superposed_error
+    if one.measures is not None:
+        _enter(values, place, one.measures)
 
 
 def _enter(values: dict[str, NDArray[Any]], place: int, measures: Measures) -> None:
