@@ -64,31 +64,96 @@ def _tabulated(N: Numbers, f: int, x: float, row: int, gap: float) -> tuple[floa
 
 
 @_jit
+def _add_products(A: Array, x: Array, out: Array) -> None:
+    """Add x (m,) times A (m, c) to out (c,).
+
+    Four rows a pass, in their turn: the sums stay in registers and have the bits of one row after the other.
+    """
+    m, c = A.shape
+    whole = m - m % 4
+    for j in range(0, whole, 4):
+        x0, x1, x2, x3 = x[j], x[j + 1], x[j + 2], x[j + 3]
+        for i in range(c):
+            out[i] = out[i] + A[j, i] * x0 + A[j + 1, i] * x1 + A[j + 2, i] * x2 + A[j + 3, i] * x3
+    for j in range(whole, m):
+        for i in range(c):
+            out[i] += A[j, i] * x[j]
+
+
+@_jit
+def _less_products(A: Array, x: Array, B: Array, y: Array, out: Array) -> None:
+    """Take x (m,) times A (m, c) and y (m,) times B (m, c) from out (c,), as `_add_products`."""
+    m, c = A.shape
+    whole = m - m % 4
+    for j in range(0, whole, 4):
+        x0, x1, x2, x3 = x[j], x[j + 1], x[j + 2], x[j + 3]
+        y0, y1, y2, y3 = y[j], y[j + 1], y[j + 2], y[j + 3]
+        for i in range(c):
+            left = out[i] - (A[j, i] * x0 + B[j, i] * y0)
+            left -= A[j + 1, i] * x1 + B[j + 1, i] * y1
+            left -= A[j + 2, i] * x2 + B[j + 2, i] * y2
+            out[i] = left - (A[j + 3, i] * x3 + B[j + 3, i] * y3)
+    for j in range(whole, m):
+        for i in range(c):
+            out[i] -= A[j, i] * x[j] + B[j, i] * y[j]
+
+
+@_jit
+def _interval(N: Numbers, t: float) -> int:
+    """Number of the interval of the program that holds a time [s]."""
+    return min(max(int(np.searchsorted(N.time, t, side="right")) - 1, 0), N.time.size - 2)
+
+
+@_jit
+def _by_order(N: Numbers) -> Array:
+    """Variation of the stiffness with the rows side by side, (2, L, F)."""
+    F, L = N.mean.size, N.wave.shape[2]
+    wave = np.empty((2, L, F))
+    for part in range(2):
+        for order in range(L):
+            for f in range(F):
+                wave[part, order, f] = N.wave[part, f, order]
+    return wave
+
+
+@_jit
+def _stiffness(N: Numbers, tau: float, wave: Array, turns: Array, k: Array) -> None:
+    """Fill in k (F,) [N/m] of rows without a table; wave as of `_by_order`, turns (4, F) is work space.
+
+    All rows go through the orders together.  Rows of one tone share its cosine and sine.
+    """
+    F, tone, c1, s1 = k.size, -1, 1.0, 0.0
+    for f in range(F):
+        if N.tone[f] != tone:
+            tone = N.tone[f]
+            angle = TURN * tau * N.tones[tone]
+            c1, s1 = np.cos(angle), np.sin(angle)
+        turns[0, f], turns[1, f], turns[2, f], turns[3, f], k[f] = c1, s1, c1, s1, 1.0
+    for order in range(wave.shape[1]):
+        for f in range(F):
+            c, w = turns[2, f], turns[3, f]
+            k[f] += wave[0, order, f] * c - wave[1, order, f] * w
+            turns[2, f], turns[3, f] = c * turns[0, f] - w * turns[1, f], c * turns[1, f] + w * turns[0, f]
+    for f in range(F):
+        k[f] = N.mean[f] * max(k[f], N.least)
+
+
+@_jit
 def _instant_terms(
-    N: Numbers, t: float, middle: float, k: Array, cell: Index, e: Array, de: Array, push: Array
+    N: Numbers, t: float, low: int, wave: Array, turns: Array, k: Array, cell: Index, e: Array, de: Array, push: Array
 ) -> tuple[float, float]:
     """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s and s'.
 
-    Of a row with a table cell (F,) is the first of its cubics and k the place in them [cycles].
+    t is in the interval `low` of the program.  Of a row with a table cell (F,) is the first of its cubics and k the
+    place in them [cycles].
     """
-    low = min(max(int(np.searchsorted(N.time, middle, side="right")) - 1, 0), N.time.size - 2)
     span, since = N.time[low + 1] - N.time[low], t - N.time[low]
     rise = (N.speed[low + 1] - N.speed[low]) / span
     s = N.speed[low] + rise * since
     tau = N.phase[low] + since * (N.speed[low] + rise * since / 2)
-    n, F, L = push.size, N.mean.size, N.wave.shape[2]
-    tabulated = N.tables.shape[0] > 0
-    for f in range(F):
-        if tabulated and N.table[f] >= 0:
-            continue
-        angle = TURN * tau * N.tones[N.tone[f]]
-        c1, s1 = np.cos(angle), np.sin(angle)
-        c, w, total = c1, s1, 1.0
-        for order in range(L):
-            total += N.wave[0, f, order] * c - N.wave[1, f, order] * w
-            c, w = c * c1 - w * s1, c * s1 + w * c1
-        k[f] = N.mean[f] * max(total, N.least)
-    if tabulated:
+    n, F = push.size, N.mean.size
+    _stiffness(N, tau, wave, turns, k)
+    if N.tables.shape[0]:
         for f in range(F):
             if N.table[f] >= 0:
                 k[f], cell[f] = _phase(N, f, tau)
@@ -274,13 +339,9 @@ def _slope(
     n, M, F = y.size, e.size, N.mean.size
     x[:] = 0.0
     u[:] = 0.0
-    for j in range(n):
-        for i in range(M):
-            x[i] += N.gaps[j, i] * y[j]
+    _add_products(N.gaps, y, x)
     if N.rated:
-        for j in range(n):
-            for i in range(M):
-                u[i] += N.gaps[j, i] * v[j]
+        _add_products(N.gaps, v, u)
     for i in range(F):
         gap = x[i] - e[i]
         force = 0.0
@@ -303,13 +364,9 @@ def _slope(
             r[F + i] = total - g[i]
     for i in range(n):
         a[i] = push[i] - N.squared[i] * y[i] - N.rate[i] * v[i]
-    for j in range(M):
-        for i in range(n):
-            a[i] += N.pulls[j, i] * r[j]
+    _add_products(N.pulls, r, a)
     if turning:
-        for j in range(n):
-            for i in range(n):
-                a[i] -= damp[j, i] * v[j] + stiff[j, i] * y[j]
+        _less_products(damp, v, stiff, y, a)
 
 
 @_jit
@@ -333,15 +390,19 @@ def _run(
     if turning:
         _operators(N, N.speed[0], 0.0, stiff, damp)
     varying = varying and turning
+    wave, turns = _by_order(N), np.empty((4, F))
+    low = -1
     for sample in range(out.shape[0]):
         for sub in range(keep):
             index = first + sample * keep + sub
             t = begin + index * step
             middle, end = begin + (index + 0.5) * step, begin + (index + 1) * step
+            before, low = low, _interval(N, middle)
             for stage in range(4):
-                if stage == 0 or stage == 1 or stage == 3:
+                # a step begins with the terms with which the one before has ended, in one interval of the program
+                if stage == 1 or stage == 3 or (stage == 0 and low != before):
                     at = t if stage == 0 else (middle if stage == 1 else end)
-                    s, rise = _instant_terms(N, at, middle, k, cell, e, de, push)
+                    s, rise = _instant_terms(N, at, low, wave, turns, k, cell, e, de, push)
                     if varying:
                         _operators(N, s, rise, stiff, damp)
                 if stage == 0:
