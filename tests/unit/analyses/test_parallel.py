@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import epicyclic
 from epicyclic.analyses import parallel
-from epicyclic.analyses.parallel import each, processes
+from epicyclic.analyses.parallel import each, processes, runs
 from epicyclic.errors import ModelError
 
 METHODS = ("fork", "spawn") if sys.platform == "linux" else ("spawn",)
@@ -106,6 +109,68 @@ def assert_same_bits(one: object, other: object) -> None:
     assert to_json(one) == to_json(other)  # type: ignore[arg-type]
 
 
+def stepped(own: int, how: str, count: int) -> Iterator[tuple[int, int]]:
+    """Points of a run, and the process; the second run, where it is not this process, ends as told."""
+    for step in range(count):
+        if how == "killed" and step == 3 and os.getpid() != own:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if how == "refused" and step == 3 and count == 7:
+            raise ModelError("too much", path="mesh_frequency", given=step, allowed="1")
+        yield step, os.getpid()
+
+
+@pytest.mark.usefixtures("two_at_once")
+@pytest.mark.parametrize("how", ["whole", "killed"])
+def test_runs_of_two_processes_come_whole_and_in_their_order(how: str) -> None:
+    seen: dict[int, list[tuple[int, int]]] = {0: [], 1: [], 2: []}
+    runs(partial(stepped, os.getpid(), how), (5, 7, 2), arrived=lambda place, result: seen[place].append(result))
+    assert [[step for step, _ in points] for points in seen.values()] == [[*range(5)], [*range(7)], [*range(2)]]
+    assert {process for _, process in seen[0] + seen[2]} == {os.getpid()}
+    elsewhere = [process != os.getpid() for _, process in seen[1]]
+    assert elsewhere == ([True] * 7 if how == "whole" else [True] * 3 + [False] * 4)
+
+
+@pytest.mark.usefixtures("two_at_once")
+def test_an_error_of_a_run_comes_back_as_it_is_and_nothing_is_left() -> None:
+    with pytest.raises(ModelError, match="too much") as caught:
+        runs(partial(stepped, os.getpid(), "refused"), (5, 7), arrived=lambda _, __: None)
+    assert caught.value.path == "mesh_frequency"
+    with pytest.raises(KeyboardInterrupt):
+        runs(partial(stepped, os.getpid(), "whole"), (5, 10**9), arrived=interrupted)
+    assert not multiprocessing.active_children()
+
+
+def interrupted(place: int, _: object) -> None:
+    if place == 1:
+        raise KeyboardInterrupt
+
+
+def test_short_runs_stay_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EPICYCLIC_JOBS", "8")
+    seen = set[int]()
+    runs(partial(stepped, 0, "whole"), (3, 4), arrived=lambda _, result: seen.add(result[1]))
+    assert seen == {os.getpid()}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "start", "stop", "points"), [("xu2020", 1080.0, 1400.0, 5), ("ren2021", 1080.0, 1170.0, 4)]
+)
+def test_contact_loss_has_the_bits_of_one_process(
+    name: str, start: float, stop: float, points: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bands in which motions lose their symmetry, double their period or are integrated."""
+    options: dict[str, Any] = {"start": start, "stop": stop, "points": points, "contact_loss": True}
+    monkeypatch.setenv("EPICYCLIC_JOBS", "1")
+    one = epicyclic.sweep(name, **options)
+    monkeypatch.setenv("EPICYCLIC_JOBS", "2")
+    monkeypatch.setattr(parallel, "_WORTH", dict.fromkeys(METHODS, 0.0))
+    steps = list[tuple[int, int]]()
+    assert_same_bits(epicyclic.sweep(name, progress=lambda *step: steps.append(step), **options), one)
+    assert steps == sorted(steps)
+    assert steps[-1][0] == steps[-1][1]
+
+
 @pytest.mark.parametrize("text", ["0", "-1", "many", "1.5"])
 def test_a_wrong_number_of_processes_is_refused(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EPICYCLIC_JOBS", text)
@@ -136,7 +201,7 @@ print("done", len(found), flush=True)
 """
 
 
-def start(tmp_path: Path, method: str, *seconds: float) -> subprocess.Popen[str]:
+def started(tmp_path: Path, method: str, *seconds: float) -> subprocess.Popen[str]:
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, encoding="utf-8")
     return subprocess.Popen(
@@ -151,7 +216,7 @@ def start(tmp_path: Path, method: str, *seconds: float) -> subprocess.Popen[str]
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_script_without_a_guard_runs_once(method: str, tmp_path: Path) -> None:
-    with start(tmp_path, method, 0.01, 0.02, 0.03, 0.02) as running:
+    with started(tmp_path, method, 0.01, 0.02, 0.03, 0.02) as running:
         out, err = running.communicate(timeout=60)
     assert running.returncode == 0, err
     assert out.count("started") == 1
@@ -162,7 +227,7 @@ def test_a_script_without_a_guard_runs_once(method: str, tmp_path: Path) -> None
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("by", ["Ctrl-C", "SIGINT", "SIGTERM", "SIGKILL"])
 def test_nothing_is_left_behind(by: str, method: str, tmp_path: Path) -> None:
-    with start(tmp_path, method, 0.01, 0.01, 30.0, 30.0, 30.0) as running:
+    with started(tmp_path, method, 0.01, 0.01, 30.0, 30.0, 30.0) as running:
         assert running.stdout is not None
         wait_for(lambda: len(session(running.pid)) >= 3)
         if by == "Ctrl-C":  # to the whole group, as a terminal does

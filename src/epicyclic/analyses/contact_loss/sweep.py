@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -14,7 +14,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import past_the_end
 from ...system.system import Array, System
-from ..parallel import each, runs
+from ..parallel import each, processes, runs
 from ..steady.response import FrameSpeed, Response, response
 from .branch_set import BranchSet, Segment, branch_set
 from .branch_switching import IntegratedMotion
@@ -24,7 +24,7 @@ from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, with_stability
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
-from .sweep_direction import Reached, Unstable, sweep_direction
+from .sweep_direction import Reached, Unstable, sweep_direction, switched, switched_ahead
 from .torus import Torus, torus
 
 if TYPE_CHECKING:
@@ -106,6 +106,8 @@ def contact_sweep(
         branches = branch_set(refinement, rising, harmonics=harmonics)
         if unstable != "ignore":
             _judge(refinement, branches)
+        if unstable == "replace" and processes() > 1:
+            _switch_ahead(refinement, branches)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
     options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
@@ -149,6 +151,25 @@ def _stability(refinement: Refinement, solutions: list[Solution], place: int) ->
     found = with_stability(refinement, solutions[place]).stability
     assert found is not None
     return found
+
+
+def _switch_ahead(refinement: Refinement, branches: BranchSet) -> None:
+    """Enter what replaces unstable solutions that both directions are sure to come by: searches that are independent.
+
+    One process does better without: it need not search where the motion found before goes on.
+    """
+    every = switched_ahead(refinement, branches)
+    found = each(partial(_switched, refinement, every), range(len(every)))
+    for at, other in zip(every, found, strict=True):
+        if other is not None:
+            # of all workers the same problem
+            other = replace(other, given=refinement.problem(other.harmonics, cycles=other.given.cycles))
+        refinement.switched[at.state] = other
+
+
+def _switched(refinement: Refinement, solutions: list[Solution], place: int) -> Solution | None:
+    """What replaces one of the solutions."""
+    return switched(refinement, solutions[place])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -20,12 +20,13 @@ from .branch_switching import (
     period_doubled_motions,
     symmetry_broken_motions,
 )
+from .problem import State
 from .refinement import Refinement, Solution, distance, distinct, solution, with_stability
 
 if TYPE_CHECKING:
     from .branch_set import BranchSet, Crossing
 
-__all__ = ["Reached", "Unstable", "sweep_direction"]
+__all__ = ["Reached", "Unstable", "sweep_direction", "switched", "switched_ahead"]
 
 Unstable = Literal["replace", "report", "ignore"]
 """What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
@@ -33,6 +34,11 @@ Unstable = Literal["replace", "report", "ignore"]
 # Perturbation of every coordinate, per its own size, from which an unstable motion is left: one that grows 1 % a cycle
 # is left within the cycles run.
 _PERTURBATION = 0.05
+# What is looked for in place of a motion, by how it is left.
+_SEARCH: dict[str, Callable[[Refinement, Solution], Iterator[Solution]]] = {
+    "symmetry breaking": symmetry_broken_motions,
+    "period doubling": period_doubled_motions,
+}
 # Harmonics of the attractor of a motion that is not periodic.
 _HARMONICS = 16
 
@@ -92,7 +98,7 @@ def _on_branch(
         return Reached(motion=kept, part=at.part, instability=instability)
     if here.stability is None or here.stable:
         return Reached(motion=here, part=at.part, instability=instability)
-    other: Solution | IntegratedMotion | None = next(_switched(refinement, here), None)
+    other: Solution | IntegratedMotion | None = switched(refinement, here)
     if other is None:
         start = last.last if isinstance(last, IntegratedMotion) else initial_state(here)
         other = attractor(refinement, _perturbed(start), speed, harmonics=here.harmonics)
@@ -118,15 +124,31 @@ def _continued(refinement: Refinement, speed: float, last: Solution) -> Solution
     return found if found is not None and found.stable else None
 
 
-def _switched(refinement: Refinement, here: Solution) -> Iterator[Solution]:
-    """Stable motions of the balance that take the place of an unstable one."""
+def switched(refinement: Refinement, here: Solution) -> Solution | None:
+    """The stable motion of the balance that takes the place of an unstable one, None where none is found."""
+    if here.state in refinement.switched:
+        return refinement.switched[here.state]
     kind = here.stability.kind if here.stability else ""
-    search: dict[str, Callable[[Refinement, Solution], Iterator[Solution]]] = {
-        "symmetry breaking": symmetry_broken_motions,
-        "period doubling": period_doubled_motions,
-    }
-    if kind in search:
-        yield from search[kind](refinement, here)
+    return next(_SEARCH[kind](refinement, here), None) if kind in _SEARCH else None
+
+
+def switched_ahead(refinement: Refinement, branches: BranchSet) -> list[Solution]:
+    """Solutions for which both directions are sure to ask `switched`, unless a motion found before goes on.
+
+    A direction stays on the part on which it begins as far as that goes.
+    """
+    found = dict[State, Solution]()
+    for upward in (True, False):
+        part = None
+        for choices in branches.crossings if upward else branches.crossings[::-1]:
+            part = (choices[0] if upward else choices[-1]).part if part is None and choices else part
+            mine = [each.solution for each in (choices if upward else choices[::-1]) if each.part == part]
+            if part is not None and not mine:
+                break
+            here = with_stability(refinement, mine[0]) if mine else None
+            if here is not None and here.stability is not None and here.stability.kind in _SEARCH:
+                found[here.state] = here
+    return list(found.values())
 
 
 def _off_branch(
