@@ -163,6 +163,7 @@ def test_contact_loss_has_the_bits_of_one_process(
     options: dict[str, Any] = {"start": start, "stop": stop, "points": points, "contact_loss": True}
     monkeypatch.setenv("EPICYCLIC_JOBS", "1")
     one = epicyclic.sweep(name, **options)
+    assert (name == "xu2020") == ("symmetry broken" in one.motion.values)
     monkeypatch.setenv("EPICYCLIC_JOBS", "2")
     monkeypatch.setattr(parallel, "_WORTH", dict.fromkeys(METHODS, 0.0))
     steps = list[tuple[int, int]]()
