@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.analyses import parallel
 from epicyclic.analyses.contact_loss import refinement as refinement_module
 from epicyclic.analyses.contact_loss.branch_switching import initial_state
 from epicyclic.analyses.contact_loss.corrector import linear_start
@@ -24,7 +25,7 @@ from epicyclic.analyses.steady.sweep import sweep as linear_sweep
 from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
-from epicyclic.results.dataset import load_result, save_result
+from epicyclic.results.dataset import load_result, save_result, to_json
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System
 
@@ -227,3 +228,17 @@ def test_the_old_spelling_of_report_is_understood(made: Any) -> None:
     with pytest.warns(DeprecationWarning, match="report"):
         old = epicyclic.sweep(system, contact_loss=True, relative_speed=[0.75], unstable="tell")
     xr.testing.assert_identical(old, contact_sweep(system, relative_speed=[0.75], unstable="report"))
+
+
+def test_motions_found_ahead_on_several_cores_have_the_bits_of_one(made: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    # a pair near twice its natural frequency, where its stiffness shakes it most
+    system = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)
+    speeds = np.array([1.99, 2.0, 2.01])
+    one = contact_sweep(system, relative_speed=speeds)
+    assert (one.motion == "period 2").any()
+    monkeypatch.setenv("EPICYCLIC_JOBS", "2")
+    monkeypatch.setattr(parallel, "_WORTH", {"fork": 0.0, "spawn": 0.0})
+    steps = list[tuple[int, int]]()
+    two = contact_sweep(system, relative_speed=speeds, progress=lambda *step: steps.append(step))
+    assert to_json(one) == to_json(two)
+    assert steps == [(count + 1, 6) for count in range(6)]
