@@ -54,12 +54,17 @@ class TabulatedLaw:
 
     @property
     def stiffest(self) -> Array:
-        """Largest slope and secant of the table (c,) [N/m].
+        """Largest tangent (c,) [N/m] at the tabulated phases.
 
-        The tangent of a rising cubic exceeds neither by more than a half [fritsch1980].
+        The tangent of a cubic is a parabola over its cell, with the slopes at both ends and the secant as its mean.
         """
         secant = np.diff(self.force) / np.diff(self.gap, axis=1)
-        return np.full(len(self.lead), max(float(self.slope.max()), 1.5 * float(secant.max())))
+        first, last = self.slope[:, :-1], self.slope[:, 1:]
+        bend, rise = 3 * (first + last - 2 * secant), 2 * (3 * secant - 2 * first - last)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            place = -rise / (2 * bend)
+            top = np.where((bend < 0) & (place > 0) & (place < 1), first - rise**2 / (4 * bend), 0.0)
+        return np.full(len(self.lead), max(float(self.slope.max()), float(top.max())))
 
     @property
     def end(self) -> Array:
