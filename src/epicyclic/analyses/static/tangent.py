@@ -22,6 +22,8 @@ from .record import group_gap
 
 __all__ = ["flank_warnings", "linear", "mean_stretch", "small_motion_tangent"]
 
+# First touch [m] and relative error of a force below which a law is its tangent: rounding.
+_NO_TOUCH, _NO_ERROR = 1e-15, 1e-9
 # Phases of the mesh cycle at which a law stands beside its tangent: five a wave of the 12th order, the last of a table.
 _PHASES = 64
 
@@ -264,12 +266,16 @@ def _departure_text(load: Array, touch: float, error: float) -> str:
     """What a tangent taken at loads (w,) [N] leaves out, from first touch [m] and relative error [1]."""
     sense = "after" if touch > 0 else "before"
     first = f"teeth touch {abs(touch) * 1e6:.2g} um {sense} the tangent does"
+    if abs(touch) < _NO_TOUCH:
+        first = "teeth touch where the tangent does"
     if np.isnan(error):
         return f"tangent in place of the law of its gaps: {first} (worst of the mesh cycle)"
     low, high = (f"{value / 1e3:.4g}" for value in (load.min(), load.max()))
     taken = high if low == high else f"{low} .. {high}"
     if np.isinf(error):
         beside = "the law gives no force"
+    elif abs(error) < _NO_ERROR:
+        beside = "both forces agree"
     else:
         beside = f"its force is {abs(error) * 100:.2g} % {'above' if error > 0 else 'below'} that of the law"
     return (
