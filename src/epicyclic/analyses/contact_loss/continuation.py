@@ -41,6 +41,10 @@ __all__ = [
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without
 # these guards large steps jump over whole resonances with a clean residual (benchmarks/contact.py).
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
+# Largest move of the corrector at a corner of the sampled contact, as a part of the shortest step: a turn by 76 degrees.
+_CORNER_FAR = 4.0
+# Slack of the move that a corner allows: the residual left of a corrector, 1e-6 of a motion, in steps of 1e-3.
+_CORNER_SLACK = 1.1
 # A step grows by this after so few Newton steps and so small a move, as a part of it.
 _GROW, _QUICK, _NEAR = 1.4, 3, 0.2
 # Newton steps of a corrector; residual of the GMRES of a bordered step per right side, and the part of the residual
@@ -160,16 +164,17 @@ def step_from(
     speed = at.state.speed + size * unit.speed * at.tangent_speed
     if speed <= 0:
         return None
-    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=_FAR * size if guarded else np.inf)
+    far = (_CORNER_FAR if cornering else _FAR) * size if guarded else np.inf
+    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=far)
     if found is None:
         return None
     state, steps, calls = found
     moved = float(np.hypot(np.linalg.norm(state.y - y) / unit.motion, (state.speed - speed) / unit.speed))
-    if guarded and moved > _FAR * size:
+    if guarded and moved > far:
         return None
     tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit)
     turned = float(np.vdot(tangent, at.tangent)) + tangent_speed * at.tangent_speed
-    if guarded and turned < (0.0 if cornering else _TURN):
+    if guarded and not _on_branch(turned, moved / size, cornering=cornering):
         return None
     point = PathPoint(
         given=given,
@@ -181,6 +186,19 @@ def step_from(
         calls=calls + used,
     )
     return point, moved
+
+
+def _on_branch(turned: float, moved: float, *, cornering: bool) -> bool:
+    """Whether a step whose tangent turns by so much (cosine), its corrector moving so far per length, keeps its branch.
+
+    Past a corner of the angle a in the distance d < size, the plane of the corrector is met (size - d) tan a beside
+    the predictor: a corner moves the corrector by no more than tan a of the step.  A jump moves it without the turn.
+    """
+    if not cornering:
+        return moved <= _FAR and turned >= _TURN
+    if turned <= 0:
+        return False
+    return moved <= max(_FAR, _CORNER_SLACK * float(np.sqrt(max(1 - turned**2, 0.0))) / turned)
 
 
 def corrected(

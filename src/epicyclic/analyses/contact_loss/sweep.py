@@ -423,8 +423,6 @@ def _warnings(
         notes.append("run-outs and other shaft orders are left out")
     elif ready.lines.shaft:
         notes += _of_shaft_orders(curves)
-    if len(ready.lines.tones) > 1:
-        notes.append("stability is not judged with several mesh frequencies")
     return notes
 
 
