@@ -2,10 +2,10 @@
 
 The tangents of the laws are quasi-periodic, so no period has multipliers.  The variational equation is that of
 `analyses.stability.floquet`, its kicks taken from the laws at the phases of both tones.  A block of disturbances goes
-through windows of whole cycles of the first tone, after which both tones have nearly the phases they began with: by
-Dirichlet's theorem within 1/48 of a cycle, mostly far nearer.  Each window is then nearly a period, and the Ritz values
-of the block nearly its multipliers [seydel2010].  Where tones have a short common period, a window holds it a whole
-number of times, and the Ritz values are those of Floquet multipliers.
+through windows of whole cycles of the first tone, after which the second tone has nearly the phase it began with, mostly
+within 1/50 of a cycle.  Each window is then nearly a period, the Ritz values of the block are nearly its multipliers,
+and their mean over windows is the growth along the path.  Where the tones have a short common period, a window holds it
+a whole number of times, and the Ritz values are Floquet multipliers.
 
 Shapes: R rows, T samples, S steps, N states, k disturbances.
 """
@@ -25,8 +25,8 @@ from .problem import Problem, State, gap_rows
 
 __all__ = ["Growth", "Tangents", "quasi_periodic_growth", "tangents_along", "window_cycles"]
 
-# Cycles of the first tone in a window, least and most: few enough that a growth of 2 a cycle keeps a block apart,
-# enough that what decays is gone and that a phase of the second tone recurs within 1/48.
+# Cycles of the first tone in a window, least and most: few enough that a growth of 2 a cycle is far from overflow,
+# enough that most of what decays is gone and that the phase of the second tone mostly recurs within 1/50.
 _LEAST, _MOST = 16, 48
 # Steps of the faster mesh cycle in which contact changes, as of one tone, and samples of the contact in a step.
 _STEPS, _SAMPLES = 48, 8
