@@ -176,7 +176,8 @@ def initial_state(at: Solution) -> Array:
 def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: int) -> Solution | IntegratedMotion:
     """The stable motion of one or two cycles that a start (2, n) approaches, or a record of what it does instead.
 
-    With two mesh tones that is the stable motion of both.  A start on an unstable motion leaves it only as fast as rounding grows: give it a perturbation first.
+    With two mesh tones that is the stable motion of both.  A start on an unstable motion leaves it only as fast as
+    rounding grows: give it a perturbation first.
     """
     system = _with_mesh_orders_only(refinement, speed)
     moving = motion(system, program=constant(speed))
@@ -257,9 +258,7 @@ def _periodic_solution(
     return found if found.stable else None
 
 
-def _two_tone_solution(
-    refinement: Refinement, q: Array, speed: float, begin: float, harmonics: int
-) -> Solution | None:
+def _two_tone_solution(refinement: Refinement, q: Array, speed: float, begin: float, harmonics: int) -> Solution | None:
     """The stable solution of two mesh tones next to a record q (N, n) of whole cycles [m], None where there is none.
 
     Amplitudes at the lattice points are those of least squares over the record: no period holds both tones.

@@ -41,8 +41,13 @@ __all__ = [
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without
 # these guards large steps jump over whole resonances with a clean residual (benchmarks/contact.py).
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
-# Largest move of the corrector at a corner of the sampled contact, as a part of the shortest step: a turn by 76 degrees.
+# Largest move of the corrector at a corner of the sampled contact, per shortest step: a turn by 76 degrees.
 _CORNER_FAR = 4.0
+# Points past the first corner that ends a branch, by the number of tones: 10 s of either.  A branch that winds through
+# more corners than that is cut there, and the sweep says so.
+_PAST_CORNERS = {1: 800, 2: 100}
+# Length within which the branch with more samples is: the first step of a path.
+_RESAMPLED = 0.25
 # Slack of the move that a corner allows: the residual left of a corrector, 1e-6 of a motion, in steps of 1e-3.
 _CORNER_SLACK = 1.1
 # A step grows by this after so few Newton steps and so small a move, as a part of it.
@@ -78,6 +83,7 @@ class Stepping:
     """Lengths of steps along a path: first, longest and shortest.
 
     guarded : whether far moves and sharp turns fail a step.  points : number after which a path ends.
+    corners : whether the shortest step may move as far as a corner of the branch makes it.
     """
 
     first: float = 0.25
@@ -85,6 +91,7 @@ class Stepping:
     shortest: float = 1e-3
     guarded: bool = True
     points: int = 4000
+    corners: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -143,7 +150,8 @@ def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping
     while size >= stepping.shortest:
         # a corner of the sampled contact turns at any length: at the shortest, the turn alone fails no step
         cornering = size < 2 * stepping.shortest
-        trial = step_from(at, size, unit, guarded=stepping.guarded, cornering=cornering)
+        far = _CORNER_FAR if cornering and stepping.corners else _FAR
+        trial = step_from(at, size, unit, guarded=stepping.guarded, cornering=cornering, far=far)
         if trial is not None:
             point, moved = trial
             quick = point.steps <= _QUICK and (moved < _NEAR * size or not stepping.guarded)
@@ -153,24 +161,31 @@ def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping
 
 
 def step_from(
-    at: PathPoint, size: float, unit: ArclengthUnit, *, guarded: bool = True, cornering: bool = False
+    at: PathPoint,
+    size: float,
+    unit: ArclengthUnit,
+    *,
+    guarded: bool = True,
+    cornering: bool = False,
+    far: float = _FAR,
 ) -> tuple[PathPoint, float] | None:
     """One predictor-corrector step of a given length and how far its corrector moved, None where it fails.
 
     cornering : any turn of the tangent below a right angle is allowed.
+    far : part of the step that the corrector may move; more than a half only as far as a corner makes it.
     """
     given = at.given
     y = at.state.y + size * unit.motion * at.tangent
     speed = at.state.speed + size * unit.speed * at.tangent_speed
     if speed <= 0:
         return None
-    far = (_CORNER_FAR if cornering else _FAR) * size if guarded else np.inf
-    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=far)
+    most = far * size if guarded else np.inf
+    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=most)
     if found is None:
         return None
     state, steps, calls = found
     moved = float(np.hypot(np.linalg.norm(state.y - y) / unit.motion, (state.speed - speed) / unit.speed))
-    if guarded and moved > far:
+    if guarded and moved > most:
         return None
     tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit)
     turned = float(np.vdot(tangent, at.tangent)) + tangent_speed * at.tangent_speed
@@ -299,14 +314,52 @@ def branch(
     ----------
     score : what has a peak that must not be missed.  stop : ends the branch at a point before it leaves [low, high].
     """
-    points = []
-    for point in follow(start_of_path(given, start, unit), low, high, unit=unit, stepping=stepping):
-        points.append(point)
-        if stop is not None and stop(point):
+    points = list[PathPoint]()
+    at: PathPoint | None = start_of_path(given, start, unit)
+    for own, times in _tries(stepping, len(given.grid.counts)):
+        if times > 1 and at is not None:
+            # corners of the sampled contact are as sharp as the samples are few
+            samples = times * refinement.samples(harmonics)
+            at = _on_finer_samples(at, refinement.problem(harmonics, cycles=given.cycles, samples=samples), unit)
+        if at is None:
+            break
+        points = points[:-1]
+        for point in follow(at, low, high, unit=unit, stepping=own):
+            points.append(point)
+            if stop is not None and stop(point):
+                break
+        at = points[-1]
+        if not low <= at.state.speed <= high or (stop is not None and stop(at)):
             break
     points = _confirmed(refinement, harmonics, points, unit)
     points = _with_folds(points, unit)
     return _with_peak(points, unit, score)
+
+
+def _tries(stepping: Stepping, tones: int) -> list[tuple[Stepping, int]]:
+    """Steps in turn, each where the ones before end, and how many times the usual samples go with them."""
+    if not stepping.guarded:
+        return [(stepping, 1)]
+    past = replace(stepping, corners=True, points=min(stepping.points, _PAST_CORNERS[tones]))
+    return [(stepping, 1), (past, 1), (past, 2)] if tones == 1 else [(stepping, 1), (past, 1)]
+
+
+def _on_finer_samples(at: PathPoint, finer: Problem, unit: ArclengthUnit) -> PathPoint | None:
+    """The point of a branch next to another one, with more samples; None where there is none so near."""
+    found = corrected(finer, at.state.y, at.state.speed, at.tangent, at.tangent_speed, unit, far=_RESAMPLED)
+    if found is None:
+        return None
+    state, steps, calls = found
+    tangent, tangent_speed, used = _tangent(finer, state, at.tangent, at.tangent_speed, unit)
+    return replace(
+        at,
+        given=finer,
+        state=state,
+        tangent=tangent,
+        tangent_speed=tangent_speed,
+        steps=steps,
+        calls=calls + used,
+    )
 
 
 def folds(points: list[PathPoint]) -> list[int]:

@@ -2,7 +2,7 @@
 
 The tangents of the laws are quasi-periodic, so no period has multipliers.  The variational equation is that of
 `analyses.stability.floquet`, its kicks taken from the laws at the phases of both tones.  A block of disturbances goes
-through windows of whole cycles of the first tone, after which the second tone has nearly the phase it began with, mostly
+through windows of whole cycles of the first tone, after which the second tone is nearly where it began, mostly
 within 1/50 of a cycle.  Each window is then nearly a period, the Ritz values of the block are nearly its multipliers,
 and their mean over windows is the growth along the path.  Where the tones have a short common period, a window holds it
 a whole number of times, and the Ritz values are Floquet multipliers.
@@ -12,7 +12,6 @@ Shapes: R rows, T samples, S steps, N states, k disturbances.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 

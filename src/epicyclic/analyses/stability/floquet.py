@@ -178,7 +178,7 @@ def variational_flow(
 
     Parameters
     ----------
-    stiffness, damping : (m,) means of what changes, less what `modal` holds [N/m], [N s/m]; damping None where it stays.
+    stiffness, damping : (m,) means of what changes, less what `modal` holds [N/m], [N s/m]; None where it stays.
     step : [s].  frame, gaps : as of `floquet`.
     """
     held = np.zeros(len(stiffness)) if damping is None else damping

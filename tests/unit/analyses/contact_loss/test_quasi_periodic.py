@@ -60,7 +60,9 @@ def with_variation(system: System, variation: NDArray[np.complex128], tone: list
 
 @pytest.mark.parametrize("mesh_damping", [0.0, 400.0])
 @pytest.mark.parametrize(("zeta", "speed", "ratio"), [(0.01, 1.4, Fraction(89, 55)), (0.01, 1.4, Fraction(2, 3))])
-def test_a_second_tone_that_does_nothing(train: Any, zeta: float, speed: float, ratio: Fraction, mesh_damping: float) -> None:
+def test_a_second_tone_that_does_nothing(
+    train: Any, zeta: float, speed: float, ratio: Fraction, mesh_damping: float
+) -> None:
     system = replace(train(ratio=ratio, swing=0.4, load=300.0, mesh_damping=mesh_damping), zeta=zeta)
     still = system.meshes.variation.copy()
     still[1] = 0.0
@@ -94,7 +96,9 @@ def test_a_tone_twice_the_other_is_also_one_tone(train: Any, speed: float, zeta:
     assert ours.rate == pytest.approx(theirs, abs=1e-3)
 
 
-def fundamental(system: System, refinement: Refinement, state: State, speed: float, cycles: int, *, harmonics: int) -> Array:
+def fundamental(
+    system: System, refinement: Refinement, state: State, speed: float, cycles: int, *, harmonics: int
+) -> Array:
     """Sizes of multipliers over cycles of the first tone, by the implicit midpoint rule in the coordinates themselves.
 
     Nothing of the modal splitting: mass, damping and flanks as the equation has them, 2000 steps a cycle.
@@ -119,7 +123,10 @@ def fundamental(system: System, refinement: Refinement, state: State, speed: flo
         delta = np.concatenate([np.cos(w * t), -np.sin(w * t)]) @ opened
         k = mean * (1 + (swing * np.exp(2j * np.pi * speed * t * np.outer(tone, orders))).sum(axis=1).real)
         A = np.block(
-            [[np.zeros((n, n)), np.eye(n)], [-inverse @ (system.K + (B * np.where(delta > 0, k, 0.0)) @ B.T), -inverse @ C]]
+            [
+                [np.zeros((n, n)), np.eye(n)],
+                [-inverse @ (system.K + (B * np.where(delta > 0, k, 0.0)) @ B.T), -inverse @ C],
+            ]
         )
         whole = np.linalg.solve(np.eye(2 * n) - step / 2 * A, whole + step / 2 * A @ whole)
     return np.sort(np.abs(np.linalg.eigvals(whole / scale)))[::-1]
