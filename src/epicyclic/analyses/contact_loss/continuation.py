@@ -43,11 +43,9 @@ __all__ = [
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
 # Largest move of the corrector at a corner of the sampled contact, per shortest step: a turn by 76 degrees.
 _CORNER_FAR = 4.0
-# Points past the first corner that ends a branch, by the number of tones: 10 s of either.  A branch that winds through
+# Points past the first corner that ends a branch, by the number of tones: some seconds.  A branch that winds through
 # more corners than that is cut there, and the sweep says so.
-_PAST_CORNERS = {1: 800, 2: 100}
-# Length within which the branch with more samples is: the first step of a path.
-_RESAMPLED = 0.25
+_PAST_CORNERS = {1: 200, 2: 100}
 # Slack of the move that a corner allows: the residual left of a corrector, 1e-6 of a motion, in steps of 1e-3.
 _CORNER_SLACK = 1.1
 # A step grows by this after so few Newton steps and so small a move, as a part of it.
@@ -315,14 +313,8 @@ def branch(
     score : what has a peak that must not be missed.  stop : ends the branch at a point before it leaves [low, high].
     """
     points = list[PathPoint]()
-    at: PathPoint | None = start_of_path(given, start, unit)
-    for own, times in _tries(stepping, len(given.grid.counts)):
-        if times > 1 and at is not None:
-            # corners of the sampled contact are as sharp as the samples are few
-            samples = times * refinement.samples(harmonics)
-            at = _on_finer_samples(at, refinement.problem(harmonics, cycles=given.cycles, samples=samples), unit)
-        if at is None:
-            break
+    at = start_of_path(given, start, unit)
+    for own in _tries(stepping, len(given.grid.counts)):
         points = points[:-1]
         for point in follow(at, low, high, unit=unit, stepping=own):
             points.append(point)
@@ -336,30 +328,11 @@ def branch(
     return _with_peak(points, unit, score)
 
 
-def _tries(stepping: Stepping, tones: int) -> list[tuple[Stepping, int]]:
-    """Steps in turn, each where the ones before end, and how many times the usual samples go with them."""
+def _tries(stepping: Stepping, tones: int) -> list[Stepping]:
+    """Steps in turn, each from where the ones before end."""
     if not stepping.guarded:
-        return [(stepping, 1)]
-    past = replace(stepping, corners=True, points=min(stepping.points, _PAST_CORNERS[tones]))
-    return [(stepping, 1), (past, 1), (past, 2)] if tones == 1 else [(stepping, 1), (past, 1)]
-
-
-def _on_finer_samples(at: PathPoint, finer: Problem, unit: ArclengthUnit) -> PathPoint | None:
-    """The point of a branch next to another one, with more samples; None where there is none so near."""
-    found = corrected(finer, at.state.y, at.state.speed, at.tangent, at.tangent_speed, unit, far=_RESAMPLED)
-    if found is None:
-        return None
-    state, steps, calls = found
-    tangent, tangent_speed, used = _tangent(finer, state, at.tangent, at.tangent_speed, unit)
-    return replace(
-        at,
-        given=finer,
-        state=state,
-        tangent=tangent,
-        tangent_speed=tangent_speed,
-        steps=steps,
-        calls=calls + used,
-    )
+        return [stepping]
+    return [stepping, replace(stepping, corners=True, points=min(stepping.points, _PAST_CORNERS[tones]))]
 
 
 def folds(points: list[PathPoint]) -> list[int]:

@@ -28,7 +28,7 @@ __all__ = ["Growth", "Tangents", "quasi_periodic_growth", "tangents_along", "win
 # enough that most of what decays is gone and that the phase of the second tone mostly recurs within 1/50.
 _LEAST, _MOST = 16, 48
 # Steps of the faster mesh cycle in which contact changes, as of one tone, and samples of the contact in a step.
-_STEPS, _SAMPLES = 48, 8
+_STEPS, _SAMPLES = 48, 4
 # Disturbances side by side: the slowest pairs of a train that decay alike.
 _BLOCK = 8
 # Windows run: at least one to leave the transient; at most, for states near to 1.  A growth within `_NEAR` of 1 is run
@@ -204,8 +204,12 @@ def _gaps_at(given: Problem, state: State, phases: Array) -> Array:
     """Gaps delta (T, R) [m] of a motion at phases (T, D) of the tones [cycles]."""
     opened, found = gap_rows(given, state.y) - given.error, list[Array]()
     for part in np.array_split(phases, -(-len(phases) // _BATCH)):
-        angle = 2 * np.pi * part @ given.grid.points.T
-        found.append(np.concatenate([np.cos(angle), -np.sin(angle)], axis=1) @ opened)
+        wave = np.ones((len(part), len(given.grid.points)), complex)
+        for phase, orders in zip(part.T, given.grid.points.T, strict=True):
+            # one exponential an order of a tone, not one a lattice point
+            own, place = np.unique(orders, return_inverse=True)
+            wave *= np.exp(2j * np.pi * np.outer(phase, own))[:, place]
+        found.append(np.concatenate([wave.real, -wave.imag], axis=1) @ opened)
     return np.concatenate(found)
 
 
