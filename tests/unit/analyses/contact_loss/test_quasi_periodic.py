@@ -11,10 +11,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from epicyclic.analyses.contact_loss.branch_set import BranchSet, Crossing
 from epicyclic.analyses.contact_loss.floquet import GROWTH, floquet_stability, growth_stability
 from epicyclic.analyses.contact_loss.problem import State, gap_rows
 from epicyclic.analyses.contact_loss.quasi_periodic import Growth, quasi_periodic_growth, window_cycles
-from epicyclic.analyses.contact_loss.refinement import Refinement, load_continuation
+from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, load_continuation
+from epicyclic.analyses.contact_loss.sweep import contact_sweep
+from epicyclic.analyses.contact_loss.sweep_direction import sweep_direction
 from epicyclic.analyses.steady.response import response
 from epicyclic.system.system import System
 
@@ -173,3 +176,25 @@ def test_windows_bring_both_tones_back() -> None:
         cycles, whole = window_cycles(ratio)
         assert 16 <= cycles <= 48 or whole
         assert abs(cycles * ratio - round(cycles * ratio)) < 1 / 48
+
+
+def test_a_sweep_of_two_tones_has_verdicts(train: Any) -> None:
+    result = contact_sweep(train(ratio=Fraction(13, 8)), relative_speed=[0.4, 0.5], unstable="replace")
+    assert np.all(result.stable)
+    assert np.all(result.path_stable)
+    assert np.all((result.largest_multiplier > 0.3) & (result.largest_multiplier < 1))
+    assert "not judged" not in result.attrs["warnings"]
+
+
+def test_an_unstable_motion_of_two_tones_is_replaced(train: Any) -> None:
+    system = replace(train(ratio=Fraction(13, 8), swing=0.3), zeta=0.01)
+    refinement, state = moved(system, 1.4)
+    at = Solution(given=refinement.problem(12), harmonics=12, state=state, residual=0.0)
+    branches = BranchSet(speeds=np.array([1.4]), segments=[], crossings=[[Crossing(solution=at, part=0)]], ended=[])
+    ((_, reached),) = sweep_direction(refinement, branches, upward=True)
+    assert reached.instability == GROWTH
+    assert reached.motion is not None
+    if isinstance(reached.motion, Solution):
+        assert reached.motion.stable
+    else:
+        assert np.isfinite(reached.motion.measures.rms).all()
