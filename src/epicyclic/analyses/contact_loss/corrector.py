@@ -90,7 +90,7 @@ def _soft_points(at: State, gaps: Array, pulls: Array, T: ComplexArray) -> tuple
     bound = (np.hypot(real, imag) @ most) * np.abs(T).max(axis=1)
     near = np.flatnonzero(bound > _STIFF * (1 - _ROUNDING))
     factor = np.stack([real[near], imag[near]])[:, :, None, :]
-    real, imag = ((factor * gaps).reshape(-1, gaps.shape[1]) @ pulls.T).reshape(2, near.size, len(gaps), -1)
+    real, imag = ((factor * gaps).reshape(-1, gaps.shape[1]) @ pulls.T).reshape(2, near.size, len(gaps), len(pulls))
     loop = (real + 1j * imag) * T[near][:, None, :]
     soft = np.abs(loop).max(axis=(1, 2)) > _STIFF
     return near[soft], loop[soft]

@@ -136,9 +136,7 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
 
 
 def _judge(refinement: Refinement, branches: BranchSet) -> None:
-    """Enter the stability of all solutions of the branch set, on several cores; none with several mesh frequencies."""
-    if len(refinement.ready.lines.tones) > 1:
-        return
+    """Enter the stability of all solutions of the branch set, on several cores."""
     crossed = [crossing.solution for crossings in branches.crossings for crossing in crossings]
     followed = [at for segment in branches.segments for at in segment.solutions]
     every = {(at.state, at.backward): at for at in (*crossed, *followed)}
