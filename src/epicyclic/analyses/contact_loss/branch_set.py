@@ -147,13 +147,16 @@ def _branch_segment(trace: _Trace, place: int) -> int:
         if not start.converged:
             trace.ended.append(speed)
             return place + 1
-    points = _followed(trace, given, H, start.state)
-    behind = _enter_branch(trace, points, H)
+    points, through = _followed(trace, given, H, start.state)
+    behind = _enter_branch(trace, points, H, through)
     return max(behind, place + 1)
 
 
-def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> list[PathPoint]:
-    """Points of the branch from a solved state, until teeth are closed again or the range of speeds is left."""
+def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], bool]:
+    """Points of the branch from a solved state, until teeth are closed again or the range of speeds is left.
+
+    With them whether it got so far.
+    """
     scan = trace.scan
 
     def back(point: PathPoint) -> bool:
@@ -172,7 +175,7 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> li
         )
 
     system = trace.refinement.ready.system
-    return branch(
+    points = branch(
         trace.refinement,
         given,
         harmonics,
@@ -184,6 +187,9 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> li
         score=lambda state, problem: float(force_level(system, problem, state).max()),
         stop=back,
     )
+    last = points[-1]
+    closed = last.tangent_speed > 0 and last.state.unchanging
+    return points, closed or back(last) or (last.tangent_speed > 0 and last.state.speed > scan.speeds[-1])
 
 
 def _beside(point: PathPoint, closed: Solution) -> bool:
@@ -197,8 +203,13 @@ def _unit(start: State) -> ArclengthUnit:
     return arclength_unit(start.speed, start.speed, start.y)
 
 
-def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int) -> int:
-    """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it."""
+def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, through: bool) -> int:
+    """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it.
+
+    Parameters
+    ----------
+    through : whether the branch has reached closed teeth or the end of the range.
+    """
     scan, parts = trace.scan, [trace.part]
     for before, after in pairwise(points):
         if np.sign(before.tangent_speed) != np.sign(after.tangent_speed):
@@ -216,7 +227,6 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int) -> int
     trace.segments.append(Segment(solutions=found, parts=parts, branch=True))
     last = points[-1].state.speed
     behind = int(np.searchsorted(scan.speeds, last, side="right"))
-    through = points[-1].tangent_speed > 0 and (last > scan.speeds[-1] or points[-1].state.unchanging)
     if not through:
         trace.ended.append(last)
         trace.part += 1

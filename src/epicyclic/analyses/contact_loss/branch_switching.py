@@ -42,6 +42,9 @@ _RANDOM_KICKS = (0.3, 3.0)
 _CYCLES, _LOOKS = 60, 6
 # Samples of a mesh cycle per harmonic of the motion that the integration is compared with.
 _SAMPLES = 4
+# Part of the largest singular value below which amplitudes of a record are not told apart: points of two tones whose
+# frequencies nearly meet.
+_RANK = 1e-6
 # A motion found by the balance is the one that was run to when it is this near, per dynamic size.
 _NEAR = 0.1
 
@@ -151,7 +154,7 @@ def _new_stable(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IntegratedMotion:
-    """A motion over time that approaches none of one or two mesh cycles.
+    """A motion over time that approaches none of one or two mesh cycles, nor one of two mesh tones.
 
     speed : relative.  last : (2, n) q and q' at its end, a whole number of cycles after the start.
     measures : of its last cycles.
@@ -173,7 +176,8 @@ def initial_state(at: Solution) -> Array:
 def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: int) -> Solution | IntegratedMotion:
     """The stable motion of one or two cycles that a start (2, n) approaches, or a record of what it does instead.
 
-    A start on an unstable motion leaves it only as fast as rounding grows: give it a perturbation first.
+    With two mesh tones that is the stable motion of both.  A start on an unstable motion leaves it only as fast as
+    rounding grows: give it a perturbation first.
     """
     system = _with_mesh_orders_only(refinement, speed)
     moving = motion(system, program=constant(speed))
@@ -181,11 +185,21 @@ def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: 
     samples = _SAMPLES * harmonics
     steps = -(-steps_for(moving, cycle) // samples) * samples
     state, record = start, np.zeros((0, 2, len(start[0])))
-    for _ in range(_LOOKS):
-        record = integrate(moving, state, stop=_CYCLES * cycle, steps=_CYCLES * steps, keep=steps // samples)
+    begin, two_tones = 0.0, len(refinement.ready.lines.tones) > 1
+    for look in range(_LOOKS):
+        # one tone has its first phase again after whole cycles, a second tone has not
+        begin = look * _CYCLES * cycle if two_tones else 0.0
+        record = integrate(
+            moving, state, start=begin, stop=begin + _CYCLES * cycle, steps=_CYCLES * steps, keep=steps // samples
+        )
         if not np.isfinite(record).all():
             break
         state = record[-1]
+        if two_tones:
+            found = _two_tone_solution(refinement, record[1:, 0], speed, begin, harmonics)
+            if found is not None:
+                return found
+            continue
         for cycles in (1, 2):
             part = cycles * samples
             y = _without_drift(refinement, record[-1 - 2 * part :, 0])
@@ -193,7 +207,7 @@ def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: 
                 found = _periodic_solution(refinement, y[part:], speed, cycles, harmonics)
                 if found is not None:
                     return found
-    times = cycle * np.arange(len(record)) / samples
+    times = begin + cycle * np.arange(len(record)) / samples
     force = flank_force(moving, times, record).T
     return IntegratedMotion(speed=speed, last=state, measures=record_measures(system, force, record[:, 0]))
 
@@ -239,6 +253,36 @@ def _periodic_solution(
         return None
     back = prolonged(found.given, given, found.state.y)
     if np.linalg.norm(back - y) > _NEAR * dynamic_size(y):
+        return None
+    found = with_stability(refinement, found)
+    return found if found.stable else None
+
+
+def _two_tone_solution(refinement: Refinement, q: Array, speed: float, begin: float, harmonics: int) -> Solution | None:
+    """The stable solution of two mesh tones next to a record q (N, n) of whole cycles [m], None where there is none.
+
+    Amplitudes at the lattice points are those of least squares over the record: no period holds both tones.
+
+    Parameters
+    ----------
+    begin : time of the record's beginning [s]; its samples stand at the ends of N equal intervals.
+    """
+    given = refinement.problem(harmonics)
+    y = q @ np.linalg.inv(given.modal.shapes).T
+    y[:, given.modal.rigid] = 0.0
+    times = begin + _CYCLES * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
+    angle = speed * np.outer(times, given.omega)
+    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
+    start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(given.omega), -1)
+    start[1, 0] = 0.0
+    size = _NEAR * float(np.linalg.norm(y - y.mean(axis=0)))
+    if np.linalg.norm(y - wave @ start.reshape(-1, y.shape[1])) > size:
+        return None
+    found = solution(refinement, start, speed, given=given, harmonics=harmonics)
+    if found is None:
+        return None
+    back = prolonged(found.given, given, found.state.y)
+    if np.linalg.norm(y - wave @ back.reshape(-1, y.shape[1])) > size:
         return None
     found = with_stability(refinement, found)
     return found if found.stable else None

@@ -7,6 +7,7 @@ The variational equation has the tangents of the contact along the motion; its m
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,11 +24,23 @@ from ..stability.floquet import (
     steps_needed,
 )
 from .problem import Problem, State, evaluate, gap_rows, prolonged
+from .quasi_periodic import quasi_periodic_growth
 
 if TYPE_CHECKING:
     from .refinement import Refinement
 
-__all__ = ["Stability", "contact_tangents", "floquet_multipliers", "floquet_stability", "floquet_vector"]
+__all__ = [
+    "GROWTH",
+    "Stability",
+    "contact_tangents",
+    "floquet_multipliers",
+    "floquet_stability",
+    "floquet_vector",
+    "growth_stability",
+]
+
+# How a motion of two mesh tones is left: its multipliers have a size and no angle.
+GROWTH = "growth"
 
 # Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
 _STEPS, _NEAR = 48, 0.03
@@ -45,9 +58,10 @@ _REAL = 1e-2
 class Stability:
     """How a small disturbance of a motion goes on.
 
-    multiplier : the largest of the period, free motions apart.  steps : of a period.
+    multiplier : the largest of the period, free motions apart; with two mesh tones the growth a cycle of the first.
+    steps : of a period, or of a cycle of the first tone.
     kind : empty where stable, or how the motion is left, as of `stability.floquet`, a divergence as one of its two
-        forms.
+        forms; ``growth`` with two mesh tones.
     """
 
     multiplier: complex
@@ -94,6 +108,22 @@ def floquet_multipliers(
     """
     found = _floquet(refinement, given, harmonics, state, steps or _steps(refinement, given, state))
     return found.multipliers
+
+
+def growth_stability(given: Problem, state: State, tones: tuple[Fraction, ...]) -> Stability:
+    """Stability of a motion of two mesh tones by the growth of its disturbances.
+
+    Parameters
+    ----------
+    tones : (2,) exact mesh frequencies at the operating speed [Hz].
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : numbers that are not finite.
+    """
+    found = quasi_periodic_growth(given, state, tones)
+    kind = GROWTH if found.rate > 1 + _GROWTH else ""
+    return Stability(multiplier=complex(found.rate), kind=kind, steps=found.steps)
 
 
 def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:

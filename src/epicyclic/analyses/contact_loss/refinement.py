@@ -14,7 +14,7 @@ import numpy as np
 from ...system.system import Array
 from ..steady.response import Response
 from .corrector import NewtonResult, linear_start, solve
-from .floquet import Stability, floquet_stability
+from .floquet import Stability, floquet_stability, growth_stability
 from .problem import Problem, State, dynamic_size, evaluate, mesh_problem, prolonged
 
 __all__ = [
@@ -173,13 +173,15 @@ def _refined(refinement: Refinement, at: Solution, harmonics: int) -> Solution |
 
 
 def with_stability(refinement: Refinement, at: Solution) -> Solution:
-    """The same with its Floquet stability, computed once; unchanged with several mesh frequencies."""
-    if at.stability is not None or len(refinement.ready.lines.tones) > 1:
+    """The same with its stability, computed once: by Floquet multipliers, or as growth with two mesh frequencies."""
+    if at.stability is not None:
         return at
     key = at.state, at.backward
     if key not in refinement.stability:
-        refinement.stability[key] = floquet_stability(
-            refinement, at.given, at.harmonics, at.state, backward=at.backward
+        refinement.stability[key] = (
+            floquet_stability(refinement, at.given, at.harmonics, at.state, backward=at.backward)
+            if len(refinement.ready.lines.tones) == 1
+            else growth_stability(at.given, at.state, refinement.ready.lines.tones)
         )
     return replace(at, stability=refinement.stability[key])
 

@@ -136,9 +136,7 @@ def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: A
 
 
 def _judge(refinement: Refinement, branches: BranchSet) -> None:
-    """Enter the stability of all solutions of the branch set, on several cores; none with several mesh frequencies."""
-    if len(refinement.ready.lines.tones) > 1:
-        return
+    """Enter the stability of all solutions of the branch set, on several cores."""
     crossed = [crossing.solution for crossings in branches.crossings for crossing in crossings]
     followed = [at for segment in branches.segments for at in segment.solutions]
     every = {(at.state, at.backward): at for at in (*crossed, *followed)}
@@ -423,8 +421,6 @@ def _warnings(
         notes.append("run-outs and other shaft orders are left out")
     elif ready.lines.shaft:
         notes += _of_shaft_orders(curves)
-    if len(ready.lines.tones) > 1:
-        notes.append("stability is not judged with several mesh frequencies")
     return notes
 
 

@@ -1,7 +1,8 @@
 """Sweep direction: the motions that a slow run-up and a slow coast-down reach, each begun where the last one was.
 
 A motion goes on along its branch while that is stable.  Where the branch turns back or loses its stability, the next
-motion follows from how it was left: by branch switching, or as the attractor of integration in time.
+motion follows from how it was left: by branch switching, or as the attractor of integration in time.  With two mesh
+tones no branch is switched to: the nearest stable motion of the branch set takes its place, else the attractor.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ _SEARCH: dict[str, Callable[[Refinement, Solution], Iterator[Solution]]] = {
     "symmetry breaking": symmetry_broken_motions,
     "period doubling": period_doubled_motions,
 }
-# Harmonics of the attractor of a motion that is not periodic.
-_HARMONICS = 16
+# Harmonics of the attractor of a motion that is not periodic, of one mesh tone and of each of two.
+_HARMONICS, _HARMONICS_OF_TWO = 16, 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,14 +76,52 @@ def _reached_at(
 ) -> Reached:
     """What is reached at a speed after what was reached before; `choices` are the crossings there."""
     last = before.motion
+    if unstable == "replace" and len(refinement.ready.lines.tones) > 1:
+        return _of_two_tones(refinement, speed, before, choices)
     if last is None:
         return _on_branch(refinement, speed, None, choices[0], unstable) if choices else Reached(motion=None, part=None)
     mine = [each for each in choices if each.part == before.part]
     if mine:
         return _on_branch(refinement, speed, last, mine[0], unstable)
-    if unstable != "replace" or len(refinement.ready.lines.tones) > 1:
+    if unstable != "replace":
         return _nearest(refinement, last, choices, unstable)
     return _off_branch(refinement, speed, before, last, choices)
+
+
+def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices: list[Crossing]) -> Reached:
+    """What replaces an unstable motion of two mesh tones, and the end of a branch.
+
+    The nearest stable motion of the branch set, else the attractor of a start from the motion at hand.
+    """
+    last = before.motion
+    judged = [replace(each, solution=with_stability(refinement, each.solution)) for each in choices]
+    here = next((each for each in judged if last is None or each.part == before.part), None)
+    if here is not None and here.solution.stable:
+        return Reached(motion=here.solution, part=here.part)
+    instability = here.solution.stability.kind if here is not None and here.solution.stability else ""
+    jumped = here is None and last is not None
+    stable = [each for each in judged if each.solution.stable]
+    if stable:
+        near = last if isinstance(last, Solution) else (here.solution if here is not None else None)
+        best = stable[0] if near is None else min(stable, key=lambda each: distance(each.solution, near))
+        return Reached(motion=best.solution, part=best.part, instability=instability, jumped=jumped)
+    if here is None and last is None:
+        return Reached(motion=None, part=None)
+    start, harmonics = _start_beside(here, last)
+    found = attractor(refinement, start, speed, harmonics=harmonics)
+    return Reached(motion=found, part=None if here is None else here.part, instability=instability, jumped=jumped)
+
+
+def _start_beside(here: Crossing | None, last: Solution | IntegratedMotion | None) -> tuple[Array, int]:
+    """A state (2, n) to integrate from, and the harmonics of the motion looked for.
+
+    The end of the last record; else a little off the unstable motion at hand, or off the last one.
+    """
+    if isinstance(last, IntegratedMotion):
+        return last.last, _HARMONICS_OF_TWO
+    at = here.solution if here is not None else last
+    assert at is not None
+    return _perturbed(initial_state(at)), at.harmonics
 
 
 def _on_branch(

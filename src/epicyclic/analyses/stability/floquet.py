@@ -34,9 +34,11 @@ __all__ = [
     "QUASI_PERIODIC",
     "STABLE",
     "Floquet",
+    "VariationalFlow",
     "floquet",
     "multiplier_kind",
     "steps_needed",
+    "variational_flow",
 ]
 
 # Kinds of loss of stability, by where the largest multiplier leaves the unit circle; one vocabulary for all analyses.
@@ -130,6 +132,60 @@ def floquet(
     return Floquet(multipliers=mu[order], free=free, position=position[:, order], rate=rate[:, order])
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VariationalFlow:
+    """Flow and kicks of a linear system whose meshes change in any way, for some disturbances side by side.
+
+    mean : the mean system.  stiffness, damping : (m,) of the rows in it, less what `Modal` holds [N/m], [N s/m].
+    joined : (N, N + m) one step of the flow from states and impulses.  step : [s].
+    """
+
+    mean: _MeanFlow
+    stiffness: Array
+    damping: Array | None
+    joined: Array
+    step: float
+
+    @property
+    def size(self) -> int:
+        """Length N of a state, without the positions of free motions."""
+        return len(self.mean.generator)
+
+    @property
+    def conserved(self) -> int:
+        """Number of momenta that nothing changes, each a multiplier 1 at any time."""
+        return self.mean.conserved
+
+    def propagated(self, start: Array, stiffness: Array, damping: Array | None) -> Array:
+        """States (N, k) after S steps from (N, k); stiffness, damping : (m, S) as of `floquet`."""
+        change = None if damping is None or self.damping is None else damping - self.damping[:, None]
+        mass = self.mean.rows @ self.mean.rows.T
+        kicks, N = _Kicks(self.mean, stiffness - self.stiffness[:, None], change, self.step, mass), self.size
+        both = np.zeros((self.joined.shape[1], start.shape[1]))
+        both[:N] = start
+        size = max(2, _BATCH // (N * len(stiffness) + 1))
+        for first in range(0, stiffness.shape[1], size):
+            for impulses in _impulses(kicks, slice(first, first + size), self.step):
+                both[N:] = impulses @ both[: impulses.shape[1]]
+                both[:N] = self.joined @ both
+        return both[:N]
+
+
+def variational_flow(
+    modal: Modal, stiffness: Array, *, step: float, frame: float, damping: Array | None, gaps: Array
+) -> VariationalFlow:
+    """The flow of the mean system that the kicks of `floquet` go with, where no period ends them.
+
+    Parameters
+    ----------
+    stiffness, damping : (m,) means of what changes, less what `modal` holds [N/m], [N s/m]; None where it stays.
+    step : [s].  frame, gaps : as of `floquet`.
+    """
+    held = np.zeros(len(stiffness)) if damping is None else damping
+    mean = _mean_flow(modal, frame=frame, stiffness=stiffness, damping=held, gaps=gaps)
+    return VariationalFlow(mean=mean, stiffness=stiffness, damping=damping, joined=_joined(mean, step), step=step)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Kicks:
     """Changes of the meshes at every step.
@@ -175,6 +231,13 @@ def _steps(start: _MeanFlow, kicks: _Kicks, flow: Array, part: slice, *, out: Ar
     out[:, :, :kicked] += flow[:, :kicked]
     out[:, :, kicked:] = flow[:, kicked:]
     return out
+
+
+def _joined(start: _MeanFlow, step: float) -> Array:
+    """One step of the flow (N, N + m) from a state and the impulses of all rows."""
+    flow = scipy.linalg.expm(start.generator * step)
+    result: Array = np.hstack([flow, -flow[:, start.gaps.shape[1] :] @ start.rows.T])
+    return result
 
 
 def _impulses(kicks: _Kicks, part: slice, h: float) -> Array:
