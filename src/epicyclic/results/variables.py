@@ -191,14 +191,20 @@ VARIABLES: dict[str, tuple[str, str]] = {
     # sweep with contact loss
     "contact_open": ("1", "part of the time in which no flank of the mesh touches"),
     "motion": ("", "what moves: periodic, symmetry broken, period 2, integrated"),
-    "branch_instability": ("", "how the motion of the branch is left; divergence as fold or symmetry breaking"),
+    "branch_instability": (
+        "",
+        "how the motion of the branch is left; divergence as fold or symmetry breaking, growth of two mesh frequencies",
+    ),
     "jumped": ("", "whether the branch of the speed before had ended"),
     "superposed_error": ("1", "RMS error of the force of a shaft line superposed on flanks that part, of that force"),
     "path_frequency": ("Hz", "mesh frequency along the branches"),
     "path_force_rms": ("N", "RMS of the dynamic mesh force along the branches"),
     "path_stable": ("", "whether the branch is stable"),
     "path_instability": ("", "stable, or how it is left, as branch_instability"),
-    "path_multiplier": ("1", "largest magnitude of a Floquet multiplier along the branches"),
+    "path_multiplier": (
+        "1",
+        "largest magnitude of a Floquet multiplier along the branches; of two mesh frequencies growth a first mesh cycle",
+    ),
     "path_part": ("1", "number of the part between two turns or breaks"),
     "path_harmonics": ("1", "harmonics of the mesh frequency kept along the branches"),
     "fold_frequency": ("Hz", "mesh frequency at which a branch turns back or on"),
