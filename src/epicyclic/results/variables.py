@@ -203,7 +203,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "path_instability": ("", "stable, or how it is left, as branch_instability"),
     "path_multiplier": (
         "1",
-        "largest magnitude of a Floquet multiplier along the branches; of two mesh frequencies growth a first mesh cycle",
+        "largest magnitude of a Floquet multiplier along the branches; of two mesh tones growth a first mesh cycle",
     ),
     "path_part": ("1", "number of the part between two turns or breaks"),
     "path_harmonics": ("1", "harmonics of the mesh frequency kept along the branches"),

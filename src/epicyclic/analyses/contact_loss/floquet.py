@@ -7,7 +7,6 @@ The variational equation has the tangents of the contact along the motion; its m
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,23 +23,20 @@ from ..stability.floquet import (
     steps_needed,
 )
 from .problem import Problem, State, evaluate, gap_rows, prolonged
-from .quasi_periodic import quasi_periodic_growth
 
 if TYPE_CHECKING:
     from .refinement import Refinement
 
 __all__ = [
-    "GROWTH",
+    "GROWTH_LIMIT",
     "Stability",
     "contact_tangents",
     "floquet_multipliers",
     "floquet_stability",
     "floquet_vector",
-    "growth_stability",
 ]
 
 # How a motion of two mesh tones is left: its multipliers have a size and no angle.
-GROWTH = "growth"
 
 # Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
 _STEPS, _NEAR = 48, 0.03
@@ -49,7 +45,7 @@ _STEP = 24
 # Samples of the contact in each step: its tangent is their mean.
 _SAMPLES = 8
 # A multiplier this much above 1 is growth: 96 steps of a cycle with contact loss have it right to 2e-3.
-_GROWTH = 2e-3
+GROWTH_LIMIT = 2e-3
 # A multiplier is real when its angle from the real axis is below this; a pair that meets there does so as a root.
 _REAL = 1e-2
 
@@ -108,22 +104,6 @@ def floquet_multipliers(
     """
     found = _floquet(refinement, given, harmonics, state, steps or _steps(refinement, given, state))
     return found.multipliers
-
-
-def growth_stability(given: Problem, state: State, tones: tuple[Fraction, ...]) -> Stability:
-    """Stability of a motion of two mesh tones by the growth of its disturbances.
-
-    Parameters
-    ----------
-    tones : (2,) exact mesh frequencies at the operating speed [Hz].
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError : numbers that are not finite.
-    """
-    found = quasi_periodic_growth(given, state, tones)
-    kind = GROWTH if found.rate > 1 + _GROWTH else ""
-    return Stability(multiplier=complex(found.rate), kind=kind, steps=found.steps)
 
 
 def floquet_vector(refinement: Refinement, given: Problem, harmonics: int, state: State) -> tuple[Array, Array]:
@@ -233,7 +213,7 @@ def _largest(found: Floquet) -> complex:
 
 def _kind(largest: complex, backward: bool) -> str:
     """How a motion with this largest multiplier is left, empty where it is stable."""
-    kind = multiplier_kind(largest, circle=_GROWTH, real=_REAL)
+    kind = multiplier_kind(largest, circle=GROWTH_LIMIT, real=_REAL)
     if kind == DIVERGENCE:
         return FOLD if backward else BREAKING
     return "" if kind == STABLE else kind

@@ -7,6 +7,7 @@ found of its Floquet stability stands with it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Literal
 
 import numpy as np
@@ -14,17 +15,20 @@ import numpy as np
 from ...system.system import Array
 from ..steady.response import Response
 from .corrector import NewtonResult, linear_start, solve
-from .floquet import Stability, floquet_stability, growth_stability
+from .floquet import GROWTH_LIMIT, Stability, floquet_stability
 from .problem import Problem, State, dynamic_size, evaluate, mesh_problem, prolonged
+from .quasi_periodic import quasi_periodic_growth
 
 __all__ = [
     "ACCURACY",
+    "GROWTH",
     "HARMONICS",
     "Kind",
     "Refinement",
     "Solution",
     "distance",
     "distinct",
+    "growth_stability",
     "harmonics_for",
     "load_continuation",
     "solution",
@@ -42,6 +46,8 @@ _LOADS = (0.25, 0.5, 0.75, 0.9, 1.0)
 # Two motions are the same within this part of their dynamic size: far above what is left of a residual.
 _SAME = 1e-3
 
+GROWTH = "growth"
+"""How a motion of two mesh tones that is not stable is left."""
 Kind = Literal["periodic", "symmetry broken", "period 2"]
 """What sort of motion, as the variable ``motion`` of a sweep has it."""
 
@@ -170,6 +176,22 @@ def _refined(refinement: Refinement, at: Solution, harmonics: int) -> Solution |
         return None
     residual = refinement.residual(given, found.state, harmonics)
     return replace(at, given=given, harmonics=harmonics, state=found.state, residual=residual)
+
+
+def growth_stability(given: Problem, state: State, tones: tuple[Fraction, ...]) -> Stability:
+    """Stability of a motion of two mesh tones by the growth of its disturbances.
+
+    Parameters
+    ----------
+    tones : (2,) exact mesh frequencies at the operating speed [Hz].
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError : numbers that are not finite.
+    """
+    found = quasi_periodic_growth(given, state, tones)
+    kind = GROWTH if found.rate > 1 + GROWTH_LIMIT else ""
+    return Stability(multiplier=complex(found.rate), kind=kind, steps=found.steps)
 
 
 def with_stability(refinement: Refinement, at: Solution) -> Solution:

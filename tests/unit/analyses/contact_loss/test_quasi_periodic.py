@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from epicyclic.analyses.contact_loss.branch_set import BranchSet, Crossing
-from epicyclic.analyses.contact_loss.floquet import GROWTH, floquet_stability, growth_stability
+from epicyclic.analyses.contact_loss.floquet import floquet_stability
 from epicyclic.analyses.contact_loss.problem import State, gap_rows
 from epicyclic.analyses.contact_loss.quasi_periodic import Growth, quasi_periodic_growth, window_cycles
-from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, load_continuation
+from epicyclic.analyses.contact_loss.refinement import GROWTH, Refinement, Solution, growth_stability, load_continuation
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.sweep_direction import sweep_direction
 from epicyclic.analyses.steady.response import response
