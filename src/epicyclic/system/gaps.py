@@ -214,7 +214,7 @@ def past_the_end(system: System, given: Flanks, largest: Array) -> list[str]:
         pair = system.meshes.pair[int(given.mesh[row])]
         worst[pair] = max(worst.get(pair, (0.0, 0.0)), (float(ratio[row]), float(given.end[row])))
     return [
-        f"{pair}: forces reach {ratio:.3g} times the last force of its table, {end:.4g} N a row; behind it the law "
+        f"{pair}: forces reach {ratio:.4g} times the last force of its table, {end:.4g} N a row; behind it the law "
         "goes on along its last tangent"
         for pair, (ratio, end) in worst.items()
     ]
@@ -232,7 +232,7 @@ def groups_past_the_end(system: System, largest: Array) -> list[str]:
         if force > (1 + _NOTABLE) * group.law.end:
             unit = "N m" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N"
             found.append(
-                f"{group.name}: forces reach {force / group.law.end:.3g} times the last force of its table, "
+                f"{group.name}: forces reach {force / group.law.end:.4g} times the last force of its table, "
                 f"{group.law.end:.4g} {unit}; behind it the law goes on along its last tangent"
             )
     return found

@@ -230,7 +230,9 @@ def _repeats(y: Array) -> bool:
 def _with_mesh_orders_only(refinement: Refinement, speed: float) -> System:
     """The System with mesh orders only, and a frame that turns as the balance has it."""
     ready = refinement.ready
-    system = replace(ready.system, lines=tuple(line for _, line in ready.lines.mesh))
+    orders = {line.frequency for _, line in ready.lines.mesh}
+    given = ready.lawful or ready.system
+    system = replace(given, lines=tuple(line for line in given.lines if line.frequency in orders))
     if ready.frame_speed == "kinematic":
         return system
     return replace(system, G=system.G / speed, Kg=system.Kg / speed**2, Cskew=system.Cskew / speed)

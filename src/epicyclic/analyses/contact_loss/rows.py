@@ -163,7 +163,7 @@ def _link_rows(system: System) -> LinkRowLaws | None:
     rows, laws = np.flatnonzero(~every.row_memory), stacked(groups)
     first = laws.rows.first[laws.rows.pair]
     stretch = mean_stretch(system)
-    tangent = small_motion_tangent(every, stretch)
+    tangent = small_motion_tangent(every, stretch, floating=True)
     return LinkRowLaws(
         laws=laws,
         rows=rows,

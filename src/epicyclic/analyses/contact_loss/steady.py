@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from ...system.system import System
 
 __all__ = ["contact_steady", "steady_motion"]
+
+# Error of a line superposed on laws of links or tables, per its own force (RMS), from which it is no answer.
+_MEANINGLESS = 0.5
 
 
 def contact_steady(
@@ -67,6 +71,12 @@ def contact_steady(
     given = torus(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
     given, point, lines = steady_motion(given, float(relative_speed))
     if not point.converged:
+        off = max((line.error for line in lines), default=0.0)
+        if off:
+            raise ConvergenceError(
+                "the torus of shaft orders was not solved, and lines superposed on the laws of links or tables are off "
+                f"by {off:.2g} of their own forces: try transient, or a slightly different speed"
+            )
         raise ConvergenceError(
             f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
             f"frequency ({point.status}, residual {point.residual:.2g}): try a slightly different speed or more damping"
@@ -103,7 +113,12 @@ def steady_motion(
     while not point.converged and given.shaft_tones.tones:
         given = given.with_fewer_tones
         point = respond_torus(given, speed, start=start)
-    return given, point, superposed_lines(given, point) if point.converged else []
+    lines = superposed_lines(given, point) if point.converged else []
+    worst = max((line.error for line in lines), default=0.0)
+    if not point.problem.rows.parametric and worst > _MEANINGLESS:
+        # a link that a shaft line moves through its play: the tangent at the mean is no answer to first order
+        return given, replace(point, converged=False), lines
+    return given, point, lines
 
 
 def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:
@@ -251,7 +266,7 @@ def _warnings(point: TorusPoint, lines: Sequence[SuperposedLine]) -> list[str]:
         if line.error < NEGLIGIBLE:
             continue
         notes.append(
-            f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on flanks that part without it; "
+            f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on laws that part or bend; "
             f"its force is off by {line.error:.2g} of itself (RMS)"
         )
     return notes

@@ -22,13 +22,16 @@ from .record import group_gap
 
 __all__ = ["flank_warnings", "linear", "mean_stretch", "small_motion_tangent"]
 
+# Stiffness per nominal one of a link that floats in its clearance, for the mean system of analyses that ask its law:
+# its motion is a million times slower than that of a pressed one, and far from rounding of rigid modes (1e-11).
+_FLOATING = 1e-6
 # First touch [m] and relative error of a force below which a law is its tangent: rounding.
 _NO_TOUCH, _NO_ERROR = 1e-15, 1e-9
 # Phases of the mesh cycle at which a law stands beside its tangent: five a wave of the 12th order, the last of a table.
 _PHASES = 64
 
 
-def linear(system: System, *, asks_laws: bool = False) -> System:
+def linear(system: System, *, asks_laws: bool = False, floating: bool = False) -> System:
     """The system with tangents in place of laws, for linear analyses; itself where it has none.
 
     Flanks have the tangents that `MeshRows` and `FarFlanks` state and lose their laws.  The warnings say of every pair
@@ -38,12 +41,15 @@ def linear(system: System, *, asks_laws: bool = False) -> System:
     ----------
     asks_laws : the analysis asks the laws itself, or takes numbers alone and leaves warnings to its caller: flanks keep
         their laws, links have their tangents in K as always, and the warnings are of links with a memory alone.
+    floating : of `small_motion_tangent`, for mean systems of analyses that ask the laws of links.
 
     Raises
     ------
     ModelError, ConvergenceError : the mean load has no equilibrium.
     """
-    return _without_link_laws(system if asks_laws else _without_flank_laws(system), memory_alone=asks_laws)
+    return _without_link_laws(
+        system if asks_laws else _without_flank_laws(system), memory_alone=asks_laws, floating=floating
+    )
 
 
 def _without_flank_laws(system: System) -> System:
@@ -59,10 +65,10 @@ def _without_flank_laws(system: System) -> System:
     )
 
 
-def _without_link_laws(system: System, *, memory_alone: bool) -> System:
+def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) -> System:
     """The system with tangents in place of the laws of links, at the static state under the mean load.
 
-    memory_alone : warnings of links with a memory alone.
+    memory_alone : warnings of links with a memory alone.  floating : of `small_motion_tangent`.
 
     The mean load is what stands still in the stage's frame, with mean mesh stiffness.  A spline with Coulomb friction
     sticks in small vibration and keeps its elastic stiffness.  Each law becomes two links, along its load and across
@@ -77,7 +83,7 @@ def _without_link_laws(system: System, *, memory_alone: bool) -> System:
         return system
     mean = _mean_state(system)
     rows, stretch = system.group_rows, mean.group_stretch[0]
-    tangent = small_motion_tangent(system.laws, stretch)
+    tangent = small_motion_tangent(system.laws, stretch, floating=floating)
     lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
     K, C = rows @ tangent @ rows.T, rows @ (lag[:, None] * tangent) @ rows.T
     axes_of_groups = [_axes(group, part) for group, part in zip(system.groups, _by_group(system, stretch), strict=True)]
@@ -95,10 +101,21 @@ def _without_link_laws(system: System, *, memory_alone: bool) -> System:
     return replace(result, symmetries=held)
 
 
-def small_motion_tangent(laws: Laws, stretch: Array) -> Array:
-    """Tangent (R, R) [N/m] of the laws for small vibration about a stretch (R,) [m]; laws with a memory stick."""
+def small_motion_tangent(laws: Laws, stretch: Array, *, floating: bool = False) -> Array:
+    """Tangent (R, R) [N/m] of the laws for small vibration about a stretch (R,) [m]; laws with a memory stick.
+
+    floating : a link that is in its clearance, or slides, keeps a millionth of its stiffness where its tangent has
+        less.  A motion that only its stops hold is then no rigid one of the mean system, whose laws would be dropped.
+    """
     sticking = laws.rows.spread(laws.memory)
-    return np.where(sticking[:, None], np.diag(laws.row_stiffness), laws.tangent(stretch))
+    tangent = np.where(sticking[:, None], np.diag(laws.row_stiffness), laws.tangent(stretch))
+    if not floating:
+        return tangent
+    for first, pair, stiffness in zip(laws.rows.first, laws.rows.pair, laws.stiffness, strict=True):
+        block = tangent[first : first + 1 + pair, first : first + 1 + pair]
+        if np.linalg.eigvalsh(block)[0] < _FLOATING * stiffness:
+            block += _FLOATING * stiffness * np.eye(1 + pair)
+    return tangent
 
 
 def mean_stretch(system: System) -> Array:
@@ -200,14 +217,15 @@ def _law_warnings(
         if memory_alone and not group.law.memory:
             continue
         block = tangent[first : first + len(axes), first : first + len(axes)]
+        unit = "N m/rad" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N/m"
         values = np.diag(axes.T @ block @ axes)
         if STATES[doing] == "play":
             text = "inside its clearance under the mean load, stiffness 0"
         elif group.law.memory:
-            text = f"sticks in small vibration, stiffness {group.law.stiffness:.4g} N/m"
+            text = f"sticks in small vibration, stiffness {group.law.stiffness:.4g} {unit}"
         else:
-            across = f", across {values[1]:.4g} N/m" if len(values) == 2 else ""
-            text = f"at the mean load in {STATES[doing]}, stiffness along it {values[0]:.4g} N/m{across}"
+            across = f", across {values[1]:.4g} {unit}" if len(values) == 2 else ""
+            text = f"at the mean load in {STATES[doing]}, stiffness along it {values[0]:.4g} {unit}{across}"
         groups_by_text.setdefault(f"{group.law.kind} {text}", []).append(group.name)
     return [f"linearised: {', '.join(names)}: {text}" for text, names in groups_by_text.items()]
 

@@ -189,7 +189,7 @@ def response(
         require_numba("compiled")
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
-    lawful, system = system, linear(system, asks_laws=asks_laws)
+    lawful, system = system, linear(system, asks_laws=asks_laws, floating=asks_laws)
     modal = modal_form(system)
     lines = excitation(system, modal)
     return Response(system=system, modal=modal, lines=lines, frame_speed=frame_speed, compiled=compiled, lawful=lawful)

@@ -99,7 +99,7 @@ def law_numbers(system: System, laws: Laws) -> LawNumbers:
         none = np.zeros(0)
         return LawNumbers(numbers=np.zeros((0, 10)), anchor=none, tangent=np.zeros((0, 0)), stiffest=none, slow=())
     stretch = mean_stretch(system)
-    tangent = small_motion_tangent(laws, stretch)
+    tangent = small_motion_tangent(laws, stretch, floating=True)
     anchor = np.zeros(0)
     if laws.memory.any():
         anchor = np.where(laws.row_memory, stretch - laws.force(stretch) / laws.row_stiffness, 0.0)

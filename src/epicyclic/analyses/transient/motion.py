@@ -157,7 +157,7 @@ def motion(
         raise ModelError("no such contact", path="contact", given=contact, allowed="unilateral, linear")
     system.require_inertia()
     given = program or constant()
-    mean = linear(system, asks_laws=contact == "unilateral")
+    mean = linear(system, asks_laws=contact == "unilateral", floating=contact == "unilateral")
     squared, shapes = mean_modes(mean)
     rigid = squared == 0
     lawful = system if contact == "unilateral" else mean

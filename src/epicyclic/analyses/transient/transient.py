@@ -239,6 +239,13 @@ def _slider_of(moving: Motion, start: object) -> Array | None:
     if not hasattr(start, "attrs") or "end_slider" not in result or not moving.numbers.anchor.size:
         return None
     slider: Array = np.asarray(result["end_slider"].values, dtype=float)
+    if slider.shape != moving.numbers.anchor.shape:
+        raise ModelError(
+            "has sliders of other links than this train",
+            path="initial",
+            given=f"{slider.size} rows",
+            allowed=f"{moving.numbers.anchor.size} rows, or a start without them",
+        )
     return slider
 
 
