@@ -321,8 +321,12 @@ def _notes(system: System, names: tuple[str, ...], lost: np.ndarray, options: di
         which = ", ".join(name for name, open_ in zip(names, lost, strict=True) if open_)
         pulled = options["contact"] == "linear"
         notes.append(f"tensile mesh force in the linear model: {which}" if pulled else f"contact lost in {which}")
-        if not pulled and np.isinf(system.meshes.backlash).any():
-            notes.append("no backlash is given: the far flanks are taken as never touching")
+        endless = dict.fromkeys(
+            pair for pair, gap in zip(system.meshes.pair, system.meshes.backlash, strict=True) if np.isinf(gap)
+        )
+        if not pulled and endless:
+            where = "" if len(endless) == len(set(system.meshes.pair)) else f" of {', '.join(endless)}"
+            notes.append(f"no backlash{where} is given: the far flanks are taken as never touching")
     if status != "ok":
         notes.append(f"the motion grows without bound, {status}: unstable at this speed, or the step is too long")
     return notes
