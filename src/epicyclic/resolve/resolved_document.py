@@ -30,6 +30,7 @@ def resolved_document(train: Train) -> dict[str, Any]:
         if _is_key(value, train, data):
             _put(data, value.path.split("."), _plain(value.value))
     _set_directions(data)
+    _keep_contact(data)
     return data
 
 
@@ -74,6 +75,18 @@ def _plain(value: object) -> object:
         entries = [_plain(entry) for entry in value]
         return entries[0] if len(entries) == 1 else entries
     return "inf" if value == math.inf else value
+
+
+def _keep_contact(data: Mapping[str, Any]) -> None:
+    """Meshes of loaded contact stay so: their tangent alone would be another law."""
+    for stage in data["stages"].values():
+        for mesh in stage.get("meshes", {}).values():
+            for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
+                if table.get("variation", mesh.get("variation")) == "contact" and "stiffness" in table:
+                    table["stiffness"] = "contact"
+            for table in (mesh, mesh.get("left", {}), mesh.get("right", {})):
+                if table.get("variation") == "contact":
+                    del table["variation"]
 
 
 def _set_directions(data: Mapping[str, Any]) -> None:

@@ -164,3 +164,18 @@ def test_without_torque_a_usual_load_stands() -> None:
         overrides={f"{MESHES}.sun-planet.stiffness": "energy", "stages.main.face_width": "50 mm"},
     )
     assert noted(train)[f"{MESHES}.sun-planet.load_per_length"] == (100e3, "default")
+
+
+def test_a_resolved_file_keeps_loaded_contact() -> None:
+    """Its tangent alone would be another law, and `variation = "contact"` is no key of a file."""
+    from epicyclic.resolve import load
+    from epicyclic.resolve.resolved_document import resolved_document
+
+    train = load("ren2021", overrides={"stages.main.meshes.sun-planet.stiffness": "contact"})
+    document = resolved_document(train)
+    mesh = document["stages"]["main"]["meshes"]["sun-planet"]
+    assert mesh["stiffness"] == "contact"
+    assert "variation" not in mesh
+    again = load(document)
+    assert [m.table is not None for m in again.meshes] == [m.table is not None for m in train.meshes]
+    assert any(m.table is not None for m in again.meshes)
