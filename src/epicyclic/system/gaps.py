@@ -127,8 +127,10 @@ class FlanksAt:
             own = place[rows]
             kept = np.flatnonzero(own >= 0)
             if kept.size:
-                every = kept.size == own.size
-                parts.append((law if every else law.rows(kept), _together(own[kept], wanted.size)))
+                every, first = kept.size == own.size, int(kept[0])
+                run = int(kept[-1]) - first + 1 == kept.size  # a slice, of which NumPy makes no copy
+                mine = law if every else law.rows(slice(first, first + kept.size) if run else kept)
+                parts.append((mine, _together(own[kept], wanted.size)))
         return FlanksAt(parts=tuple(parts), count=wanted.size)
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ Friction with a memory sticks in small vibration and stays in the mean system.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
@@ -253,12 +253,13 @@ class _AxisLaws:
 class GridLaws:
     """Laws of F flanks over N samples of a grid, the last phase fastest; none is spread over the other phases.
 
-    counts : (D,) samples of each phase.
+    counts : (D,) samples of each phase.  chosen : laws of some flanks, by their numbers, made on first use.
     """
 
     parts: tuple[_AxisLaws, ...]
     counts: tuple[int, ...]
     count: int
+    chosen: dict[bytes, GridLaws] = field(default_factory=dict)
 
     @property
     def least_touch(self) -> Array:
@@ -273,6 +274,13 @@ class GridLaws:
         """The laws of some flanks (c,), rising numbers, which become the columns."""
         if columns.size == self.count:
             return self
+        key = columns.tobytes()
+        if key not in self.chosen:
+            self.chosen[key] = self._of(columns)
+        return self.chosen[key]
+
+    def _of(self, columns: Index) -> GridLaws:
+        """`of` some flanks (c,), not all."""
         place = np.full(self.count, -1)
         place[columns] = np.arange(columns.size)
         kept = [part.chosen(columns) for part in self.parts]
@@ -312,7 +320,7 @@ class GridLaws:
             laws = tuple((eased(law, own[rows], part), rows) for law, rows in p.laws.parts)
             touch = None if p.touch is None else np.minimum(p.touch, 0.0)
             parts.append(replace(p, laws=replace(p.laws, parts=laws), touch=touch))
-        return replace(self, parts=tuple(parts))
+        return replace(self, parts=tuple(parts), chosen={})
 
     def _less(self, values: Array, parts: Sequence[Array | None]) -> Array:
         """Values (N, F) less those (P, c) of each part at its own phase."""

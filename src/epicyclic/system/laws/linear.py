@@ -99,8 +99,7 @@ class LinearAt:
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force [N] and tangent [N/m] at gaps delta (..., P, c) [m]."""
-        pressed = delta > 0
-        return np.where(pressed, self.stiffness * delta, 0.0), np.where(pressed, self.stiffness, 0.0)
+        return self.stiffness * np.maximum(delta, 0.0), np.where(delta > 0, self.stiffness, 0.0)
 
     def energy(self, delta: Array) -> Array:
         """k <delta>^2 / 2, (..., P, c) [J]."""
