@@ -100,9 +100,8 @@ def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
     rows, face, m = given.rows, given.face, len(given.face.row)
     touching, held = at.touching[:, :m], rows.linear[:m]
-    mean = np.full(len(at.tangent), 1.0 / len(at.tangent)) @ at.tangent
-    tangent = face.total(mean[:m] - held)
-    links = mean[rows.count :] - rows.linear[rows.count :]
+    tangent = face.total(at.tangent[:, :m].mean(axis=0) - held)
+    links = at.tangent[:, rows.count :].mean(axis=0) - rows.linear[rows.count :]
     if np.all(np.abs(tangent) <= _SAME * face.total(held)) and np.all(np.abs(links) <= _SAME * _largest(rows.linear)):
         return lambda right: right
     (gaps, pulls), w = _meshes(given), at.speed * given.omega
