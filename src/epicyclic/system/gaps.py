@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,9 @@ from .laws.flank import FlankAt, LawRows
 from .laws.linear import LinearLaw
 from .system import Array, ComplexArray, System
 
-__all__ = ["Flanks", "FlanksAt", "flanks", "groups_past_the_end", "past_the_end"]
+__all__ = ["Flanks", "FlanksAt", "flanks", "groups_past_the_end", "net_force", "past_the_end"]
 
+Number = TypeVar("Number", bound=np.inexact)
 Rows = NDArray[np.int64] | slice
 Values = NDArray[Any]
 
@@ -201,6 +202,19 @@ def flanks(system: System, *, far: bool = True) -> Flanks:
         variation=variation,
         laws=tuple(laws),
     )
+
+
+def net_force(force: NDArray[Number], far: NDArray[np.int64]) -> NDArray[Number]:
+    """Force of every mesh row (..., m) [N], on its far flank negative, from those of flanks (..., m + c) [N].
+
+    Parameters
+    ----------
+    far : (c,) mesh row of each far flank; no row has two.
+    """
+    m = force.shape[-1] - far.size
+    net = force[..., :m].copy()
+    net[..., far] = np.subtract(net[..., far], force[..., m:])
+    return net
 
 
 def past_the_end(system: System, given: Flanks, largest: Array) -> list[str]:

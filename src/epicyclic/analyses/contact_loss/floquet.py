@@ -36,7 +36,6 @@ __all__ = [
     "floquet_vector",
 ]
 
-# How a motion of two mesh tones is left: its multipliers have a size and no angle.
 
 # Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
 _STEPS, _NEAR = 48, 0.03

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import faces
+from ...system.gaps import net_force
 from ...system.system import Array, ComplexArray, System
 from ..steady.waveform import peak
 from .problem import Problem, State, flank_force, gap_rows, rate_rows
@@ -72,11 +73,7 @@ def _at(damping: Array, gap: Array, rate: Array, points: NDArray[np.int64], phas
 
 def row_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
     """Force of every mesh row (N, m) from that of the flanks (N, R): the loaded flank less the far one [N]."""
-    m = len(system.meshes.name)
-    net = force[:, :m].copy()
-    if force[:, m:].any():
-        np.subtract.at(net.T, system.far_flanks.mesh[: force.shape[1] - m], force[:, m:].T)
-    return net
+    return net_force(force, system.far_flanks.mesh[: force.shape[1] - len(system.meshes.name)])
 
 
 def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:

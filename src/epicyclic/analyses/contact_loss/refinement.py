@@ -47,7 +47,7 @@ _LOADS = (0.25, 0.5, 0.75, 0.9, 1.0)
 _SAME = 1e-3
 
 GROWTH = "growth"
-"""How a motion of two mesh tones that is not stable is left."""
+"""How a motion of two mesh tones that is not stable is left: its growth has a size and no angle."""
 Kind = Literal["periodic", "symmetry broken", "period 2"]
 """What sort of motion, as the variable ``motion`` of a sweep has it."""
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,8 +124,9 @@ class GapRows:
         return self.flanks.at(phases[:, self.phases])
 
 
+@lru_cache(maxsize=4)
 def gap_rows_of(ready: Response) -> GapRows:
-    """The rows of a System ready for its response."""
+    """The rows of a System ready for its response, made once: every problem of it has them."""
     modal, system = ready.modal, ready.system
     table = flanks(ready.lawful or system)
     links = _link_rows(ready.lawful) if ready.lawful is not None else None

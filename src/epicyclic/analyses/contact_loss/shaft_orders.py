@@ -42,6 +42,7 @@ __all__ = [
     "mesh_orders",
     "shaft_response",
     "superposed_lines",
+    "superposition_is_an_answer",
     "superposition_is_exact",
 ]
 
@@ -56,6 +57,8 @@ _TOLERANCE = 1e-8
 _NEAR = 0.02
 # Part of its own force (RMS) that a line superposed on varying tangents may miss: as good as the refinement.
 _CURVED = 1e-3
+# Error of a line superposed on laws of links or tables, per its own force (RMS), from which it is no answer.
+_MEANINGLESS = 0.5
 # An error of a superposed line below this is none: rounding.
 NEGLIGIBLE = 1e-9
 
@@ -93,6 +96,15 @@ def superposition_is_exact(given: Torus, point: TorusPoint, lines: Sequence[Supe
     if balance.rows.parametric or not kept.all():
         return bool(kept.all())
     return max((line.error for line in lines), default=0.0) <= _CURVED
+
+
+def superposition_is_an_answer(point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
+    """Whether lines superposed on laws of links or tables are an answer to first order.
+
+    They are none where a line moves a link through its play.  Of linear flanks that part the error is stated.
+    """
+    worst = max((line.error for line in lines), default=0.0)
+    return point.problem.rows.parametric or worst <= _MEANINGLESS
 
 
 def _gap_values(point: TorusPoint) -> Array:
@@ -255,7 +267,14 @@ def shaft_response(given: Torus, at: MeshOrders) -> ShaftResponse:
     if not point.converged:
         status = f"the torus of shaft orders: {point.status}"
         return ShaftResponse(measures=None, status=status, residual=point.residual)
-    return _torus_response(given, point, superposed_lines(given, point))
+    lines = superposed_lines(given, point)
+    if not superposition_is_an_answer(point, lines):
+        return ShaftResponse(
+            measures=None,
+            status="the torus of shaft orders has no tone left for lines that move links through their play",
+            residual=point.residual,
+        )
+    return _torus_response(given, point, lines)
 
 
 def _distance_from(at: MeshOrders, mesh_point: TorusPoint) -> float:

@@ -20,7 +20,13 @@ from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import gap_forces
 from .refinement import Refinement, with_stability
 from .rows import largest_link_forces, law_warnings
-from .shaft_orders import NEGLIGIBLE, SuperposedLine, superposed_lines, superposition_is_exact
+from .shaft_orders import (
+    NEGLIGIBLE,
+    SuperposedLine,
+    superposed_lines,
+    superposition_is_an_answer,
+    superposition_is_exact,
+)
 from .torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 
 if TYPE_CHECKING:
@@ -29,9 +35,6 @@ if TYPE_CHECKING:
     from ...system.system import System
 
 __all__ = ["contact_steady", "steady_motion"]
-
-# Error of a line superposed on laws of links or tables, per its own force (RMS), from which it is no answer.
-_MEANINGLESS = 0.5
 
 
 def contact_steady(
@@ -114,11 +117,7 @@ def steady_motion(
         given = given.with_fewer_tones
         point = respond_torus(given, speed, start=start)
     lines = superposed_lines(given, point) if point.converged else []
-    worst = max((line.error for line in lines), default=0.0)
-    if not point.problem.rows.parametric and worst > _MEANINGLESS:
-        # a link that a shaft line moves through its play: the tangent at the mean is no answer to first order
-        return given, replace(point, converged=False), lines
-    return given, point, lines
+    return given, point if superposition_is_an_answer(point, lines) else replace(point, converged=False), lines
 
 
 def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Array] | None:

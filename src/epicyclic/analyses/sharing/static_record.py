@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import faces
-from ...system.gaps import flanks, past_the_end
+from ...system.gaps import flanks, groups_past_the_end, past_the_end
 from ...system.system import Array, System
 from ..static.both_flanks import held_train
 from ..static.quasi_static import RecordPiece, quasi_static
@@ -55,10 +55,12 @@ def sharing_of_record(
     train = held_train(system)
     forces: list[tuple[Array, Array]] = []
     pieces: list[RecordPiece] = []
+    links: list[Array] = []
     for piece in quasi_static(system, train, record, progress):
         if sum(len(loaded) for loaded, _ in forces) < kept * record.samples:
             pieces.append(piece)
         forces.append((piece.state.mesh_force, piece.state.far_force))
+        links.append(system.laws.rows.size(piece.state.group_force).max(axis=0, initial=0.0))
     contact = flank_contact(system, forces)
     members, face = parallel_meshes(system.meshes), faces(system.meshes)
     net = face.total(contact.force, axis=1)
@@ -75,6 +77,7 @@ def sharing_of_record(
     notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
     notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
     notes += past_the_end(system, flanks(system), contact.largest)
+    notes += groups_past_the_end(system, np.max(links, axis=0)) if system.groups else []
     last = min(kept, record.count) * record.samples
     ratio = np.empty_like(force[:last])
     for group in members:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.faces import faces
+from ...system.gaps import net_force
 from ...system.system import Array, System
-from ..static.both_flanks import HeldTrain, balanced, held_train, net_force, settled
+from ..static.both_flanks import HeldTrain, balanced, held_train, settled
 from ..static.equilibrium import closed_force
 from ..static.record import (
     MeshGroup,
@@ -208,7 +209,8 @@ def _unilateral(
 def _solved(system: System, train: HeldTrain, here: RecordExcitation) -> Array:
     """Net forces of the mesh rows (T, m) [N] under an excitation."""
     state = settled(train, here, system.laws)
-    return net_force(train.far, state.mesh_force, state.far_force)
+    far = train.far.mesh[: state.far_force.shape[1]]
+    return net_force(np.hstack([state.mesh_force, state.far_force]), far)
 
 
 def mean_force(system: System, train: HeldTrain | None = None) -> Array:

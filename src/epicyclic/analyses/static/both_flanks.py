@@ -18,7 +18,7 @@ from ...system.system import Array, FarFlanks, System
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
 from .record import RecordExcitation
 
-__all__ = ["HeldTrain", "balanced", "held_train", "net_force", "settled"]
+__all__ = ["HeldTrain", "balanced", "held_train", "settled"]
 
 # Closing of a far flank by a unit motion that is rounding of the null space; 1e-12 is seen.
 _STILL = 1e-9
@@ -129,11 +129,3 @@ def _presses(train: HeldTrain, here: RecordExcitation, displacement: Array) -> N
     touch = here.both.touch[:, here.stiffness.shape[1] :]
     pressing: NDArray[np.bool_] = np.any(displacement @ train.far.B - here.far_gap > touch, axis=1)
     return pressing
-
-
-def net_force(far: FarFlanks, on_loaded: Array, on_far: Array) -> Array:
-    """Force of every mesh row (T, m) [N], on its far flank negative; of loaded flanks (T, m), far ones (T, c) [N]."""
-    net = on_loaded.copy()
-    if on_far.size:
-        np.subtract.at(net.T, far.mesh, on_far.T)
-    return net

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
-from ...system.gaps import flanks, groups_past_the_end, past_the_end
+from ...system.gaps import flanks, groups_past_the_end, net_force, past_the_end
 from ...system.laws.groups import STATES
 from ...system.system import Array, System
-from .both_flanks import held_train, net_force
+from .both_flanks import held_train
 from .quasi_static import RecordPiece, history_note, quasi_static
 from .record import Record, positive_count, record_of
 
@@ -112,7 +112,7 @@ def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> Flan
     far = np.zeros(on_loaded.shape, bool)
     far[:, system.far_flanks.mesh] = behind > least
     return FlankContact(
-        force=net_force(system.far_flanks, on_loaded, behind),
+        force=net_force(np.hstack([on_loaded, behind]), system.far_flanks.mesh[: behind.shape[1]]),
         loaded=on_loaded > least,
         far=far,
         largest=np.concatenate([on_loaded.max(axis=0, initial=0.0), behind.max(axis=0, initial=0.0)]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...system.gaps import net_force
 from ...system.system import Array, ComplexArray
 from .motion import Motion, phases_at, tangent_series
 from .products import per_instant
@@ -27,10 +28,7 @@ def mesh_force(moving: Motion, times: Array, states: Array) -> Array:
 
 def mesh_total(moving: Motion, force: Array) -> Array:
     """Force of every mesh row (m, T) [N], far flanks counted against loaded ones, from those of all flanks (F, T)."""
-    m = len(moving.system.meshes.name)
-    total = force[:m].copy()
-    np.subtract.at(total, moving.flanks.mesh[m:], force[m:])
-    return total
+    return net_force(force.T, moving.flanks.mesh[len(moving.system.meshes.name) :]).T
 
 
 def flank_force(moving: Motion, times: Array, states: Array) -> Array:
