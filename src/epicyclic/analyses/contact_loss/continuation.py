@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...system.system import Array
-from ..steady.gmres import gmres
+from ..steady.gmres import gmres_of_one
 from .corrector import TOLERANCE, preconditioner, solve
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative
 from .refinement import Refinement
@@ -280,17 +280,17 @@ def _bordered(
     by_speed = (inverse(speed_derivative(given, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
-        """Product (1, 2 J n + 1) with the preconditioned bordered matrix."""
+        """Product (2 J n + 1,) with the preconditioned bordered matrix."""
         out = np.empty_like(x)
-        step, ds = x[0, :-1], x[0, -1]
-        out[0, :-1] = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
-        out[0, -1] = border @ step + tangent_speed * ds
+        step, ds = x[:-1], float(x[-1])
+        np.add(inverse(product(step.reshape(shape))).ravel(), ds * by_speed, out=out[:-1])
+        out[-1] = border @ step + tangent_speed * ds
         return out
 
     whole = np.append(inverse(right).ravel(), last)
     wanted = max(_FORCING * float(np.linalg.norm(whole)), target)
-    found, _, calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3)
-    return found[0, :-1].reshape(shape), float(found[0, -1]), calls
+    found, _, calls = gmres_of_one(apply, whole, target=wanted, restarts=3)
+    return found[:-1].reshape(shape), float(found[-1]), calls
 
 
 def branch(

@@ -334,20 +334,32 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
         drag = np.zeros_like(tangent)
         drag[:, : rows.count] = rows.damping * rate - rows.drag
     live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
-    gaps, pulls, lag = np.ascontiguousarray(rows.gaps[live].T), rows.pulls[live], rows.lag[live]
-    tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
+    pulls, lag = rows.pulls[live], rows.lag[live]
+    tangent, drag = np.ascontiguousarray(tangent[:, live]), None if drag is None else drag[:, live]
+    # one product takes a step to its gaps and to the couplings of modes
+    still, turning = _coupling(given, at.speed)
+    n, R = at.y.shape[2], len(pulls)
+    parts = [np.ascontiguousarray(rows.gaps[live].T), *(part for part in (still, turning) if part is not None)]
+    matrix = np.concatenate(parts, axis=1)
+    values, back, J = given.grid.values, given.grid.rows, w.size
+    column = w[:, None]
 
     def apply(step: Array) -> Array:
         """Jacobian-vector product of a step (2, J, n)."""
-        gap = step.reshape(-1, step.shape[2]) @ gaps
-        force = given.grid.values(gap)
+        product = step.reshape(-1, n) @ matrix
+        gap = product[:, :R]
+        force = values(gap)
         force *= tangent
         if drag is not None:
-            force += drag * given.grid.values(rate_rows(gap, w))
-        back = _lagged(given.grid.rows(force), lag, w)
-        pulled = _couple(given, step, at.speed)
-        pulled += (back @ pulls).reshape(step.shape)
-        return step + _times(at.inverse, pulled)
+            force += drag * values(rate_rows(gap, w))
+        pulled = _lagged(back(force), lag, w) @ pulls
+        if still is not None:
+            pulled += product[:, R : R + n]
+        if turning is not None:
+            turned = product[:, -n:]
+            pulled[:J] -= column * turned[J:]
+            pulled[J:] += column * turned[:J]
+        return step + _times(at.inverse, pulled.reshape(step.shape))
 
     return apply
 
@@ -566,16 +578,28 @@ def _force(given: Problem, speed: float) -> Array:
 
 def _couple(given: Problem, y: Array, speed: float) -> Array:
     """Coupling of modes (2, J, n) by G, Kg, Cskew and the dampers off the diagonal, at a relative speed."""
-    frame = speed if given.frame_speed == "kinematic" else 1.0
-    w = speed * given.omega[:, None]
-    result = np.zeros_like(y)
-    for name, matrix in given.modal.coupling.items():
-        if name in ("G", "C"):
-            factor = w * (frame if name == "G" else 1.0)
-            result += np.stack([-factor * y[1], factor * y[0]]) @ matrix
-        else:
-            result += (frame**2 if name == "Kg" else frame) * (y @ matrix)
+    still, turning = _coupling(given, speed)
+    result: Array = np.zeros_like(y) if still is None else y @ still
+    if turning is not None:
+        turned = y @ turning
+        w = speed * given.omega[:, None]
+        result[0] -= w * turned[1]
+        result[1] += w * turned[0]
     return result
+
+
+def _coupling(given: Problem, speed: float) -> tuple[Array | None, Array | None]:
+    """Matrices (n, n) that couple modes at a relative speed: by their amplitudes, and by their rates; None: nothing."""
+    frame = speed if given.frame_speed == "kinematic" else 1.0
+    factors = {"G": frame, "C": 1.0, "Kg": frame**2, "Cskew": frame}
+    still, turning = None, None
+    for name, matrix in given.modal.coupling.items():
+        part = factors[name] * matrix
+        if name in ("G", "C"):
+            turning = part if turning is None else turning + part
+        else:
+            still = part if still is None else still + part
+    return still, turning
 
 
 def _inverse(modal: Modal, w: Array) -> tuple[Array, Array]:
