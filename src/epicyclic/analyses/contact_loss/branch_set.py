@@ -175,6 +175,10 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         )
 
     system = trace.refinement.ready.system
+    def returned(point: PathPoint) -> bool:
+        """Whether the branch goes down on closed teeth: it came from there."""
+        return point.state.unchanging and point.tangent_speed < 0 and point.length > 0
+
     points = branch(
         trace.refinement,
         given,
@@ -185,7 +189,7 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         unit=_unit(start),
         stepping=trace.stepping,
         score=lambda state, problem: float(force_level(system, problem, state).max()),
-        stop=back,
+        stop=lambda point: back(point) or returned(point),
     )
     last = points[-1]
     closed = last.tangent_speed > 0 and last.state.unchanging

@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,6 +157,7 @@ class State:
     unchanging : whether tangents keep one value at each phase: the motion is that of a linear system.
     acting : (N, F) part of its sample in which each damper acts.  edge : (N, F) how that part rises with the gap, times
         the gap rate [1/s]; both None without dampers of meshes.
+    closing : (N, F) how the elastic force of a sample closed for a part rises with the gap rate [N s/m]; None: none is.
     """
 
     y: Array
@@ -169,6 +170,7 @@ class State:
     norm: float
     acting: Array | None = None
     edge: Array | None = None
+    closing: Array | None = None
 
 
 def unknowns(problem: Problem) -> tuple[int, int, int]:
@@ -317,6 +319,7 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
         norm=float(np.linalg.norm(residual)),
         acting=law.acting,
         edge=law.edge,
+        closing=law.closing,
     )
 
 
@@ -333,6 +336,9 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
         tangent[:, : rows.count] += rows.damping * at.edge
         drag = np.zeros_like(tangent)
         drag[:, : rows.count] = rows.damping * rate - rows.drag
+    if at.closing is not None:
+        drag = np.zeros_like(tangent) if drag is None else drag
+        drag[:, : rows.count] += at.closing
     live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
     pulls, lag = rows.pulls[live], rows.lag[live]
     tangent, drag = np.ascontiguousarray(tangent[:, live]), None if drag is None else drag[:, live]
@@ -422,6 +428,8 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
     force = at.tangent * given.grid.values(moved)
     if at.acting is not None:
         force[:, :F] += at.acting * rows.damping * given.grid.values(rate_rows(moved[:, :F], w))
+    if at.closing is not None:
+        force[:, :F] += at.closing * given.grid.values(rate_rows(moved[:, :F], w))
     back = _lagged(given.grid.rows(force), rows.lag, w)
     # the mean system holds the tangents of link rows, whose errors are forces on it
     back[:, F:] -= _lagged(rows.linear[F:] * moved[:, F:], rows.lag[F:], w)
@@ -430,7 +438,7 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
 
 
 class _Forces(NamedTuple):
-    """Forces of the rows (N, R) [N] with contact, tangents and damper shares as of `State`."""
+    """Forces of the rows (N, R) [N] with contact, tangents, damper shares and rate tangents as of `State`."""
 
     force: Array
     tangent: Array
@@ -438,14 +446,16 @@ class _Forces(NamedTuple):
     unchanging: bool
     acting: Array | None
     edge: Array | None
+    closing: Array | None
 
 
 def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     """Forces by the laws, from rows (2 J, R) of delta [m].
 
-    A damper that acts at once would make the force jump where teeth meet, and the sum over samples with it.  The damper
-    acts for the part of its sample in which the gap, continued linearly, is closed: the force stays continuous (derived
-    here).
+    Taken at samples alone, a force would have a corner in the motion wherever first touch passes a sample, and that of
+    a damper a jump.  A sample stands for its part of the cycle, in which the gap is continued linearly: flank and
+    damper act for the part of it in which they are closed, the flank with the mean penetration of that part.  The
+    residual then has a continuous derivative (derived here).
     """
     rows = given.rows
     F, N = rows.count, len(given.tangent)
@@ -453,28 +463,74 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     near, columns = np.flatnonzero(reaching), _columns(reaching)
     laws = given.laws.of(near)
     delta = given.grid.values(opened[:, columns])
-    force, tangent, touching = np.zeros((N, len(rows.linear))), np.zeros((N, len(rows.linear))), np.zeros((N, F), bool)
-    force[:, columns], tangent[:, columns] = laws.evaluate(delta)
-    closed = laws.opening(delta)
-    touching[:, columns] = pressed = closed > 0
-    unchanging = bool(np.all(pressed == pressed[:1]))
+    rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
+    sample = 2 * np.pi / (speed * given.tones * given.grid.counts)
+    closed, moving, own = laws.opening(delta), laws.drift(rate, sample), sample[rows.axis[near]]
+    pressed = closed > 0
+    edge = _edges(closed, moving, own)
+    if edge.width.size:
+        delta[edge.at] += edge.width * edge.share / 2 - closed[edge.at]
+    elastic, stiffness = laws.evaluate(delta)
+    unchanging = not edge.width.size and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
         unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
+    blank, acting, closing = np.zeros((N, F)), pressed.astype(float), None
+    if edge.width.size:
+        acting[edge.at] = edge.share
+        closing = _spread(blank, columns, edge.enter_means(elastic, stiffness))
+    force, tangent = np.zeros((N, len(rows.linear))), np.zeros((N, len(rows.linear)))
+    force[:, columns], tangent[:, columns] = elastic, stiffness
+    touching = _spread(blank, columns, pressed) > 0
     if rows.links is not None:
         unchanging &= _add_links(given, opened, force, tangent)
     if not rows.damping.any():
-        return _Forces(force, tangent, touching, unchanging, None, None)
-    rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
-    sample = 2 * np.pi / (speed * given.tones * given.grid.counts)
-    own, moving = sample[rows.axis[near]], laws.drift(rate, sample)
-    travel = np.abs(moving) * own
-    place = np.divide(closed, travel, out=np.full_like(closed, np.inf), where=travel > 0)
-    inside = np.abs(place) < 0.5
-    acting, edge = np.zeros((N, F)), np.zeros((N, F))
-    acting[:, columns] = np.where(inside, 0.5 + np.where(inside, place, 0.0), pressed.astype(float))
-    edge[:, columns] = np.where(inside, np.divide(rate, travel, out=np.zeros_like(rate), where=travel > 0), 0.0)
-    force[:, columns] += rows.damping[near] * rate * acting[:, columns]
-    return _Forces(force, tangent, touching, unchanging, acting, edge)
+        return _Forces(force, tangent, touching, unchanging, None, None, closing)
+    force[:, columns] += rows.damping[near] * rate * acting
+    opens = np.zeros_like(rate)
+    opens[edge.at] = rate[edge.at] / edge.width
+    acting, opens = _spread(blank, columns, acting), _spread(blank, columns, opens)
+    return _Forces(force, tangent, touching, unchanging, acting, opens, closing)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Edges:
+    """Samples in which a flank touches for a part only.
+
+    at : places (E,) of them among samples and flanks (N, c).  width : travel of the gap in the sample (E,) [m].
+    share : part of the sample that is closed (E,).  slope : change of the width with the gap rate (E,) [s].
+    """
+
+    at: tuple[Index, Index]
+    width: Array
+    share: Array
+    slope: Array
+
+    def enter_means(self, force: Array, tangent: Array) -> Array:
+        """Enter mean forces [N] and tangents [N/m] into those at the mean penetration; rate tangents (N, c) [N s/m].
+
+        The mean force is a f(d), with the closed part a = 1/2 + delta / w and the mean penetration d = a w / 2.
+        """
+        f, k, a, w = force[self.at], tangent[self.at], self.share, self.width
+        force[self.at], tangent[self.at] = a * f, f / w + a * k / 2
+        rate = np.zeros_like(force)
+        rate[self.at] = (a * k / 4 - (a - 0.5) * f / w) * self.slope
+        return rate
+
+
+def _edges(closed: Array, moving: Array, sample: Array) -> _Edges:
+    """Edges of contact among samples (N, c), of gaps above first touch [m], their rates [m/s] and times (c,) [s]."""
+    travel = np.abs(moving) * sample
+    at = np.nonzero(np.abs(closed) < travel / 2)
+    width = travel[at]
+    slope = np.sign(moving[at]) * sample[at[1]]
+    return _Edges(at=at, width=width, share=0.5 + closed[at] / width, slope=slope)
+
+
+def _spread(blank: Array, columns: slice | Index, values: NDArray[Any]) -> Array:
+    """Values (N, c) in some columns of zeros as of the blank (N, F)."""
+    result = np.zeros_like(blank)
+    result[:, columns] = values
+    return result
 
 
 def _add_links(given: Problem, opened: Array, force: Array, tangent: Array) -> bool:
@@ -501,11 +557,11 @@ def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bo
         # the law at the mean load and the tangent from there on
         force[:, F : F + rows.links.rows.size] += rows.links.offset
     if not rows.damping.any():
-        return _Forces(force, tangent, touching, True, None, None)
+        return _Forces(force, tangent, touching, True, None, None, None)
     rate = given.grid.values(rate_rows(opened[:, :F], speed * given.omega))
     acting = touching.astype(float)
     force[:, :F] += np.where(touching, rows.damping * rate, 0.0)
-    return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting))
+    return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting), None)
 
 
 def _excess_rows(given: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:
