@@ -41,13 +41,6 @@ __all__ = [
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without
 # these guards large steps jump over whole resonances with a clean residual (benchmarks/contact.py).
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
-# Largest move of the corrector at a corner of the sampled contact, per shortest step: a turn by 76 degrees.
-_CORNER_FAR = 4.0
-# Points past the first corner that ends a branch, by the number of tones: some seconds.  A branch that winds through
-# more corners than that is cut there, and the sweep says so.
-_PAST_CORNERS = {1: 200, 2: 100}
-# Slack of the move that a corner allows: the residual left of a corrector, 1e-6 of a motion, in steps of 1e-3.
-_CORNER_SLACK = 1.1
 # A step grows by this after so few Newton steps and so small a move, as a part of it.
 _GROW, _QUICK, _NEAR = 1.4, 3, 0.2
 # Newton steps of a corrector; residual of the GMRES of a bordered step per right side, and the part of the residual
@@ -81,7 +74,6 @@ class Stepping:
     """Lengths of steps along a path: first, longest and shortest.
 
     guarded : whether far moves and sharp turns fail a step.  points : number after which a path ends.
-    corners : whether the shortest step may move as far as a corner of the branch makes it.
     """
 
     first: float = 0.25
@@ -89,7 +81,6 @@ class Stepping:
     shortest: float = 1e-3
     guarded: bool = True
     points: int = 4000
-    corners: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -146,10 +137,7 @@ def follow(
 def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping) -> tuple[PathPoint | None, float]:
     """The next point, None where even the shortest step fails, and the length of the step after it."""
     while size >= stepping.shortest:
-        # a corner of the sampled contact turns at any length: at the shortest, the turn alone fails no step
-        cornering = size < 2 * stepping.shortest
-        far = _CORNER_FAR if cornering and stepping.corners else _FAR
-        trial = step_from(at, size, unit, guarded=stepping.guarded, cornering=cornering, far=far)
+        trial = step_from(at, size, unit, guarded=stepping.guarded)
         if trial is not None:
             point, moved = trial
             quick = point.steps <= _QUICK and (moved < _NEAR * size or not stepping.guarded)
@@ -159,25 +147,15 @@ def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping
 
 
 def step_from(
-    at: PathPoint,
-    size: float,
-    unit: ArclengthUnit,
-    *,
-    guarded: bool = True,
-    cornering: bool = False,
-    far: float = _FAR,
+    at: PathPoint, size: float, unit: ArclengthUnit, *, guarded: bool = True
 ) -> tuple[PathPoint, float] | None:
-    """One predictor-corrector step of a given length and how far its corrector moved, None where it fails.
-
-    cornering : any turn of the tangent below a right angle is allowed.
-    far : part of the step that the corrector may move; more than a half only as far as a corner makes it.
-    """
+    """One predictor-corrector step of a given length and how far its corrector moved, None where it fails."""
     given = at.given
     y = at.state.y + size * unit.motion * at.tangent
     speed = at.state.speed + size * unit.speed * at.tangent_speed
     if speed <= 0:
         return None
-    most = far * size if guarded else np.inf
+    most = _FAR * size if guarded else np.inf
     found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=most)
     if found is None:
         return None
@@ -187,7 +165,7 @@ def step_from(
         return None
     tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit)
     turned = float(np.vdot(tangent, at.tangent)) + tangent_speed * at.tangent_speed
-    if guarded and not _on_branch(turned, moved / size, cornering=cornering):
+    if guarded and turned < _TURN:
         return None
     point = PathPoint(
         given=given,
@@ -199,19 +177,6 @@ def step_from(
         calls=calls + used,
     )
     return point, moved
-
-
-def _on_branch(turned: float, moved: float, *, cornering: bool) -> bool:
-    """Whether a step whose tangent turns by so much (cosine), its corrector moving so far per length, keeps its branch.
-
-    Past a corner of the angle a in the distance d < size, the plane of the corrector is met (size - d) tan a beside
-    the predictor: a corner moves the corrector by no more than tan a of the step.  A jump moves it without the turn.
-    """
-    if not cornering:
-        return moved <= _FAR and turned >= _TURN
-    if turned <= 0:
-        return False
-    return moved <= max(_FAR, _CORNER_SLACK * float(np.sqrt(max(1 - turned**2, 0.0))) / turned)
 
 
 def corrected(
@@ -313,26 +278,13 @@ def branch(
     score : what has a peak that must not be missed.  stop : ends the branch at a point before it leaves [low, high].
     """
     points = list[PathPoint]()
-    at = start_of_path(given, start, unit)
-    for own in _tries(stepping, len(given.grid.counts)):
-        points = points[:-1]
-        for point in follow(at, low, high, unit=unit, stepping=own):
-            points.append(point)
-            if stop is not None and stop(point):
-                break
-        at = points[-1]
-        if not low <= at.state.speed <= high or (stop is not None and stop(at)):
+    for point in follow(start_of_path(given, start, unit), low, high, unit=unit, stepping=stepping):
+        points.append(point)
+        if stop is not None and stop(point):
             break
     points = _confirmed(refinement, harmonics, points, unit)
     points = _with_folds(points, unit)
     return _with_peak(points, unit, score)
-
-
-def _tries(stepping: Stepping, tones: int) -> list[Stepping]:
-    """Steps in turn, each from where the ones before end."""
-    if not stepping.guarded:
-        return [stepping]
-    return [stepping, replace(stepping, corners=True, points=min(stepping.points, _PAST_CORNERS[tones]))]
 
 
 def folds(points: list[PathPoint]) -> list[int]:
