@@ -78,7 +78,7 @@ class Stepping:
 
     first: float = 0.25
     longest: float = 0.5
-    shortest: float = 1e-3
+    shortest: float = 1e-5
     guarded: bool = True
     points: int = 4000
 

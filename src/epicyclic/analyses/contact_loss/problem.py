@@ -21,7 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from ...system.system import Array, Line
 from ..modes.basis import Modal
 from ..steady.lattice import Point, kept_points
 from ..steady.response import FrameSpeed, Response
+from .edges import WidthTangents, edges
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
 from .transforms import Transforms, grid
 
@@ -63,6 +64,7 @@ __all__ = [
 
 
 Index = NDArray[np.int64]
+_T = TypeVar("_T", bound=np.generic)
 PlacedLine = tuple[Point, bool, Line]
 """A line at a lattice point, and whether its conjugate counts there."""
 
@@ -157,7 +159,7 @@ class State:
     unchanging : whether tangents keep one value at each phase: the motion is that of a linear system.
     acting : (N, F) part of its sample in which each damper acts.  edge : (N, F) how that part rises with the gap, times
         the gap rate [1/s]; both None without dampers of meshes.
-    closing : (N, F) how the elastic force of a sample closed for a part rises with the gap rate [N s/m]; None: none is.
+    width : tangents of samples at an edge of contact, by their width; None where there is none.
     """
 
     y: Array
@@ -170,7 +172,7 @@ class State:
     norm: float
     acting: Array | None = None
     edge: Array | None = None
-    closing: Array | None = None
+    width: WidthTangents | None = None
 
 
 def unknowns(problem: Problem) -> tuple[int, int, int]:
@@ -319,7 +321,7 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
         norm=float(np.linalg.norm(residual)),
         acting=law.acting,
         edge=law.edge,
-        closing=law.closing,
+        width=law.width,
     )
 
 
@@ -331,14 +333,10 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     rows, w = given.rows, at.speed * given.omega
     tangent, drag = at.tangent - rows.linear, None
     if at.acting is not None and at.edge is not None:
-        # where the contact opens or closes within a sample, c delta' a rises with both: a = 1/2 + delta / (|delta'| h)
-        rate = np.where((at.acting > 0) & (at.acting < 1), 0.5, at.acting)
+        # where contact opens or closes within a sample, its part closed rises with the gap
         tangent[:, : rows.count] += rows.damping * at.edge
         drag = np.zeros_like(tangent)
-        drag[:, : rows.count] = rows.damping * rate - rows.drag
-    if at.closing is not None:
-        drag = np.zeros_like(tangent) if drag is None else drag
-        drag[:, : rows.count] += at.closing
+        drag[:, : rows.count] = rows.damping * at.acting - rows.drag
     live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
     pulls, lag = rows.pulls[live], rows.lag[live]
     tangent, drag = np.ascontiguousarray(tangent[:, live]), None if drag is None else drag[:, live]
@@ -348,14 +346,17 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     parts = [np.ascontiguousarray(rows.gaps[live].T), *(part for part in (still, turning) if part is not None)]
     matrix = np.concatenate(parts, axis=1)
     values, back, J = given.grid.values, given.grid.rows, w.size
+    width = None if at.width is None else at.width.of_rows(_places(live, len(rows.linear)))
     column = w[:, None]
 
     def apply(step: Array) -> Array:
         """Jacobian-vector product of a step (2, J, n)."""
         product = step.reshape(-1, n) @ matrix
         gap = product[:, :R]
-        force = values(gap)
-        force *= tangent
+        sampled = values(gap)
+        force = sampled * tangent
+        if width is not None:
+            width.add(force, sampled)
         if drag is not None:
             force += drag * values(rate_rows(gap, w))
         pulled = _lagged(back(force), lag, w) @ pulls
@@ -425,11 +426,12 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
     """
     rows, w, moved = given.rows, at.speed * given.omega, given.error - other.error
     F = rows.count
-    force = at.tangent * given.grid.values(moved)
+    sampled = given.grid.values(moved)
+    force = at.tangent * sampled
     if at.acting is not None:
         force[:, :F] += at.acting * rows.damping * given.grid.values(rate_rows(moved[:, :F], w))
-    if at.closing is not None:
-        force[:, :F] += at.closing * given.grid.values(rate_rows(moved[:, :F], w))
+    if at.width is not None:
+        at.width.add(force, sampled)
     back = _lagged(given.grid.rows(force), rows.lag, w)
     # the mean system holds the tangents of link rows, whose errors are forces on it
     back[:, F:] -= _lagged(rows.linear[F:] * moved[:, F:], rows.lag[F:], w)
@@ -438,7 +440,7 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
 
 
 class _Forces(NamedTuple):
-    """Forces of the rows (N, R) [N] with contact, tangents, damper shares and rate tangents as of `State`."""
+    """Forces of the rows (N, R) [N] with contact, tangents and damper shares as of `State`."""
 
     force: Array
     tangent: Array
@@ -446,89 +448,48 @@ class _Forces(NamedTuple):
     unchanging: bool
     acting: Array | None
     edge: Array | None
-    closing: Array | None
+    width: WidthTangents | None
 
 
 def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
-    """Forces by the laws, from rows (2 J, R) of delta [m].
-
-    Taken at samples alone, a force would have a corner in the motion wherever first touch passes a sample, and that of
-    a damper a jump.  A sample stands for its part of the cycle, in which the gap is continued linearly: flank and
-    damper act for the part of it in which they are closed, the flank with the mean penetration of that part.  The
-    residual then has a continuous derivative (derived here).
-    """
+    """Forces by the laws, from rows (2 J, R) of delta [m]; samples at an edge of contact as of `edges`."""
     rows = given.rows
     F, N = rows.count, len(given.tangent)
     reaching = _reach(opened[:, :F]) > given.laws.least_touch
     near, columns = np.flatnonzero(reaching), _columns(reaching)
-    laws = given.laws.of(near)
+    laws, damping = given.laws.of(near), rows.damping[near]
     delta = given.grid.values(opened[:, columns])
-    rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
-    sample = 2 * np.pi / (speed * given.tones * given.grid.counts)
-    closed, moving, own = laws.opening(delta), laws.drift(rate, sample), sample[rows.axis[near]]
+    closed = laws.opening(delta)
     pressed = closed > 0
-    edge = _edges(closed, moving, own)
-    if edge.width.size:
-        delta[edge.at] += edge.width * edge.share / 2 - closed[edge.at]
-    elastic, stiffness = laws.evaluate(delta)
-    unchanging = not edge.width.size and bool(np.all(pressed == pressed[:1]))
+    edge = edges(closed, given.grid.counts, rows.axis[near])
+    if edge is not None:
+        edge.enter_penetration(delta, closed)
+    own, slope = laws.evaluate(delta)
+    change = None if edge is None else edge.enter_means(own, slope)
+    unchanging = edge is None and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
         unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
-    blank, acting, closing = np.zeros((N, F)), pressed.astype(float), None
-    if edge.width.size:
-        acting[edge.at] = edge.share
-        closing = _spread(blank, columns, edge.enter_means(elastic, stiffness))
-    force, tangent = np.zeros((N, len(rows.linear))), np.zeros((N, len(rows.linear)))
-    force[:, columns], tangent[:, columns] = elastic, stiffness
-    touching = _spread(blank, columns, pressed) > 0
+    acting, opens = None, None
+    if damping.any():
+        rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
+        part, rise = pressed.astype(float), np.zeros_like(rate)
+        if edge is not None and change is not None:
+            part[edge.at], rise[edge.at] = edge.share, rate[edge.at] / edge.width
+            change -= damping[edge.at[1]] * rise[edge.at] * (edge.share - 0.5)
+        own += damping * rate * part
+        acting, opens = _spread(part, columns, F), _spread(rise, columns, F)
+    force, tangent = _spread(own, columns, len(rows.linear)), _spread(slope, columns, len(rows.linear))
     if rows.links is not None:
         unchanging &= _add_links(given, opened, force, tangent)
-    if not rows.damping.any():
-        return _Forces(force, tangent, touching, unchanging, None, None, closing)
-    force[:, columns] += rows.damping[near] * rate * acting
-    opens = np.zeros_like(rate)
-    opens[edge.at] = rate[edge.at] / edge.width
-    acting, opens = _spread(blank, columns, acting), _spread(blank, columns, opens)
-    return _Forces(force, tangent, touching, unchanging, acting, opens, closing)
+    width = None if edge is None or change is None else edge.tangents(change, near)
+    return _Forces(force, tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Edges:
-    """Samples in which a flank touches for a part only.
-
-    at : places (E,) of them among samples and flanks (N, c).  width : travel of the gap in the sample (E,) [m].
-    share : part of the sample that is closed (E,).  slope : change of the width with the gap rate (E,) [s].
-    """
-
-    at: tuple[Index, Index]
-    width: Array
-    share: Array
-    slope: Array
-
-    def enter_means(self, force: Array, tangent: Array) -> Array:
-        """Enter mean forces [N] and tangents [N/m] into those at the mean penetration; rate tangents (N, c) [N s/m].
-
-        The mean force is a f(d), with the closed part a = 1/2 + delta / w and the mean penetration d = a w / 2.
-        """
-        f, k, a, w = force[self.at], tangent[self.at], self.share, self.width
-        force[self.at], tangent[self.at] = a * f, f / w + a * k / 2
-        rate = np.zeros_like(force)
-        rate[self.at] = (a * k / 4 - (a - 0.5) * f / w) * self.slope
-        return rate
-
-
-def _edges(closed: Array, moving: Array, sample: Array) -> _Edges:
-    """Edges of contact among samples (N, c), of gaps above first touch [m], their rates [m/s] and times (c,) [s]."""
-    travel = np.abs(moving) * sample
-    at = np.nonzero(np.abs(closed) < travel / 2)
-    width = travel[at]
-    slope = np.sign(moving[at]) * sample[at[1]]
-    return _Edges(at=at, width=width, share=0.5 + closed[at] / width, slope=slope)
-
-
-def _spread(blank: Array, columns: slice | Index, values: NDArray[Any]) -> Array:
-    """Values (N, c) in some columns of zeros as of the blank (N, F)."""
-    result = np.zeros_like(blank)
+def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[_T]:
+    """Values (N, c) in some of so many columns, the rest 0."""
+    if values.shape[1] == count:
+        return values
+    result = np.zeros((len(values), count), values.dtype)
     result[:, columns] = values
     return result
 
@@ -600,6 +561,13 @@ def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
     places = np.flatnonzero(chosen)
     together = places.size == 0 or places[-1] - places[0] + 1 == places.size
     return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
+
+
+def _places(chosen: slice | Index, count: int) -> Index:
+    """Place of each of so many columns among the chosen ones, -1 elsewhere."""
+    result = np.full(count, -1)
+    result[chosen] = np.arange(len(result[chosen]))
+    return result
 
 
 def _reach(opened: Array) -> Array:
