@@ -20,7 +20,6 @@ from ...system.system import Array
 from .closed_teeth import NEAR, REACH, Scan, scan_closed_teeth
 from .continuation import ArclengthUnit, PathPoint, Stepping, arclength_unit, branch, located
 from .corrector import NewtonResult, solve
-from .floquet import floquet_stability
 from .outputs import force_level
 from .problem import Problem, State, dynamic_size, prolonged
 from .refinement import Refinement, Solution, distinct, harmonics_for, load_continuation, solution, with_stability
@@ -162,10 +161,17 @@ def _branch_segment(trace: _Trace, place: int) -> int:
         start = _begun_anew(trace, given, H, speed, place)
         trace.part += 1
         if not start.converged:
-            trace.ended.append(speed)
+            # behind a branch that was cut no motion is looked for but stable ones
+            trace.ended += [] if trace.winding else [speed]
             return place + 1
         if trace.winding:
-            alone = _alone(trace, given, H, start.state)
+            alone = Solution(
+                given=given,
+                harmonics=H,
+                state=start.state,
+                residual=trace.refinement.residual(given, start.state, H),
+            )
+            alone = with_stability(trace.refinement, alone)
             if not alone.stable:
                 trace.crossings[asked].append(Crossing(solution=alone, part=trace.part))
                 return place + 1
@@ -184,14 +190,6 @@ def _begun_anew(trace: _Trace, given: Problem, harmonics: int, speed: float, pla
         if found.converged:
             return found
     return load_continuation(trace.refinement, speed, harmonics=harmonics)
-
-
-def _alone(trace: _Trace, given: Problem, harmonics: int, state: State) -> Solution:
-    """A solved state with its residual at twice the harmonics and its stability."""
-    residual = trace.refinement.residual(given, state, harmonics)
-    return with_stability(
-        trace.refinement, Solution(given=given, harmonics=harmonics, state=state, residual=residual, backward=False)
-    )
 
 
 def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], _End]:
@@ -217,14 +215,13 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         )
 
     system = trace.refinement.ready.system
+
     def returned(point: PathPoint) -> bool:
         """Whether the branch goes down on closed teeth: it came from there."""
         return point.state.unchanging and point.tangent_speed < 0 and point.length > 0
 
     points = branch(
-        trace.refinement,
         given,
-        harmonics,
         start,
         low=REACH * float(scan.speeds[0]),
         high=float(scan.speeds[-1]),
@@ -262,11 +259,9 @@ class _Winding:
         return self.count >= _UNSTABLE_PARTS
 
     def _is_unstable(self, point: PathPoint) -> bool:
-        """Whether a point is no stable motion; on closed teeth the linear solution tells."""
-        found = floquet_stability(
-            self.trace.refinement, point.given, self.harmonics, point.state, backward=point.tangent_speed < 0
-        )
-        return not found.stable
+        """Whether the motion of a point is not stable."""
+        refinement = self.trace.refinement
+        return not with_stability(refinement, _as_solution(refinement, point, self.harmonics)).stable
 
 
 def _beside(point: PathPoint, closed: Solution) -> bool:

@@ -11,16 +11,15 @@ Folds and the highest point of a branch are located, not stepped over.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from ...system.system import Array
 from ..steady.gmres import gmres_of_one
-from .corrector import TOLERANCE, preconditioner, solve
+from .corrector import TOLERANCE, preconditioner
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative
-from .refinement import Refinement
 
 __all__ = [
     "ArclengthUnit",
@@ -50,10 +49,6 @@ _NEWTON, _FORCING, _TARGET = 10, 1e-3, 0.1
 _FLAT, _TRIES, _BISECT = 1e-3, 12, 3
 # Times the interval about the highest point is halved.
 _HALVED = 3
-# Folds closer than this part of the speed are asked again with twice the samples (0.1 Hz at 1.3 kHz).
-_CLOSE = 8e-5
-# Steps between two points that are followed again.
-_REFOLLOWED = 16
 
 Score = Callable[[State, Problem], float]
 """What a branch has a peak of, such as a force [N]."""
@@ -259,9 +254,7 @@ def _bordered(
 
 
 def branch(
-    refinement: Refinement,
     given: Problem,
-    harmonics: int,
     start: State,
     *,
     low: float,
@@ -282,9 +275,7 @@ def branch(
         points.append(point)
         if stop is not None and stop(point):
             break
-    points = _confirmed(refinement, harmonics, points, unit)
-    points = _with_folds(points, unit)
-    return _with_peak(points, unit, score)
+    return _with_peak(_with_folds(points, unit), unit, score)
 
 
 def folds(points: list[PathPoint]) -> list[int]:
@@ -305,7 +296,7 @@ def _with_folds(points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]
     """The points, with one more at every fold."""
     result = points[:1]
     for before, after in pairwise(points):
-        if np.sign(before.tangent_speed) != np.sign(after.tangent_speed) and before.given is after.given:
+        if np.sign(before.tangent_speed) != np.sign(after.tangent_speed):
             at = located(before, after, _slope, unit=unit, tolerance=_FLAT, tries=_TRIES, bisect=_BISECT)
             result += [] if at is None else [at]
         result.append(after)
@@ -372,39 +363,3 @@ def _with_peak(points: list[PathPoint], unit: ArclengthUnit, score: Score) -> li
                 middle = step_from(points[place], half, unit) if half > 0 else None
                 points[place + 1 : place + 1] = [] if middle is None else [middle[0]]
     return points
-
-
-def _confirmed(refinement: Refinement, harmonics: int, points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]:
-    """The points, pairs of folds so close that the samples may have made them followed again with twice the samples."""
-    turns = folds(points)
-    for first, second in pairwise(turns):
-        speeds = [points[i].state.speed for i in (first, second)]
-        if abs(speeds[1] - speeds[0]) > _CLOSE * speeds[0]:
-            continue
-        a, b = max(first - 2, 0), min(second + 2, len(points) - 1)
-        again = _refollowed(refinement, harmonics, points[a], points[b], unit)
-        if again is None:
-            return points
-        rest = _confirmed(refinement, harmonics, points[b + 1 :], unit)
-        return [*points[:a], *again, *rest]
-    return points
-
-
-def _refollowed(
-    refinement: Refinement, harmonics: int, first: PathPoint, last: PathPoint, unit: ArclengthUnit
-) -> list[PathPoint] | None:
-    """The branch between two points with twice the samples, None where it does not get there."""
-    given = refinement.problem(harmonics, cycles=first.given.cycles, samples=2 * refinement.samples(harmonics))
-    found = solve(given, first.state.y, first.state.speed)
-    if not found.converged or last.length <= first.length:
-        return None
-    start = replace(start_of_path(given, found.state, unit, upward=first.tangent_speed > 0), length=first.length)
-    step = (last.length - first.length) / _REFOLLOWED
-    points = []
-    for point in follow(
-        start, 0.0, np.inf, unit=unit, stepping=Stepping(first=step, longest=4 * step, shortest=step / 256)
-    ):
-        points.append(point)
-        if point.length > last.length:
-            break
-    return points if points[-1].length >= last.length else None

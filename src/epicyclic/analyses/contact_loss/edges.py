@@ -93,9 +93,10 @@ def edges(closed: Array, counts: tuple[int, ...], axis: Index) -> Edges | None:
     low, high = closed.take(before), closed.take(after)
     slope, bend = (high - low) / 2, _BEND * (high - 2 * closed + low)
     width = np.sqrt(slope * slope + bend * bend)
-    at = np.nonzero(np.abs(closed) < width / 2)
-    if not at[0].size:
+    sample, column = np.nonzero(np.abs(closed) < width / 2)
+    if not sample.size:
         return None
+    at = sample, column
     w, c = width[at], closed.shape[1]
     slope, bend = slope[at] / (2 * w), _BEND * bend[at] / w
     return Edges(

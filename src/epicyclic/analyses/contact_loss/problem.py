@@ -1,4 +1,4 @@
-"""Harmonic balance of flanks that part and touch: residual, Jacobian, lattices of mesh and shaft tones.
+"""Harmonic balance of flanks that part and touch: residual and Jacobian.
 
 In energy-weighted modal coordinates (see `analyses.modes.basis`) the residual at lattice points a is
 
@@ -20,25 +20,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
-from ...system.system import Array, Line
+from ...system.system import Array
 from ..modes.basis import Modal
-from ..steady.lattice import Point, kept_points
+from ..steady.lattice import kept_points
 from ..steady.response import FrameSpeed, Response
 from .edges import WidthTangents, edges
+from .lattice_points import PlacedLine
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
 from .transforms import Transforms, grid
 
 __all__ = [
-    "PlacedLine",
     "Problem",
-    "Size",
     "State",
     "dynamic_size",
     "elastic_forces",
@@ -47,79 +45,24 @@ __all__ = [
     "flank_force",
     "gap_forces",
     "gap_rows",
-    "half_lattice",
     "jacobian",
     "linearised_residual",
-    "mesh_points",
     "mesh_problem",
-    "order_weight",
-    "placed_line",
     "problem",
     "prolonged",
     "rate_rows",
     "speed_derivative",
-    "torus_points",
     "unknowns",
 ]
 
 
 Index = NDArray[np.int64]
 _T = TypeVar("_T", bound=np.generic)
-PlacedLine = tuple[Point, bool, Line]
-"""A line at a lattice point, and whether its conjugate counts there."""
-
 # Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
 # so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8
 # Part of the largest tangent of link rows within which one is constant: its rounding.
 _CONSTANT = 1e-9
-
-
-class Size(NamedTuple):
-    """Rows of a torus: harmonics of each mesh tone, order of their combinations, highest order of each shaft tone."""
-
-    harmonics: tuple[int, ...]
-    cross: int
-    orders: tuple[int, ...]
-
-
-def mesh_points(size: Size) -> Index:
-    """Lattice points (J, D) of the D mesh tones alone."""
-    return torus_points(size._replace(orders=()))
-
-
-def torus_points(size: Size) -> Index:
-    """Lattice points (J, D) of mesh and shaft tones, one of a and -a, the origin first.
-
-    Mesh points as of `kept_points`, each with all shaft orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1 (derived here).
-    """
-    mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
-    reach = product(*(range(-order, order + 1) for order in size.orders))
-    of_shafts = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
-    every = [(*a, *s) for a in mesh for s in of_shafts]
-    return half_lattice(every)
-
-
-def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:
-    """|s_1| / H_1 + |s_2| / H_2 + .. of shaft orders (S,) and their highest (S,), without its rounding."""
-    return round(sum(abs(s) / order for s, order in zip(point, orders, strict=True)), 9)
-
-
-def half_lattice(points: Sequence[Point]) -> Index:
-    """The points (J, D) of a lattice that stand for a real signal: one of a and -a, the origin first."""
-    leading = [point for point in points if _leads(point)]
-    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
-
-
-def placed_line(point: Point, line: Line) -> PlacedLine:
-    """A line at the point a, or as its conjugate at -a, whichever half of the lattice holds."""
-    leads = _leads(point)
-    return point if leads else tuple(-a for a in point), not leads, line
-
-
-def _leads(point: Point) -> bool:
-    """Whether a stands for itself and -a: its first order that is not 0 is positive."""
-    return next((a for a in point if a), 1) > 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -454,7 +397,7 @@ class _Forces(NamedTuple):
 def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     """Forces by the laws, from rows (2 J, R) of delta [m]; samples at an edge of contact as of `edges`."""
     rows = given.rows
-    F, N = rows.count, len(given.tangent)
+    F = rows.count
     reaching = _reach(opened[:, :F]) > given.laws.least_touch
     near, columns = np.flatnonzero(reaching), _columns(reaching)
     laws, damping = given.laws.of(near), rows.damping[near]

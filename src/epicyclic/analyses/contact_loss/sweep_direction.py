@@ -202,9 +202,7 @@ def _off_branch(
         return _on_branch_set(refinement, found, choices, jumped=False)
     start = last.last if isinstance(last, IntegratedMotion) else initial_state(last)
     harmonics = _HARMONICS if isinstance(last, IntegratedMotion) else last.harmonics
-    reached = attractor(
-        refinement, start, speed, harmonics=harmonics, settled=isinstance(last, IntegratedMotion)
-    )
+    reached = attractor(refinement, start, speed, harmonics=harmonics, settled=isinstance(last, IntegratedMotion))
     return _on_branch_set(refinement, reached, choices, jumped=True)
 
 

@@ -11,8 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.analyses.contact_loss.corrector import newton_step, solve
+from epicyclic.analyses.contact_loss.lattice_points import Size
 from epicyclic.analyses.contact_loss.outputs import torus_outputs
-from epicyclic.analyses.contact_loss.problem import Problem, Size, State, evaluate, jacobian
+from epicyclic.analyses.contact_loss.problem import Problem, State, evaluate, jacobian
 from epicyclic.analyses.contact_loss.shaft_orders import superposed_lines, superposition_is_exact
 from epicyclic.analyses.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
 from epicyclic.analyses.steady.gmres import gmres
