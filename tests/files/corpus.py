@@ -11,7 +11,7 @@ from dataclasses import dataclass
 __all__ = ["BASE", "BYTES", "CASES", "Case"]
 
 BASE = """\
-format = 1
+format = 2
 title = "a planetary set"
 damping.modal = 0.03
 
@@ -101,11 +101,11 @@ def _both(sun: str, planet: str) -> str:
 
 CASES: tuple[Case, ...] = (
     # the file as a whole
-    _read("no-format", "format = 1\n", "", "format", "", "format = 1"),
-    _read("newer-format", "format = 1\n", "format = 2\n", "format", "2", "format = 1"),
-    _read("format-text", "format = 1\n", 'format = "1"\n', "format", "1", "1"),
-    _read("format-true", "format = 1\n", "format = true\n", "format", "True", "format = 1"),
-    _read("format-zero", "format = 1\n", "format = 0\n", "format", "0", "1"),
+    _read("no-format", "format = 2\n", "", "format", "", "format = 2"),
+    _read("newer-format", "format = 2\n", "format = 3\n", "format", "3", "format = 1 or 2"),
+    _read("format-text", "format = 2\n", 'format = "1"\n', "format", "1", "1"),
+    _read("format-true", "format = 2\n", "format = true\n", "format", "True", "format = 2"),
+    _read("format-zero", "format = 2\n", "format = 0\n", "format", "0", "1 or 2"),
     _read("no-title", 'title = "a planetary set"\n', "", "title", "", "one line"),
     _read("title-number", '"a planetary set"', "3", "title", "3", "a text"),
     _read("title-date", '"a planetary set"', "1979-05-27", "title", "1979", "a text"),

@@ -49,7 +49,7 @@ def resolve(document: Document) -> Train:
     """
     model = document.model
     overridden = frozenset(path for path, origin in document.origin.items() if origin == "set")
-    log = ResolutionLog(assumed=model.assumed, overridden=overridden)
+    log = ResolutionLog(assumed=model.assumed, overridden=overridden, warnings=list(document.warnings))
     plans = plan_stages(model, log)
     shapes = tuple(shape_stage(plan, log) for plan in plans)
     for shape in shapes:

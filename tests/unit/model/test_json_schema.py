@@ -148,7 +148,7 @@ def test_good_files_fit_as_written_and_as_read(path: Path) -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        {"format": 2},
+        {"format": 1},
         {"title": 3},
         {"operatoin": {}},
         {"damping": {"modl": 0.1}},
@@ -174,7 +174,7 @@ def test_good_files_fit_as_written_and_as_read(path: Path) -> None:
     ],
 )
 def test_wrong_files_do_not_fit(change: dict[str, Any]) -> None:
-    base = {"format": 1, "title": "x", "stages": {"main": {"sun": {"teeth": 30}}}}
+    base = {"format": 2, "title": "x", "stages": {"main": {"sun": {"teeth": 30}}}}
     assert fits(base, SCHEMA)
     assert not fits({**base, **change}, SCHEMA)
 

@@ -1,0 +1,104 @@
+"""A model document as a file of format 2: numbers in SI with the units a drawing has, that load to the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import Any
+
+from .bare_numbers import BareNumber
+from .names import collect
+from .shorthand import expand
+from .tables import PlainTable, clean
+from .toml_writer import to_toml
+from .units import COMMON, KINDS, Bounds, read_quantity
+from .validation import LISTED, bare_places
+
+__all__ = ["model_text", "with_units"]
+
+# units tried in this order: the first in which a number lies between 1 and 10000; SI where none does
+_DRAWN = {
+    "m": ("mm", "um"),
+    "N/m": ("N/m",),
+    "N": ("N", "kN"),
+    "Pa": ("GPa", "MPa"),
+    "N m": ("N m", "kN m"),
+    "W": ("W", "kW", "MW"),
+}
+_ANGLES = ("deg", "rpm")  # no power of ten: only where a short number in them has the same bits
+
+
+def model_text(data: Mapping[str, Any]) -> str:
+    """Return a model document as TOML of format 2.
+
+    Numbers without a unit get one; reading the text gives the same bits. Raises ModelError for a document that is none.
+    """
+    return to_toml(with_units(data))
+
+
+def with_units(data: Mapping[str, Any]) -> PlainTable:
+    """Return a model document as format 2: the same with a unit at every number of a quantity with a dimension."""
+    plain: PlainTable = clean(data) | {"format": LISTED}
+    names = collect(plain)
+    expanded = expand(plain, names)
+    for place in bare_places(expanded, names, None):
+        expanded = _replaced(expanded, place.path.split("."), place.error)
+    return expanded
+
+
+def _replaced(table: PlainTable, path: list[str], error: BareNumber) -> PlainTable:
+    """Return a table with the value at a path written with a unit."""
+    first, *rest = path
+    value = table[first]
+    return {**table, first: _replaced(value, rest, error) if rest else _written(value, error.kinds)}
+
+
+def _written(value: Any, kinds: tuple[str, ...]) -> Any:
+    """Return a value as a text with its unit; of a list of numbers as one text."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return _one(float(value), kinds[0])
+    if isinstance(value, str):  # a list without a unit behind the bracket
+        return f"{value} {KINDS[kinds[0]].unit}"
+    if all(isinstance(entry, (int, float)) for entry in value):
+        return _list([float(entry) for entry in value], kinds[0])
+    return [entry if isinstance(entry, str) and "[" not in entry else _written(entry, kinds) for entry in value]
+
+
+def _one(value: float, kind: str) -> str:
+    """Return one number with the unit in which it is short."""
+    for unit in (*_candidates(kind), *(unit for unit in _ANGLES if COMMON[unit][1] == KINDS[kind].unit)):
+        number = _number(value, unit, kind)
+        if number is not None and (unit in _ANGLES or 1 <= abs(float(number)) < 1e4):
+            return f"{number} {unit}"
+    return f"{_short(value)} {KINDS[kind].unit}"
+
+
+def _list(values: list[float], kind: str) -> str:
+    """Return numbers as a list with one unit."""
+    size = max(map(abs, values))
+    for unit in _candidates(kind):
+        numbers = [_number(value, unit, kind) for value in values]
+        if all(number is not None for number in numbers) and 1 <= size / COMMON[unit][0] < 1e4:
+            return f"[{', '.join(map(str, numbers))}] {unit}"
+    return f"[{', '.join(map(_short, values))}] {KINDS[kind].unit}"
+
+
+def _short(value: float) -> str:
+    """Return the digits of `repr`, as 1e9 or 750."""
+    number = Decimal(repr(value)).normalize()
+    return f"{number:e}".replace("e+", "e") if abs(number) >= 1e6 or 0 < abs(number) < 1e-4 else f"{number:f}"
+
+
+def _candidates(kind: str) -> tuple[str, ...]:
+    return _DRAWN.get(KINDS[kind].unit, ())
+
+
+def _number(value: float, unit: str, kind: str) -> str | None:
+    """Return the number of a value in a unit, None where reading it would not give the same bits."""
+    scale = COMMON[unit][0]
+    if unit in _ANGLES:
+        text = f"{value / scale:.10g}"
+    else:  # the decimal point moves, no digit changes
+        text = f"{(Decimal(repr(value)) / Decimal(repr(scale))).normalize():f}"
+    read = read_quantity(f"{text} {unit}", (kind,), Bounds(inf=True))
+    return text if read == value else None
