@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import Any
 
 from ..errors import ModelError
@@ -151,5 +152,8 @@ def _is_zero(value: object) -> bool:
 
 
 def shown(value: Any) -> str:
-    """Return a number as a person writes it."""
-    return f"{value:.12g}" if isinstance(value, float) and math.isfinite(value) else str(value)
+    """Return a number with the digits of `repr`, as 1e9 or 750; a text as it is."""
+    if isinstance(value, str) or not math.isfinite(value):
+        return str(value)
+    number = Decimal(repr(value)).normalize()
+    return f"{number:e}".replace("e+", "e") if abs(number) >= 1e6 or 0 < abs(number) < 1e-4 else f"{number:f}"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from decimal import Decimal
 from typing import Any
 
-from .bare_numbers import BareNumber
+from .bare_numbers import BareNumber, shown
 from .names import collect
 from .shorthand import expand
 from .tables import PlainTable, clean
@@ -70,7 +70,7 @@ def _one(value: float, kind: str) -> str:
         number = _number(value, unit, kind)
         if number is not None and (unit in _ANGLES or 1 <= abs(float(number)) < 1e4):
             return f"{number} {unit}"
-    return f"{_short(value)} {KINDS[kind].unit}"
+    return f"{shown(value)} {KINDS[kind].unit}"
 
 
 def _list(values: list[float], kind: str) -> str:
@@ -80,13 +80,7 @@ def _list(values: list[float], kind: str) -> str:
         numbers = [_number(value, unit, kind) for value in values]
         if all(number is not None for number in numbers) and 1 <= size / COMMON[unit][0] < 1e4:
             return f"[{', '.join(map(str, numbers))}] {unit}"
-    return f"[{', '.join(map(_short, values))}] {KINDS[kind].unit}"
-
-
-def _short(value: float) -> str:
-    """Return the digits of `repr`, as 1e9 or 750."""
-    number = Decimal(repr(value)).normalize()
-    return f"{number:e}".replace("e+", "e") if abs(number) >= 1e6 or 0 < abs(number) < 1e-4 else f"{number:f}"
+    return f"[{', '.join(map(shown, values))}] {KINDS[kind].unit}"
 
 
 def _candidates(kind: str) -> tuple[str, ...]:

@@ -37,6 +37,9 @@ hand split-text module-true module-table support-number unknown-direction fricti
 bolts-no-angle bolts-no-radius bolts-none bolts-half bolts-unknown bolts-number bolts-lists
 body-frame-number slices-none slices-half slices-text slices-many slices-of-side coupling-number
 held-text deviation-unknown profile-order
+no-unit wrong-unit no-number comma endless-power degrees-bare hertz per-second torque-in-N inertia-unit
+bolts-torsion mesh-word module-inf module-list module-zero load-zero
+both-vectors shorthand-and-long torque-and-power two-ways
 """.split()
 )  # by name in tests/files/corpus.py
 KNOWN = {
