@@ -19,6 +19,8 @@ __all__ = ["ends", "frequency", "loads_of", "mesh_frequency", "seconds", "settin
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
 _SPEED = 'a positive mesh frequency, speed or share of the operating speed: "20 Hz", "0.6 kHz", "100 rpm", "50 %"'
+# short circuits of generators and jammed mills reach some ten times the rated torque; a hundred times that is a slip
+_LARGEST_FACTOR = 1000.0
 _HERTZ = {"Hz": 1.0, "kHz": 1e3}
 _SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 
@@ -118,15 +120,24 @@ def torque_step(value: tuple[float, float] | str) -> tuple[float, float]:
 
     Raises
     ------
-    ModelError : no such text.
+    ModelError : no such text, or a factor beyond 1000.
     """
     if not isinstance(value, str):
-        return value
+        return _real_step(*value, value)
     factor, at, time = value.partition("@")
     found = re.fullmatch(rf"\s*{_NUMBER}\s*", factor)
     if found is None or not at:
         raise ModelError("not a torque step", path="torque_step", given=value, allowed='FACTOR@TIME, e.g. "1.5@0.2 s"')
-    return float(found[1]), seconds(time, "torque_step")
+    return _real_step(float(found[1]), seconds(time, "torque_step"), value)
+
+
+def _real_step(factor: float, time: float, given: object) -> tuple[float, float]:
+    """A torque step as it is, refused where no machine has it."""
+    if not abs(factor) <= _LARGEST_FACTOR:
+        reason = "the worst short circuits are ten times the rated torque"
+        allowed = f"a factor from -{_LARGEST_FACTOR:g} to {_LARGEST_FACTOR:g}; {reason}"
+        raise ModelError("a torque beyond all machines", path="torque_step", given=given, allowed=allowed)
+    return factor, time
 
 
 def spread(text: str, points: int, path: str = "values") -> list[Any]:
