@@ -140,7 +140,9 @@ CASES: tuple[Case, ...] = (
     _read("kind-of-name", SUN, '[stages.main.sun]\nkind = "ring"\nteeth = 24', "stages.main.sun.kind", "ring", "sun"),
     _read("unknown-kind", "[stages.main.planet]", '[stages.main.star]\nkind = "star"', "star.kind", "star", '"planet"'),
     _read("hand", SUN, SUN + '\nhand = "up"', "stages.main.sun.hand", "up", '"left" or "right"'),
-    _read("key-of-other-kind", SUN_SUPPORT, 'teeth = 24\nbearing.x = "1 N/m"', "stages.main.sun.bearing", "", "support"),
+    _read(
+        "key-of-other-kind", SUN_SUPPORT, 'teeth = 24\nbearing.x = "1 N/m"', "stages.main.sun.bearing", "", "support"
+    ),
     _read("planet-support", BEARING, 'support.radial = "1 N/m"', "stages.main.planet.support", "", "bearing"),
     _read("carrier-teeth", 'mass = "20 kg"', "teeth = 3", "stages.main.carrier.teeth", "", "one of"),
     _read("on-nothing", PLANET, PLANET + '\non = "plnet2"', "stages.main.planet.on", "plnet2", "member"),
@@ -166,21 +168,30 @@ CASES: tuple[Case, ...] = (
     _read("inertia-unit", '"0.2 kg m^2"', '"0.2 kg m"', "stages.main.carrier.inertia", "0.2 kg m", "kg mm^2"),
     _read("endless-power", '"4 mm"', '"4 m**9**9**9**9"', "stages.main.module", "m**9", "m, mm, um"),
     # links
-    _read("negative-stiffness", SUN_SUPPORT, 'teeth = 24\nsupport.x = "-1 N/m"', "stages.main.sun.support.x", "-1", ">= 0"),
+    _read(
+        "negative-stiffness", SUN_SUPPORT, 'teeth = 24\nsupport.x = "-1 N/m"', "stages.main.sun.support.x", "-1", ">= 0"
+    ),
     _read("shorthand-and-long", BEARING, "bearing = { radial = 1, x = 2 }", "planet.bearing.x", "2", "one"),
     _read(
         "support-number", SUN_SUPPORT, 'teeth = 24\nsupport = "1e8 N/m"', "stages.main.sun.support", "1e8", "a table"
     ),
     _read("unknown-direction", BEARING, "bearing = { radail = 1 }", "planet.bearing.radail", "1", "'radial'"),
-    _read("named-and-own", BEARING, 'bearing = { z = 0, front = { x = inf } }', "planet.bearing", "z", "named bearing"),
+    _read("named-and-own", BEARING, "bearing = { z = 0, front = { x = inf } }", "planet.bearing", "z", "named bearing"),
     _read(
         "per-planet", BEARING, 'bearing.x = "[1, 2] N/m"', "stages.main.planet.bearing.x", "[1, 2]", "3, one per planet"
     ),
     _read(
-        "sun-per-planet", SUN_SUPPORT, 'teeth = 24\nsupport.x = "[1, 2, 3] N/m"', "sun.support.x", "[1, 2, 3]", "one number"
+        "sun-per-planet",
+        SUN_SUPPORT,
+        'teeth = 24\nsupport.x = "[1, 2, 3] N/m"',
+        "sun.support.x",
+        "[1, 2, 3]",
+        "one number",
     ),
     _read("half-friction", BEARING, "bearing.friction = { coefficient = 0.1 }", "bearing.friction", "0.1", "radius"),
-    _read("friction-law", BEARING, 'bearing.friction = { force = "1 N", law = "dry" }', "friction.law", "dry", '"coulomb"'),
+    _read(
+        "friction-law", BEARING, 'bearing.friction = { force = "1 N", law = "dry" }', "friction.law", "dry", '"coulomb"'
+    ),
     _read(
         "friction-two-ways",
         BEARING,
@@ -218,15 +229,33 @@ CASES: tuple[Case, ...] = (
     _read("bolts-none", RING_SUPPORT, _bolts('count = 0, radius = "1 m"'), "ring.support.bolts.count", "0", ">= 1"),
     _read("bolts-half", RING_SUPPORT, _bolts('count = 5.5, radius = "1 m"'), "bolts.count", "5.5", "whole number"),
     _read(
-        "bolts-two-ways", RING_SUPPORT, _bolts('count = 2, angles = "[0, 1] rad", radius = "1 m"'), "bolts.angles", "", "one of"
+        "bolts-two-ways",
+        RING_SUPPORT,
+        _bolts('count = 2, angles = "[0, 1] rad", radius = "1 m"'),
+        "bolts.angles",
+        "",
+        "one of",
     ),
     _read("bolts-point", RING_SUPPORT, _bolts('count = 3, radius = "0 mm"'), "bolts.radius", "0 mm", "> 0"),
-    _read("bolts-soft", RING_SUPPORT, _bolts('count = 3, radius = "1 m", radial = "-1 N/m"'), "bolts.radial", "-1", ">= 0"),
-    _read("bolts-torsion", RING_SUPPORT, _bolts('count = 3, radius = "1 m", z = "1 N m/rad"'), "bolts.z", "N m/rad", "N/m"),
+    _read(
+        "bolts-soft", RING_SUPPORT, _bolts('count = 3, radius = "1 m", radial = "-1 N/m"'), "bolts.radial", "-1", ">= 0"
+    ),
+    _read(
+        "bolts-torsion", RING_SUPPORT, _bolts('count = 3, radius = "1 m", z = "1 N m/rad"'), "bolts.z", "N m/rad", "N/m"
+    ),
     _read("bolts-unknown", RING_SUPPORT, _bolts('count = 3, radius = "1 m", x = 1'), "bolts.x", "1", ""),
     _read("bolts-number", RING_SUPPORT, "support.bolts = 6", "ring.support.bolts", "6", "a table"),
-    _read("bolts-lists", RING_SUPPORT, _bolts('count = 3, radius = "1 m", z = "[1, 2, 3] N/m"'), "bolts.z", "[1, 2, 3]", ""),
-    _read("bolts-of-planet", BEARING, 'bearing.bolts = { count = 3, radius = "1 m" }', "bearing.bolts", "", "couplings"),
+    _read(
+        "bolts-lists",
+        RING_SUPPORT,
+        _bolts('count = 3, radius = "1 m", z = "[1, 2, 3] N/m"'),
+        "bolts.z",
+        "[1, 2, 3]",
+        "",
+    ),
+    _read(
+        "bolts-of-planet", BEARING, 'bearing.bolts = { count = 3, radius = "1 m" }', "bearing.bolts", "", "couplings"
+    ),
     _read(
         "bolts-of-bearing",
         BEARING,

@@ -117,7 +117,8 @@ def test_wrong_usage_is_status_2(command: Command, arguments: tuple[str, ...]) -
         (("sweep", "ren2021", "--from", "20 min"), "--from"),
         (("sweep", "ren2021", "--from", "-20 rpm"), "--from"),
         (("sweep", "lin1999-n4", "--from", "20 rpm"), "operation.speed"),
-        (("sweep", "ren2021", "--from", "600", "--to", "20"), "600"),
+        (("sweep", "ren2021", "--from", "600 Hz", "--to", "20 Hz"), "600"),
+        (("sweep", "ren2021", "--from", "20", "--to", "600 Hz"), '"20 Hz"?'),
         (("report", "ren2021", "-o", "report.pdf"), ".html"),
         (("schema", "-o", "schema.txt"), ".json"),
     ],
@@ -309,6 +310,6 @@ def test_an_old_flag_is_understood_and_told(command: Command) -> None:
 
 
 def test_errors_name_flags(command: Command) -> None:
-    assert "--from, --to = 600 Hz to 20 Hz" in command("sweep", "ren2021", "--from", "600", "--to", "20").err
+    assert "--from, --to = 600 Hz to 20 Hz" in command("sweep", "ren2021", "--from", "600 Hz", "--to", "20 Hz").err
     assert "--unstable = ignore: goes with contact loss" in command("sweep", "ren2021", "--unstable", "ignore").err
     assert "--set = nothing" in command("check", "ren2021", "--set", "nothing").err

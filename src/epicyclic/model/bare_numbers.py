@@ -16,7 +16,20 @@ from typing import Any
 from ..errors import ModelError
 from .units import KINDS, split_list
 
-__all__ = ["ASKED", "MESH", "SMALL", "BareNumber", "Ladder", "Probe", "Reading", "bare_in", "is_typed", "likely_text", "shown", "typed"]
+__all__ = [
+    "ASKED",
+    "MESH",
+    "SMALL",
+    "BareNumber",
+    "Ladder",
+    "Probe",
+    "Reading",
+    "bare_in",
+    "is_typed",
+    "likely_text",
+    "shown",
+    "typed",
+]
 
 _PLAIN = re.compile(r"\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?\s*")
 

@@ -133,7 +133,7 @@ def _is_row(value: object) -> bool:
 
 
 def _read_files(value: Any, member: str, folder: Path | None) -> Any:
-    """Return a list of pitch deviations, or a list of such lists, with CSV files in `folder` read. Raises ModelError."""
+    """Return a list of pitch deviations, or a list of such lists, with CSV files read. Raises ModelError."""
     path = f"deviations.{member}.pitch"
     if isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value):
         return [_read_csv(v, path, folder) if _is_file(v) else v for v in value]

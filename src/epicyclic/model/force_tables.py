@@ -166,7 +166,9 @@ _FORCE = "forces at them, 0 up to first touch and rising from there; a list, or 
 class DisplacementForceTable(ForceTableOf):
     """Force over displacement of a link in x, y or z."""
 
-    deflection: Annotated[Curves, CurveUnit("length", lists=True, likely=SMALL)] | None = key(None, "deflections, rising")
+    deflection: Annotated[Curves, CurveUnit("length", lists=True, likely=SMALL)] | None = key(
+        None, "deflections, rising"
+    )
     force: Annotated[Curves, CurveUnit("force", lists=True)] | None = key(None, "forces, 0 up to first touch")
 
 

@@ -113,6 +113,8 @@ def _row(cells: list[str], columns: list[tuple[str, float]], where: str) -> tupl
             raise ModelError(f"{name} is not a finite number", path=where, given=cell)
         limit = KINDS["time" if name == "time" else "torque"]
         if abs(value) > limit.limit:
-            raise ModelError(f"{name} is out of range", path=where, given=cell, allowed=f"<= {limit.limit:g} {limit.unit}")
+            raise ModelError(
+                f"{name} is out of range", path=where, given=cell, allowed=f"<= {limit.limit:g} {limit.unit}"
+            )
         values.append(value)
     return tuple(values)

@@ -63,7 +63,10 @@ def _as_written(root: Schema, defs: Schema) -> None:
     for name in ("assumed", "tolerance"):
         root["properties"][name]["additionalProperties"] = {"type": ["string", "object"]}
     root["required"] = ["format", "title", "stages"]
-    root["properties"]["format"] = {"const": LISTED, "description": "version of the format; 1, with bare numbers in SI, is read too"}
+    root["properties"]["format"] = {
+        "const": LISTED,
+        "description": "version of the format; 1, with bare numbers in SI, is read too",
+    }
 
 
 def _named_forces(schema: Any, found: Schema) -> Any:

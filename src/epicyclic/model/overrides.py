@@ -14,7 +14,15 @@ from .bare_numbers import is_typed, typed
 from .names import nearest
 from .tables import REMOVE, PlainTable, clean, leaves, nested, split_path, union
 
-__all__ = ["ALTERNATIVES", "check_alternatives", "layer_of", "parse_setting", "replace_alternatives", "settings_of", "stepwise"]
+__all__ = [
+    "ALTERNATIVES",
+    "check_alternatives",
+    "layer_of",
+    "parse_setting",
+    "replace_alternatives",
+    "settings_of",
+    "stepwise",
+]
 
 _NAMED = ("stages", "bodies", "couplings", "loads")  # tables whose entries an override changes but does not invent
 

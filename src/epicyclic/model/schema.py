@@ -78,7 +78,7 @@ DampingRatio = Unit(
     low=0,
     high=1,
     below=True,
-    reason="with a ratio of 1 nothing oscillates any more; gear trains have 0.01 to 0.1, \"3 %\" is 0.03",
+    reason='with a ratio of 1 nothing oscillates any more; gear trains have 0.01 to 0.1, "3 %" is 0.03',
 )
 
 
@@ -103,7 +103,9 @@ class ProfileTable(SchemaTable):
     """A measured profile: material missing at heights below the tip circle, linear between."""
 
     below_tip: Lengths = Field(description="heights below the tip circle, rising")
-    missing: Annotated[tuple[float, ...], Unit("length", lists=True, likely=SMALL)] = Field(description="material missing there, along the tooth normal, of any sign")
+    missing: Annotated[tuple[float, ...], Unit("length", lists=True, likely=SMALL)] = Field(
+        description="material missing there, along the tooth normal, of any sign"
+    )
 
 
 class WaveTable(SchemaTable):
@@ -121,7 +123,9 @@ class FlankTable(SchemaTable):
     root_relief: ReliefTable | None = key(None, "root relief, from the lowest point that the mate touches")
     end_relief: ReliefTable | None = key(None, "relief of both ends of the face")
     crown: Amount | None = key(None, "lengthwise crowning: missing at both ends of the face, parabolic")
-    slope: Annotated[float, Unit("length", likely=SMALL)] | None = key(None, "helix slope: missing at the right end less that at the left")
+    slope: Annotated[float, Unit("length", likely=SMALL)] | None = key(
+        None, "helix slope: missing at the right end less that at the left"
+    )
     profile: ProfileTable | None = key(None, "measured profile deviation")
     wave: WaveTable | None = key(None, "wave along the profile")
 

@@ -15,7 +15,9 @@ from .validation import LISTED, kinds_at
 __all__ = ["check_tolerance"]
 
 _FORM = '"normal(mean, deviation)" or "uniform(low, high)"'
-_DISTRIBUTION = re.compile(r"\s*(normal|uniform)\(([^(),]{1,40}(?:\([^(),]{1,20}\))?),([^(),]{1,40}(?:\([^(),]{1,20}\))?)\)\s*")
+_DISTRIBUTION = re.compile(
+    r"\s*(normal|uniform)\(([^(),]{1,40}(?:\([^(),]{1,20}\))?),([^(),]{1,40}(?:\([^(),]{1,20}\))?)\)\s*"
+)
 _NUMBER = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]{1,4})?\s*")
 
 

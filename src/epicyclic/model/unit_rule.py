@@ -1,4 +1,4 @@
-"""The rule of units: what a person wrote without one is refused in format 2, and told in format 1, by its path there."""
+"""The rule of units: what a person wrote without one is refused in format 2, and told in format 1, by its path."""
 
 from __future__ import annotations
 
@@ -55,9 +55,7 @@ def checked_model(
     return model, (*_told(written), *check_tolerance(data, names, folder))
 
 
-def _written_bare(
-    data: PlainTable, names: Names, folder: Path | None, layers: WrittenLayers
-) -> dict[str, BareNumber]:
+def _written_bare(data: PlainTable, names: Names, folder: Path | None, layers: WrittenLayers) -> dict[str, BareNumber]:
     """Return the bare numbers that a person wrote, by the path as it is written."""
     try:
         places = {place.path: place.error for place in bare_places(data, names, folder)}
@@ -88,7 +86,9 @@ def _numbers(table: PlainTable, path: tuple[str, ...] = ()) -> Iterator[tuple[tu
 def _refusal(written: dict[str, BareNumber]) -> ModelError:
     """Return the error of the first, which names the others."""
     (path, first), *rest = written.items()
-    more = f" (and {len(rest)} more, at {', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''})" if rest else ""
+    more = (
+        f" (and {len(rest)} more, at {', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''})" if rest else ""
+    )
     return ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 

@@ -41,7 +41,7 @@ class Kind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
-    """What a number may be [SI]: from `low` to `high`, `low` excluded if `above`, `high` if `below`; infinity if `inf`."""
+    """What a number may be [SI]: `low` to `high`, `low` excluded if `above`, `high` if `below`; infinity if `inf`."""
 
     low: float | None = None
     high: float | None = None

@@ -13,8 +13,8 @@ import pytest
 from epicyclic.errors import ModelError
 from epicyclic.model.document import read
 from epicyclic.model.force_tables import DisplacementForceTable, MeshForceTable, TurnMomentTable
-from epicyclic.model.overrides import parse_setting
 from epicyclic.model.model_writer import model_text
+from epicyclic.model.overrides import parse_setting
 
 FILES = Path(__file__).parents[2] / "files" / "tables"
 MESH = "stages.main.meshes.sun-planet.stiffness"
