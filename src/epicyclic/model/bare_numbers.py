@@ -90,10 +90,10 @@ class BareNumber(ModelError):
 
 
 class Probe(ModelError):
-    """Answer to the question which quantity stands at a place: `kinds` of it."""
+    """Answer to the question which quantity stands at a place: its kinds, and the units a bare number likely means."""
 
-    def __init__(self, kinds: tuple[str, ...]) -> None:
-        self.kinds = kinds
+    def __init__(self, kinds: tuple[str, ...], ladder: Ladder | None = None) -> None:
+        self.kinds, self.ladder = kinds, ladder
         super().__init__("asked for")
 
 
@@ -119,7 +119,7 @@ class Reading:
     def look(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None) -> None:
         """Note a bare number. Raises BareNumber where it is strict."""
         if value is ASKED:
-            raise Probe(kinds)
+            raise Probe(kinds, ladder)
         if bare_in(value, kinds):
             self.found = True
             if self.strict:

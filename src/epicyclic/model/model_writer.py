@@ -14,7 +14,7 @@ from .toml_writer import to_toml
 from .units import COMMON, KINDS, Bounds, read_quantity
 from .validation import LISTED, bare_places
 
-__all__ = ["model_text", "with_units"]
+__all__ = ["model_text", "quantity_text", "with_units"]
 
 # units tried in this order: the first in which a number lies between 1 and 10000; SI where none does
 _DRAWN = {
@@ -56,7 +56,7 @@ def _replaced(table: PlainTable, path: list[str], error: BareNumber) -> PlainTab
 def _written(value: Any, kinds: tuple[str, ...]) -> Any:
     """Return a value as a text with its unit; of a list of numbers as one text."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return _one(float(value), kinds[0])
+        return quantity_text(float(value), kinds[0])
     if isinstance(value, str):  # a list without a unit behind the bracket
         return f"{value} {KINDS[kinds[0]].unit}"
     if all(isinstance(entry, (int, float)) for entry in value):
@@ -64,8 +64,8 @@ def _written(value: Any, kinds: tuple[str, ...]) -> Any:
     return [entry if isinstance(entry, str) and "[" not in entry else _written(entry, kinds) for entry in value]
 
 
-def _one(value: float, kind: str) -> str:
-    """Return one number with the unit in which it is short."""
+def quantity_text(value: float, kind: str) -> str:
+    """Return one number in SI with the unit in which it is short, and from which it is read with the same bits."""
     for unit in (*_candidates(kind), *(unit for unit in _ANGLES if COMMON[unit][1] == KINDS[kind].unit)):
         number = _number(value, unit, kind)
         if number is not None and (unit in _ANGLES or 1 <= abs(float(number)) < 1e4):

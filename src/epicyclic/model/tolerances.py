@@ -6,11 +6,11 @@ import re
 from pathlib import Path
 
 from ..errors import ModelError
-from .bare_numbers import bare_in, likely_text
+from .bare_numbers import Probe, bare_in, likely_text
 from .names import Names
 from .tables import PlainTable
 from .units import KINDS, Bounds, Quantity, read_quantity
-from .validation import LISTED, kinds_at
+from .validation import LISTED, quantity_at
 
 __all__ = ["check_tolerance"]
 
@@ -41,12 +41,13 @@ def _check(data: PlainTable, path: str, text: object, names: Names, folder: Path
     if found is None:
         raise ModelError("not a distribution", path=where, given=text, allowed=_FORM)
     try:
-        kinds = kinds_at(data, path, names, folder)
+        quantity = quantity_at(data, path, names, folder)
     except ModelError as error:
         allowed = "a path a number can stand at"
         raise ModelError(f"no such path ({error.problem})", path=where, given=text, allowed=allowed) from None
     warnings: list[str] = []
-    values = [_value(part, kinds, data, where, text, warnings) for part in found.groups()[1:]]
+    kinds = quantity.kinds
+    values = [_value(part, quantity, data, where, text, warnings) for part in found.groups()[1:]]
     (first, unit), (second, other) = values
     if unit and other and unit != other:
         allowed = " or ".join(KINDS[kind].unit for kind in kinds)
@@ -59,13 +60,14 @@ def _check(data: PlainTable, path: str, text: object, names: Names, folder: Path
 
 
 def _value(
-    part: str, kinds: tuple[str, ...], data: PlainTable, where: str, text: object, warnings: list[str]
+    part: str, quantity: Probe, data: PlainTable, where: str, text: object, warnings: list[str]
 ) -> tuple[float, str]:
     """Return one value in SI and its SI unit, no unit of zero; warnings are added. Raises ModelError."""
+    kinds = quantity.kinds
     bare = float(part) if _NUMBER.fullmatch(part) and part.count(".") < 2 else None
     listed = data.get("format") != 1
     if bare is not None and bare_in(bare, kinds):
-        likely = likely_text(bare, kinds, None)
+        likely = likely_text(bare, kinds, quantity.ladder)
         if data.get("format", LISTED) >= LISTED:
             raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=text, allowed=_words(kinds))
         warnings.append(f'{where} = {text}: {part.strip()} has no unit, read in {KINDS[kinds[0]].unit}; "{likely}"?')

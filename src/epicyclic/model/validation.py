@@ -18,7 +18,7 @@ from .shorthand import expand
 from .tables import PlainTable, merge, nested
 from .validation_errors import as_model_error, error_of, path_of
 
-__all__ = ["BarePlace", "bare_places", "kinds_at", "validate"]
+__all__ = ["BarePlace", "bare_places", "quantity_at", "validate"]
 
 LISTED = 2  # the format from which on only units of `unit_patterns` are read
 
@@ -54,16 +54,16 @@ def bare_places(data: PlainTable, names: Names, folder: Path | None) -> list[Bar
     return places
 
 
-def kinds_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> tuple[str, ...]:
-    """Return the kinds of quantity that may stand at a path of the document. Raises ModelError where no number may."""
+def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:
+    """Return which quantity may stand at a path of the document. Raises ModelError where no number may."""
     trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
     faults = _faults(trial, names, folder, Reading())
     for detail in faults:
         if isinstance(error := detail.get("ctx", {}).get("error"), Probe):
-            return error.kinds
+            return error
     here = [detail for detail in faults if path_of(detail["loc"]).startswith(path)]
     if any(detail["type"].startswith("int_") for detail in here):  # a count
-        return ("ratio",)
+        return Probe(("ratio",))
     raise error_of(here) if here else ModelError("no number stands here", path=path)
 
 
