@@ -16,7 +16,8 @@ from .validation import LISTED, bare_places
 
 __all__ = ["model_text", "quantity_text", "with_units"]
 
-# units tried in this order: the first in which a number lies between 1 and 10000; SI where none does
+_MOST = 10_000  # from there on a number with its unit is no longer short
+# units tried in this order: the first in which a number lies between 1 and _MOST; SI where none does
 _DRAWN = {
     "m": ("mm", "um"),
     "N/m": ("N/m",),
@@ -66,33 +67,32 @@ def _written(value: Any, kinds: tuple[str, ...]) -> Any:
 
 def quantity_text(value: float, kind: str) -> str:
     """Return one number in SI with the unit in which it is short, and from which it is read with the same bits."""
-    for unit in (*_candidates(kind), *(unit for unit in _ANGLES if COMMON[unit][1] == KINDS[kind].unit)):
-        number = _number(value, unit, kind)
-        if number is not None and (unit in _ANGLES or 1 <= abs(float(number)) < 1e4):
-            return f"{number} {unit}"
+    for unit in _DRAWN.get(KINDS[kind].unit, ()):
+        number = _moved(value, unit)
+        if 1 <= abs(number) < _MOST and _reads(text := f"{number:f}", unit, kind, value):
+            return f"{text} {unit}"
+    for unit in _ANGLES:
+        if COMMON[unit][1] == KINDS[kind].unit and _reads(text := f"{value / COMMON[unit][0]:.10g}", unit, kind, value):
+            return f"{text} {unit}"
     return f"{shown(value)} {KINDS[kind].unit}"
 
 
 def _list(values: list[float], kind: str) -> str:
     """Return numbers as a list with one unit."""
     size = max(map(abs, values))
-    for unit in _candidates(kind):
-        numbers = [_number(value, unit, kind) for value in values]
-        if all(number is not None for number in numbers) and 1 <= size / COMMON[unit][0] < 1e4:
-            return f"[{', '.join(map(str, numbers))}] {unit}"
+    for unit in _DRAWN.get(KINDS[kind].unit, ()):
+        texts = [shown(float(_moved(value, unit))) for value in values]
+        same = all(_reads(text, unit, kind, value) for text, value in zip(texts, values, strict=True))
+        if same and 1 <= abs(_moved(size, unit)) < _MOST:
+            return f"[{', '.join(texts)}] {unit}"
     return f"[{', '.join(map(shown, values))}] {KINDS[kind].unit}"
 
 
-def _candidates(kind: str) -> tuple[str, ...]:
-    return _DRAWN.get(KINDS[kind].unit, ())
+def _moved(value: float, unit: str) -> Decimal:
+    """Return the number of a value in SI in a unit that is a power of ten of it: no digit changes."""
+    return (Decimal(repr(value)) / Decimal(repr(COMMON[unit][0]))).normalize()
 
 
-def _number(value: float, unit: str, kind: str) -> str | None:
-    """Return the number of a value in a unit, None where reading it would not give the same bits."""
-    scale = COMMON[unit][0]
-    if unit in _ANGLES:
-        text = f"{value / scale:.10g}"
-    else:  # the decimal point moves, no digit changes
-        text = f"{(Decimal(repr(value)) / Decimal(repr(scale))).normalize():f}"
-    read = read_quantity(f"{text} {unit}", (kind,), Bounds(inf=True))
-    return text if read == value else None
+def _reads(text: str, unit: str, kind: str, value: float) -> bool:
+    """Return whether a text with a unit is read as a value to the bit."""
+    return read_quantity(f"{text} {unit}", (kind,), Bounds(inf=True)) == value

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import epicyclic
@@ -59,6 +59,7 @@ def test_the_units_are_those_of_drawings() -> None:
     assert table["deviations"]["main"]["planet"]["run_out"] == {"amplitude": "15 um"}
 
 
+@settings(deadline=None)  # pint is imported by the first
 @given(st.floats(-1e4, 1e4), st.sampled_from([kind for kind in KINDS if KINDS[kind].unit]))
 def test_any_number_keeps_its_bits(number: float, kind: str) -> None:
     read = read_quantity(quantity_text(number, kind), (kind,), Bounds(), listed=True)

@@ -9,7 +9,7 @@ from itertools import islice, product
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epicyclic.errors import ModelError
@@ -118,6 +118,7 @@ def test_reader_and_schema_say_the_same(text: str) -> None:
         assert (one or many) == (read and not (bare and "[" in text)), (text, inf)
 
 
+@settings(deadline=None)  # pint is imported by the first
 @given(st.from_regex(r"\[? ?-?[0-9.]{1,3}(e[0-9])?(, [0-9] ?(mm|um)?)?\]? ?[a-zA-Zµ°%/^*() 1-4]{0,8}", fullmatch=True))
 def test_what_is_read_fits_the_schema(text: str) -> None:
     from epicyclic.model.bare_numbers import bare_in
