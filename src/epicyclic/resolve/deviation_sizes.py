@@ -32,7 +32,7 @@ def check_sizes(document: Document, bodies: Sequence[Body], meshes: Sequence[Mes
     deviations = document.model.deviations
     for member, table in deviations.members.items():
         module = _module_of(member, bodies)
-        for path, size in _of_member(table, f"deviations.{member}"):
+        for path, size in _of_member(table, f"deviations.{member}", _reach(member, bodies)):
             _check(path, size, module, document.data, log)
     for name, mesh_table in deviations.meshes.items():
         stage, _, pair, *_ = name.split(".")
@@ -43,13 +43,16 @@ def check_sizes(document: Document, bodies: Sequence[Body], meshes: Sequence[Mes
         _check_backlash(mesh, bodies)
 
 
-def _of_member(table: MemberDeviationsTable, path: str) -> Iterator[tuple[str, float]]:
-    """Yield path and largest size [m] of what displaces teeth; a slide along the axis does not."""
-    for key in ("run_out", "bearing_run_out", "position"):
+def _of_member(table: MemberDeviationsTable, path: str, reach: float) -> Iterator[tuple[str, float]]:
+    """Yield path and largest size [m] of what displaces teeth; a slide along the axis does not.
+
+    reach : from the middle of the teeth to their end [m], which a tilt displaces.
+    """
+    for key, lever in (("run_out", 1.0), ("bearing_run_out", 1.0), ("position", 1.0), ("tilt", reach)):
         vector = getattr(table, key)
         for name in ("amplitude", "x", "y"):
             if vector is not None and (value := getattr(vector, name)) is not None:
-                yield f"{path}.{key}.{name}", _largest(value)
+                yield f"{path}.{key}.{name}", _largest(value) * lever
     if table.pitch is not None:
         yield f"{path}.pitch", max(max(one) - min(one) for one in table.pitch)
 
@@ -76,20 +79,34 @@ def _module_of(member: str, bodies: Sequence[Body]) -> float:
     return math.nan
 
 
+def _reach(member: str, bodies: Sequence[Body]) -> float:
+    """Half the width over all teeth of a member [m]; 0 where it has none or no width is given."""
+    gears = [b.gear for b in bodies if b.gear is not None and (b.member == member or member.startswith(f"{b.member}."))]
+    halves = [
+        gear.face_width + gear.gap / 2 if gear.herringbone else gear.face_width / 2
+        for gear in gears
+        if gear.face_width is not None
+    ]
+    return max(halves, default=0.0)
+
+
 def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: ResolutionLog) -> None:
     """Raise ModelError, or warn, of one deviation [m] of a gear of a module [m]."""
     if size > _LARGEST * module:
         raise ModelError(
-            "larger than a module: no deviation of a gear",
+            f"{_words(path)} more than a module: no deviation of a gear",
             path=path,
             given=_written(data, path, size),
             allowed=f"at most a module, {_millimetres(module)}",
         )
     if size > _DOUBTFUL * module:
-        log.warn(
-            f"{path} = {_written(data, path, size)}: more than a tenth of a module ({_millimetres(module)}); "
-            "is the unit right?"
-        )
+        more = f"{_words(path)} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
+        log.warn(f"{path} = {_written(data, path, size)}: {more}")
+
+
+def _words(path: str) -> str:
+    """What is compared with the module."""
+    return "moves the ends of the teeth by" if ".tilt." in path else "is"
 
 
 def _check_backlash(mesh: Mesh, bodies: Sequence[Body]) -> None:

@@ -177,6 +177,7 @@ def test_settings_that_need_no_unit(tmp_path: Path, setting: str) -> None:
 def test_what_a_setting_replaces_is_not_told(tmp_path: Path) -> None:
     path = written(tmp_path, changed('"40 kg"', "40"))
     assert set_on_the_command_line(path, 'stages.main.carrier.mass="41 kg"').warnings == ()
+    assert read(path, {"stages.main.carrier.mass": 41.0}).warnings == ()  # of Python, in place of what the file says
     with pytest.raises(ModelError, match=r"carrier\.mass"):
         set_on_the_command_line(path, 'stages.main.sun.mass="41 kg"')
 

@@ -40,7 +40,7 @@ def test_deviations_beside_the_module(path: str) -> None:
     (warning,) = doubts("3.3 mm")
     assert "3.3 mm" in warning
     assert warning.startswith("deviations.main.")
-    with pytest.raises(ModelError, match="larger than a module") as error:
+    with pytest.raises(ModelError, match="more than a module") as error:
         doubts("-33 mm")
     assert error.value.path.startswith("deviations.main.")
     assert error.value.given == "-33 mm"
@@ -48,7 +48,7 @@ def test_deviations_beside_the_module(path: str) -> None:
 
 
 def test_one_planet_of_a_list_is_seen() -> None:
-    with pytest.raises(ModelError, match=r"position.y = \[0, 0, 40\] mm: larger than a module"):
+    with pytest.raises(ModelError, match=r"position.y = \[0, 0, 40\] mm: is more than a module"):
         load(deviations__planet__position__y="[0, 0, 40] mm")
 
 
@@ -57,12 +57,23 @@ def test_pitch_deviations_count_from_lowest_to_highest() -> None:
         return f"[{', '.join(map(str, [*values, *[values[0]] * (23 - len(values))]))}] mm"
 
     assert not [text for text in load(deviations__sun__pitch=pitch(50, 51)).warnings if "pitch" in text]
-    with pytest.raises(ModelError, match="larger than a module"):
+    with pytest.raises(ModelError, match="more than a module"):
         load(deviations__sun__pitch=pitch(50, 90))
 
 
 def test_a_slide_along_the_axis_is_no_deviation_of_the_teeth() -> None:
     load(deviations__sun__position__z="50 mm")
+
+
+def test_a_tilt_is_what_the_ends_of_the_teeth_move() -> None:
+    def doubted(tilt: str) -> bool:
+        return any("tilt" in text and "tenth" in text for text in load(deviations__sun__tilt=tilt).warnings)
+
+    # two helices of 170 mm, 20 mm apart: 180 mm from the middle to the end, which 3.2 mm move by 17.8 mrad
+    assert not doubted("17.7 mrad")
+    assert doubted("17.9 mrad")
+    with pytest.raises(ModelError, match=r"amplitude = 20 deg: moves the ends of the teeth by more than a module"):
+        load(deviations__sun__tilt="20 deg")
 
 
 def test_backlash() -> None:
