@@ -14,7 +14,7 @@ from decimal import Decimal
 from typing import Any
 
 from ..errors import ModelError
-from .units import KINDS, split_list
+from .units import KINDS, Bounds, read_quantity, split_list
 
 __all__ = [
     "ASKED",
@@ -28,10 +28,13 @@ __all__ = [
     "is_typed",
     "likely_text",
     "shown",
+    "stated",
     "typed",
 ]
 
 _PLAIN = re.compile(r"\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?\s*")
+
+_ANY = Bounds()
 
 # the smallest number that is likely meant in a unit, falling, by kind; any other kind in its SI unit
 Ladder = tuple[tuple[float, str], ...]
@@ -124,6 +127,25 @@ class Reading:
             self.found = True
             if self.strict:
                 raise BareNumber(value, kinds, ladder)
+
+
+def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -> float:
+    """Return a number in SI as it is, and a text that a person typed in SI; a text must state its unit.
+
+    path : keyword or option, for an error.  Raises ModelError.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    if _PLAIN.fullmatch(value) and float(value) != 0:
+        likely = likely_text(float(value), (kind,), None)
+        allowed = f"{KINDS[kind].name} ({KINDS[kind].spellings})"
+        raise ModelError(f'a number without a unit: "{likely}"?', path=path, given=value, allowed=allowed)
+    try:
+        read = read_quantity(value, (kind,), bounds)
+    except ModelError as error:
+        raise ModelError(error.problem, path=path, given=value, allowed=error.allowed) from None
+    assert isinstance(read, float)
+    return read
 
 
 def bare_in(value: object, kinds: tuple[str, ...]) -> tuple[float, ...]:

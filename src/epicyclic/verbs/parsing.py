@@ -221,18 +221,16 @@ def load_per_length(value: float | str, path: str) -> float:
     ------
     ModelError : a text without a unit, or of another quantity.
     """
-    if not isinstance(value, str):
-        return float(value)
-    from ..model.units import Bounds, read_quantity
+    from ..model.bare_numbers import stated
+    from ..model.units import Bounds
 
-    _refuse_bare(value, "N/m", path)
+    if isinstance(value, str):
+        _refuse_bare(value, "N/mm", path)  # teeth bear some hundreds of N/mm
     try:
-        read = read_quantity(value, ("stiffness",), Bounds(low=0.0, above=True))
+        return stated(value, "stiffness", path, bounds=Bounds(low=0.0, above=True))
     except ModelError as error:
-        allowed = 'a load per length, e.g. "200 N/mm"'
+        allowed = 'a load per length above 0, e.g. "200 N/mm"'
         raise ModelError(error.problem, path=path, given=value, allowed=allowed) from None
-    assert isinstance(read, float)
-    return read
 
 
 def _quantity(text: str, units: tuple[str, ...], path: str) -> tuple[float, str]:

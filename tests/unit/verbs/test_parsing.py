@@ -7,6 +7,8 @@ import re
 import pytest
 
 from epicyclic.errors import ModelError
+from epicyclic.model.bare_numbers import stated
+from epicyclic.model.units import Bounds, read_quantity
 from epicyclic.verbs.parsing import (
     ends,
     frequency,
@@ -54,7 +56,7 @@ def test_times_and_steps() -> None:
 @pytest.mark.parametrize("text", ["20", "2e1", "-3", " 20 "])
 def test_a_number_without_a_unit_is_refused_with_the_likely_one(text: str) -> None:
     number = text.strip()
-    for read, unit in ((frequency, "Hz"), (seconds, "s"), (load_per_length, "N/m")):
+    for read, unit in ((frequency, "Hz"), (seconds, "s")):
         with pytest.raises(ModelError, match=re.escape(f'start = {text}: a number without a unit: "{number} {unit}"?')):
             read(text, "start")
     with pytest.raises(ModelError, match=re.escape(f'"{number} s"?')):
@@ -66,6 +68,20 @@ def test_a_load_per_length() -> None:
     for text in ("300 N", "0 N/m", "-1 N/m", "much"):
         with pytest.raises(ModelError, match=r"linear_at.*200 N/mm"):
             load_per_length(text, "linear_at")
+    with pytest.raises(ModelError, match=r'linear_at = 300: a number without a unit: "300 N/mm"\?'):
+        load_per_length("300", "linear_at")
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "likely"), [("100", "torque", "100 N m"), ("20", "angle", "20 deg"), ("400", "length", "400 mm")]
+)
+def test_a_text_of_an_option_states_its_unit(text: str, kind: str, likely: str) -> None:
+    with pytest.raises(ModelError, match=re.escape(f'torque = {text}: a number without a unit: "{likely}"?')):
+        stated(text, kind, "torque")
+    assert stated(float(text), kind, "torque") == float(text)
+    assert stated(likely, kind, "torque") == read_quantity(likely, (kind,), Bounds())
+    with pytest.raises(ModelError, match="another kind of quantity"):
+        stated(f"{text} kg", kind, "torque")
 
 
 @pytest.mark.parametrize("step", ["1e300@0.1 s", "-1001@0 s", (1e300, 0.1), (float("nan"), 0.1)])
