@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from typing import Any
 
-from .bare_numbers import BareNumber, shown
+from .bare_numbers import shown
 from .names import collect
 from .shorthand import expand
 from .tables import PlainTable, clean
 from .toml_writer import to_toml
-from .units import COMMON, KINDS, Bounds, read_quantity
-from .validation import LISTED, bare_places
+from .units import COMMON, KINDS, Bounds, Quantity, read_quantity
+from .validation import LISTED, bare_places, quantity_at, unlisted_paths
 
 __all__ = ["model_text", "quantity_text", "with_units"]
 
@@ -43,15 +43,32 @@ def with_units(data: Mapping[str, Any]) -> PlainTable:
     names = collect(plain)
     expanded = expand(plain, names)
     for place in bare_places(expanded, names, None):
-        expanded = _replaced(expanded, place.path.split("."), place.error)
+        expanded = _replaced(expanded, place.path.split("."), place.error.kinds, _written)
+    for path in unlisted_paths(expanded, names):  # texts of a file of format 1
+        kinds = quantity_at(expanded, path, names, None).kinds
+        expanded = _replaced(expanded, path.split("."), kinds, _rewritten)
     return expanded
 
 
-def _replaced(table: PlainTable, path: list[str], error: BareNumber) -> PlainTable:
-    """Return a table with the value at a path written with a unit."""
+def _replaced(
+    table: PlainTable, path: list[str], kinds: tuple[str, ...], write: Callable[[Any, tuple[str, ...]], Any]
+) -> PlainTable:
+    """Return a table with the value at a path written anew."""
     first, *rest = path
     value = table[first]
-    return {**table, first: _replaced(value, rest, error) if rest else _written(value, error.kinds)}
+    return {**table, first: _replaced(value, rest, kinds, write) if rest else write(value, kinds)}
+
+
+def _rewritten(value: Any, kinds: tuple[str, ...]) -> Any:
+    """Return texts with units of any spelling in units of format 2."""
+    if isinstance(value, list):
+        return [_rewritten(entry, kinds) for entry in value]
+    if not isinstance(value, str):
+        return value
+    read = read_quantity(value, kinds, Bounds(inf=True), many=True)
+    kind = next((k for k in kinds if isinstance(read, Quantity) and KINDS[k].unit == read.unit), kinds[0])
+    numbers = read.value if isinstance(read, Quantity) else read
+    return _list(list(numbers), kind) if isinstance(numbers, tuple) else quantity_text(float(numbers), kind)
 
 
 def _written(value: Any, kinds: tuple[str, ...]) -> Any:

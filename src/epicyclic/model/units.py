@@ -16,7 +16,17 @@ from typing import Any
 from ..errors import ModelError
 from .unit_patterns import is_unit_of
 
-__all__ = ["COMMON", "KINDS", "Bounds", "Kind", "Quantity", "factor", "read_quantity", "scaled", "split_list"]
+__all__ = [
+    "COMMON",
+    "KINDS",
+    "UNKNOWN_UNIT",
+    "Bounds",
+    "Kind",
+    "Quantity",
+    "factor",
+    "read_quantity",
+    "split_list",
+]
 
 PerPlanet = float | tuple[float, ...]
 
@@ -75,6 +85,7 @@ KINDS: dict[str, Kind] = {
     "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm"),
 }
 
+UNKNOWN_UNIT = "unit not known or of another kind of quantity"
 _DEGREE = math.pi / 180
 # factor to SI, SI unit; every entry equals pint's (tested)
 COMMON: dict[str, tuple[float, str]] = {
@@ -214,11 +225,11 @@ def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool, listed:
             if listed and not is_unit_of(unit, kind):
                 continue
             if (scale := convert(unit, KINDS[kind].unit)) is not None:
-                return scaled(found["number"], scale), KINDS[kind].unit
-    raise wrong("unit not known or of another kind of quantity")
+                return _scaled(found["number"], scale), KINDS[kind].unit
+    raise wrong(UNKNOWN_UNIT)
 
 
-def scaled(text: str, scale: float) -> float:
+def _scaled(text: str, scale: float) -> float:
     """Return number times scale; powers of ten shift the decimal point: 20 um is 2e-05, not 1.9999999999999998e-05."""
     power = round(math.log10(scale))
     if abs(scale / 10.0**power - 1) < 1e-14:

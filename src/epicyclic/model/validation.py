@@ -16,9 +16,10 @@ from .normalise import normalise
 from .schema import ModelFile
 from .shorthand import expand
 from .tables import PlainTable, merge, nested
+from .units import UNKNOWN_UNIT
 from .validation_errors import as_model_error, error_of, path_of
 
-__all__ = ["BarePlace", "bare_places", "quantity_at", "validate"]
+__all__ = ["BarePlace", "bare_places", "quantity_at", "unlisted_paths", "validate"]
 
 LISTED = 2  # the format from which on only units of `unit_patterns` are read
 
@@ -52,6 +53,13 @@ def bare_places(data: PlainTable, names: Names, folder: Path | None) -> list[Bar
         if isinstance(error := detail.get("ctx", {}).get("error"), BareNumber):
             places.append(BarePlace(path=path_of(detail["loc"]), error=error))
     return places
+
+
+def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
+    """Return the paths of the texts whose unit is none of `unit_patterns`."""
+    faults = _faults(data, names, None, Reading(listed=True))
+    errors = ((path_of(detail["loc"]), detail.get("ctx", {}).get("error")) for detail in faults)
+    return [path for path, error in errors if isinstance(error, ModelError) and error.problem == UNKNOWN_UNIT]
 
 
 def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:

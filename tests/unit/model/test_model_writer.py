@@ -59,6 +59,19 @@ def test_the_units_are_those_of_drawings() -> None:
     assert table["deviations"]["main"]["planet"]["run_out"] == {"amplitude": "15 um"}
 
 
+def test_units_that_format_2_does_not_read_are_written_in_others(tmp_path: Path) -> None:
+    stage = MODEL["stages"]["main"]
+    odd = {
+        "face_width": "0.04 yd",
+        "sun": {**stage["sun"], "support": {"x": "1e8 kg/s^2", "rz": "3e7 N m"}, "inertia": "2 kg yd^2"},
+        "planet": {**stage["planet"], "bearing": {"x": "[1e8, 2e8, 3e8] J/m^2"}},
+    }
+    data = {**MODEL, "stages": {"main": {**stage, **odd}}}
+    path = tmp_path / "model.toml"
+    path.write_text(model_text(data), encoding="utf-8")
+    assert read(path).model.model_copy(update={"format": 1}) == read(data).model
+
+
 @settings(deadline=None)  # pint is imported by the first
 @given(st.floats(-1e4, 1e4), st.sampled_from([kind for kind in KINDS if KINDS[kind].unit]))
 def test_any_number_keeps_its_bits(number: float, kind: str) -> None:

@@ -26,7 +26,7 @@ SCHEMA = json_schema()["$defs"]
 
 def spellings(pattern: str) -> Iterator[str]:
     """Every text a pattern matches, a repetition without end taken as often as it must be."""
-    return written_out(list(sre_parse.parse(pattern)))
+    return written_out([*sre_parse.parse(pattern)])  # type: ignore[misc]
 
 
 def written_out(parts: Any) -> Iterator[str]:
