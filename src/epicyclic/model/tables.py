@@ -31,8 +31,10 @@ def clean(value: object, path: str = "", depth: int = 0) -> Any:
     """
     if depth > MAX_DEPTH:
         raise ModelError("nested too deeply", path=path[:80], allowed=f"at most {MAX_DEPTH} levels")
-    if value is REMOVE or isinstance(value, (bool, int, str)):
+    if value is REMOVE or isinstance(value, (bool, str)):
         return value
+    if isinstance(value, int):
+        return int(value)  # not the mark of a number typed on the command line
     if isinstance(value, float):
         return _clean_float(value, path)
     if isinstance(value, Mapping):

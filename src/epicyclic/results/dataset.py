@@ -20,7 +20,10 @@ from ..errors import ModelError
 from .variables import VARIABLES
 from .whole_file import whole_file
 
-__all__ = ["dataset", "load_result", "save_result", "to_json"]
+__all__ = ["SUFFIXES", "dataset", "load_result", "save_result", "to_json"]
+
+SUFFIXES = (".nc", ".json")
+"""Files a result is written to and reopened from."""
 
 
 def dataset(
@@ -87,21 +90,33 @@ def to_json(result: xr.Dataset) -> str:
 
 
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
-    """Write a Dataset to a netCDF-4 file; complex variables become a trailing ``part`` dimension (real, imaginary).
+    """Write a Dataset by the suffix of the file: ``.nc`` netCDF-4, ``.json`` `Dataset.to_dict()`, as ``-o`` does.
 
-    The file appears whole or not at all.
+    Complex variables become a trailing ``part`` dimension (real, imaginary).  The file appears whole or not at all.
+
+    Raises
+    ------
+    ModelError : another suffix, or the file cannot be written.
     """
     target = Path(path)
+    kind = target.suffix.lower()
+    if kind not in SUFFIXES:
+        allowed = f"{' or '.join(SUFFIXES)}; .html by write_report, .csv of one variable by its to_series().to_csv(...)"
+        raise ModelError("no such kind of result file", path="path", given=str(path), allowed=allowed)
+    content = (to_json(result) + "\n").encode() if kind == ".json" else _netcdf(result)
+    with whole_file(target) as file:
+        file.write(content)
+    return target
+
+
+def _netcdf(result: xr.Dataset) -> Any:
+    """Content of a netCDF-4 file; made in memory first: HDF5 kills the interpreter where its disk is full."""
     flat = _real(result)
     for name in list(flat.variables):
         values = flat[name]
         if values.dtype == bool:
             flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
-    # in memory first: HDF5 kills the interpreter where its disk is full
-    image = flat.to_netcdf(engine="h5netcdf")
-    with whole_file(target) as file:
-        file.write(image)
-    return target
+    return flat.to_netcdf(engine="h5netcdf")
 
 
 def _real(result: xr.Dataset) -> xr.Dataset:
@@ -120,9 +135,8 @@ def load_result(path: str | Path) -> xr.Dataset:
     if not Path(path).is_file():
         raise ModelError("no such file", path=str(path))
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            flat = file.load()
-    except (OSError, ValueError) as error:
+        flat = _from_json(Path(path)) if Path(path).suffix.lower() == ".json" else _from_netcdf(path)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
     result = flat.copy()
     for name in list(flat.variables):
@@ -133,6 +147,15 @@ def load_result(path: str | Path) -> xr.Dataset:
         elif attrs.pop("boolean", None):
             result[name] = (flat[name].dims, flat[name].values.astype(bool), attrs)
     return result
+
+
+def _from_netcdf(path: str | Path) -> xr.Dataset:
+    with xr.open_dataset(path, engine="h5netcdf") as file:
+        return file.load()
+
+
+def _from_json(path: Path) -> xr.Dataset:
+    return xr.Dataset.from_dict(json.loads(path.read_text(encoding="utf-8")))
 
 
 @cache
