@@ -25,7 +25,7 @@ from .refinement import HARMONICS, Refinement, Solution, with_stability
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
 from .sweep_direction import Reached, Unstable, sweep_direction, switched, switched_ahead
-from .torus import Torus, torus
+from .torus import TRUNCATION_NOTED, Torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -433,6 +433,12 @@ def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
     lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
     if lost:
         notes.append(f"with shaft orders nothing is known at {lost} points: see status")
+    dropped = np.nan_to_num(np.concatenate([values["residual_dropped"] for values in curves]))
+    if np.any(dropped > TRUNCATION_NOTED):
+        notes.append(
+            f"rows dropped are up to {dropped.max():.2g} of the dynamic motion, above {TRUNCATION_NOTED:g} at "
+            f"{np.count_nonzero(dropped > TRUNCATION_NOTED)} points: forces at an instant have about that error"
+        )
     off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
     if off > 0:
         notes.append(f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)")

@@ -84,11 +84,12 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
 
     Raises
     ------
-    ModelError : no damping; no mesh frequency; torques that do not balance.
+    ModelError : no damping, or all of it zero; no mesh frequency; torques that do not balance.
     """
-    if not system.damped:
+    if not (system.zeta or np.any(system.C) or np.any(system.meshes.damping)):
+        given = "only zero damping is given" if system.damped else "no damping is given"
         raise ModelError(
-            "no damping is given, so the response never settles",
+            f"{given}, so the response never settles",
             path="damping",
             allowed='e.g. damping = { modal = "3 %" }',
         )

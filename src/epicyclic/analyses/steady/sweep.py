@@ -14,6 +14,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..parallel import each
+from .mean_stability import critical_speed, unstable_speeds
 from .measures import Layout, Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
 from .steady import tension_warnings
@@ -75,6 +76,10 @@ def sweep(
     cross = np.zeros(speed.size, dtype=np.int64)
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = "speed is not a number above zero"
+    unstable = np.zeros(speed.size, dtype=bool)
+    unstable[usable] = unstable_speeds(ready, speed[usable])
+    table.status[unstable] = "mean system unstable"
+    usable &= ~unstable
     places, done = np.flatnonzero(usable), int((~usable).sum())
 
     def fill(_: int, solved: list[_Measured]) -> None:
@@ -97,9 +102,25 @@ def sweep(
         tone=float(ready.lines.tone),
         verb="sweep",
         options={"frame_speed": frame_speed, "shaft_orders": shaft_orders, "orders": orders, "tolerance": tolerance},
-        warnings=[*ready.system.warnings, *tension_warnings(system, table.minimum_force)],
+        warnings=[
+            *ready.system.warnings,
+            *_instability_warnings(ready, speed[unstable]),
+            *tension_warnings(system, table.minimum_force),
+        ],
         further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
     )
+
+
+def _instability_warnings(ready: Response, unstable: Array) -> list[str]:
+    """Warning where the mean system is unstable, at relative speeds (U,)."""
+    if not unstable.size:
+        return []
+    tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
+    return [
+        f"no steady motion at {unstable.size} speeds from {unstable.min() * tone:.6g} Hz mesh frequency on: the mean "
+        f"system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
+        f"(first of {name}); the values there are nan"
+    ]
 
 
 def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
@@ -172,7 +193,8 @@ def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: 
         links=link_signal(ready, block) if ready.system.links.name else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
-        found, good = sweep_measures(signals, layout), block.residual <= accepted
+        found = sweep_measures(signals, layout)
+    status = [_status(*values, accepted) for values in zip(block.residual, block.uncertainty, strict=True)]
     minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
     return _Measured(
         index=block.index,
@@ -181,13 +203,15 @@ def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: 
         found=found,
         minimum=minimum,
         residual=block.residual,
-        good=good,
-        status=[_status(value, accepted) for value in block.residual],
+        good=np.array([text == "ok" for text in status]),
+        status=status,
     )
 
 
-def _status(residual: float, accepted: float) -> str:
-    """Status of a speed from its relative residual."""
+def _status(residual: float, uncertainty: float, accepted: float) -> str:
+    """Status of a speed from its relative residual and what a sharp resonance leaves uncertain."""
     if not np.isfinite(residual):
         return "not finite"
-    return "ok" if residual <= accepted else "not converged"
+    if residual > accepted:
+        return "not converged"
+    return "ok" if uncertainty <= accepted else "resonance too sharp for double precision"
