@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
+from .free_motions import NOISE, SOFT, free_motions, soft_modes, stiffness_rows
 
 __all__ = ["Modal", "mean_modes", "modal_form", "modal_weights"]
-
-# A rigid mode's eigenvalue is rounding, about n eps max(omega^2); an elastic one of a gear train stays far above
-# (20 Hz beside 20 kHz is 1e-6).
-_RIGID = 1e-11
 
 
 def mean_modes(system: System) -> tuple[Array, Array]:
@@ -24,6 +21,8 @@ def mean_modes(system: System) -> tuple[Array, Array]:
     Parameters
     ----------
     system : gives M and the stiffness K + B k B^T with mean meshes, both (n, n).
+
+    A mode is rigid where it strains no row, whatever its size (`free_motions`).
 
     Returns
     -------
@@ -40,10 +39,22 @@ def mean_modes(system: System) -> tuple[Array, Array]:
         raise ModelError(f"the mass matrix is not positive definite{_massless(system)}") from error
     except ValueError as error:
         raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
-    noise = _RIGID * float(np.max(np.abs(squared), initial=0.0))
-    if squared.size and squared[0] < -noise:
+    largest = float(np.max(np.abs(squared), initial=0.0))
+    if squared.size and squared[0] < -NOISE * largest:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
-    return np.where(squared <= noise, 0.0, squared), shapes
+    small = squared <= NOISE * largest
+    if not np.any(squared <= SOFT * largest):
+        return squared, shapes
+    rows = stiffness_rows(system)
+    if rows is None:
+        return np.where(small, 0.0, squared), shapes
+    root = np.linalg.cholesky((system.M + system.M.T) / 2)
+    scaled = scipy.linalg.solve_triangular(root, rows, lower=True)
+    free, rest = free_motions(scaled)
+    if free.shape[1] == np.count_nonzero(small) and not np.any((squared <= SOFT * largest) & ~small):
+        return np.where(small, 0.0, squared), shapes
+    found, motions = soft_modes(scaled, free, rest)
+    return found, scipy.linalg.solve_triangular(root.T, motions, lower=False)
 
 
 def _massless(system: System) -> str:
