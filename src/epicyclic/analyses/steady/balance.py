@@ -165,7 +165,7 @@ def _batched(
     change, left, calls = gmres(apply, step, target=tolerance * scale, restarts=_FIRST if several else _RESTARTS)
     y = y + change
     stalled = np.isfinite(left) & (left > tolerance * scale) & several
-    for p in np.flatnonzero(stalled):
+    for p in np.flatnonzero(stalled).tolist():
         again = resonant_block(system, modal, kernel, batch.frequency[p])
         if again is not None:
             mine, rows = _rows(modal, kernel, _points(batch, [p]), right[[p]])
@@ -192,7 +192,7 @@ def _judged(
     """
     y, residual, scale = solved
     uncertainty = np.zeros(len(y))
-    for p in np.flatnonzero(near_sharp_resonance(modal, batch.frequency) & np.isfinite(residual)):
+    for p in np.flatnonzero(near_sharp_resonance(modal, batch.frequency) & np.isfinite(residual)).tolist():
         mine, rows = _rows(modal, kernel, _points(batch, [p]), right[[p]])
         found, left, uncertainty[p] = sharpened(
             modal, rows, mine, y[[p]], batch.frequency[p], mean=kernel.lattice.mirrored, tolerance=tolerance
@@ -252,9 +252,8 @@ def _side_by_side(
     floored = np.zeros(len(y), dtype=bool) if kept is None else np.any(kept < 1, axis=(1, 2))
     for which in (np.flatnonzero(floored), np.flatnonzero(~floored & (residual > tolerance))):
         if which.size:
-            initial = (y[which], scale[which])
-            if floored[which[0]]:
-                initial = None if start is None else (start[0][which], start[1][which])
+            given = start if floored[which[0]] else (y, scale)
+            initial = None if given is None else (given[0][which], given[1][which])
             y[which], residual[which], scale[which], more = _batched(
                 system, modal, kernel, _points(batch, which), right[which], initial, tolerance=tolerance
             )

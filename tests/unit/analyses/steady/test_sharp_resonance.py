@@ -59,7 +59,7 @@ def dense_rms(system: System, speed: float, harmonics: int) -> Array:
     force += np.einsum("RhH,HR->hR", waves, error) @ meshes.B.T
     motion = np.linalg.solve(rows.reshape(count * n, -1), force.ravel()).reshape(count, n)
     mesh = np.einsum("RhH,HR->hR", waves, motion @ meshes.B - error)
-    return np.sqrt(np.sum(np.abs(np.delete(mesh, H, axis=0)) ** 2, axis=0))
+    return np.asarray(np.sqrt(np.sum(np.abs(np.delete(mesh, H, axis=0)) ** 2, axis=0)))
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e-15, 1e-12, 1e-9, 1e-6])
