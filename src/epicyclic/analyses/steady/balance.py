@@ -156,7 +156,7 @@ def _batched(
     P = len(first)
     if start is None:
         y = first
-        step = first - apply(first)
+        step = apply(first, less=True)
         scale = _scale(first.reshape(right.shape), step, mean=kernel.lattice.mirrored)
     else:
         y, scale = start[0].reshape(P, -1), start[1]
@@ -201,7 +201,7 @@ def _judged(
     return y, residual, uncertainty
 
 
-def _rows(modal: Modal, kernel: Kernel, batch: Batch, right: Array) -> tuple[Array, Callable[[Array], Array]]:
+def _rows(modal: Modal, kernel: Kernel, batch: Batch, right: Array) -> tuple[Array, Callable[..., Array]]:
     """Rows of the balance preconditioned by P, D or its floor: P^-1 right (P, 2 J n) and P^-1 (D + coupling)."""
     kept = _kept(modal, batch.frequency)
     inverse = _inverse(modal, batch.frequency, kept)
@@ -209,9 +209,10 @@ def _rows(modal: Modal, kernel: Kernel, batch: Batch, right: Array) -> tuple[Arr
     # D / P is 1 but where D is below its floor
     part = 1.0 if kept is None else np.repeat(kept[:, None], 2, axis=1).reshape(shape[0], -1)
 
-    def apply(x: Array) -> Array:
-        """P^-1 (D + coupling) x, (P, 2 J n)."""
-        result: Array = part * x + _times(inverse, couple(x.reshape(shape))).reshape(x.shape)
+    def apply(x: Array, *, less: bool = False) -> Array:
+        """P^-1 (D + coupling) x, (P, 2 J n); less : x less that, without the rounding of their difference."""
+        coupled = _times(inverse, couple(x.reshape(shape))).reshape(x.shape)
+        result: Array = (1.0 - part) * x - coupled if less else part * x + coupled
         return result
 
     return _times(inverse, right).reshape(shape[0], -1), apply
