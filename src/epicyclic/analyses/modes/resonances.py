@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -96,6 +97,8 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
         unit, meaning = VARIABLES[name]
         wider[name] = ("resonance", values, {"units": unit, "long_name": meaning})
     wider.attrs["resonance_note"] = forces.note
+    if band is not None:
+        wider.attrs["options"] = json.dumps({**json.loads(result.attrs["options"]), "band": band})
     return wider
 
 
