@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["VARIABLES"]
+__all__ = ["OF_KIND", "VARIABLES"]
 
 # name: (unit, long name)
 VARIABLES: dict[str, tuple[str, str]] = {
@@ -314,4 +314,14 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "reading": ("", "reading of the source"),
     "reason": ("", "erratum or missing datum"),
     "fitted": ("", "whether a parameter was fitted"),
+}
+
+_RELATIVE = ("1", "speed per operating speed")
+
+# (kind of result, name): (unit, long name), where a kind means something else by a name than `VARIABLES`
+OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
+    ("sweep", "speed"): _RELATIVE,
+    ("contact_sweep", "speed"): _RELATIVE,
+    ("stability", "speed"): _RELATIVE,
+    ("sensitivity", "path"): ("", "path of the number in the model file"),
 }

@@ -54,15 +54,14 @@ def speeds_of(
         if relative_speed is not None:
             return np.atleast_1d(np.asarray(relative_speed, dtype=float))
         return np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / float(ready.lines.tone)
-    tones = [float(tone) for tone in ready.lines.tones]
-    if speed_range in (None, "operation"):
+    natural = np.sqrt(ready.modal.squared[~ready.modal.rigid]) / (2 * np.pi)
+    tone, tones = float(ready.lines.tone), [float(tone) for tone in ready.lines.tones]
+    low, high = range_ends(speed_range or "operation", tone, natural)
+    if speed_range != "modes":
         many = len(tones) > 2
         return _about_operation(ready.modal, tones, points or (_POINTS_OF_MANY_TONES if many else _POINTS))
-    natural = np.sqrt(ready.modal.squared[~ready.modal.rigid]) / (2 * np.pi)
-    tone = float(ready.lines.tone)
-    if speed_range == "modes" and not natural.size:
+    if not natural.size:
         return np.array([1.0])
-    low, high = range_ends("modes" if speed_range == "modes" else "operation", tone, natural)
     return np.linspace(low, high, points or _POINTS) / tone
 
 
