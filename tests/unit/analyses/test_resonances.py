@@ -98,6 +98,8 @@ def test_a_band_keeps_what_lies_within_it() -> None:
     assert near.resonance_near.values.all()
     assert every.resonance_near.values.tolist() == (np.abs(every.resonance_speed.values - 1) <= 0.2).tolist()
     xr.testing.assert_identical(epicyclic.modes(ren(), band=0.1), near)
+    wide = epicyclic.modes(ren(), band=0.5).resonance_speed.values
+    assert (wide.min() > 0.5, wide.max() < 1.5, wide.max() > 1.4) == (True, True, True)
 
 
 @pytest.mark.parametrize("band", ["wide", "-5 %", 0.0, float("nan")])
@@ -121,8 +123,7 @@ def test_energy_sits_where_the_motion_strains() -> None:
         # M-orthonormal: shares of a space do not hang on its basis
         own = own @ np.linalg.inv(np.linalg.cholesky(own.T @ system.M @ own)).T
         energy: dict[str, float] = {}
-        for rows in (system.meshes, system.links):
-            names = rows.name if rows is system.meshes else rows.link
+        for rows, names in ((system.meshes, system.meshes.name), (system.links, system.links.link)):
             for name, stiffness, row in zip(names, rows.stiffness, (rows.B.T @ own), strict=True):
                 key = "/".join(part for part in name.split("/") if not part.isdigit() and part not in ("left", "right"))
                 energy[key] = energy.get(key, 0.0) + (stiffness * np.sum(row**2) if np.isfinite(stiffness) else 0.0)

@@ -115,7 +115,12 @@ def contact_sweep(
             _switch_ahead(refinement, branches)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
-    options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
+    options: dict[str, Any] = {
+        "frame_speed": frame_speed,
+        "contact_loss": True,
+        "harmonics": harmonics,
+        "unstable": unstable,
+    }
     options |= {"shaft_orders": shaft_orders, "shaft_tones": shaft_tones}
     if mesh_frequency is None and relative_speed is None:
         options["speed_range"] = speed_range or "operation"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from .mesh_crossings import MESH_ORDERS, MeshCrossings, mesh_crossings, tones_of_meshes
+from .mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ class _Forces:
 
 
 def with_resonances(result: xr.Dataset, system: System, *, band: float | None = None) -> xr.Dataset:
-    """A result of `modal` with its resonances: speeds f_n / (h f_m), 5 to 130 % of the operating one, rising.
+    """A result of `modal` with its resonances: speeds f_n / (h f_m) per operating speed, rising.
 
     Derived here.  Without a speed the result is returned as it is.
 
@@ -50,7 +50,8 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
     result : frequencies, kinds and energy shares of the modes; repeated modes are one resonance, with the mean of their
         shares, which no choice of their basis changes.
     system : gives mesh frequencies, and the forces where it has torque and damping.
-    band : resonances at most this share [1] from the operating speed alone; None: all, those within 20 % marked.
+    band : resonances at most this share [1] from the operating speed alone, but from 5 % up; None: 5 to 130 %, those
+        within 20 % marked.
 
     Returns
     -------
@@ -68,8 +69,8 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
     if not tones:
         return result
     frequency = np.asarray(result["frequency"].values, dtype=float)
-    found = mesh_crossings(frequency, [float(tone) for tone in tones])
-    found = found if band is None else _selected(found, np.abs(found.relative_speed - 1) <= band)
+    low, high = OPERATION if band is None else (max(1 - band, OPERATION[0]), 1 + band)
+    found = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
     forces = _forces(system, found, tuple(tones))
     connection, connection_share = _largest_share(result, "strain_energy_share", "connection", found)
     body, body_share = _largest_share(result, "kinetic_energy_share", "body", found)
@@ -100,17 +101,6 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
     if band is not None:
         wider.attrs["options"] = json.dumps({**json.loads(result.attrs["options"]), "band": band})
     return wider
-
-
-def _selected(found: MeshCrossings, which: NDArray[np.bool_]) -> MeshCrossings:
-    """The crossings of a mask (c,)."""
-    return MeshCrossings(
-        mode=found.mode[which],
-        count=found.count[which],
-        tone=found.tone[which],
-        order=found.order[which],
-        relative_speed=found.relative_speed[which],
-    )
 
 
 def _largest_share(result: xr.Dataset, name: str, dim: str, found: MeshCrossings) -> tuple[NDArray[np.object_], Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -78,7 +78,12 @@ def sweep(
         ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
     )
     ranged = mesh_frequency is None and relative_speed is None
-    options = {"frame_speed": frame_speed, "shaft_orders": shaft_orders, "orders": orders, "tolerance": tolerance}
+    options: dict[str, Any] = {
+        "frame_speed": frame_speed,
+        "shaft_orders": shaft_orders,
+        "orders": orders,
+        "tolerance": tolerance,
+    }
     options |= {"speed_range": speed_range or "operation"} if ranged else {}
     table = empty_table(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
     cross = np.zeros(speed.size, dtype=np.int64)

@@ -91,12 +91,12 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     rms = np.where(shown, rms, np.nan)
     if not np.isfinite(rms).any():
         return found
-    mesh, at = np.unravel_index(int(np.nanargmax(rms)), rms.shape)
+    place, at = np.unravel_index(int(np.nanargmax(rms)), rms.shape)
     hertz = float(np.ravel(result["mesh_frequency"].values)[at]) if "mesh_frequency" in result.variables else np.nan
     where = f"{engineering(hertz)} Hz, {engineering(100 * float(speed[at]))} % of the operating speed"
     outside = "" if inside[at] or not np.isfinite(speed[at]) else ", outside the operating range"
-    words = f"largest RMS mesh force: {_mesh(result, int(mesh))}, {where}{outside}"
-    return [*found, (f"{engineering(float(rms[mesh, at]) / 1e3)} kN", words)]
+    words = f"largest RMS mesh force: {_mesh(result, int(place))}, {where}{outside}"
+    return [*found, (f"{engineering(float(rms[place, at]) / 1e3)} kN", words)]
 
 
 _TITLES = {"operation": "Speed sweep about operation", "modes": "Speed sweep to the natural frequencies"}
