@@ -83,7 +83,7 @@ def _curve(values: Array, x: Array, look: tuple[str, dict[str, object]], legend:
     name, line = look
     return go.Scatter(
         x=compact(x),
-        y=compact(values),
+        y=compact(values, digits=7),  # a K_v of 1.01 varies in its fourth place
         mode="lines",
         name=name,
         legendgroup=name,
