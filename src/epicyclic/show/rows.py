@@ -102,7 +102,8 @@ def extent(result: xr.Dataset) -> str:
     """Range of the speeds of a sweep: mesh frequencies, and per cent of the operating speed."""
     hertz, speed = result["mesh_frequency"].values, 100 * relative_speed(result)
     share = f", {engineering(speed.min())} to {engineering(speed.max())} % of operation" if len(speed) else ""
-    return f"{engineering(hertz.min(), 6)} to {engineering(hertz.max(), 6)} Hz{share if np.isfinite(speed).all() else ''}"
+    shown = share if np.isfinite(speed).all() else ""
+    return f"{engineering(hertz.min(), 6)} to {engineering(hertz.max(), 6)} Hz{shown}"
 
 
 def loaded(columns: dict[str, Any], heading: str) -> dict[str, Any]:
