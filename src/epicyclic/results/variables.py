@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["VARIABLES"]
+__all__ = ["OF_KIND", "VARIABLES"]
 
 # name: (unit, long name)
 VARIABLES: dict[str, tuple[str, str]] = {
@@ -81,6 +81,20 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "strain_energy_share": ("1", "share of the strain energy"),
     "kinetic_energy_share": ("1", "share of the kinetic energy"),
     "damping_ratio": ("1", "damping ratio"),
+    "resonance_mode": ("1", "number of the mode that a mesh order meets, of equal ones the first"),
+    "resonance_multiplicity": ("1", "number of modes at the frequency met"),
+    "resonance_frequency": ("Hz", "natural frequency met by a mesh order"),
+    "resonance_kind": ("", "kind of the mode met"),
+    "resonance_stage": ("", "stage whose mesh frequency meets the mode"),
+    "resonance_speed": ("1", "speed of the resonance per operating speed"),
+    "resonance_near": ("", "whether the resonance is near operation: within the band, 20 % without one"),
+    "resonance_connection": ("", "connection with most strain energy, branches and sides together"),
+    "resonance_connection_share": ("1", "its share of the strain energy"),
+    "resonance_body": ("", "body with most kinetic energy, branches and sides together"),
+    "resonance_body_share": ("1", "its share of the kinetic energy"),
+    "resonance_dynamic_factor": ("1", "largest dynamic factor K_v of any mesh at the resonance, linear contact"),
+    "resonance_mesh": ("", "mesh with that dynamic factor"),
+    "resonance_amplitude": ("N", "largest mesh force amplitude of the order that meets the mode"),
     "whirl_frequency": ("Hz", "natural frequency with gyroscopic terms at each speed"),
     # stiffness
     "mesh_stiffness": ("N/m", "mesh stiffness along the tooth normal"),
@@ -300,4 +314,14 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "reading": ("", "reading of the source"),
     "reason": ("", "erratum or missing datum"),
     "fitted": ("", "whether a parameter was fitted"),
+}
+
+_RELATIVE = ("1", "speed per operating speed")
+
+# (kind of result, name): (unit, long name), where a kind means something else by a name than `VARIABLES`
+OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
+    ("sweep", "speed"): _RELATIVE,
+    ("contact_sweep", "speed"): _RELATIVE,
+    ("stability", "speed"): _RELATIVE,
+    ("sensitivity", "path"): ("", "path of the number in the model file"),
 }

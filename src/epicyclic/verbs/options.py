@@ -17,6 +17,7 @@ __all__ = [
     "MeshFrequencies",
     "Misalignment",
     "Of",
+    "Range",
     "RelativeSpeed",
     "RelativeSpeeds",
     "Samples",
@@ -34,10 +35,14 @@ RelativeSpeed = Annotated[float, Option("Speed per operating speed; 0 is standst
 # ranges of speed
 Start = Annotated[
     float | str | None,
-    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', flag="--from", default="by the modes"),
+    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', flag="--from", default="by the range"),
 ]
 Stop = Annotated[
-    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', flag="--to", default="by the modes")
+    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', flag="--to", default="by the range")
+]
+Range = Annotated[
+    Literal["operation", "modes"] | None,
+    Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", flag="--range", default="operation"),
 ]
 MeshFrequencies = Annotated["ArrayLike | None", Option("(P,) mesh frequencies of the first mesh [Hz].", flag=None)]
 RelativeSpeeds = Annotated["ArrayLike | None", Option("(P,) speeds per operating speed [1].", flag=None)]

@@ -17,9 +17,13 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["STUDIES", "report_verbs", "run_report"]
+__all__ = ["STUDIES", "TO_MODES", "report_verbs", "run_report"]
 
 STUDIES = ("support stiffness", "run-out")
+TO_MODES = "sweep to the modes"
+# Speeds of the sweeps of a report, about operation and to the modes: with three mesh frequencies one about operation
+# takes half a second, one to the modes half of that.
+_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (40, 40)
 
 
 def report_verbs() -> tuple[str, ...]:
@@ -42,7 +46,7 @@ def run_report(
 
     Returns
     -------
-    name -> Dataset, in the order of `report_verbs` and `STUDIES`.
+    name -> Dataset, in the order of `report_verbs`, `TO_MODES` and `STUDIES`.
 
     Raises
     ------
@@ -74,8 +78,25 @@ def _steps(train: Train) -> dict[str, Callable[[], xr.Dataset]]:
     steps: dict[str, Callable[[], xr.Dataset]] = {
         name: partial(_run, verbs()[name], train, system) for name in report_verbs()
     }
+    if "sweep" in steps:
+        steps["sweep"] = partial(_sweep, system, "operation", 0)
+        steps[TO_MODES] = partial(_sweep, system, "modes", 1)
     studies = (partial(support_study, train), partial(run_out_study, train))
     return steps | dict(zip(STUDIES, studies, strict=True))
+
+
+def _sweep(system: Callable[[], System], speed_range: str, which: int) -> xr.Dataset:
+    """One of the two sweeps of a report."""
+    points = _POINTS if len(system().tones) <= 2 else _POINTS_OF_MANY_TONES
+    result = verbs()["sweep"].run(system(), speed_range=speed_range, points=points[which])
+    if speed_range == "modes":  # what is only far from operation is said to be so
+        highest = 100 * float(result["speed"].max())
+        found = json.loads(result.attrs.get("warnings", "[]"))
+        far = [
+            one if one in system().warnings else f"up to {highest:.0f} % of the operating speed: {one}" for one in found
+        ]
+        result.attrs["warnings"] = json.dumps(far)
+    return result
 
 
 def _run(verb: Verb, train: Train, system: Callable[[], System]) -> xr.Dataset:

@@ -1,7 +1,7 @@
 """The verb stability."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ..errors import ModelError
 from ..model.bare_numbers import typed
@@ -29,6 +29,10 @@ def stability(
     points: Annotated[
         int | None, Option("Number of speeds.", least=1, most=100_000, default="200, of a map 100")
     ] = None,
+    speed_range: Annotated[
+        Literal["operation", "modes"] | None,
+        Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", flag="--range", default="modes"),
+    ] = None,
     mesh_frequency: MeshFrequencies = None,
     relative_speed: RelativeSpeeds = None,
     frame_speed: FrameSpeed = "kinematic",
@@ -49,7 +53,9 @@ def stability(
 ) -> "xr.Dataset":
     """Floquet stability over speed: where the varying mesh stiffness makes vibration grow by itself.
 
-    With a second parameter the result is a map over both, with the boundaries that averaging predicts.
+    Without ends the range is by the modes, for mesh frequencies excite parametric resonances from 2 f_n down; `--range
+    operation` asks for 5 to 130 % of the operating speed, where periods are long and points dear. With a second
+    parameter the result is a map over both, with the boundaries that averaging predicts.
 
     Parameters
     ----------
@@ -62,13 +68,17 @@ def stability(
     if (over is None) != (values is None):
         raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
     train, system = train_and_system(source, overrides)
-    ranged = start is not None or stop is not None or points is not None
+    refuse_without(start is None or stop is None, "at most one end of its own", speed_range=speed_range)
+    ranged = any(one is not None for one in (start, stop, points, speed_range))
+    chosen = speed_range or "modes"
     if over is None or values is None:
         from ..analyses.stability.stability import stability as run
 
         return run(
             system,
-            mesh_frequency=mesh_frequencies(system, train, start, stop, points or 200) if ranged else mesh_frequency,
+            mesh_frequency=mesh_frequencies(system, train, start, stop, points or 200, chosen)
+            if ranged
+            else mesh_frequency,
             relative_speed=relative_speed,
             frame_speed=frame_speed,
             progress=progress,
@@ -82,7 +92,7 @@ def stability(
         False, "speed as the only parameter", variation=variation, damping=damping, relative_speed=relative_speed
     )
     if mesh_frequency is None:
-        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 100)
+        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 100, chosen)
     return stability_map(
         source,
         over.strip(),

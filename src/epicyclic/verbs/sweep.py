@@ -3,7 +3,7 @@
 import warnings
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import FrameSpeed, MeshFrequencies, RelativeSpeeds, ShaftOrders, ShaftTones, Start, Stop
+from .options import FrameSpeed, MeshFrequencies, Range, RelativeSpeeds, ShaftOrders, ShaftTones, Start, Stop
 from .record import Option, Verb, former, given, refuse_without
 from .speeds import mesh_frequencies, train_and_system
 
@@ -25,6 +25,7 @@ def sweep(
     start: Start = None,
     stop: Stop = None,
     points: Annotated[int | None, Option("Number of speeds.", least=1, most=100_000, default="200")] = None,
+    speed_range: Range = None,
     mesh_frequency: MeshFrequencies = None,
     relative_speed: RelativeSpeeds = None,
     frame_speed: FrameSpeed = "kinematic",
@@ -56,7 +57,8 @@ def sweep(
     """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
 
     A speed in rpm is that of the first member whose speed the model gives; % is of the operating speed. Without ends
-    the range is from a fifth of the lowest to 1.2 times the highest of the natural frequencies and the mesh frequency.
+    the range is 5 to 130 % of the operating speed, with the speeds at which mesh orders meet the modes; with --range
+    modes a fifth of the lowest to 1.2 times the highest of the natural frequencies and the mesh frequency.
 
     Parameters
     ----------
@@ -72,8 +74,10 @@ def sweep(
         warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=3)
         unstable = "report"
     train, system = train_and_system(source, overrides)
-    if start is not None or stop is not None or points is not None:
-        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200)
+    if start is not None or stop is not None:
+        refuse_without(start is None or stop is None, "at most one end of its own", speed_range=speed_range)
+        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200, speed_range or "operation")
+        speed_range = points = None
     if contact_loss:
         from ..analyses.contact_loss.sweep import contact_sweep
 
@@ -81,6 +85,8 @@ def sweep(
             system,
             mesh_frequency=mesh_frequency,
             relative_speed=relative_speed,
+            speed_range=speed_range,
+            points=points,
             frame_speed=frame_speed,
             shaft_orders=shaft_orders,
             progress=progress,
@@ -92,6 +98,8 @@ def sweep(
         system,
         mesh_frequency=mesh_frequency,
         relative_speed=relative_speed,
+        speed_range=speed_range,
+        points=points,
         frame_speed=frame_speed,
         shaft_orders=shaft_orders,
         progress=progress,

@@ -16,6 +16,7 @@ from ...system.gaps import past_the_end
 from ...system.system import Array, System
 from ..parallel import each, processes, runs
 from ..steady.response import FrameSpeed, Response, response
+from ..steady.speed_range import SpeedRange, speeds_of
 from .branch_set import BranchSet, Segment, branch_set
 from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["contact_sweep"]
 
-# Speeds of a sweep whose caller names none.
-_POINTS = 200
 _DIRECTIONS = ("up", "down")
 _UNSTABLE = get_args(Unstable)
 # States of a point that holds numbers, or had lost them before shaft orders came.
@@ -45,6 +44,8 @@ def contact_sweep(
     *,
     mesh_frequency: ArrayLike | None = None,
     relative_speed: ArrayLike | None = None,
+    speed_range: SpeedRange | None = None,
+    points: int | None = None,
     frame_speed: FrameSpeed = "kinematic",
     harmonics: int | None = None,
     unstable: Unstable = "replace",
@@ -59,8 +60,8 @@ def contact_sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed; neither: 200 mesh
-        frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed.
+    speed_range, points : as of `sweep`, where neither is given.
     frame_speed : as of `sweep`.  harmonics : of every point where teeth part; None: 16 to 48, as each needs.
     unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
         ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
@@ -95,7 +96,11 @@ def contact_sweep(
             given=f"{len(ready.lines.tones)} mesh frequencies",
             allowed="one or two",
         )
-    speed = _speeds(ready, mesh_frequency, relative_speed)
+    speed = speeds_of(
+        ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
+    )
+    if speed.ndim != 1 or not speed.size:
+        raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
     usable = np.isfinite(speed) & (speed > 0)
     refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
     shaft = torus(ready, most=shaft_tones) if shaft_orders and ready.lines.shaft else None
@@ -110,29 +115,17 @@ def contact_sweep(
             _switch_ahead(refinement, branches)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
-    options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
+    options: dict[str, Any] = {
+        "frame_speed": frame_speed,
+        "contact_loss": True,
+        "harmonics": harmonics,
+        "unstable": unstable,
+    }
     options |= {"shaft_orders": shaft_orders, "shaft_tones": shaft_tones}
+    if mesh_frequency is None and relative_speed is None:
+        options["speed_range"] = speed_range or "operation"
     path = _path_curves(refinement, branches, unstable != "ignore")
     return _labelled(ready, speed, spread, path, options, _warnings(ready, spread, branches, largest))
-
-
-def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
-    """Relative speeds (P,) asked for, from mesh frequencies (P,) [Hz], or as they stand, or of the default range."""
-    if mesh_frequency is not None and relative_speed is not None:
-        raise ModelError("give mesh_frequency or relative_speed, not both")
-    tone = float(ready.lines.tone)
-    natural = np.sqrt(ready.modal.squared[ready.modal.squared > 0]) / (2 * np.pi)
-    if relative_speed is not None:
-        speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
-    elif mesh_frequency is not None:
-        speed = np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / tone
-    elif natural.size:
-        speed = np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
-    else:
-        speed = np.array([1.0])
-    if speed.ndim != 1 or not speed.size:
-        raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
-    return speed
 
 
 def _judge(refinement: Refinement, branches: BranchSet) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from ..parallel import each
 from .mean_stability import critical_speed, unstable_speeds
 from .measures import Layout, Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
+from .speed_range import SpeedRange, speeds_of
 from .steady import tension_warnings
 from .table import SweepTable, empty_table, sweep_dataset
 from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signal
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep"]
 
-_POINTS = 200
 _ORDERS = 100
 _ACCEPTED = 100.0
 
@@ -36,6 +36,8 @@ def sweep(
     *,
     mesh_frequency: ArrayLike | None = None,
     relative_speed: ArrayLike | None = None,
+    speed_range: SpeedRange | None = None,
+    points: int | None = None,
     frame_speed: FrameSpeed = "kinematic",
     shaft_orders: bool = True,
     orders: int = 12,
@@ -52,8 +54,10 @@ def sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200
-        mesh frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed.
+    speed_range : where neither is given: ``operation`` (None), 5 to 130 % of the operating speed with the speeds at
+        which mesh orders meet the modes; ``modes``, from a fifth of the lowest natural or operating frequency to 1.2
+        times the highest.  points : speeds of the range, None as of `speeds_of`.
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
@@ -71,7 +75,17 @@ def sweep(
     if not 1 <= orders <= _ORDERS:
         raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
     ready = response(system, frame_speed=frame_speed, compiled=compiled)
-    speed = _speeds(ready, mesh_frequency, relative_speed)
+    speed = speeds_of(
+        ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
+    )
+    ranged = mesh_frequency is None and relative_speed is None
+    options: dict[str, Any] = {
+        "frame_speed": frame_speed,
+        "shaft_orders": shaft_orders,
+        "orders": orders,
+        "tolerance": tolerance,
+    }
+    options |= {"speed_range": speed_range or "operation"} if ranged else {}
     table = empty_table(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
     cross = np.zeros(speed.size, dtype=np.int64)
     usable = np.isfinite(speed) & (speed > 0)
@@ -101,7 +115,7 @@ def sweep(
         speed=speed,
         tone=float(ready.lines.tone),
         verb="sweep",
-        options={"frame_speed": frame_speed, "shaft_orders": shaft_orders, "orders": orders, "tolerance": tolerance},
+        options=options,
         warnings=[
             *ready.system.warnings,
             *_instability_warnings(ready, speed[unstable]),
@@ -121,26 +135,6 @@ def _instability_warnings(ready: Response, unstable: Array) -> list[str]:
         f"system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
         f"(first of {name}); the values there are nan"
     ]
-
-
-def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
-    """Relative speeds (P,) of the mesh frequencies [Hz] or relative speeds asked for, or the default range.
-
-    Raises
-    ------
-    ModelError : both are given.
-    """
-    if mesh_frequency is not None and relative_speed is not None:
-        raise ModelError("give mesh_frequency or relative_speed, not both")
-    tone = float(ready.lines.tone)
-    if relative_speed is not None:
-        return np.atleast_1d(np.asarray(relative_speed, dtype=float))
-    if mesh_frequency is not None:
-        return np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / tone
-    natural = np.sqrt(ready.modal.squared[ready.modal.squared > 0]) / (2 * np.pi)
-    if not natural.size:
-        return np.array([1.0])
-    return np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, short_names, texts, unbroken
+from ..figures.series import engineering, short_names, stage_count, texts, unbroken
 from ..figures.summaries import largest_coefficients, readable
 from ..rows import force_table
 
@@ -51,13 +51,17 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """The largest coefficient [1], by the first definition and by all; the bound of a mesh force [kN]; contact loss."""
     found: list[KeyFigure] = []
+    stages = stage_count(texts(result, "mesh"))
     if "load_sharing" in result.variables:
         rows = largest_coefficients(result)
         shown = dict.fromkeys([*rows[:1], *sorted(rows, key=lambda row: -row[1])[:1]])
-        found += [(f"{value:.3f}", f"load sharing, {name}: {unbroken(mesh)}") for name, value, mesh in shown]
+        found += [
+            (f"{value:.3f}", f"load sharing, {name}: {unbroken(mesh, stages=stages)}") for name, value, mesh in shown
+        ]
     if "mesh_force_bound" in result.variables and np.isfinite(result.mesh_force_bound.values).any():
         at = int(np.nanargmax(result.mesh_force_bound.values))
-        words = f"largest mesh force at the operating point, any shaft phases: {unbroken(str(result.mesh.values[at]))}"
+        mesh = unbroken(str(result.mesh.values[at]), stages=stages)
+        words = f"largest mesh force at the operating point, any shaft phases: {mesh}"
         found.append((f"{engineering(float(result.mesh_force_bound.values[at]) / 1e3)} kN", words))
     if "contact_lost" in result.variables:
         lost = int(np.sum(result.contact_lost.values > 0))
