@@ -277,14 +277,17 @@ def _path_columns(train: Train) -> Columns:
         "path_torque": ("path", np.array([path.torque for path in paths])),
         "path_power": ("path", power),
         "path_share": ("path", power / driving if driving else np.full(len(paths), _NAN)),
+        "path_rolling_power": ("path", np.array([path.rolling for path in paths])),
         "path_circulating": ("path", np.array([path.circulating for path in paths], dtype=bool)),
     }
 
 
 def _circulation(train: Train) -> list[str]:
-    """Warning of circulating power, with the least power of its paths."""
+    """Warning of circulating power: the least of its paths, and the largest share of the input power."""
     circulating = [path for path in train.power_paths if path.circulating]
     if not circulating:
         return []
-    least = min(abs(path.power) for path in circulating)
-    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}"]
+    least, most = (pick(abs(path.power) for path in circulating) for pick in (min, max))
+    driving = sum(value for value in (train.kinematics.power or {}).values() if value > 0)
+    share = f"; up to {most / driving:.3g} times the input power" if driving else ""
+    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}{share}"]

@@ -47,6 +47,7 @@ _PATHS = {
     "path_torque": ("torque [N m]", 1),
     "path_power": ("power [kW]", 1e-3),
     "path_share": ("share of the input [%]", 100),
+    "path_rolling_power": ("rolling power [kW]", 1e-3),
     "path_circulating": ("circulates", 1),
 }
 
@@ -62,8 +63,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     if result.sizes.get("order_name"):
         orders = {"order_frequency": ("frequency [Hz]", 1), "order": ("mesh orders", 1)}
         found.append(Table(title="Shaft and mesh frequencies", columns=columns_of(result, "order_name", orders)))
-    if "path" in result.variables and any(path.startswith("couplings.") for path in texts(result, "path")):
-        title = "Power paths (from first to second, seen from the housing)"
+    if "path_power" in result.variables and numbers(result, "path_power").any():
+        title = "Power paths (from first to second, seen from the housing; rolling: seen from the carrier)"
         found.append(Table(title=title, columns=columns_of(result, "path", _PATHS)))
     return [*found, _links(result), *assumed_tables(result), *value_tables(result)]
 
