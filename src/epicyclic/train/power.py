@@ -192,9 +192,9 @@ def _tie(
 def _one_member(gearings: Iterable[Gearing], ties: Iterable[Tie], planets: Collection[str]) -> dict[str, str]:
     """Name that stands for every planet: one for those that mesh with each other or stand on one shaft."""
     name = {planet: planet for planet in planets}
-    for joint in (*gearings, *ties):
-        if joint.a in name and joint.b in name:
-            old, new = name[joint.b], name[joint.a]
+    for a, b in [*((g.a, g.b) for g in gearings), *((tie.a, tie.b) for tie in ties)]:
+        if a in name and b in name:
+            old, new = name[b], name[a]
             name = {planet: new if one == old else one for planet, one in name.items()}
     return name
 
