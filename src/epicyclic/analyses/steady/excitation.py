@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import Modal
+from ..static.unheld import unheld, unheld_error
 from .lattice import Lattice, Point
 
 __all__ = [
@@ -153,6 +154,8 @@ def _balanced(system: System, modal: Modal) -> None:
     shapes = modal.shapes[:, modal.rigid]
     work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
     if np.any(work > _BALANCE * size):
+        if found := unheld(shapes, mean, system.dofs.names):
+            raise unheld_error(found)
         worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         raise ModelError(
