@@ -109,7 +109,7 @@ def train_contact(
         },
         verb="train_contact",
         options=options,
-        warnings=_warnings(case, laws, force[operating]),
+        warnings=_warnings(train, case, laws, force[operating]),
         provenance={**case.system.provenance, **law_attributes(case.system, case.record)},
     )
     result["time"].attrs.update({"units": "s" if case.system.tones else "mesh cycles", "long_name": "time"})
@@ -275,10 +275,10 @@ def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     }
 
 
-def _warnings(case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[str]:
+def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[str]:
     """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
-    messages = [text for law in laws for text in tooth_warnings(law.pair)]
+    messages = [text for law in laws for text in tooth_warnings(law.pair, train.meshes[law.meshes[0]])]
     parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1)
     names = [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]
     if names:

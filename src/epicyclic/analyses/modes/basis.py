@@ -31,8 +31,9 @@ def mean_modes(system: System) -> tuple[Array, Array]:
 
     Raises
     ------
-    ModelError : a coordinate has no mass, or the mean stiffness has a negative eigenvalue.
+    ModelError : a mass or inertia is missing, a coordinate has none, or the mean stiffness has a negative eigenvalue.
     """
+    system.require_inertia()
     stiffness = system.mean_stiffness
     try:
         squared, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (system.M + system.M.T) / 2)

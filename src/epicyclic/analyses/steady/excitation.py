@@ -22,6 +22,7 @@ __all__ = [
     "link_errors",
     "mesh_order_excitation",
     "mesh_tones",
+    "require_damping",
     "shaft_order_excitation",
     "speed_powers",
 ]
@@ -87,12 +88,7 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
     ------
     ModelError : no damping; no mesh frequency; torques that do not balance.
     """
-    if not system.damped:
-        raise ModelError(
-            "no damping is given, so the response never settles",
-            path="damping",
-            allowed='e.g. damping = { modal = "3 %" }',
-        )
+    require_damping(system)
     tones = mesh_tones(system)
     places = [(_multiple(tones, line.frequency), line) for line in system.lines]
     _balanced(system, modal)
@@ -102,6 +98,16 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
         mesh=tuple((point, line) for point, line in places if point is not None),
         shaft=_grouped(tones, [line for point, line in places if point is None]),
     )
+
+
+def require_damping(system: System) -> None:
+    """Raise ModelError where nothing damps."""
+    if not system.damped:
+        raise ModelError(
+            "no damping is given, so the response never settles",
+            path="damping",
+            allowed='e.g. damping = { modal = "3 %" }',
+        )
 
 
 def mesh_tones(system: System) -> tuple[Fraction, ...]:
