@@ -213,7 +213,9 @@ def _force_columns(system: System, record: Record, force: Array) -> dict[str, An
         factor[:, column] = (len(mine) * each / each.sum(axis=0)).max(axis=(0, 2))
         for meshes in mine:
             mean = force[:, meshes].mean(axis=2)
-            share[:, meshes] = mean / mean.sum(axis=1, keepdims=True)
+            whole = mean.sum(axis=1, keepdims=True)
+            # a branch that carries nothing at a small torque has no share
+            share[:, meshes] = np.where(whole > 0, mean / np.where(whole > 0, whole, 1.0), np.nan)
     return {
         "mesh_force": (("torque_factor", "mesh", "time"), force),
         "branch_load_factor": (("torque_factor", "mesh_pair"), factor),

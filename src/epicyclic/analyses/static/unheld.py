@@ -106,12 +106,12 @@ def _reactions(free: Array, work: Array, offered: NDArray[np.bool_], most: int |
     length = np.linalg.norm(free, axis=1)
     usable = np.flatnonzero(offered & (length > _LEFT * float(np.max(length, initial=0.0))))
     chosen: list[int] = []
-    rest, reaction = work, np.zeros(0)
+    rest = np.asarray(work)
     while usable.size and len(chosen) < (most or free.shape[1]):
         along = np.abs(free[usable] @ rest) / length[usable]
         chosen.append(int(usable[int(np.argmax(along))]))
         reaction = np.linalg.lstsq(free[chosen].T, work, rcond=None)[0]
-        rest = work - free[chosen].T @ reaction
+        rest = np.asarray(work - free[chosen].T @ reaction)
         if np.linalg.norm(rest) <= _LEFT * np.linalg.norm(work):
             return dict(zip(chosen, map(float, reaction), strict=True))
         usable = usable[~np.isin(usable, chosen)]
