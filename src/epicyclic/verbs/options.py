@@ -34,10 +34,10 @@ RelativeSpeed = Annotated[float, Option("Speed per operating speed; 0 is standst
 # ranges of speed
 Start = Annotated[
     float | str | None,
-    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', flag="--from", default="by the modes"),
+    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', former="--from", default="by the modes"),
 ]
 Stop = Annotated[
-    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', flag="--to", default="by the modes")
+    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', former="--to", default="by the modes")
 ]
 MeshFrequencies = Annotated["ArrayLike | None", Option("(P,) mesh frequencies of the first mesh [Hz].", flag=None)]
 RelativeSpeeds = Annotated["ArrayLike | None", Option("(P,) speeds per operating speed [1].", flag=None)]

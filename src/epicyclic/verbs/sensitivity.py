@@ -27,7 +27,7 @@ def sensitivity(
         Sequence[str] | None,
         Option(
             "A number of the model, PATH[2] for an entry of a list; may be repeated.",
-            flag="--path",
+            former="--path",
             default="all that move something",
         ),
     ] = None,

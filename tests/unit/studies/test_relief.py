@@ -425,7 +425,7 @@ def test_the_command_writes_a_model_and_prints_what_it_did(run: Run, tmp_path: P
 
 def test_the_command_with_several_objectives(run: Run) -> None:
     vary = ["--vary", "tip_relief.amount=0..40um", "--vary", "tip_relief.length=3 mm"]
-    both = ["--objective", "lte", "--objective", "load", "--loads", "0.5..1", "--load-points", "2"]
+    both = ["--objectives", "lte", "--objectives", "load", "--loads", "0.5..1", "--load-points", "2"]
     status, out, _ = run(*vary, *both)
     assert status == 0
     assert "Pareto set" in out
@@ -439,7 +439,7 @@ def test_the_command_with_several_objectives(run: Run) -> None:
     [
         ("--vary", "tip_relief.amount"),
         ("--vary", "crown=0..3 um", "--mesh", "sun-moon"),
-        ("--vary", "crown=0..3 um", "--from", "20 Hz"),
+        ("--vary", "crown=0..3 um", "--start", "20 Hz"),
         ("--vary", "crown=0..3 um", "-o", "best.txt"),
         (),
     ],
