@@ -103,10 +103,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "face_load_factor": ("1", "largest over mean of the slice forces along the face, means over the record"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
     "mesh_contact": ("", "whether the teeth touch"),
-    "group_force": ("N", "force in a bearing or spline with a law"),
-    "group_stretch": ("m", "displacement in a bearing or spline with a law"),
+    "group_force": ("N, N m for rz", "force or moment in a bearing, coupling or spline with a law"),
+    "group_stretch": ("m, rad for rz", "displacement in a bearing, coupling or spline with a law"),
     "group_state": ("", "what a bearing or spline does: play, stick, slip, stop"),
-    "link_force": ("N", "force or moment in a bearing, support or coupling"),
+    "link_force": ("N, N m for rx ry rz", "force or moment in a bearing, support or coupling"),
     "link_deflection": ("m, rad for rx ry rz", "deflection of a bearing, support or coupling, first body less second"),
     # steady
     "mesh_phase": ("1", "time in mesh cycles"),

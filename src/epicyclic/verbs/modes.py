@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from .options import RelativeSpeed
 from .record import Option, Verb
+from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,9 +28,9 @@ def modes(
     ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for.
     """
     from ..analyses.modes.modal import modal
-    from ..studies.source import system_of
 
-    return modal(system_of(source, overrides=overrides), relative_speed=relative_speed, damped=damped)
+    train, system = train_and_system(source, overrides)
+    return modal(system, relative_speed=relative(relative_speed, system, train), damped=damped)
 
 
 VERB = Verb(run=modes, gives=("modes",), in_report=40)

@@ -29,7 +29,13 @@ __all__ = [
 ]
 
 # one speed
-RelativeSpeed = Annotated[float, Option("Speed per operating speed; 0 is standstill, 1 the operating point.")]
+RelativeSpeed = Annotated[
+    float | str,
+    Option(
+        "Speed per operating speed, 0 standstill, 1 the operating point; or a mesh frequency or speed with its unit: "
+        '"20 Hz", "50 rpm", "50 %".'
+    ),
+]
 
 # ranges of speed
 Start = Annotated[
