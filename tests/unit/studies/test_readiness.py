@@ -80,6 +80,7 @@ LACKING = {
         "stages.main.carrier.tilt_inertia",
         DYNAMIC,
     ),
+    "no inertia": (changed("stages.main.carrier.inertia", 0), "stages.main.carrier.inertia", DYNAMIC),
     "thrust": (
         changed("stages.main.sun.support.z", 0),
         "stages.main.sun.support.z",
