@@ -69,7 +69,7 @@ def check(train: Train) -> xr.Dataset:
             "verb_name": ("verb_name", _texts(lacking)),
         },
         verb="check",
-        warnings=list(dict.fromkeys([*train.warnings, *_circulation(train), *ready.teeth_said, *_unheld(ready)])),
+        warnings=list(dict.fromkeys([*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready)])),
         provenance=train_provenance(train),
     )
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
@@ -307,8 +307,8 @@ def _circulation(train: Train) -> list[str]:
     return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}{share}"]
 
 
-def _unheld(ready: Readiness) -> list[str]:
-    """Warning of a load along a motion that nothing holds; none where the train cannot be assembled."""
-    if ready.problem("equations"):
-        return []
+def _equations(ready: Readiness) -> list[str]:
+    """Warning of what forbids the equations of the train, or of a load along a motion that nothing holds."""
+    if problem := ready.problem("equations"):
+        return [problem]
     return unheld_warnings(ready.system, compliance_of(ready.system).free)

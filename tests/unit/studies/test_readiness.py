@@ -153,6 +153,7 @@ def test_other_verbs_run(what: str) -> None:
 
 def test_the_table_names_every_message_once() -> None:
     model, *_ = LACKING["coupling"]
+    assert json.loads(epicyclic.check(model).attrs["warnings"])[-1].startswith("couplings.shaft: joins bodies")
     (table,) = (one for one in tables(epicyclic.check(model)) if one.title.startswith("What each verb"))
     rows = dict(zip(table.columns["verb"], map(str, table.columns["state"]), strict=True))
     assert rows["modes"] == "needs 1"
