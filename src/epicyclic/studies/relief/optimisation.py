@@ -227,7 +227,7 @@ def _meshes(train: Train, mesh: str | Sequence[str] | None) -> list[tuple[Mesh, 
         ]
         if not meshes:
             path = f"stages.{train.meshes[0].stage}.face_width"
-            raise ModelError("is missing: tooth contact needs it", path=path, allowed="of both gears [m]")
+            raise ModelError("no mesh has a face width, which tooth contact needs", path=path, allowed="of both gears")
         without = None
     if without is not None:
         raise ModelError("has no face width, which tooth contact needs", path="mesh", given=without)
