@@ -319,7 +319,9 @@ def test_an_old_flag_is_understood_and_told(command: Command) -> None:
 
 
 def test_errors_name_flags(command: Command) -> None:
-    assert "--start, --stop = 600 Hz to 20 Hz" in command("sweep", "ren2021", "--start", "600 Hz", "--stop", "20 Hz").err
+    assert (
+        "--start, --stop = 600 Hz to 20 Hz" in command("sweep", "ren2021", "--start", "600 Hz", "--stop", "20 Hz").err
+    )
     assert "--unstable = ignore: goes with contact loss" in command("sweep", "ren2021", "--unstable", "ignore").err
     assert "--set = nothing" in command("check", "ren2021", "--set", "nothing").err
 
