@@ -30,7 +30,7 @@ MODEL: dict[str, Any] = {
             "face_width": "50 mm",
             "sun": {"teeth": 24, "support": {"radial": 0, "z": 0}},
             "planet": {"teeth": 30, "bore": "60 mm", "bearing": {"radial": "4e8 N/m"}},
-            "ring": {"teeth": 84, "rim": "25 mm"},
+            "ring": {"teeth": 84, "rim": "25 mm", "addendum": 0.8},
             "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
         }
     },
