@@ -61,12 +61,17 @@ def run_verb(
 
 
 def _put(verb: Verb, result: xr.Dataset, *, as_json: bool, output: Path | None) -> None:
-    """Write or print a result."""
+    """Write or print a result; beside a file its key figures are printed."""
     if output is not None and verb.model_text is not None and output.suffix.lower() == ".toml":
         write_text(output, verb.model_text(result))
         complain(f"written: {output}")
     elif output is not None:
         write_result(result, output)
+        if not as_json:
+            from ..show.console import show_pairs, stdout_console
+            from ..show.views import key_figures_of
+
+            show_pairs({words: value for value, words in key_figures_of({verb.name: result})}, stdout_console())
     if not as_json and (output is None or output.suffix.lower() == ".toml"):
         from ..show.console import show, stdout_console
 

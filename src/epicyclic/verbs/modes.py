@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 from .options import RelativeSpeed
 from .parsing import share
 from .record import Option, Verb
+from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,11 +40,10 @@ def modes(
     """
     from ..analyses.modes.modal import modal
     from ..analyses.modes.resonances import with_resonances
-    from ..studies.source import system_of
 
     width = None if band is None else share(band, "band")
-    system = system_of(source, overrides=overrides)
-    result = modal(system, relative_speed=relative_speed, damped=damped)
+    train, system = train_and_system(source, overrides)
+    result = modal(system, relative_speed=relative(relative_speed, system, train), damped=damped)
     return with_resonances(result, system, band=width)
 
 

@@ -30,15 +30,21 @@ __all__ = [
 ]
 
 # one speed
-RelativeSpeed = Annotated[float, Option("Speed per operating speed; 0 is standstill, 1 the operating point.")]
+RelativeSpeed = Annotated[
+    float | str,
+    Option(
+        "Speed per operating speed, 0 standstill, 1 the operating point; or a mesh frequency or speed with its unit: "
+        '"20 Hz", "50 rpm", "50 %".'
+    ),
+]
 
 # ranges of speed
 Start = Annotated[
     float | str | None,
-    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', flag="--from", default="by the range"),
+    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', former="--from", default="by the range"),
 ]
 Stop = Annotated[
-    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', flag="--to", default="by the range")
+    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', former="--to", default="by the range")
 ]
 Range = Annotated[
     Literal["operation", "modes"] | None,

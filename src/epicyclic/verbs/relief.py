@@ -38,7 +38,7 @@ def relief(
     ] = None,
     objectives: Annotated[
         Sequence[Literal["lte", "load", "force_rms", "force_peak"]],
-        Option("What is made least; several give a Pareto set.", flag="--objective"),
+        Option("What is made least; several give a Pareto set. May be repeated.", former="--objective"),
     ] = ("lte",),
     loads: Annotated[
         Sequence[float] | str, Option('Loads of lte and load, relative: "0.5..1.25" or "0.5, 1".', default="1")
@@ -48,11 +48,11 @@ def relief(
         float | str | None,
         Option(
             'Lowest mesh frequency of dynamic forces [Hz], e.g. "200 Hz".',
-            flag="--from",
+            former="--from",
             default="a fifth of operating",
         ),
     ] = None,
-    stop: Annotated[float | str | None, Option('Highest, e.g. "2 kHz".', flag="--to", default="1.2 of it")] = None,
+    stop: Annotated[float | str | None, Option('Highest, e.g. "2 kHz".', former="--to", default="1.2 of it")] = None,
     points: Annotated[int, Option("Number of speeds.", least=1, most=10_000)] = 30,
     population: Annotated[int, Option("Candidates a generation.", least=4, most=100_000)] = 60,
     generations: Annotated[int, Option("Generations.", least=1, most=100_000)] = 60,

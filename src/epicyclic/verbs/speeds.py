@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["SPEED_HINT", "mesh_frequencies", "train_and_system"]
+__all__ = ["SPEED_HINT", "mesh_frequencies", "relative", "train_and_system"]
 
 SPEED_HINT = 'a speed of a member, e.g. speed.sun = "100 rpm"'
 
@@ -27,6 +27,31 @@ def train_and_system(source: Source, overrides: Overrides | None) -> tuple[Train
         return None, system_of(source, overrides=overrides)
     train = train_of(source, overrides=overrides)
     return train, system_of(train)
+
+
+def relative(speed: float | str, system: System, train: Train | None) -> float:
+    """Speed per operating speed [1] from a number, or a text: a number, or a mesh frequency or speed with its unit.
+
+    Parameters
+    ----------
+    train : as of `parsing.mesh_frequency`.
+
+    Raises
+    ------
+    ModelError : no such text, or one with a unit where the model has no speed.
+    """
+    if not isinstance(speed, str):
+        return speed
+    try:
+        return float(speed)
+    except ValueError:
+        pass
+    if not system.tones:
+        raise ModelError("is relative to an operating speed", path="operation.speed", given=speed, allowed=SPEED_HINT)
+    from ..analyses.static.record import reference_tone
+
+    tone = float(reference_tone(system))
+    return mesh_frequency(speed, path="relative_speed", tone=tone, train=train) / tone
 
 
 def mesh_frequencies(

@@ -32,11 +32,11 @@ def transient(
     cycles: Annotated[float | None, Option("Length in mesh cycles instead.", default="100")] = None,
     start: Annotated[
         float | str | None,
-        Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', flag="--from", default="operating"),
+        Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', former="--from", default="operating"),
     ] = None,
     stop: Annotated[
         float | str | None,
-        Option("Mesh frequency at the end; a straight ramp between.", flag="--to", default="that at the beginning"),
+        Option("Mesh frequency at the end; a straight ramp between.", former="--to", default="that at the beginning"),
     ] = None,
     mesh_frequency: Annotated[
         float | tuple[float, float] | None,
@@ -58,7 +58,6 @@ def transient(
         Option(
             "Initial state: equilibrium, rest, or the .nc file of a run, which goes on from its end; in Python also a "
             "result, or q and its rate (2, n) [m, m/s].",
-            former="--start",
         ),
     ] = "equilibrium",
     samples: Annotated[int, Option("Instants per mesh cycle at the highest speed.", least=1)] = 32,

@@ -30,13 +30,14 @@ def mean_modes(system: System) -> tuple[Array, Array]:
 
     Raises
     ------
-    ModelError : a coordinate has no mass, or the mean stiffness has a negative eigenvalue.
+    ModelError : a mass or inertia is missing, a coordinate has none, or the mean stiffness has a negative eigenvalue.
     """
+    system.require_inertia()
     stiffness = system.mean_stiffness
     try:
         squared, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (system.M + system.M.T) / 2)
     except np.linalg.LinAlgError as error:
-        raise ModelError(f"the mass matrix is not positive definite{_massless(system)}") from error
+        raise _massless(system) from error
     except ValueError as error:
         raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
     largest = float(np.max(np.abs(squared), initial=0.0))
@@ -57,10 +58,18 @@ def mean_modes(system: System) -> tuple[Array, Array]:
     return found, scipy.linalg.solve_triangular(root.T, motions, lower=False)
 
 
-def _massless(system: System) -> str:
-    """Names the coordinates without mass or inertia, for the error message; "" where every one has some."""
-    names = [name for name, mass in zip(system.dofs.names, np.diag(system.M), strict=True) if not mass > 0]
-    return f": no mass or inertia on {', '.join(names)}" if names else ""
+def _massless(system: System) -> ModelError:
+    """What to raise where M is not positive definite: the first coordinate without mass or inertia gives the path."""
+    masses = zip(system.dofs.body, system.dofs.direction, np.diag(system.M), strict=True)
+    found = [(body, direction) for body, direction, mass in masses if not mass > 0]
+    if not found:
+        return ModelError("the mass matrix is not positive definite")
+    body, direction = found[0]
+    key = {"x": "mass", "y": "mass", "z": "mass", "rz": "inertia"}.get(direction, "tilt_inertia")
+    member = f"stages.{'.'.join(body.split('/')[:2])}" if "/" in body else f"bodies.{body}"
+    names = ", ".join(f"{name}/{along}" for name, along in found)
+    problem = f"the mass matrix is not positive definite, no mass or inertia on {names}"
+    return ModelError(problem, path=f"{member}.{key}", allowed="above zero")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -65,6 +65,20 @@ def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[str]:
     return [f"meshes on their far flank, where their force is negative: {names}"] if names else []
 
 
+def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> list[str]:
+    """Warning of coefficients (definition, m) that are infinite: there the forces of a group sum to nothing or less."""
+    found = [
+        f"{name} of {', '.join(meshes[i] for i in np.flatnonzero(row))}"
+        for name, row in zip(DEFINITIONS, np.isinf(coefficients), strict=True)
+        if row.any()
+    ]
+    if not found:
+        return []
+    cure = "" if method == "static" else "; with method static the teeth part"
+    problem = "load sharing undefined where a mesh carries nothing and the forces of its group sum to 0 or less"
+    return [f"{problem}: {'; '.join(found)}{cure}"]
+
+
 def train_coefficient(values: Array) -> Array:
     """Coefficient of the train, the largest of its meshes: (definition, m) -> (definition,) [1]; nan where unknown."""
     known = np.isfinite(values).any(axis=1) | np.isinf(values).any(axis=1)
@@ -115,7 +129,7 @@ def labelled(
         verb="sharing",
         options=options,
         provenance=provenance,
-        warnings=[*system.warnings, *warnings],
+        warnings=[*system.warnings, *warnings, *_undefined(names, coefficients, str(options.get("method", "")))],
     )
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     # a netCDF attribute holds 64 bits

@@ -27,6 +27,7 @@ from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import mean_modes
 from ..static.record import group_gap
 from ..static.tangent import linear
+from ..static.unheld import unheld, unheld_error
 from .lowered import FlankNumbers, LawNumbers, flank_numbers, law_numbers
 from .products import per_instant
 from .program import Program, constant
@@ -247,6 +248,8 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
     size = np.abs(shapes.T) @ np.abs(force)
     wrong = rigid & (np.abs(modal) > _BALANCE * size)
     if wrong.any():
+        if found := unheld(shapes[:, rigid], force, system.dofs.names):
+            raise unheld_error(found)
         worst = int(np.argmax(np.where(wrong, np.abs(modal), 0.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         raise ModelError(

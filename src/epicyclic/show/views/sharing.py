@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["ORDER", "key_figures", "sections", "tables"]
 
 ORDER = 70
+_UNDEFINED = "undefined"  # a share of forces that sum to nothing or less
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -55,9 +56,9 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     if "load_sharing" in result.variables:
         rows = largest_coefficients(result)
         shown = dict.fromkeys([*rows[:1], *sorted(rows, key=lambda row: -row[1])[:1]])
-        found += [
-            (f"{value:.3f}", f"load sharing, {name}: {unbroken(mesh, stages=stages)}") for name, value, mesh in shown
-        ]
+        for name, value, mesh in shown:
+            words = f"load sharing, {name}: {unbroken(mesh, stages=stages)}"
+            found.append((_UNDEFINED if np.isinf(value) else f"{value:.3f}", words))
     if "mesh_force_bound" in result.variables and np.isfinite(result.mesh_force_bound.values).any():
         at = int(np.nanargmax(result.mesh_force_bound.values))
         mesh = unbroken(str(result.mesh.values[at]), stages=stages)
@@ -73,7 +74,8 @@ def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequen
     values = result.load_sharing.transpose("definition", "mesh").values
     whole = result.system_load_sharing.values
     columns: dict[str, Any] = {"mesh": [*meshes, "whole train"]}
-    columns |= {name: [*row, one] for name, row, one in zip(definitions, values, whole, strict=True)}
+    for name, row, one in zip(definitions, values, whole, strict=True):
+        columns[name] = [_UNDEFINED if np.isinf(value) else value for value in (*row, one)]
     if "contact_lost" in result.variables:
         columns["contact"] = [*("lost" if lost else "" for lost in result.contact_lost.values), ""]
     return Table(title=title, columns=columns, decimals=4)
