@@ -48,7 +48,7 @@ Stop = Annotated[
 ]
 Range = Annotated[
     Literal["operation", "modes"] | None,
-    Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", flag="--range", default="operation"),
+    Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", default="operation"),
 ]
 MeshFrequencies = Annotated["ArrayLike | None", Option("(P,) mesh frequencies of the first mesh [Hz].", flag=None)]
 RelativeSpeeds = Annotated["ArrayLike | None", Option("(P,) speeds per operating speed [1].", flag=None)]

@@ -88,7 +88,7 @@ def _steps(train: Train) -> dict[str, Callable[[], xr.Dataset]]:
 def _sweep(system: Callable[[], System], speed_range: str, which: int) -> xr.Dataset:
     """One of the two sweeps of a report."""
     points = _POINTS if len(system().tones) <= 2 else _POINTS_OF_MANY_TONES
-    result = verbs()["sweep"].run(system(), speed_range=speed_range, points=points[which])
+    result = verbs()["sweep"].run(system(), range=speed_range, points=points[which])
     if speed_range == "modes":  # what is only far from operation is said to be so
         highest = 100 * float(result["speed"].max())
         found = json.loads(result.attrs.get("warnings", "[]"))

@@ -29,9 +29,9 @@ def stability(
     points: Annotated[
         int | None, Option("Number of speeds.", least=1, most=100_000, default="200, of a map 100")
     ] = None,
-    speed_range: Annotated[
+    range: Annotated[
         Literal["operation", "modes"] | None,
-        Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", flag="--range", default="modes"),
+        Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", default="modes"),
     ] = None,
     mesh_frequency: MeshFrequencies = None,
     relative_speed: RelativeSpeeds = None,
@@ -68,9 +68,9 @@ def stability(
     if (over is None) != (values is None):
         raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
     train, system = train_and_system(source, overrides)
-    refuse_without(start is None or stop is None, "at most one end of its own", speed_range=speed_range)
-    ranged = any(one is not None for one in (start, stop, points, speed_range))
-    chosen = speed_range or "modes"
+    refuse_without(start is None or stop is None, "at most one end of its own", range=range)
+    ranged = any(one is not None for one in (start, stop, points, range))
+    chosen = range or "modes"
     if over is None or values is None:
         from ..analyses.stability.stability import stability as run
 

@@ -25,7 +25,7 @@ def sweep(
     start: Start = None,
     stop: Stop = None,
     points: Annotated[int | None, Option("Number of speeds.", least=1, most=100_000, default="200")] = None,
-    speed_range: Range = None,
+    range: Range = None,
     mesh_frequency: MeshFrequencies = None,
     relative_speed: RelativeSpeeds = None,
     frame_speed: FrameSpeed = "kinematic",
@@ -75,9 +75,9 @@ def sweep(
         unstable = "report"
     train, system = train_and_system(source, overrides)
     if start is not None or stop is not None:
-        refuse_without(start is None or stop is None, "at most one end of its own", speed_range=speed_range)
-        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200, speed_range or "operation")
-        speed_range = points = None
+        refuse_without(start is None or stop is None, "at most one end of its own", range=range)
+        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200, range or "operation")
+        range = points = None
     if contact_loss:
         from ..analyses.contact_loss.sweep import contact_sweep
 
@@ -85,7 +85,7 @@ def sweep(
             system,
             mesh_frequency=mesh_frequency,
             relative_speed=relative_speed,
-            speed_range=speed_range,
+            speed_range=range,
             points=points,
             frame_speed=frame_speed,
             shaft_orders=shaft_orders,
@@ -98,7 +98,7 @@ def sweep(
         system,
         mesh_frequency=mesh_frequency,
         relative_speed=relative_speed,
-        speed_range=speed_range,
+        speed_range=range,
         points=points,
         frame_speed=frame_speed,
         shaft_orders=shaft_orders,

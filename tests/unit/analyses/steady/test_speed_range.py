@@ -45,7 +45,7 @@ def test_half_power_speeds_resolve_a_peak() -> None:
 
 
 def test_the_range_to_the_modes_is_asked_for() -> None:
-    result = epicyclic.sweep(ren(), speed_range="modes", points=5)
+    result = epicyclic.sweep(ren(), range="modes", points=5)
     natural = epicyclic.modes(ren()).frequency.values
     tone = float(ren().tones[0])
     np.testing.assert_allclose(result.mesh_frequency.values, np.linspace(0.2 * tone, 1.2 * natural.max(), 5))
@@ -64,7 +64,7 @@ def test_a_missing_end_is_that_of_the_range() -> None:
     above = epicyclic.sweep(ren(), start="50 %", points=3).speed.values
     np.testing.assert_allclose(above, [0.5, 0.9, 1.3])
     np.testing.assert_allclose(epicyclic.sweep(ren(), stop="80 %", points=2).speed.values, [0.05, 0.8])
-    modes = epicyclic.sweep(ren(), start="50 %", points=2, speed_range="modes")
+    modes = epicyclic.sweep(ren(), start="50 %", points=2, range="modes")
     assert float(modes.mesh_frequency.values[-1]) > 40 * tone
     # beyond operation: as far as the modes go
     assert epicyclic.sweep(ren(), start="200 %", points=2).mesh_frequency.values[-1] > 40 * tone
