@@ -80,7 +80,7 @@ def test_control_c_keeps_what_is_done(tmp_path: Path) -> None:
     parts = tmp_path / "long.nc.parts"
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         until = time.monotonic() + 60
-        while not (parts / "000000.npy").is_file() and time.monotonic() < until:
+        while not (parts / "000000.kept").is_file() and time.monotonic() < until:
             time.sleep(0.01)
         time.sleep(0.1)  # into the pieces of a further segment
         process.send_signal(signal.SIGINT)
@@ -88,7 +88,7 @@ def test_control_c_keeps_what_is_done(tmp_path: Path) -> None:
     assert process.returncode == 130
     assert "--resume continues it" in err
     assert not target.exists()
-    assert len(list(parts.glob("*.npy"))) >= 1
+    assert len(list(parts.glob("*.kept"))) >= 1
     again = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     assert again.returncode == 2
     assert "an interrupted run lies there" in again.stderr

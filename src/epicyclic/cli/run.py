@@ -101,7 +101,7 @@ def _kept(verb: Verb, output: Path | None) -> Iterator[dict[str, Any]]:
     try:
         yield {"folder": folder}
     except KeyboardInterrupt:
-        if any(folder.glob("*.npy")):
+        if any(folder.glob("*.kept")):
             complain(f"what is done is kept in {folder}; the same command with --resume continues it")
         raise
     shutil.rmtree(folder, ignore_errors=True)
