@@ -24,9 +24,12 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ModelError
+
+if TYPE_CHECKING:
+    from ..results.run_folder import Part
 
 __all__ = ["each", "processes", "runs"]
 
@@ -81,6 +84,7 @@ def each(
     items: Sequence[Item],
     *,
     arrived: Callable[[int, Result], None] | None = None,
+    kept: Part | None = None,
 ) -> list[Result]:
     """work(item) of every item, in the order of the items.
 
@@ -90,6 +94,7 @@ def each(
     ----------
     work : a function of a module, or `functools.partial` of one; pickled where workers are not forked, like the items
         and always the results.  arrived : called here with the place and the result of every item, as they arrive.
+    kept : takes every new result; those that a run before has left there arrive first and are not computed again.
 
     Raises
     ------
@@ -97,32 +102,40 @@ def each(
     """
     results: dict[int, Result] = {}
 
-    def keep(place: int, result: Result) -> None:
+    def enter(place: int, result: Result) -> None:
         results[place] = result
         if arrived is not None:
             arrived(place, result)
 
+    def keep(place: int, result: Result) -> None:
+        if kept is not None:
+            kept.add(place, result)
+        enter(place, result)
+
+    if kept is not None:
+        for place, result in sorted(kept.known.items()):
+            enter(place, result)
     most, method = processes(), "fork" if sys.platform == "linux" else "spawn"
-    start = time.perf_counter()
-    for place, item in enumerate(items):
-        left = len(items) - place
+    start, places = time.perf_counter(), [place for place in range(len(items)) if place not in results]
+    for done, place in enumerate(places):
+        left = len(places) - done
         spent = time.perf_counter() - start
-        if place and most > 1 and left > 1 and spent / place * left > _WORTH[method]:
+        if done and most > 1 and left > 1 and spent / done * left > _WORTH[method]:
             try:
-                _by_workers(work, items, range(place, len(items)), keep, count=min(most, left), method=method)
+                _by_workers(work, items, places[done:], keep, count=min(most, left), method=method)
             except (BrokenProcessPool, OSError, NotImplementedError):
                 # no process may be started here, or one was killed: this process does what is left
                 for missing in sorted(set(range(len(items))) - results.keys()):
                     keep(missing, work(items[missing]))
             break
-        keep(place, work(item))
+        keep(place, work(items[place]))
     return [results[place] for place in range(len(items))]
 
 
 def _by_workers(
     work: Callable[[Item], Result],
     items: Sequence[Item],
-    places: range,
+    places: Sequence[int],
     keep: Callable[[int, Result], None],
     *,
     count: int,

@@ -10,8 +10,8 @@ import hashlib
 import json
 import shutil
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -29,9 +29,9 @@ __all__ = [
     "Part",
     "RunFolder",
     "begun",
-    "nested",
     "open_folder",
     "remove_folder",
+    "remove_without_results",
     "run_folder",
     "segment_path",
 ]
@@ -55,11 +55,6 @@ def segment_path(folder: Path, number: int) -> Path:
 def begun(folder: Path) -> bool:
     """Whether a run has left anything in a folder or in those of its parts."""
     return any(path.suffix in _RESULTS and path.name != _ABOUT for path in folder.rglob("*.*"))
-
-
-def nested(folder: str | Path | None, name: str) -> Path | None:
-    """The folder of a part of a run that is a run itself, None where nothing is kept."""
-    return None if folder is None else Path(folder) / name
 
 
 def open_folder(folder: Path, *, verb: str, model: object, options: Mapping[str, object], resume: bool) -> None:
@@ -146,8 +141,8 @@ class RunFolder:
     """
 
     folder: Path
-    known: dict[str, dict[int, Any]] = field(default_factory=dict)
-    pending: list[tuple[str, int, Any]] = field(default_factory=list)
+    known: dict[str, dict[Any, Any]] = field(default_factory=dict)
+    pending: list[tuple[str, int | str, Any]] = field(default_factory=list)
     latest: dict[str, Any] = field(default_factory=dict)
     refer: Refer | None = None
     restore: Restore | None = None
@@ -169,9 +164,9 @@ class RunFolder:
                 self.known.setdefault(name, {})[place] = result
             self.segments += 1
 
-    def part(self, name: str) -> Part:
+    def part(self, name: str, keys: Sequence[str] | None = None) -> Part:
         """The results of one part of the run."""
-        return Part(of=self, name=name)
+        return Part(of=self, name=name, keys=keys)
 
     def value(self, name: str) -> Any:
         """What has been kept under a name, None where nothing has.
@@ -188,8 +183,8 @@ class RunFolder:
         self.latest[name] = value
         self._write_in_time()
 
-    def add(self, name: str, place: int, result: object) -> None:
-        """Keep the result of a place of a part."""
+    def add(self, name: str, place: int | str, result: object) -> None:
+        """Keep the result of a place or key of a part."""
         self.pending.append((name, place, result))
         self._write_in_time()
 
@@ -211,20 +206,27 @@ class RunFolder:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Part:
-    """The results of one part of a run, by place."""
+    """The results of one part of a run by place, or by key where places are not the same in every run.
+
+    keys : of the places, None where each is its own.
+    """
 
     of: RunFolder
     name: str
+    keys: Sequence[str] | None = None
 
     @property
     def known(self) -> Mapping[int, Any]:
-        """Results that a run before has left."""
+        """Results that a run before has left, by place."""
         self.of.read()
-        return self.of.known.get(self.name, {})
+        found: Mapping[Any, Any] = self.of.known.get(self.name, {})
+        if self.keys is None:
+            return found
+        return {place: found[key] for place, key in enumerate(self.keys) if key in found}
 
     def add(self, place: int, result: object) -> None:
         """Keep a result."""
-        self.of.add(self.name, place, result)
+        self.of.add(self.name, place if self.keys is None else self.keys[place], result)
 
 
 @contextmanager
@@ -266,7 +268,18 @@ def run_folder(
         kept.write()
 
 
-def remove_folder(folder: str | Path | None) -> None:
-    """Delete the folder of a run that is whole."""
-    if folder is not None:
+def remove_folder(folder: Path) -> None:
+    """Delete the folder of a run that is whole; any other folder stays."""
+    if (folder / _ABOUT).is_file():
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def remove_without_results(folder: Path) -> None:
+    """Delete the folder of a run, and those of its parts, that have nothing to go on from; any other stays."""
+    if begun(folder):
+        return
+    for about in sorted(folder.rglob(_ABOUT), reverse=True):
+        about.unlink(missing_ok=True)
+        (about.parent / MODEL_FILE).unlink(missing_ok=True)
+        with suppress(OSError):
+            about.parent.rmdir()

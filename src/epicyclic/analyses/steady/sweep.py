@@ -23,6 +23,8 @@ from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signa
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ...results.run_folder import RunFolder
+
 __all__ = ["sweep"]
 
 _POINTS = 200
@@ -41,6 +43,7 @@ def sweep(
     tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
     compiled: bool | None = None,
+    kept: RunFolder | None = None,
 ) -> xr.Dataset:
     """Mesh forces, bearing forces and motion over speed for linear contact; docs/response.md defines each number.
 
@@ -61,6 +64,7 @@ def sweep(
     tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
     compiled : solve by numba; None leaves that to the size of the job, see `response`.
+    kept : keeps the speeds that are done.
 
     Raises
     ------
@@ -89,7 +93,7 @@ def sweep(
 
     ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
     work = partial(_measured, ready, speed[usable], table.layout, tolerance=tolerance, shaft_orders=shaft_orders)
-    each(work, parts, arrived=fill)
+    each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"))
     return sweep_dataset(
         table,
         ready.system,
