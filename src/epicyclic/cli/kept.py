@@ -17,7 +17,7 @@ __all__ = ["kept"]
 def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path | None]:
     """The folder beside the output that keeps what is done until the run is whole; None without one.
 
-    On Ctrl-C, says what is kept and names the command that goes on.  A folder from which nothing could go on is deleted.
+    On Ctrl-C, says what is kept and names the command that goes on.  A folder with nothing to go on from is deleted.
 
     Parameters
     ----------
@@ -42,9 +42,8 @@ def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path
         yield folder
     except KeyboardInterrupt:
         if begun(folder):
-            complain(
-                f"what is done is kept in {folder}; this command continues it:\n  {_command(*([str(folder / record)] if record else []))}"
-            )
+            command = _command(str(folder / record)) if record else _command()
+            complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
         raise
     else:
         remove_folder(folder)

@@ -26,7 +26,7 @@ from .whole_file import write_text
 
 __all__ = [
     "MODEL_FILE",
-    "Part",
+    "KeptPart",
     "RunFolder",
     "begun",
     "open_folder",
@@ -164,9 +164,9 @@ class RunFolder:
                 self.known.setdefault(name, {})[place] = result
             self.segments += 1
 
-    def part(self, name: str, keys: Sequence[str] | None = None) -> Part:
+    def part(self, name: str, keys: Sequence[str] | None = None) -> KeptPart:
         """The results of one part of the run."""
-        return Part(of=self, name=name, keys=keys)
+        return KeptPart(of=self, name=name, keys=keys)
 
     def value(self, name: str) -> Any:
         """What has been kept under a name, None where nothing has.
@@ -205,7 +205,7 @@ class RunFolder:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Part:
+class KeptPart:
     """The results of one part of a run by place, or by key where places are not the same in every run.
 
     keys : of the places, None where each is its own.

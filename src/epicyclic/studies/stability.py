@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..analyses.steady.response import FrameSpeed
-    from ..results.run_folder import Part, RunFolder
+    from ..results.run_folder import KeptPart, RunFolder
 
 __all__ = ["FACTORS", "stability_map"]
 
@@ -114,7 +114,7 @@ def _row(
     frequency: NDArray[np.float64],
     frame_speed: FrameSpeed,
     progress: Callable[[int, int], None] | None,
-    kept: Part | None,
+    kept: KeptPart | None,
 ) -> _MapRow:
     """Growth rates (P,) and predicted combinations at one value, setting : path -> value."""
     try:

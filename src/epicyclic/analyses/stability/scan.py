@@ -23,7 +23,7 @@ from .combinations import Combination, combinations
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 
 if TYPE_CHECKING:
-    from ...results.run_folder import Part
+    from ...results.run_folder import KeptPart
 
 __all__ = [
     "FloquetScan",
@@ -132,7 +132,7 @@ def _scaled(system: System, variation: float, damping: float) -> System:
 
 
 def floquet_scan(
-    ready: ParametricSystem, mesh_frequency: Array, *, progress: Progress = None, kept: Part | None = None
+    ready: ParametricSystem, mesh_frequency: Array, *, progress: Progress = None, kept: KeptPart | None = None
 ) -> FloquetScan:
     """Multipliers at mesh frequencies of the first mesh (P,) [Hz]; a point that fails holds nan and says why.
 
