@@ -18,7 +18,15 @@ from .definitions import DEFINITIONS
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["far_warnings", "labelled", "loaded_meshes", "require_speed", "sharing_warnings", "train_coefficient"]
+__all__ = [
+    "far_warnings",
+    "force_columns",
+    "labelled",
+    "loaded_meshes",
+    "require_speed",
+    "sharing_warnings",
+    "train_coefficient",
+]
 
 
 def require_speed(relative_speed: float) -> None:
@@ -63,6 +71,15 @@ def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[str]:
     """A warning of the meshes whose far flank presses at some instant, (m,)."""
     names = ", ".join(name for name, yes in zip(meshes, far, strict=True) if yes)
     return [f"meshes on their far flank, where their force is negative: {names}"] if names else []
+
+
+def force_columns(mean: Array, most: Array, least: Array) -> dict[str, tuple[str, Array]]:
+    """Variables of mean, largest and least mesh force (m,) [N] over the whole record, of which a part is kept."""
+    return {
+        "mesh_force_mean": ("mesh", mean),
+        "mesh_force_peak": ("mesh", most),
+        "mesh_force_minimum": ("mesh", least),
+    }
 
 
 def train_coefficient(values: Array) -> Array:
