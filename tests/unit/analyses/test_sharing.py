@@ -25,6 +25,7 @@ from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
+from epicyclic.show.views.sharing import tables
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]
@@ -164,6 +165,24 @@ def test_record_and_history(build: Any, respond: Any) -> None:
     whole = sharing(build.planar(N=3).system())
     np.testing.assert_allclose(result.load_sharing.values[4], whole.load_sharing.values[4], rtol=1e-12)
     assert np.all(whole.load_sharing.values[0] >= result.load_sharing.values[0])
+
+
+@pytest.mark.parametrize("method", ["steady", "static"])
+def test_mean_least_and_most_are_of_the_whole_record(build: Any, method: Method) -> None:
+    few = sharing(build(), method=method, cycles=100, stored_cycles=2)
+    every = sharing(build(), method=method, cycles=100, stored_cycles=100)
+    assert few.sizes["time"] == every.sizes["time"] / 50
+    force = every.mesh_force
+    assert (few.mesh_force.max("time") < force.max("time")).any()
+    np.testing.assert_allclose(few.mesh_force_peak, force.max("time"), rtol=1e-12)
+    np.testing.assert_allclose(few.mesh_force_minimum, force.min("time"), rtol=1e-12)
+    # the mean is that of all time
+    np.testing.assert_allclose(few.mesh_force_mean, force.mean("time"), rtol=1e-2)
+    printed = {table.title: table.columns for table in tables(few)}
+    columns = printed["Mesh forces along the tooth normal, over the whole record"]
+    assert columns["most [N]"] == few.mesh_force_peak.values.tolist()
+    older = few.drop_vars("mesh_force_peak")
+    assert any("the first 2 of 100 mesh cycles" in table.title for table in tables(older))
 
 
 def test_bound_is_above_all_and_nearly_met(build: Any, respond: Any) -> None:

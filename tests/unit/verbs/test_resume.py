@@ -44,13 +44,18 @@ DOCUMENT: dict[str, Any] = {
     "operation": {"held": ["ring"], "speed": {"sun": 100.0}, "torque": {"sun": 300.0}},
 }
 
+# A resonance at which teeth part, a branch folds and both directions jump.
+PARTING: dict[str, Any] = {
+    "overrides": {"damping.modal": 0.005},
+    "contact_loss": True,
+    "relative_speed": np.linspace(15.0, 17.0, 6),
+}
 RUNS: dict[str, Callable[..., xr.Dataset]] = {
     "sweep": lambda **more: epicyclic.sweep(DOCUMENT, points=30, **more),
-    "contact loss": lambda **more: epicyclic.sweep(
-        DOCUMENT, contact_loss=True, relative_speed=np.linspace(8.0, 16.0, 9), **more
-    ),
-    "contact loss reported": lambda **more: epicyclic.sweep(
-        DOCUMENT, contact_loss=True, unstable="report", relative_speed=np.linspace(8.0, 16.0, 9), **more
+    "contact loss": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, **more),
+    "contact loss reported": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, unstable="report", **more),
+    "integrated": lambda **more: epicyclic.sweep(
+        "ren2021", contact_loss=True, start=1080.0, stop=1170.0, points=4, **more
     ),
     "shaft orders": lambda **more: epicyclic.sweep(
         "ren2021", contact_loss=True, relative_speed=np.linspace(1.0, 2.0, 3), **more
@@ -75,28 +80,34 @@ class Stop:
             raise KeyboardInterrupt
 
 
+Whole = Callable[[str], tuple[xr.Dataset, Stop]]
+
+
 @pytest.fixture(scope="module")
-def whole() -> Callable[[str], xr.Dataset]:
-    found: dict[str, xr.Dataset] = {}
-    return lambda name: found[name] if name in found else found.setdefault(name, RUNS[name]())
+def whole() -> Whole:
+    """Runs that nothing stops, and the calls of their progress."""
+    found: dict[str, tuple[xr.Dataset, Stop]] = {}
+
+    def run(name: str) -> tuple[xr.Dataset, Stop]:
+        if name not in found:
+            calls = Stop(0)
+            found[name] = RUNS[name](progress=calls), calls
+        return found[name]
+
+    return run
 
 
-@pytest.fixture(params=[0.0, 1e9], ids=["written at once", "written at the end"])
-def often(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run_folder, "_EVERY", request.param)
+# Segments written with every result, or one at the end.
+EVERY = [(name, 0.0) for name in RUNS] + [(name, 1e9) for name in ("sweep", "stability map", "shaft orders")]
 
 
-@pytest.mark.usefixtures("often")
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize(("name", "every"), EVERY)
 def test_a_stopped_run_goes_on_to_the_same_bits(
-    name: str, tmp_path: Path, whole: Callable[[str], xr.Dataset], request: pytest.FixtureRequest
+    name: str, every: float, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = tmp_path / "run"
-    calls = Stop(0)
-    expected = whole(name)
-    RUNS[name](folder=tmp_path / "other", progress=calls)
-    seed = sum(map(ord, request.node.name))
-    at = int(np.random.default_rng(seed).integers(1, len(calls.seen)))
+    monkeypatch.setattr(run_folder, "_EVERY", every)
+    folder, (expected, calls) = tmp_path / "run", whole(name)
+    at = int(np.random.default_rng(sum(map(ord, name))).integers(1, len(calls.seen)))
     with pytest.raises(KeyboardInterrupt):
         RUNS[name](folder=folder, progress=Stop(at))
     with pytest.raises(ModelError, match="an interrupted run lies there"):
@@ -108,6 +119,16 @@ def test_a_stopped_run_goes_on_to_the_same_bits(
     again = RUNS[name](folder=folder, resume=True, progress=third)
     xr.testing.assert_identical(again, expected)
     assert third.seen[-1] == calls.seen[-1]
+
+
+def test_the_runs_have_what_can_go_wrong(whole: Whole) -> None:
+    parting, _ = whole("contact loss")
+    assert parting.contact_open.max() > 0.5
+    assert parting.jumped.any()
+    assert (parting.status == "not converged").any()
+    assert (whole("contact loss reported")[0].branch_instability == "fold").any()
+    assert (whole("integrated")[0].motion == "integrated").all()
+    assert "superposed_error" in whole("shaft orders")[0]
 
 
 @pytest.mark.parametrize("name", ["sweep", "stability", "stability map"])
@@ -127,7 +148,7 @@ def test_what_is_done_is_not_computed_again(name: str, tmp_path: Path, monkeypat
 
 def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(KeyboardInterrupt):
-        RUNS["contact loss"](folder=tmp_path / "run", progress=Stop(5))
+        RUNS["contact loss"](folder=tmp_path / "run", progress=Stop(6))
 
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("followed again")
@@ -139,7 +160,7 @@ def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytes
     before = contact_module._fill
     monkeypatch.setattr(contact_module, "_fill", lambda *given: (seen.append(1), before(*given))[1])
     RUNS["contact loss"](folder=tmp_path / "run", resume=True)
-    assert len(seen) < 2 * 9 - 2
+    assert len(seen) < 2 * 6 - 2
 
 
 def test_another_run_is_refused(tmp_path: Path) -> None:

@@ -170,9 +170,7 @@ def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _record_extremes(
-    part: ToneForces, cycles: int, progress: Callable[[float], None] | None
-) -> tuple[Extremes, Array]:
+def _record_extremes(part: ToneForces, cycles: int, progress: Callable[[float], None] | None) -> tuple[Extremes, Array]:
     """Extremes (m_j,) over the record, a few MB of forces at a time; the least force of any slice of each mesh [N]."""
     piece = max(1, _PIECE // (len(part.meshes) * part.samples))
     pieces, slices = [], []
