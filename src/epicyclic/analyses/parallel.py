@@ -206,12 +206,12 @@ def _serve(work: Callable[[Any], Any], items: Sequence[Any], connection: Connect
     """A worker: place, result and error of every item whose place it is sent."""
     _become_worker(work)
     while True:
-        place = connection.recv()
+        place, result, failed = connection.recv(), None, None
         try:
-            answer = place, work(items[place]), None
+            result = work(items[place])
         except Exception as error:
-            answer = place, None, error
-        connection.send((True, answer))
+            failed = error
+        connection.send((True, (place, result, failed)))
 
 
 def runs(

@@ -24,8 +24,7 @@ from . import hertz
 from .corner import corner_reach, tip_separation
 from .kernel import PLATE_DECAY, face_coupling
 from .lines import ContactLines, contact_lines
-from .pair import ContactPair, check_pair
-from .tooth import ToothCompliance
+from .pair import ContactPair, ElasticTooth, check_pair
 
 __all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeometry"]
 
@@ -181,7 +180,7 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     return whole
 
 
-def _body_compliance(gear: ToothCompliance, radius: Array, ahead: Array) -> Array:
+def _body_compliance(gear: ElasticTooth, radius: Array, ahead: Array) -> Array:
     """Cross compliance of a body (T, n, n) [m^2/N] between radii (T, n) [m], a few instants at a time.
 
     One product of all instants would take seconds, in which Ctrl-C is not heard.

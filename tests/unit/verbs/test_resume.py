@@ -158,7 +158,12 @@ def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytes
     # points of the direction that was at work, too
     seen: list[int] = []
     before = contact_module._fill
-    monkeypatch.setattr(contact_module, "_fill", lambda *given: (seen.append(1), before(*given))[1])
+
+    def counted(*given: Any) -> Any:
+        seen.append(1)
+        return before(*given)
+
+    monkeypatch.setattr(contact_module, "_fill", counted)
     RUNS["contact loss"](folder=tmp_path / "run", resume=True)
     assert len(seen) < 2 * 6 - 2
 
@@ -247,7 +252,7 @@ def test_control_c_is_heard_at_once(tmp_path: Path) -> None:
     """One real SIGINT, of a run with workers; the run that goes on is the run."""
     words = ["sweep", "ren2021", "--points", "1500", "-o"]
     command = [sys.executable, "-m", "epicyclic", *words]
-    parts, spent = tmp_path / "a.nc.parts", []
+    parts, spent = tmp_path / "a.nc.parts", list[float]()
     for _ in range(2):  # the second time for a machine that was busy
         with subprocess.Popen(
             [*command, str(tmp_path / "a.nc"), *(["--resume"] if spent else [])],

@@ -41,9 +41,9 @@ def _forces(result: xr.Dataset) -> Table:
 
 def _part(result: xr.Dataset) -> str:
     """Which part of the record the forces over time are, empty where they are all of it."""
-    count = next((int(result.attrs[name]) for name in ("cycles", "turns") if name in result.attrs), 0)
-    kept = result.sizes["time"] // max(int(result.attrs.get("samples", 1)), 1)
-    unit = "mesh cycles" if "cycles" in result.attrs else "turns"
+    units = {"mesh cycles" if name == "cycles" else name: value for name, value in result.attrs.items()}
+    unit = next((name for name in units if name == "mesh cycles" or name.startswith("turns")), "")
+    count, kept = int(units.get(unit, 0)), result.sizes["time"] // max(int(result.attrs.get("samples", 1)), 1)
     return f", the first {kept} of {count} {unit}" if kept < count else ""
 
 
