@@ -97,10 +97,10 @@ def report(
     ] = False,
 ) -> None:
     """Everything the model allows, in one HTML file that opens offline; prints the key figures."""
-    _report(model, sets, output, resume=resume)
+    _report(model, sets, output, resume)
 
 
-def _report(model: str, sets: list[str] | None, output: Path, *, resume: bool) -> None:
+def _report(model: str, sets: list[str] | None, output: Path, resume: bool) -> None:
     with reported(), kept(output, keeps=True) as folder:
         target_of(output, (".html",))
         from ..show.report import write_report

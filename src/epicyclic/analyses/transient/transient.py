@@ -262,7 +262,7 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
     for first in range(0, len(times), _BLOCK):
         block = slice(first, first + _BLOCK)
         at, states = times[block], from_modal(moving, found.states[block])
-        with np.errstate(invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             flanks = flank_force(moving, at, states)
             outputs["mesh"].append(face.total(mesh_total(moving, flanks)))
             lost |= (flanks[: lost.size] <= 0).any(axis=1)

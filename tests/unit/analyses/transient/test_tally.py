@@ -12,6 +12,7 @@ import epicyclic
 from epicyclic.analyses.transient import integrators
 from epicyclic.analyses.transient.integrators import steps_for
 from epicyclic.analyses.transient.scenario import Scenario, scenario_motion
+from epicyclic.show.views.transient import tables
 from epicyclic.system.system import System
 
 OVER_ALL = ("mesh_force_peak", "mesh_force_peak_time", "mesh_force_minimum", "mesh_force_minimum_time")
@@ -110,3 +111,11 @@ def test_nothing_parts_in_a_steady_run(system: System) -> None:
     for name in ("contact_lost", "open_share", "far_share", "impacts"):
         assert not found[name].any(), name
     np.testing.assert_allclose(found.mesh_force_peak, found.mesh_force.max("time"), rtol=1e-12)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("factor", [1e290, 1e300])
+def test_no_warnings_of_numpy_reach_a_user(system: System, factor: float) -> None:
+    found = epicyclic.transient(system, cycles=2, torque_step=(factor, 0.001))
+    columns = tables(found)[0].columns
+    assert max(columns["most [N]"]) > 1e280
