@@ -80,15 +80,16 @@ def test_control_c_keeps_what_is_done(tmp_path: Path) -> None:
     parts = tmp_path / "long.nc.parts"
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         until = time.monotonic() + 60
-        while not (parts / "000000.npy").is_file() and time.monotonic() < until:
+        while not (parts / "000000.kept").is_file() and time.monotonic() < until:
             time.sleep(0.01)
         time.sleep(0.1)  # into the pieces of a further segment
         process.send_signal(signal.SIGINT)
         err = process.communicate(timeout=60)[1]
     assert process.returncode == 130
-    assert "--resume continues it" in err
+    assert "this command continues it" in err
+    assert "--resume" in err.splitlines()[-2]
     assert not target.exists()
-    assert len(list(parts.glob("*.npy"))) >= 1
+    assert len(list(parts.glob("*.kept"))) >= 1
     again = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     assert again.returncode == 2
     assert "an interrupted run lies there" in again.stderr

@@ -184,6 +184,9 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "sample_time": ("s", "time"),
     # transient
     "relative_speed": ("1", "speed per operating speed"),
+    "mesh_force_peak_time": ("s", "time of the largest mesh force"),
+    "mesh_force_minimum_time": ("s", "time of the smallest mesh force"),
+    "impacts": ("1", "how often teeth that were apart press again, on either flank"),
     "end_displacement": ("m", "displacement at the end, torsion as base-circle displacement"),
     "end_velocity": ("m/s", "velocity at the end, torsion as base-circle velocity"),
     "end_slider": ("m", "slider of Coulomb friction at the end"),

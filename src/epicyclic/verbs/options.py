@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .record import Option
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Corner",
     "Cycles",
+    "Folder",
     "FrameSpeed",
     "LinearAt",
     "MeshFrequencies",
@@ -20,6 +22,7 @@ __all__ = [
     "Range",
     "RelativeSpeed",
     "RelativeSpeeds",
+    "Resume",
     "Samples",
     "ShaftOrders",
     "ShaftTones",
@@ -55,6 +58,10 @@ RelativeSpeeds = Annotated["ArrayLike | None", Option("(P,) speeds per operating
 FrameSpeed = Annotated[
     Literal["kinematic", "operating"], Option("Let the frame turn with the speed, or as at operation.")
 ]
+
+# runs that are stopped and go on
+Folder = Annotated[str | Path | None, Option("Folder that keeps what is done while the run goes on.", flag=None)]
+Resume = Annotated[bool, Option("Continue a run that was stopped; needs the same -o and options.")]
 
 # records
 Cycles = Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, default="chosen")]

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import Corner, Misalignment, Slices
+from .options import Corner, Folder, Misalignment, Slices
 from .parsing import ends, loads_of, settings
 from .record import Option, Progress, Verb, former
 
@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
     from ..studies.source import Overrides, Source
 
-__all__ = ["VERB", "relief"]
+__all__ = ["RECORD", "VERB", "relief"]
+
+RECORD = "search.json"
+"""Record of a search in the folder that keeps it."""
 
 
 @former(factors="loads", speeds=("start", "stop"), speed_points="points")
@@ -59,8 +62,12 @@ def relief(
     seed: Annotated[int, Option("The same seed, the same search.", least=0)] = 1,
     resume: Annotated[
         str | Path | None,
-        Option("Record of the search, written as it goes; gone on with if there.", metavar="FILE"),
+        Option(
+            "Record of the search, written as it goes; gone on with if there. With -o there is one beside it.",
+            metavar="FILE",
+        ),
     ] = None,
+    folder: Folder = None,
     pick: Annotated[
         int | None, Option("Number of the solution to take, from 0.", least=0, default="nearest to all best")
     ] = None,
@@ -74,12 +81,21 @@ def relief(
 
     One objective is searched by a genetic algorithm, several by NSGA-II. Ctrl-C ends the search with the best so far.
 
+    Parameters
+    ----------
+    folder : keeps the record of the search where `resume` names no other.
+
     Raises
     ------
     ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
     """
     from ..studies.relief.optimisation import relief as run
 
+    if folder is not None:
+        from ..results.run_folder import open_folder
+
+        open_folder(Path(folder), verb="relief", model=(), options={}, resume=resume is not None)
+        resume = Path(folder) / RECORD if resume is None else resume
     return run(
         source,
         overrides=overrides,

@@ -18,7 +18,15 @@ from .definitions import DEFINITIONS
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["far_warnings", "labelled", "loaded_meshes", "require_speed", "sharing_warnings", "train_coefficient"]
+__all__ = [
+    "far_warnings",
+    "force_columns",
+    "labelled",
+    "loaded_meshes",
+    "require_speed",
+    "sharing_warnings",
+    "train_coefficient",
+]
 
 
 def require_speed(relative_speed: float) -> None:
@@ -77,6 +85,15 @@ def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> lis
     cure = "" if method == "static" else "; with method static the teeth part"
     problem = "load sharing undefined where a mesh carries nothing and the forces of its group sum to 0 or less"
     return [f"{problem}: {'; '.join(found)}{cure}"]
+
+
+def force_columns(mean: Array, most: Array, least: Array) -> dict[str, tuple[str, Array]]:
+    """Variables of mean, largest and least mesh force (m,) [N] over the whole record, of which a part is kept."""
+    return {
+        "mesh_force_mean": ("mesh", mean),
+        "mesh_force_peak": ("mesh", most),
+        "mesh_force_minimum": ("mesh", least),
+    }
 
 
 def train_coefficient(values: Array) -> Array:

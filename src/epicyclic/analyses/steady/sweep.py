@@ -25,6 +25,8 @@ from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signa
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ...results.run_folder import RunFolder
+
 __all__ = ["sweep"]
 
 _ORDERS = 100
@@ -44,6 +46,7 @@ def sweep(
     tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
     compiled: bool | None = None,
+    kept: RunFolder | None = None,
 ) -> xr.Dataset:
     """Mesh forces, bearing forces and motion over speed for linear contact; docs/response.md defines each number.
 
@@ -66,6 +69,7 @@ def sweep(
     tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
     compiled : solve by numba; None leaves that to the size of the job, see `response`.
+    kept : keeps the speeds that are done.
 
     Raises
     ------
@@ -108,7 +112,7 @@ def sweep(
 
     ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
     work = partial(_measured, ready, speed[usable], table.layout, tolerance=tolerance, shaft_orders=shaft_orders)
-    each(work, parts, arrived=fill)
+    each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"))
     return sweep_dataset(
         table,
         ready.system,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,8 +26,26 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     """Coefficients [1] of every mesh by every definition, the train's in the last row; mesh forces [N]."""
     return [
         _coefficients(result, texts(result, "mesh"), texts(result, "definition"), "Load sharing"),
-        force_table(result),
+        _forces(result),
     ]
+
+
+def _forces(result: xr.Dataset) -> Table:
+    """Mean, least and most of every mesh force over the whole record [N], where the result has them."""
+    table = force_table(result)
+    over = {"mesh_force_mean": "mean [N]", "mesh_force_minimum": "least [N]", "mesh_force_peak": "most [N]"}
+    if not all(name in result for name in over):
+        return replace(table, title=f"{table.title}{_part(result)}")
+    columns = {**table.columns, **{heading: list(result[name].values) for name, heading in over.items()}}
+    return replace(table, title=f"{table.title}, over the whole record", columns=columns)
+
+
+def _part(result: xr.Dataset) -> str:
+    """Which part of the record the forces over time are, empty where they are all of it."""
+    units = {"mesh cycles" if name == "cycles" else name: value for name, value in result.attrs.items()}
+    unit = next((name for name in units if name == "mesh cycles" or name.startswith("turns")), "")
+    count, kept = int(units.get(unit, 0)), result.sizes["time"] // max(int(result.attrs.get("samples", 1)), 1)
+    return f", the first {kept} of {count} {unit}" if kept < count else ""
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -43,10 +62,17 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
         title = "Load-sharing coefficients by definition"
         parts.append(_coefficients(result, short_names(texts(result, "mesh")), definitions, title))
     if "load_sharing_history" in result.variables:
-        parts.append(Drawing(anchor="history", figure=load_history(result)))
+        parts.append(Drawing(anchor="history", figure=load_history(result), caption=_caption(result)))
     if "mesh_force" in result.variables:
-        parts.append(Drawing(anchor="forces", figure=mesh_forces(result)))
+        parts.append(Drawing(anchor="forces", figure=mesh_forces(result), caption=_caption(result)))
+        parts.append(_forces(result))
     return [Section(anchor="sharing", title="Load sharing", parts=parts)]
+
+
+def _caption(result: xr.Dataset) -> str:
+    """What part of the record a figure over time shows."""
+    part = _part(result).removeprefix(", the ")
+    return f"{part.capitalize()} of the record." if part else ""
 
 
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
