@@ -27,7 +27,8 @@ Every verb takes a source (the name of a ready drive, a model file, a dict, a Tr
 `overrides`, path -> value, go with a model file, not with a Train or System. The attribute `verb` of the Dataset is the
 kind of result; [variables.md](variables.md) lists the variables of each kind. On the command line a verb is
 `epicyclic VERB MODEL`, with `--set PATH=VALUE` for overrides, `--json` and `-o FILE`.
-Keywords without a flag are of Python alone; a verb with `progress` calls it while it runs.
+A flag is the keyword with dashes; keywords without a flag are of Python alone. A verb with `progress` calls it while it
+runs.
 """
 
 

@@ -1,8 +1,19 @@
-"""``python -m epicyclic``: the command line."""
+"""``python -m epicyclic`` and the command ``epicyclic``, which hear Ctrl-C from the first import on."""
 
-from .cli.main import main
+import sys
 
-__all__: list[str] = []
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Run the command line; Ctrl-C while it is imported ends it as at any other time."""
+    try:
+        from .cli.main import main as run
+    except KeyboardInterrupt:
+        sys.stderr.write("stopped\n")
+        sys.exit(130)
+    run()
+
 
 if __name__ == "__main__":
     main()

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from epicyclic.assemble import assemble
 from epicyclic.assemble.structure import structure_of
+from epicyclic.resolve.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
 
@@ -151,6 +152,20 @@ def test_normal_is_that_of_the_involute_helicoid(hand: int, flank: int, hand_bui
     normal *= np.sign(normal @ row)
     # central differences of a smooth curve with step 1e-6: 1e-9 covers truncation and rounding
     assert row == pytest.approx(normal, abs=1e-9)
+
+
+@pytest.mark.parametrize("ends", [("carrier", "sun"), ("sun", "carrier"), ("carrier", "ring"), ("ring", "sun")])
+def test_a_coupling_acts_between_its_ends_in_either_order(ends: tuple[str, str]) -> None:
+    """Also where its second end is the first body of the train: a common rotation leaves it unstrained."""
+    changes = {"couplings.c": {"between": [f"main.{end}" for end in ends], "rz": "1e5 N m/rad"}}
+    train = load("lin1999-n3", changes)
+    with_it, without = assemble(train), assemble(load("lin1999-n3"))
+    names = with_it.dofs.names
+    row = np.zeros(len(names))
+    for end, sign in zip(ends, (1.0, -1.0), strict=True):
+        row[names.index(f"main/{end}/rz")] = sign
+    np.testing.assert_allclose(with_it.K - without.K, 1e5 * np.outer(row, row), atol=1e-6)
+    assert train.bodies[0].name == "main/sun"
 
 
 @pytest.mark.parametrize("flank", [1, -1])

@@ -31,7 +31,7 @@ def test_frequencies_ranked() -> None:
 def test_forces_at_a_speed(tmp_path: Path) -> None:
     target = tmp_path / "result.nc"
     done = run(
-        "sensitivity", "ren2021", "--of", "force", "--path", PINS, "--mesh-frequency", "60 Hz", "-o", str(target)
+        "sensitivity", "ren2021", "--of", "force", "--paths", PINS, "--mesh-frequency", "60 Hz", "-o", str(target)
     )
     assert done.exit_code == 0
     found = epicyclic.load_result(target)
@@ -42,7 +42,7 @@ def test_forces_at_a_speed(tmp_path: Path) -> None:
 
 
 def test_json_and_html(tmp_path: Path) -> None:
-    words = ["sensitivity", "lin1999-n4", "--path", PINS, "--path", "stages.main.meshes.sun-planet.stiffness[2]"]
+    words = ["sensitivity", "lin1999-n4", "--paths", PINS, "--paths", "stages.main.meshes.sun-planet.stiffness[2]"]
     found = xr.Dataset.from_dict(json.loads(run(*words, "--json").stdout))
     assert found.sizes["path"] == 2
     target = tmp_path / "tornado.html"
@@ -56,9 +56,9 @@ def test_track_tells_where_modes_meet(tmp_path: Path) -> None:
         "lin1999-n4",
         "--over",
         PINS,
-        "--from",
+        "--start",
         "5e7 N/m",
-        "--to",
+        "--stop",
         "1e9 N/m",
         "--points",
         "15",
@@ -76,13 +76,13 @@ def test_track_tells_where_modes_meet(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["sensitivity", "ren2021", "--path", "stages.main.sun.mas"], "did you mean"),
+        (["sensitivity", "ren2021", "--paths", "stages.main.sun.mas"], "did you mean"),
         (["sensitivity", "ren2021", "--mode", "99"], "no such mode"),
         (["sensitivity", "ren2021", "--of", "force", "--mesh-frequency", "fast"], "--mesh-frequency"),
         (["sensitivity", "lin1999-n4", "--of", "force"], "no damping"),
         (["track", "ren2021", "--over", "stages.main.sun.teeth"], "whole number"),
-        (["track", "ren2021", "--over", PINS, "--from", "1 kg"], "not a value"),
-        (["track", "ren2021", "--over", PINS, "--from", "5e7"], '--from = 5e7: a number without a unit: "5e7 N/m"?'),
+        (["track", "ren2021", "--over", PINS, "--start", "1 kg"], "not a value"),
+        (["track", "ren2021", "--over", PINS, "--start", "5e7"], '--start = 5e7: a number without a unit: "5e7 N/m"?'),
     ],
 )
 def test_bad_input_ends_with_status_2(words: list[str], message: str) -> None:

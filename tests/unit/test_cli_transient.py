@@ -32,9 +32,9 @@ def test_a_table(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     first, second = tmp_path / "first.nc", tmp_path / "second.nc"
-    assert run(capsys, "ren2021", "--cycles", "2", "--from", "20 Hz", "--to", "0.03 kHz", "-o", str(first))[0] == 0
+    assert run(capsys, "ren2021", "--cycles", "2", "--start", "20 Hz", "--stop", "0.03 kHz", "-o", str(first))[0] == 0
     assert (
-        run(capsys, "ren2021", "--cycles", "2", "--from", "30 Hz", "--initial", str(first), "-o", str(second))[0] == 0
+        run(capsys, "ren2021", "--cycles", "2", "--start", "30 Hz", "--initial", str(first), "-o", str(second))[0] == 0
     )
     one, two = epicyclic.load_result(first), epicyclic.load_result(second)
     assert float(one.mesh_frequency[-1]) == pytest.approx(30, rel=1e-12)
@@ -51,9 +51,9 @@ def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str]
         (["--duration", "-1 s"], "--duration = -1 s: not a time"),
         (["--duration", "soon"], "--duration = soon: not a time"),
         (["--duration", "0 s"], "--duration = 0.0: out of range"),
-        (["--to", "20 Hz"], "--to = 20 Hz: needs the frequency at the beginning too"),
-        (["--from", "-3 Hz"], "--from = -3 Hz: not a frequency"),
-        (["--from", "-3"], '--from = -3: a number without a unit: "-3 Hz"?'),
+        (["--stop", "20 Hz"], "--stop = 20 Hz: needs the frequency at the beginning too"),
+        (["--start", "-3 Hz"], "--start = -3 Hz: not a frequency"),
+        (["--start", "-3"], '--start = -3: a number without a unit: "-3 Hz"?'),
         (["--torque-step", "1.5"], "--torque-step = 1.5: not a torque step"),
         (["--torque-step", "x@1"], "not a torque step"),
         (["--torque-step", "1.5.5@1"], "not a torque step"),
@@ -80,15 +80,16 @@ def test_control_c_keeps_what_is_done(tmp_path: Path) -> None:
     parts = tmp_path / "long.nc.parts"
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         until = time.monotonic() + 60
-        while not (parts / "000000.npy").is_file() and time.monotonic() < until:
+        while not (parts / "000000.kept").is_file() and time.monotonic() < until:
             time.sleep(0.01)
         time.sleep(0.1)  # into the pieces of a further segment
         process.send_signal(signal.SIGINT)
         err = process.communicate(timeout=60)[1]
     assert process.returncode == 130
-    assert "--resume continues it" in err
+    assert "this command continues it" in err
+    assert "--resume" in err.splitlines()[-2]
     assert not target.exists()
-    assert len(list(parts.glob("*.npy"))) >= 1
+    assert len(list(parts.glob("*.kept"))) >= 1
     again = subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False)
     assert again.returncode == 2
     assert "an interrupted run lies there" in again.stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import io
+import json
 import re
 import shlex
 import tomllib
@@ -43,6 +44,22 @@ def test_model_files_load(page: Path) -> None:
     for document in whole:
         speed = epicyclic.check(document).speed
         assert float(speed.sel(body="main/sun")) == pytest.approx(1500.0, rel=1e-12)  # given, through rad/s and back
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/model-file.md"])
+def test_the_example_is_a_good_gearbox(page: str) -> None:
+    (document,) = (text for text in map(tomllib.loads, blocks(ROOT / page, "toml")) if "stages" in text)
+    found = {
+        "check": epicyclic.check(document),
+        "sharing": epicyclic.sharing(document),
+        "steady": epicyclic.steady(document),
+        "contact": epicyclic.contact(document, samples=8, slices=4),
+        "train_contact": epicyclic.train_contact(document, samples=4, slices=4, cycles=30, loads=(1.0,)),
+    }
+    said = {verb: json.loads(result.attrs["warnings"]) for verb, result in found.items()}
+    assert said == {verb: [] for verb in found}
+    sharing = found["sharing"].system_load_sharing.values
+    assert ((sharing > 1) & (sharing < 1.2)).all()
 
 
 def test_readme_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,15 +18,16 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ModelError
+
+if TYPE_CHECKING:
+    from ..results.run_folder import KeptPart
 
 __all__ = ["each", "processes", "runs"]
 
@@ -37,10 +38,12 @@ Result = TypeVar("Result")
 _WORTH = {"fork": 0.3, "spawn": 5.0}
 # Windows waits for at most 63 handles.
 _MOST = 60
+# Places that a worker has at a time: one at work and the next, so that it need not wait for this process.
+_AHEAD = 2
 # Variables that set the threads of the libraries of linear algebra, which read them when they are loaded.
 _THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "OMP_NUM_THREADS")
 
-# The function of the points in a worker, None in a process that is none.
+# What a worker computes, None in a process that is none.
 _work: Callable[[Any], Any] | None = None
 
 
@@ -81,6 +84,7 @@ def each(
     items: Sequence[Item],
     *,
     arrived: Callable[[int, Result], None] | None = None,
+    kept: KeptPart | None = None,
 ) -> list[Result]:
     """work(item) of every item, in the order of the items.
 
@@ -90,6 +94,7 @@ def each(
     ----------
     work : a function of a module, or `functools.partial` of one; pickled where workers are not forked, like the items
         and always the results.  arrived : called here with the place and the result of every item, as they arrive.
+    kept : takes every new result; those that a run before has left there arrive first and are not computed again.
 
     Raises
     ------
@@ -97,53 +102,116 @@ def each(
     """
     results: dict[int, Result] = {}
 
-    def keep(place: int, result: Result) -> None:
+    def enter(place: int, result: Result) -> None:
         results[place] = result
         if arrived is not None:
             arrived(place, result)
 
+    def keep(place: int, result: Result) -> None:
+        if kept is not None:
+            kept.add(place, result)
+        enter(place, result)
+
+    if kept is not None:
+        for place, result in sorted(kept.known.items()):
+            enter(place, result)
     most, method = processes(), "fork" if sys.platform == "linux" else "spawn"
-    start = time.perf_counter()
-    for place, item in enumerate(items):
-        left = len(items) - place
+    start, places = time.perf_counter(), [place for place in range(len(items)) if place not in results]
+    for done, place in enumerate(places):
+        left = len(places) - done
         spent = time.perf_counter() - start
-        if place and most > 1 and left > 1 and spent / place * left > _WORTH[method]:
+        if done and most > 1 and left > 1 and spent / done * left > _WORTH[method]:
             try:
-                _by_workers(work, items, range(place, len(items)), keep, count=min(most, left), method=method)
-            except (BrokenProcessPool, OSError, NotImplementedError):
-                # no process may be started here, or one was killed: this process does what is left
-                for missing in sorted(set(range(len(items))) - results.keys()):
-                    keep(missing, work(items[missing]))
+                _by_workers(work, items, places[done:], keep, count=min(most, left), method=method)
+            except (OSError, NotImplementedError):
+                pass  # no process may be started here
+            # one may have been killed: this process does what is left
+            for missing in sorted(set(range(len(items))) - results.keys()):
+                keep(missing, work(items[missing]))
             break
-        keep(place, work(item))
+        keep(place, work(items[place]))
     return [results[place] for place in range(len(items))]
 
 
 def _by_workers(
     work: Callable[[Item], Result],
     items: Sequence[Item],
-    places: range,
+    places: Sequence[int],
     keep: Callable[[int, Result], None],
     *,
     count: int,
     method: str,
 ) -> None:
-    """Compute the items at `places` by `count` workers; `keep` takes place and result of each as it arrives."""
-    others = set(multiprocessing.active_children())
-    pool = ProcessPoolExecutor(
-        count, mp_context=multiprocessing.get_context(method), initializer=_become_worker, initargs=(work,)
-    )
+    """Compute the items at `places` by `count` workers; `keep` takes place and result of each as it arrives.
+
+    Places of a worker that was killed are left out.  Workers hold nothing that this process waits for, so that they
+    can be ended at any instant.
+    """
+    inbox, workers = queue.SimpleQueue[tuple[int, bool, Any]](), list[tuple[BaseProcess, Connection]]()
     try:
-        with _starting(method):
-            waiting = {pool.submit(_compute, items[place]): place for place in places}
-        for future in as_completed(waiting):
-            keep(waiting[future], future.result())
-    except BaseException:
-        for worker in set(multiprocessing.active_children()) - others:
-            worker.terminate()
-        raise
+        _start_workers(work, items, workers, count, method)
+        for number, (_, connection) in enumerate(workers):
+            threading.Thread(target=_receive_run, args=(number, connection, inbox), daemon=True).start()
+        waiting, open_ = iter(places), [0] * len(workers)
+
+        def give(number: int) -> None:
+            """Send a worker the next place, if any."""
+            place = next(waiting, None)
+            if place is not None:
+                with suppress(OSError):  # the end of a worker that was killed comes through the inbox
+                    workers[number][1].send(place)
+                open_[number] += 1
+
+        for number in [*range(len(workers))] * _AHEAD:
+            give(number)
+        while any(open_):
+            number, more, found = inbox.get()
+            if not more:
+                open_[number] = 0
+                continue
+            place, result, error = found
+            if error is not None:
+                raise error
+            give(number)
+            open_[number] -= 1
+            keep(place, result)
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        for worker, _ in workers:
+            worker.terminate()
+        for worker, _ in workers:
+            worker.join()
+
+
+def _start_workers(
+    work: Callable[[Any], Any],
+    items: Sequence[Any],
+    workers: list[tuple[BaseProcess, Connection]],
+    count: int,
+    method: str,
+) -> None:
+    """Start workers that compute the items whose places they are sent."""
+    context: Any = multiprocessing.get_context(method)
+    with _starting(method):
+        for _ in range(count):
+            here, there = context.Pipe()
+            worker = context.Process(target=_serve, args=(work, items, there), daemon=True)
+            try:
+                worker.start()
+            finally:
+                there.close()
+            workers.append((worker, here))
+
+
+def _serve(work: Callable[[Any], Any], items: Sequence[Any], connection: Connection) -> None:
+    """A worker: place, result and error of every item whose place it is sent."""
+    _become_worker(work)
+    while True:
+        place, result, failed = connection.recv(), None, None
+        try:
+            result = work(items[place])
+        except Exception as error:
+            failed = error
+        connection.send((True, (place, result, failed)))
 
 
 def runs(
@@ -264,12 +332,6 @@ def _die_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-def _compute(item: Any) -> Any:
-    """Result of one item in a worker."""
-    assert _work is not None
-    return _work(item)
 
 
 @contextmanager

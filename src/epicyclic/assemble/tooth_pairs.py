@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -71,7 +70,7 @@ def pair_of(
         corner=corner,
     )
     check_pair(pair, path=mesh.pair, paths=teeth.paths)
-    interference_warnings(_meshing(pair), path=mesh.pair)
+    interference_warnings(_meshing(pair), path=mesh.pair, names=_gears(mesh))
     return pair
 
 
@@ -111,7 +110,16 @@ def mean_force(train: Train, mesh: Mesh) -> float:
     return abs(torques[mesh.pair]) / (alike * lever)
 
 
-def tooth_warnings(pair: ContactPair) -> Sequence[str]:
-    """Warnings of a pair of `pair_of`: formulas of the teeth outside their limits, and tips that interfere."""
+def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[str, ...]:
+    """Warnings of a pair of `pair_of`: formulas of the teeth outside their limits, and tips that interfere.
+
+    mesh : that the pair is of; its table in the model file stands before each warning.
+    """
     meshing = _meshing(pair)
-    return tuple(dict.fromkeys([*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing)]))
+    said = (*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing, names=_gears(mesh)))
+    return tuple(dict.fromkeys(f"{mesh.pair}: {text}" for text in said))
+
+
+def _gears(mesh: Mesh) -> tuple[str, str]:
+    """Names of the gears of a mesh within their stage."""
+    return mesh.a.split("/")[1], mesh.b.split("/")[1]

@@ -24,10 +24,18 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["HOLDS", "audit"]
+__all__ = ["EXTRAS", "HOLDS", "NOT_COMPUTED", "audit"]
 
 HOLDS, CONTRADICTED = "holds", "contradicted"
+NOT_COMPUTED = "not computed"
+"""Start of the outcome of a row whose run needs a package that is not installed; how to install it follows."""
+EXTRAS = {"numba": "fast", "pymoo": "optimise"}
+"""Package outside the plain installation -> extra of this package that brings it."""
 _ROUNDING = 1e-12  # a difference equal to the tolerance is within it
+
+
+class _NotInstalledError(Exception):
+    """A run needs a package that is not installed; the text says which, and how to install it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +64,8 @@ def audit(
     -------
     Dataset along ``row``: drive, quantity, place, published (nan where it is not one number), published_text,
         published_unit, ours, difference (ours - published), tolerance (all three in published_unit), verdict, outcome
-        ("holds", "contradicted", or why nothing came out), because, reading, reason, fitted.
+        ("holds", "contradicted", "not computed: ..." where a package is missing, or why nothing came out), because,
+        reading, reason, fitted.
 
     Raises
     ------
@@ -86,21 +95,21 @@ def _lines(drive: str, data: Audit, count: Callable[[], None]) -> Iterator[_Line
 
 def _runner(drive: str, data: Audit, count: Callable[[], None]) -> Callable[[str], xr.Dataset]:
     """Runs by name, each computed when first asked for; runs on the same model share its System."""
-    results: dict[str, xr.Dataset | ConvergenceError] = {}
+    results: dict[str, xr.Dataset | ConvergenceError | _NotInstalledError] = {}
     models: dict[tuple[str, bool], Train | System] = {}
 
     def result_of(name: str) -> xr.Dataset:
         if name not in results:
             try:
                 results[name] = _run(data, name, drive, models)
-            except ConvergenceError as error:
+            except (ConvergenceError, _NotInstalledError) as error:
                 results[name] = error
             except ModelError as error:
                 where = f"runs.{name}.{error.path}" if error.path else f"runs.{name}"
                 raise ModelError(error.problem, path=where, allowed=error.allowed) from error
             count()
         found = results[name]
-        if isinstance(found, ConvergenceError):
+        if isinstance(found, Exception):
             raise found
         return found
 
@@ -111,7 +120,8 @@ def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Trai
     """Dataset of a run by its name; models : Trains and Systems loaded before, by drive, overrides and kind."""
     run = data.resolved(name)
     if run.needs is not None and find_spec(run.needs) is None:
-        raise ConvergenceError(f"{run.needs} is not installed, without which this cannot be computed")
+        wanted = f"'epicyclic[{EXTRAS[run.needs]}]'" if run.needs in EXTRAS else run.needs
+        raise _NotInstalledError(f"{run.needs} is not installed; pip install {wanted}")
     verb = verbs()[run.verb or ""]
     key = json.dumps([run.drive or drive, run.set], sort_keys=True, default=str), verb.drawing
     if key not in models:
@@ -143,13 +153,15 @@ def _checked(row: Row, at: int, *, drive: str, fitted: bool, result_of: Callable
 
 
 def _ours(row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]) -> tuple[Sequence[float], str]:
-    """Our values (count,) in the unit of the row; nan and the reason where a run did not converge."""
+    """Our values (count,) in the unit of the row; nan and the reason where a run gave none."""
     if row.ours is None:
         return [math.nan] * count, ""
     try:
         values = converted(evaluate(row.ours, result_of), row.unit).values
     except ConvergenceError as error:
         return [math.nan] * count, f"no convergence: {error}"
+    except _NotInstalledError as error:
+        return [math.nan] * count, f"{NOT_COMPUTED}: {error}"
     except ModelError as error:
         if error.path.startswith("runs."):
             raise

@@ -41,7 +41,7 @@ def command(verb: Verb) -> Callable[..., None]:
 
     def run(model: str, sets: list[str] | None, as_json: bool, output: Path | None, **given: Any) -> None:
         for name, (_, _, option) in shown.items():
-            if (value := given.pop(_FORMER + name, None)) is not None:
+            if (value := given.pop(_FORMER + name, None)) not in (None, []):
                 complain(f"warning: {option.former} is now {flags[name]}")
                 given[name] = value
         options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}

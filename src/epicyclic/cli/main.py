@@ -20,6 +20,7 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command
 from .console import parsed_overrides, progress_bar, reported, target_of
+from .kept import kept
 
 __all__ = ["app", "main"]
 
@@ -91,19 +92,22 @@ def report(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The HTML file to write.")] = Path(
         "epicyclic-report.html"
     ),
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue a report that was stopped; needs the same -o and options.")
+    ] = False,
 ) -> None:
     """Everything the model allows, in one HTML file that opens offline; prints the key figures."""
-    _report(model, sets, output)
+    _report(model, sets, output, resume)
 
 
-def _report(model: str, sets: list[str] | None, output: Path) -> None:
-    with reported():
+def _report(model: str, sets: list[str] | None, output: Path, resume: bool) -> None:
+    with reported(), kept(output, keeps=True) as folder:
         target_of(output, (".html",))
         from ..show.report import write_report
         from ..verbs.report import STUDIES, report_verbs, run_report
 
         with progress_bar(f"report {model}", len(report_verbs()) + len(STUDIES) + 1) as step:
-            results = run_report(model, overrides=parsed_overrides(sets), progress=step)
+            results = run_report(model, overrides=parsed_overrides(sets), folder=folder, resume=resume, progress=step)
             step("figures")
             write_report(output, results)
         _print_report(results, output)

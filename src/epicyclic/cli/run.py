@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from inspect import signature
@@ -14,8 +13,10 @@ import typer
 
 from ..errors import ModelError
 from ..results.whole_file import write_text
-from ..verbs.record import Verb
+from ..verbs.record import Verb, keywords
+from ..verbs.relief import RECORD
 from .console import complain, parsed_overrides, progress_bar, reported, target_of, write_result
+from .kept import kept
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 __all__ = ["FILES", "run_verb"]
 
 FILES = (".nc", ".json", ".html")
-STOPPED = 130
 
 
 def run_verb(
@@ -47,26 +47,34 @@ def run_verb(
     ------
     typer.Exit : 2 wrong input, 3 no convergence, 130 stopped, 1 a fault of the program.
     """
-    with reported(), _flagged(flags), _kept(verb, output) as keeping:
+    keeps = "folder" in signature(verb.run).parameters
+    record = RECORD if keeps and keywords(verb.run)["resume"][1] is not bool else ""
+    with reported(), _flagged(flags), kept(output if keeps else None, keeps=keeps, record=record) as folder:
         if output is not None:
             target_of(output, (*FILES, *((".toml",) if verb.model_text else ())))
         overrides = parsed_overrides(sets)
         with progress_bar(f"{verb.name} {model}") as step:
+            more: dict[str, Any] = {} if folder is None else {"folder": folder}
             if "progress" in signature(verb.run).parameters:
-                keeping["progress"] = lambda done, of=1: step(done / of)
-            result = verb.run(model, overrides=overrides or None, **options, **keeping)
+                more["progress"] = lambda done, of=1: step(done / of)
+            result = verb.run(model, overrides=overrides or None, **options, **more)
         _put(verb, result, as_json=as_json, output=output)
-    if result.attrs.get("stopped"):
-        raise typer.Exit(STOPPED)
+        if result.attrs.get("stopped"):
+            raise KeyboardInterrupt
 
 
 def _put(verb: Verb, result: xr.Dataset, *, as_json: bool, output: Path | None) -> None:
-    """Write or print a result."""
+    """Write or print a result; beside a file its key figures are printed."""
     if output is not None and verb.model_text is not None and output.suffix.lower() == ".toml":
         write_text(output, verb.model_text(result))
         complain(f"written: {output}")
     elif output is not None:
         write_result(result, output)
+        if not as_json:
+            from ..show.console import show_pairs, stdout_console
+            from ..show.views import key_figures_of
+
+            show_pairs({words: value for value, words in key_figures_of({verb.name: result})}, stdout_console())
     if not as_json and (output is None or output.suffix.lower() == ".toml"):
         from ..show.console import show, stdout_console
 
@@ -89,19 +97,3 @@ def _flagged(flags: Mapping[str, str]) -> Iterator[None]:
     except ModelError as error:
         path = ", ".join(names.get(part, part) for part in error.path.split(", "))
         raise ModelError(path + str(error).removeprefix(error.path)) from error
-
-
-@contextmanager
-def _kept(verb: Verb, output: Path | None) -> Iterator[dict[str, Any]]:
-    """Keyword `folder` of a verb that keeps what is done: beside the output, until the run is whole."""
-    folder = None if output is None or not output.name else output.with_name(output.name + ".parts")
-    if folder is None or "folder" not in signature(verb.run).parameters or not folder.absolute().parent.is_dir():
-        yield {}
-        return
-    try:
-        yield {"folder": folder}
-    except KeyboardInterrupt:
-        if any(folder.glob("*.npy")):
-            complain(f"what is done is kept in {folder}; the same command with --resume continues it")
-        raise
-    shutil.rmtree(folder, ignore_errors=True)

@@ -276,8 +276,12 @@ def _given_law(
     elif load is None:
         load, origin = middle, "half of the last force"
     table = given_table(curves, load)
-    log.note(f"{found.path}.load", load * cosine, "N", origin)
-    log.note(f"{found.path}.tangent", table.stiffness, "N/m", "table")
+    transverse = cosine != 1.0
+    log.note(f"{found.path}.load", load * cosine, "N", f"{origin}, transverse" if transverse else origin)
+    if transverse:
+        log.note(f"{found.path}.normal_load", load, "N", "along the tooth normal")
+    tangent = "table, along the tooth normal" if transverse else "table"
+    log.note(f"{found.path}.tangent", table.stiffness, "N/m", tangent)
     if load > table.last:
         log.warn(
             f"{found.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N along "
@@ -322,7 +326,7 @@ def _contact_law(
     log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
     helix = shape.teeth[p.a].base_helix
     force = load * meshing.contact_ratio * width / math.cos(helix)
-    table, messages = _table_of_pair(teeth, p.internal, helix, lean, force, p.path)
+    table, messages = _table_of_pair(teeth, p.internal, helix, lean, force, p.path, (p.a, p.b))
     for text in messages:
         log.warn(f"{p.path}: {text}")
     return table
@@ -330,7 +334,7 @@ def _contact_law(
 
 @lru_cache(maxsize=64)
 def _table_of_pair(
-    teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str
+    teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str, names: tuple[str, str]
 ) -> tuple[ContactTable, tuple[str, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
     from ..tooth_contact.energy import MeshedTeeth, interference_warnings  # heavy, and needed by loaded contact alone
@@ -345,7 +349,7 @@ def _table_of_pair(
     assert isinstance(a, ToothCompliance)
     assert isinstance(b, ToothCompliance)
     mesh = MeshedTeeth(a=a, b=b, working_angle=pair.plane.pressure_angle, limits=pair.plane.limits)
-    return table, tuple(dict.fromkeys((*a.warnings, *b.warnings, *interference_warnings(mesh, path=path))))
+    return table, tuple(dict.fromkeys((*a.warnings, *b.warnings, *interference_warnings(mesh, path=path, names=names))))
 
 
 def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:

@@ -9,7 +9,7 @@ from ..model.schema import ModelFile
 from ..train.bodies import Body
 from ..train.connections import Link
 from ..train.kinematics import tones
-from ..train.power import power_flow
+from ..train.power import planet_arms, power_flow
 from ..train.train import Damping, Train
 from .bodies import bodies_of_stage, coaxial, frames_of, free_bodies
 from .centres import StageShape, shape_stage
@@ -74,7 +74,13 @@ def resolve(document: Document) -> Train:
         kinematics=kinematics,
         planets=planets,
         torques=body_torques(model, kinematics, bodies),
-        power_paths=power_flow(kinematics, gearings_of(plans), ties_of(model, plans)),
+        power_paths=power_flow(
+            kinematics,
+            gearings_of(plans),
+            ties_of(model, plans),
+            planets={f"{plan.name}.{gear}" for plan in plans for gear in plan.gears if not plan.central(gear)},
+            arms=planet_arms(meshes, bodies),
+        ),
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*external_loads(model, bodies), *deviated.loads),

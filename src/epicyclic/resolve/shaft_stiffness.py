@@ -6,7 +6,7 @@ import math
 
 from ..model.schema_links import SolidTable
 
-__all__ = ["shaft_stiffness", "solid_stiffness"]
+__all__ = ["shaft_stiffness", "shear_coefficient", "solid_stiffness"]
 
 
 def shaft_stiffness(
@@ -15,15 +15,15 @@ def shaft_stiffness(
     """Stiffness of a hollow cylinder between its two ends, seen at its middle, where all six directions uncouple.
 
     A beam with shear has the stiffness matrix of six springs at mid-length: axial E A/l, lateral
-    12 E I/(l^3 (1 + Phi)), torsional G J/l, bending E I/l; Phi = 12 E I/(kappa G A l^2) and
-    kappa = 6 (1 + nu)/(7 + 6 nu) of a solid round section [cowper1966].
+    12 E I/(l^3 (1 + Phi)), torsional G J/l, bending E I/l; Phi = 12 E I/(kappa G A l^2) with kappa of
+    `shear_coefficient`.
 
     diameter, bore, length [m]; youngs_modulus [Pa]; poisson_ratio [1].  Returns x y z [N/m], rx ry rz [N m/rad].
     """
     shear_modulus = youngs_modulus / (2 * (1 + poisson_ratio))
     area = math.pi / 4 * (diameter**2 - bore**2)
     second_moment = math.pi / 64 * (diameter**4 - bore**4)
-    kappa = 6 * (1 + poisson_ratio) / (7 + 6 * poisson_ratio)
+    kappa = shear_coefficient(bore / diameter, poisson_ratio)
     shear = 12 * youngs_modulus * second_moment / (kappa * shear_modulus * area * length**2)
     lateral = 12 * youngs_modulus * second_moment / (length**3 * (1 + shear))
     bending = youngs_modulus * second_moment / length
@@ -35,6 +35,17 @@ def shaft_stiffness(
         "ry": bending,
         "rz": shear_modulus * 2 * second_moment / length,
     }
+
+
+def shear_coefficient(bore_ratio: float, poisson_ratio: float) -> float:
+    """Shear coefficient kappa of a hollow circular section [1], that of a solid one at bore_ratio 0 [cowper1966].
+
+    bore_ratio : inner per outer diameter m, 0 <= m < 1 [1].  poisson_ratio : nu [1].
+
+    kappa = 6 (1 + nu) (1 + m^2)^2 / [(7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2].
+    """
+    wide = (1 + bore_ratio**2) ** 2
+    return 6 * (1 + poisson_ratio) * wide / ((7 + 6 * poisson_ratio) * wide + (20 + 12 * poisson_ratio) * bore_ratio**2)
 
 
 def solid_stiffness(table: SolidTable, length: float, material: tuple[float, float]) -> dict[str, float]:

@@ -106,6 +106,6 @@ def energy_law(
     load = nominal_load(shape, p, torque, width)
     log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
     mean, series = energy_series(mesh, load, path=p.path)
-    for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path)):
+    for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path, names=(p.a, p.b))):
         log.warn(f"{p.path}: {text}")
     return mean * width / math.cos(mesh.base_helix), series

@@ -17,7 +17,7 @@ import pandas as pd
 import xarray as xr
 
 from ..errors import ModelError
-from .variables import VARIABLES
+from .variables import OF_KIND, VARIABLES
 from .whole_file import whole_file
 
 __all__ = ["SUFFIXES", "dataset", "load_result", "save_result", "to_json"]
@@ -36,7 +36,7 @@ def dataset(
     warnings: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Make a Dataset whose variables carry unit and long name from `variables.VARIABLES`.
+    """Make a Dataset whose variables carry unit and long name from `variables.OF_KIND`, else `variables.VARIABLES`.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def dataset(
     """
     result = xr.Dataset(dict(variables), coords={name: _index(name, values) for name, values in (coords or {}).items()})
     for name in result.variables:
-        entry = VARIABLES.get(str(name))
+        entry = OF_KIND.get((verb, str(name))) or VARIABLES.get(str(name))
         if entry is None and name in variables:
             raise KeyError(f"{name} has no entry in variables.VARIABLES")
         if entry is not None:

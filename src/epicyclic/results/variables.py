@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["VARIABLES"]
+__all__ = ["OF_KIND", "VARIABLES"]
 
 # name: (unit, long name)
 VARIABLES: dict[str, tuple[str, str]] = {
@@ -61,14 +61,20 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "planets": ("1", "number of branches"),
     "link_first": ("", "first body of the link"),
     "link_second": ("", "second body of the link, nothing for the frame or housing"),
+    "link_clearance": ("m", "clearance of the link, the play before it presses"),
+    "verb_needs": ("", "what the verb still needs, nothing where it is ready"),
+    "verb_name": ("", "verb"),
+    "tangent_load": ("N", "force along the tooth normal at which the mean stiffness is the tangent of a table"),
+    "backlash": ("m", "normal backlash of the mesh, infinite where the far flank never touches"),
     "link_stiffness": ("N/m, N m/rad for rx ry rz", "stiffness of the link, infinite where rigid"),
-    "path": ("", "coupling, shaft or pair that power takes"),
+    "path": ("", "coupling, shaft, pair or bearing of a planet that power takes"),
     "path_from": ("", "first member of the path"),
     "path_to": ("", "second member of the path"),
     "path_torque": ("N m", "torque that the path puts on its second member, all branches together"),
-    "path_power": ("W", "power that the path gives to its second member"),
+    "path_power": ("W", "power that the path gives to its second member, velocities in the housing"),
+    "path_rolling_power": ("W", "power of the mesh, velocities in the frame of its carrier"),
     "path_share": ("1", "power of the path per power into the train"),
-    "path_circulating": ("", "whether the path is part of a circle of power"),
+    "path_circulating": ("", "whether the path lies on a closed path of power"),
     "order_frequency": ("Hz", "shaft and mesh frequencies"),
     "order": ("1", "frequency in orders of the mesh frequency"),
     # modes
@@ -81,6 +87,20 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "strain_energy_share": ("1", "share of the strain energy"),
     "kinetic_energy_share": ("1", "share of the kinetic energy"),
     "damping_ratio": ("1", "damping ratio"),
+    "resonance_mode": ("1", "number of the mode that a mesh order meets, of equal ones the first"),
+    "resonance_multiplicity": ("1", "number of modes at the frequency met"),
+    "resonance_frequency": ("Hz", "natural frequency met by a mesh order"),
+    "resonance_kind": ("", "kind of the mode met"),
+    "resonance_stage": ("", "stage whose mesh frequency meets the mode"),
+    "resonance_speed": ("1", "speed of the resonance per operating speed"),
+    "resonance_near": ("", "whether the resonance is near operation: within the band, 20 % without one"),
+    "resonance_connection": ("", "connection with most strain energy, branches and sides together"),
+    "resonance_connection_share": ("1", "its share of the strain energy"),
+    "resonance_body": ("", "body with most kinetic energy, branches and sides together"),
+    "resonance_body_share": ("1", "its share of the kinetic energy"),
+    "resonance_dynamic_factor": ("1", "largest dynamic factor K_v of any mesh at the resonance, linear contact"),
+    "resonance_mesh": ("", "mesh with that dynamic factor"),
+    "resonance_amplitude": ("N", "largest mesh force amplitude of the order that meets the mode"),
     "whirl_frequency": ("Hz", "natural frequency with gyroscopic terms at each speed"),
     # stiffness
     "mesh_stiffness": ("N/m", "mesh stiffness along the tooth normal"),
@@ -97,10 +117,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "face_load_factor": ("1", "largest over mean of the slice forces along the face, means over the record"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
     "mesh_contact": ("", "whether the teeth touch"),
-    "group_force": ("N", "force in a bearing or spline with a law"),
-    "group_stretch": ("m", "displacement in a bearing or spline with a law"),
+    "group_force": ("N, N m for rz", "force or moment in a bearing, coupling or spline with a law"),
+    "group_stretch": ("m, rad for rz", "displacement in a bearing, coupling or spline with a law"),
     "group_state": ("", "what a bearing or spline does: play, stick, slip, stop"),
-    "link_force": ("N", "force or moment in a bearing, support or coupling"),
+    "link_force": ("N, N m for rx ry rz", "force or moment in a bearing, support or coupling"),
     "link_deflection": ("m, rad for rx ry rz", "deflection of a bearing, support or coupling, first body less second"),
     # steady
     "mesh_phase": ("1", "time in mesh cycles"),
@@ -164,6 +184,9 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "sample_time": ("s", "time"),
     # transient
     "relative_speed": ("1", "speed per operating speed"),
+    "mesh_force_peak_time": ("s", "time of the largest mesh force"),
+    "mesh_force_minimum_time": ("s", "time of the smallest mesh force"),
+    "impacts": ("1", "how often teeth that were apart press again, on either flank"),
     "end_displacement": ("m", "displacement at the end, torsion as base-circle displacement"),
     "end_velocity": ("m/s", "velocity at the end, torsion as base-circle velocity"),
     "end_slider": ("m", "slider of Coulomb friction at the end"),
@@ -300,4 +323,14 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "reading": ("", "reading of the source"),
     "reason": ("", "erratum or missing datum"),
     "fitted": ("", "whether a parameter was fitted"),
+}
+
+_RELATIVE = ("1", "speed per operating speed")
+
+# (kind of result, name): (unit, long name), where a kind means something else by a name than `VARIABLES`
+OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
+    ("sweep", "speed"): _RELATIVE,
+    ("contact_sweep", "speed"): _RELATIVE,
+    ("stability", "speed"): _RELATIVE,
+    ("sensitivity", "path"): ("", "path of the number in the model file"),
 }

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .elements import Table
+from .figures.series import engineering
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["columns_of", "force_table", "largest_over_speed", "loaded", "named_columns", "status_table"]
+__all__ = [
+    "columns_of",
+    "extent",
+    "force_table",
+    "largest_over_speed",
+    "loaded",
+    "named_columns",
+    "relative_speed",
+    "speed_range_of",
+    "status_table",
+]
 
 
 def named_columns(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> dict[str, list[Any]]:
@@ -72,6 +84,26 @@ def largest_over_speed(
         heading: list(np.where(known, values[range(len(values)), place], np.nan)),
         at: list(np.where(known, frequency[place], np.nan)),
     }
+
+
+def relative_speed(result: xr.Dataset) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Speeds (P,) per operating speed [1] of a sweep; nan where it does not say."""
+    if "speed" not in result.coords:
+        return np.full(result.sizes["speed"], np.nan)
+    return np.asarray(result["speed"].values, dtype=np.float64)
+
+
+def speed_range_of(result: xr.Dataset) -> str:
+    """The range that a sweep was asked for, ``operation`` or ``modes``; "" of speeds given."""
+    return str(json.loads(str(result.attrs.get("options", "{}"))).get("speed_range") or "")
+
+
+def extent(result: xr.Dataset) -> str:
+    """Range of the speeds of a sweep: mesh frequencies, and per cent of the operating speed."""
+    hertz, speed = result["mesh_frequency"].values, 100 * relative_speed(result)
+    share = f", {engineering(speed.min())} to {engineering(speed.max())} % of operation" if len(speed) else ""
+    shown = share if np.isfinite(speed).all() else ""
+    return f"{engineering(hertz.min(), 6)} to {engineering(hertz.max(), 6)} Hz{shown}"
 
 
 def loaded(columns: dict[str, Any], heading: str) -> dict[str, Any]:

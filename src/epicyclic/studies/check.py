@@ -11,10 +11,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..analyses.static.equilibrium import compliance_of
+from ..analyses.static.unheld import unheld_warnings
 from ..results.dataset import dataset
 from ..train.bodies import DIRECTIONS, Body, GearData
 from ..train.connections import Mesh
 from ..train.train import Train
+from .readiness import Readiness
 
 __all__ = ["check", "train_provenance"]
 
@@ -33,9 +36,10 @@ def check(train: Train) -> xr.Dataset:
     -------
     Dataset : speed [rpm], torque [N m] and power [W] of every body (external torque, held members included), power
         through every coupling, shaft and pair (from the first to the second member, seen from the housing), geometry
-        [m, rad] of every gear, lead [mesh cycles] and contact ratio of every mesh, stiffness of every link [N/m,
-        N m/rad]; nan where the model gives no value.  Attributes ``values`` (path, value, unit, origin of each
-        resolved value) and ``assumed``.
+        [m, rad] of every gear, lead [mesh cycles], contact ratio and backlash [m] of every mesh, and the force at which
+        its stiffness is the tangent of a table [N], stiffness [N/m, N m/rad] and clearance [m] of every link; nan where
+        the model gives no value.  What every verb still needs; "" where it is ready.  Attributes ``values`` (path,
+        value, unit, origin of each resolved value) and ``assumed``.
     """
     columns = {
         **_body_columns(train),
@@ -47,17 +51,25 @@ def check(train: Train) -> xr.Dataset:
     }
     variables = {name: column for name, column in columns.items() if name != column[0]}
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
-    links = train.links
+    links, ready = train.links, Readiness(train)
+    lacking = ready.lacking()
     result = dataset(
         {
             **variables,
             "link_first": ("link", _texts(link.first for link in links)),
             "link_second": ("link", _texts(link.second or "" for link in links)),
             "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
+            "link_clearance": ("link", _numbers(link.clearance for link in links)),
+            "verb_needs": ("verb_name", _texts("\n".join(texts) for texts in lacking.values())),
         },
-        coords={**coords, "link": ("link", _texts(link.name for link in links)), "direction": list(DIRECTIONS)},
+        coords={
+            **coords,
+            "link": ("link", _texts(link.name for link in links)),
+            "direction": list(DIRECTIONS),
+            "verb_name": ("verb_name", _texts(lacking)),
+        },
         verb="check",
-        warnings=[*train.warnings, *_circulation(train)],
+        warnings=list(dict.fromkeys([*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready)])),
         provenance=train_provenance(train),
     )
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
@@ -191,6 +203,8 @@ def _mesh_columns(train: Train) -> Columns:
         "working_pressure_angle": column(lambda mesh: mesh.pressure_angle),
         "working_radius": column(lambda mesh: mesh.radius_a),
         "mean_mesh_stiffness": column(lambda mesh: mesh.stiffness),
+        "tangent_load": column(lambda mesh: None if mesh.table is None else mesh.table.load),
+        "backlash": column(lambda mesh: mesh.backlash),
         "mesh_station": column(lambda mesh: mesh.station),
         "mesh_direction": column(lambda mesh: mesh.direction),
     }
@@ -277,14 +291,24 @@ def _path_columns(train: Train) -> Columns:
         "path_torque": ("path", np.array([path.torque for path in paths])),
         "path_power": ("path", power),
         "path_share": ("path", power / driving if driving else np.full(len(paths), _NAN)),
+        "path_rolling_power": ("path", np.array([path.rolling for path in paths])),
         "path_circulating": ("path", np.array([path.circulating for path in paths], dtype=bool)),
     }
 
 
 def _circulation(train: Train) -> list[str]:
-    """Warning of circulating power, with the least power of its paths."""
+    """Warning of circulating power: the least of its paths, and the largest share of the input power."""
     circulating = [path for path in train.power_paths if path.circulating]
     if not circulating:
         return []
-    least = min(abs(path.power) for path in circulating)
-    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}"]
+    least, most = (pick(abs(path.power) for path in circulating) for pick in (min, max))
+    driving = sum(value for value in (train.kinematics.power or {}).values() if value > 0)
+    share = f"; up to {most / driving:.3g} times the input power" if driving else ""
+    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}{share}"]
+
+
+def _equations(ready: Readiness) -> list[str]:
+    """Warning of what forbids the equations of the train, or of a load along a motion that nothing holds."""
+    if problem := ready.problem("equations"):
+        return [problem]
+    return unheld_warnings(ready.system, compliance_of(ready.system).free)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..analyses.steady.response import FrameSpeed
+    from ..results.run_folder import KeptPart, RunFolder
 
 __all__ = ["FACTORS", "stability_map"]
 
@@ -62,6 +63,7 @@ def stability_map(
     overrides: Mapping[str, Any] | None = None,
     frame_speed: FrameSpeed = "kinematic",
     progress: Callable[[int, int], None] | None = None,
+    kept: RunFolder | None = None,
 ) -> xr.Dataset:
     """Growth rates over mesh frequency and a parameter, with the boundaries that averaging predicts.
 
@@ -72,6 +74,7 @@ def stability_map(
     path : in the model file, whose train is assembled again for each value, or one of `FACTORS`.
     values : V values as overrides, with units or without.  mesh_frequency : (P,) of the first mesh [Hz].
     frame_speed : as of `stability`.  progress : called with (cells done, cells).
+    kept : keeps the cells that are done.
 
     Returns
     -------
@@ -90,7 +93,8 @@ def stability_map(
     rows = []
     for i, value in enumerate(values):
         share = _row_progress(progress, i * frequency.size, len(values) * frequency.size)
-        rows.append(_row(source, {path: value}, overrides or {}, frequency, frame_speed, share))
+        done = None if kept is None else kept.part(f"value {i}")
+        rows.append(_row(source, {path: value}, overrides or {}, frequency, frame_speed, share, done))
     if all(row.floquet is None for row in rows):
         raise ModelError(rows[0].status)
     return _labelled(path, values, frequency, rows, frame_speed)
@@ -110,6 +114,7 @@ def _row(
     frequency: NDArray[np.float64],
     frame_speed: FrameSpeed,
     progress: Callable[[int, int], None] | None,
+    kept: KeptPart | None,
 ) -> _MapRow:
     """Growth rates (P,) and predicted combinations at one value, setting : path -> value."""
     try:
@@ -120,7 +125,7 @@ def _row(
             ready = parametric_system(system_of(source, overrides={**overrides, **setting}), frame_speed=frame_speed)
     except (ModelError, ConvergenceError) as error:
         return _MapRow(status=str(error))
-    floquet = floquet_scan(ready, frequency, progress=progress)
+    floquet = floquet_scan(ready, frequency, progress=progress, kept=kept)
     return _MapRow(status="ok", ready=ready, floquet=floquet, ranges=tuple(predicted_combinations(ready, frequency)))
 
 

@@ -95,7 +95,7 @@ def contact(
         for pair, one in zip(pairs, helices, strict=True)
     ]
     operating = int(np.argmin(np.abs(loads - force)))
-    messages = [text for pair in pairs for text in tooth_warnings(pair)]
+    messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
     result = dataset(
         {
             **_load_columns(results),
@@ -160,9 +160,7 @@ def normal_force(train: Train, helices: Sequence[Mesh], torque: float | str | No
     if torque is None:
         force = mean_force(train, helices[0])
         if not force > 0:
-            raise ModelError(
-                "no torque passes this mesh", path="operation.torque", given=force, allowed="a torque, here or there"
-            )
+            raise ModelError("no torque passes this mesh", path="operation.torque", allowed="a torque, here or there")
         return force
     value = stated(torque, "torque", "torque")
     return abs(value) / (len(helices) * _lever(helices[0]))

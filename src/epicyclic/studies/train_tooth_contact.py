@@ -109,7 +109,7 @@ def train_contact(
         },
         verb="train_contact",
         options=options,
-        warnings=_warnings(case, laws, force[operating]),
+        warnings=_warnings(train, case, laws, force[operating]),
         provenance={**case.system.provenance, **law_attributes(case.system, case.record)},
     )
     result["time"].attrs.update({"units": "s" if case.system.tones else "mesh cycles", "long_name": "time"})
@@ -213,7 +213,9 @@ def _force_columns(system: System, record: Record, force: Array) -> dict[str, An
         factor[:, column] = (len(mine) * each / each.sum(axis=0)).max(axis=(0, 2))
         for meshes in mine:
             mean = force[:, meshes].mean(axis=2)
-            share[:, meshes] = mean / mean.sum(axis=1, keepdims=True)
+            whole = mean.sum(axis=1, keepdims=True)
+            # a branch that carries nothing at a small torque has no share
+            share[:, meshes] = np.where(whole > 0, mean / np.where(whole > 0, whole, 1.0), np.nan)
     return {
         "mesh_force": (("torque_factor", "mesh", "time"), force),
         "branch_load_factor": (("torque_factor", "mesh_pair"), factor),
@@ -275,10 +277,10 @@ def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     }
 
 
-def _warnings(case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[str]:
+def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[str]:
     """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
-    messages = [text for law in laws for text in tooth_warnings(law.pair)]
+    messages = [text for law in laws for text in tooth_warnings(law.pair, train.meshes[law.meshes[0]])]
     parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1)
     names = [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]
     if names:

@@ -156,10 +156,12 @@ def _contact(mesh: MeshedTeeth, sigma: Array, radius_a: Array, radius_b: Array, 
     return np.asarray(line.A * (line.B - math.log(load) - 1))
 
 
-def interference_warnings(mesh: MeshedTeeth, *, path: str = "") -> tuple[str, ...]:
+def interference_warnings(
+    mesh: MeshedTeeth, *, path: str = "", names: tuple[str, str] = ("the first gear", "the second gear")
+) -> tuple[str, ...]:
     """Warnings about tips that reach below the involute of their mate.
 
-    path : of the mesh in the model file, for the message.
+    path : of the mesh in the model file, names : of its gears a and b, for the message.
 
     Raises
     ------
@@ -171,8 +173,8 @@ def interference_warnings(mesh: MeshedTeeth, *, path: str = "") -> tuple[str, ..
         for tooth, radius, rolled in zip((mesh.a, mesh.b), mesh.radii(ends), mesh.rolled(ends), strict=True)
     ]
     warnings = []
-    for depth, mate, tooth in zip(depths, ("second", "first"), (mesh.b, mesh.a), strict=True):
-        text = f"the tips of the {mate} gear reach {depth * 1e3:.3g} mm below the involute of their mate"
+    for depth, (reached, mate), tooth in zip(depths, (names, names[::-1]), (mesh.b, mesh.a), strict=True):
+        text = f"the tips of {mate} reach {depth * 1e3:.3g} mm below the involute of {reached}"
         if depth > _REFUSED * tooth.gear.module:
             given = f"tip radius {tooth.gear.tip * 1e3:.5g} mm"
             allowed = "a shorter tip, or another profile shift"

@@ -24,7 +24,7 @@ from . import hertz
 from .corner import corner_reach, tip_separation
 from .kernel import PLATE_DECAY, face_coupling
 from .lines import ContactLines, contact_lines
-from .pair import ContactPair, check_pair
+from .pair import ContactPair, ElasticTooth, check_pair
 
 __all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeometry"]
 
@@ -34,6 +34,8 @@ Index = NDArray[np.int64]
 # Corner contact is considered up to this separation of tip and flank, in modules of the base pitch: far above the
 # deflection of teeth.
 _CORNER = 0.02
+# Pairs of segments in one product: some 0.05 s.
+_PAIRS = 200_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,7 +169,7 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
         middle = (lines.centre - 0.5 * (face[0] + face[1])) / slant
         spans = np.full(count, lines.span / slant)
         kernel = face_coupling(middle, width, PLATE_DECAY * gear.height, spans)
-        body = gear.cross(radius[:, :, None], radius[:, None, :], sense * ahead)
+        body = _body_compliance(gear, radius, sense * ahead)
         # at the root of a ring no tooth remains between the load and the body
         root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
         own = np.where(ahead == 0, root[:, :, None] * root[:, None, :], 0.0)
@@ -176,6 +178,16 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     if twist is not None:
         whole += twist[along, across]
     return whole
+
+
+def _body_compliance(gear: ElasticTooth, radius: Array, ahead: Array) -> Array:
+    """Cross compliance of a body (T, n, n) [m^2/N] between radii (T, n) [m], a few instants at a time.
+
+    One product of all instants would take seconds, in which Ctrl-C is not heard.
+    """
+    size = max(1, _PAIRS // max(ahead[0].size, 1))
+    parts = [slice(first, first + size) for first in range(0, len(ahead), size)]
+    return np.concatenate([gear.cross(radius[at, :, None], radius[at, None, :], ahead[at]) for at in parts])
 
 
 def _twisted(pair: ContactPair, lines: ContactLines) -> Array | None:

@@ -3,7 +3,9 @@
 from typing import TYPE_CHECKING, Annotated
 
 from .options import RelativeSpeed
+from .parsing import share
 from .record import Option, Verb
+from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,17 +21,30 @@ def modes(
     overrides: "Overrides | None" = None,
     relative_speed: RelativeSpeed = 0.0,
     damped: Annotated[bool, Option("Solve the damped problem.")] = False,
+    band: Annotated[
+        float | str | None,
+        Option(
+            'Resonances at most this share from the operating speed alone, e.g. "20 %".',
+            default="5 to 130 % of it, those within 20 % marked",
+        ),
+    ] = None,
 ) -> "xr.Dataset":
-    """Natural frequencies, kinds, shapes and energy shares.
+    """Natural frequencies, kinds, shapes and energy shares; the resonances near operation.
+
+    A resonance is a speed at which a mesh order, 1 to 12, meets a natural frequency. Each is listed with the mode, what
+    holds most of its energy, and the mesh force there from the response with linear contact.
 
     Raises
     ------
-    ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for.
+    ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for; no such band.
     """
     from ..analyses.modes.modal import modal
-    from ..studies.source import system_of
+    from ..analyses.modes.resonances import with_resonances
 
-    return modal(system_of(source, overrides=overrides), relative_speed=relative_speed, damped=damped)
+    width = None if band is None else share(band, "band")
+    train, system = train_and_system(source, overrides)
+    result = modal(system, relative_speed=relative(relative_speed, system, train), damped=damped)
+    return with_resonances(result, system, band=width)
 
 
 VERB = Verb(run=modes, gives=("modes",), in_report=40)

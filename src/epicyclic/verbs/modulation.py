@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from .options import RelativeSpeed
 from .record import Option, Verb
 from .sensor_files import quantity, read_transfer, read_window
+from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,11 +59,11 @@ def modulation(
     ConvergenceError : no steady motion found.
     """
     from ..analyses.modulation.modulation import modulation as run
-    from ..studies.source import system_of
 
+    train, system = train_and_system(source, overrides)
     return run(
-        system_of(source, overrides=overrides),
-        relative_speed=relative_speed,
+        system,
+        relative_speed=relative(relative_speed, system, train),
         stage=stage,
         body=body,
         sensor=quantity(sensor, "angle", "sensor") or 0.0,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .record import Option
@@ -12,13 +13,16 @@ if TYPE_CHECKING:
 __all__ = [
     "Corner",
     "Cycles",
+    "Folder",
     "FrameSpeed",
     "LinearAt",
     "MeshFrequencies",
     "Misalignment",
     "Of",
+    "Range",
     "RelativeSpeed",
     "RelativeSpeeds",
+    "Resume",
     "Samples",
     "ShaftOrders",
     "ShaftTones",
@@ -29,21 +33,35 @@ __all__ = [
 ]
 
 # one speed
-RelativeSpeed = Annotated[float, Option("Speed per operating speed; 0 is standstill, 1 the operating point.")]
+RelativeSpeed = Annotated[
+    float | str,
+    Option(
+        "Speed per operating speed, 0 standstill, 1 the operating point; or a mesh frequency or speed with its unit: "
+        '"20 Hz", "50 rpm", "50 %".'
+    ),
+]
 
 # ranges of speed
 Start = Annotated[
     float | str | None,
-    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', flag="--from", default="by the modes"),
+    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', former="--from", default="by the range"),
 ]
 Stop = Annotated[
-    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', flag="--to", default="by the modes")
+    float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', former="--to", default="by the range")
+]
+Range = Annotated[
+    Literal["operation", "modes"] | None,
+    Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", default="operation"),
 ]
 MeshFrequencies = Annotated["ArrayLike | None", Option("(P,) mesh frequencies of the first mesh [Hz].", flag=None)]
 RelativeSpeeds = Annotated["ArrayLike | None", Option("(P,) speeds per operating speed [1].", flag=None)]
 FrameSpeed = Annotated[
     Literal["kinematic", "operating"], Option("Let the frame turn with the speed, or as at operation.")
 ]
+
+# runs that are stopped and go on
+Folder = Annotated[str | Path | None, Option("Folder that keeps what is done while the run goes on.", flag=None)]
+Resume = Annotated[bool, Option("Continue a run that was stopped; needs the same -o and options.")]
 
 # records
 Cycles = Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, default="chosen")]

@@ -22,6 +22,7 @@ __all__ = [
     "mesh_frequency",
     "seconds",
     "settings",
+    "share",
     "spread",
     "torque_step",
 ]
@@ -78,6 +79,22 @@ def _members(given: Mapping[str, Any], before: str = "") -> list[str]:
     for key, value in given.items():
         names += _members(value, f"{before}{key}.") if isinstance(value, Mapping) else [f"{before}{key}"]
     return names
+
+
+def share(value: float | str, path: str) -> float:
+    """A share [1] from a number [1], or a text with or without %.
+
+    Raises
+    ------
+    ModelError : a text that is no positive number.
+    """
+    if not isinstance(value, str):
+        return float(value)
+    found = re.fullmatch(rf"\s*{_NUMBER}\s*(%)?\s*", value)
+    number = float(found[1]) / (100 if found[2] else 1) if found else 0.0
+    if not 0.0 < number < 1e9:
+        raise ModelError("not a share", path=path, given=value, allowed='above zero, e.g. "20 %" or 0.2')
+    return number
 
 
 def frequency(value: float | str, path: str) -> float:

@@ -24,7 +24,18 @@ from ..errors import ModelError
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Option", "Progress", "Verb", "former", "given", "help_of", "keywords", "refuse_without", "verbs"]
+__all__ = [
+    "Option",
+    "Progress",
+    "Verb",
+    "former",
+    "given",
+    "help_of",
+    "keywords",
+    "refuse_without",
+    "require_folder",
+    "verbs",
+]
 
 Progress = Callable[[float], None]
 """Called with the share done, 0..1."""
@@ -147,3 +158,14 @@ def refuse_without(condition: bool, words: str, **options: object) -> None:
     if not condition:
         for name, value in given(**options).items():
             raise ModelError(f"goes with {words}", path=name, given=value)
+
+
+def require_folder(resume: bool, folder: object) -> None:
+    """Refuse to go on from nowhere.
+
+    Raises
+    ------
+    ModelError : a run is to go on, and no folder is given.
+    """
+    if resume and folder is None:
+        raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")

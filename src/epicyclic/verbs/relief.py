@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import Corner, Misalignment, Slices
+from .options import Corner, Folder, Misalignment, Slices
 from .parsing import ends, loads_of, settings
 from .record import Option, Progress, Verb, former
 
@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
     from ..studies.source import Overrides, Source
 
-__all__ = ["VERB", "relief"]
+__all__ = ["RECORD", "VERB", "relief"]
+
+RECORD = "search.json"
+"""Record of a search in the folder that keeps it."""
 
 
 @former(factors="loads", speeds=("start", "stop"), speed_points="points")
@@ -38,7 +41,7 @@ def relief(
     ] = None,
     objectives: Annotated[
         Sequence[Literal["lte", "load", "force_rms", "force_peak"]],
-        Option("What is made least; several give a Pareto set.", flag="--objective"),
+        Option("What is made least; several give a Pareto set. May be repeated.", former="--objective"),
     ] = ("lte",),
     loads: Annotated[
         Sequence[float] | str, Option('Loads of lte and load, relative: "0.5..1.25" or "0.5, 1".', default="1")
@@ -48,19 +51,23 @@ def relief(
         float | str | None,
         Option(
             'Lowest mesh frequency of dynamic forces [Hz], e.g. "200 Hz".',
-            flag="--from",
+            former="--from",
             default="a fifth of operating",
         ),
     ] = None,
-    stop: Annotated[float | str | None, Option('Highest, e.g. "2 kHz".', flag="--to", default="1.2 of it")] = None,
+    stop: Annotated[float | str | None, Option('Highest, e.g. "2 kHz".', former="--to", default="1.2 of it")] = None,
     points: Annotated[int, Option("Number of speeds.", least=1, most=10_000)] = 30,
     population: Annotated[int, Option("Candidates a generation.", least=4, most=100_000)] = 60,
     generations: Annotated[int, Option("Generations.", least=1, most=100_000)] = 60,
     seed: Annotated[int, Option("The same seed, the same search.", least=0)] = 1,
     resume: Annotated[
         str | Path | None,
-        Option("Record of the search, written as it goes; gone on with if there.", metavar="FILE"),
+        Option(
+            "Record of the search, written as it goes; gone on with if there. With -o there is one beside it.",
+            metavar="FILE",
+        ),
     ] = None,
+    folder: Folder = None,
     pick: Annotated[
         int | None, Option("Number of the solution to take, from 0.", least=0, default="nearest to all best")
     ] = None,
@@ -74,12 +81,21 @@ def relief(
 
     One objective is searched by a genetic algorithm, several by NSGA-II. Ctrl-C ends the search with the best so far.
 
+    Parameters
+    ----------
+    folder : keeps the record of the search where `resume` names no other.
+
     Raises
     ------
     ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
     """
     from ..studies.relief.optimisation import relief as run
 
+    if folder is not None:
+        from ..results.run_folder import open_folder
+
+        open_folder(Path(folder), verb="relief", model=(), options={}, resume=resume is not None)
+        resume = Path(folder) / RECORD if resume is None else resume
     return run(
         source,
         overrides=overrides,

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from functools import cache, partial
-from typing import TYPE_CHECKING
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ConvergenceError, ModelError
-from .record import Verb, verbs
+from .record import Verb, require_folder, verbs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,9 +19,13 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["STUDIES", "report_verbs", "run_report"]
+__all__ = ["STUDIES", "TO_MODES", "report_verbs", "run_report"]
 
 STUDIES = ("support stiffness", "run-out")
+TO_MODES = "sweep to the modes"
+# Speeds of the sweeps of a report, about operation and to the modes: with three mesh frequencies one about operation
+# takes half a second, one to the modes half of that.
+_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (40, 40)
 
 
 def report_verbs() -> tuple[str, ...]:
@@ -29,7 +35,12 @@ def report_verbs() -> tuple[str, ...]:
 
 
 def run_report(
-    source: Source, *, overrides: Overrides | None = None, progress: Callable[[str], None] | None = None
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    folder: str | Path | None = None,
+    resume: bool = False,
+    progress: Callable[[str], None] | None = None,
 ) -> dict[str, xr.Dataset]:
     """Run all analyses a model allows, each once.
 
@@ -38,45 +49,90 @@ def run_report(
 
     Parameters
     ----------
-    source, overrides : as of every verb.  progress : called with the name of what starts.
+    source, overrides : as of every verb.
+    folder : keeps every section that is done, and what the one at work keeps, so that a report that was stopped goes on
+        with `resume`.
+    progress : called with the name of what starts.
 
     Returns
     -------
-    name -> Dataset, in the order of `report_verbs` and `STUDIES`.
+    name -> Dataset, in the order of `report_verbs`, `TO_MODES` and `STUDIES`.
 
     Raises
     ------
     ModelError : the model itself is wrong.
     """
+    from ..results.run_folder import run_folder
     from ..studies.source import train_of
 
-    train = train_of(source, overrides=overrides)
+    require_folder(resume, folder)
     results: dict[str, xr.Dataset] = {}
     left_out: list[str] = []
-    for name, step in _steps(train).items():
-        if progress is not None:
-            progress(name)
-        try:
-            results[name] = step()
-        except (ModelError, ConvergenceError) as error:
-            left_out.append(f"no {name}: {error}")
+    train = train_of(source, overrides=overrides)
+    with run_folder(folder, train, verb="report", options={}, resume=resume) as (train, kept):
+        place = None if kept is None else kept.folder
+        for name, step in _steps(train, place).items():
+            if progress is not None:
+                progress(name)
+            try:
+                results[name] = step() if place is None else _kept(place, name, step)
+            except (ModelError, ConvergenceError) as error:
+                left_out.append(f"no {name}: {error}")
     first = next(iter(results.values()))
     first.attrs["warnings"] = json.dumps([*json.loads(first.attrs.get("warnings", "[]")), *left_out])
     return results
 
 
-def _steps(train: Train) -> dict[str, Callable[[], xr.Dataset]]:
-    """Everything a report shows, by name; the System is made once, when first asked for."""
+def _kept(folder: Path, name: str, step: Callable[[], xr.Dataset]) -> xr.Dataset:
+    """The result of a section, from the folder where a report before has left it; else made and written there."""
+    from ..results.dataset import load_result, save_result
+    from ..results.run_folder import remove_folder
+
+    path = folder / f"{name}.nc"
+    if path.is_file():
+        return load_result(path)
+    result = step()
+    save_result(result, path)
+    remove_folder(folder / name)
+    return result
+
+
+def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Dataset]]:
+    """Everything a report shows, by name; the System is made once, when first asked for.
+
+    folder : in which a verb that keeps what is done has one of its name.
+    """
     from ..studies.parameter_studies import run_out_study, support_study
     from ..studies.source import system_of
 
     system = cache(lambda: system_of(train))
     steps: dict[str, Callable[[], xr.Dataset]] = {
-        name: partial(_run, verbs()[name], train, system) for name in report_verbs()
+        name: partial(_run, verbs()[name], train, system, folder) for name in report_verbs()
     }
+    if "sweep" in steps:
+        steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
+        steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
     studies = (partial(support_study, train), partial(run_out_study, train))
     return steps | dict(zip(STUDIES, studies, strict=True))
 
 
-def _run(verb: Verb, train: Train, system: Callable[[], System]) -> xr.Dataset:
-    return verb.run(train if verb.drawing else system())
+def _sweep(system: Callable[[], System], folder: Path | None, speed_range: str, which: int) -> xr.Dataset:
+    """One of the two sweeps of a report."""
+    points = _POINTS if len(system().tones) <= 2 else _POINTS_OF_MANY_TONES
+    own = None if folder is None else folder / f"sweep-{speed_range}"
+    more = {} if own is None else {"folder": own, "resume": True}
+    result = verbs()["sweep"].run(system(), range=speed_range, points=points[which], **more)
+    if speed_range == "modes":  # what is only far from operation is said to be so
+        highest = 100 * float(result["speed"].max())
+        found = json.loads(result.attrs.get("warnings", "[]"))
+        far = [
+            one if one in system().warnings else f"up to {highest:.0f} % of the operating speed: {one}" for one in found
+        ]
+        result.attrs["warnings"] = json.dumps(far)
+    return result
+
+
+def _run(verb: Verb, train: Train, system: Callable[[], System], folder: Path | None) -> xr.Dataset:
+    keeps = folder is not None and "folder" in signature(verb.run).parameters
+    more: dict[str, Any] = {"folder": folder / verb.name, "resume": True} if keeps and folder is not None else {}
+    return verb.run(train if verb.drawing else system(), **more)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from .parsing import frequency
 from .record import Option, Progress, Verb
+from .speeds import relative
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +28,7 @@ def sensitivity(
         Sequence[str] | None,
         Option(
             "A number of the model, PATH[2] for an entry of a list; may be repeated.",
-            flag="--path",
+            former="--path",
             default="all that move something",
         ),
     ] = None,
@@ -37,8 +38,11 @@ def sensitivity(
     ] = None,
     harmonic: Annotated[int | None, Option("Amplitude of this mesh order in place of the RMS.", default="RMS")] = None,
     relative_speed: Annotated[
-        float | None,
-        Option("Speed per operating speed; gyroscopic terms for frequencies.", default="standstill; of forces 1"),
+        float | str | None,
+        Option(
+            'Speed per operating speed, or e.g. "20 Hz", "50 rpm", "50 %"; gyroscopic terms for frequencies.',
+            default="standstill; of forces 1",
+        ),
     ] = None,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
@@ -49,10 +53,13 @@ def sensitivity(
     ModelError : the model is wrong; a path that is no number; options that do not go together; no damping or speed.
     """
     from ..studies.sensitivity import sensitivity as run
-    from ..studies.source import train_of
+    from ..studies.source import system_of, train_of
 
+    train = train_of(source, overrides=overrides)
+    if isinstance(relative_speed, str):
+        relative_speed = relative(relative_speed, system_of(train), train)
     return run(
-        train_of(source, overrides=overrides),
+        train,
         of=of,
         mode=mode,
         mesh=mesh,

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import Cycles, Of, RelativeSpeed, Samples, Turns
 from .record import Option, Progress, Verb
+from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,16 +38,16 @@ def sharing(
     ModelError : the model or an option is wrong; no load; no damping.  ConvergenceError : the method did not converge.
     """
     from ..analyses.sharing.sharing import sharing as run
-    from ..studies.source import system_of
 
+    train, system = train_and_system(source, overrides)
     return run(
-        system_of(source, overrides=overrides),
+        system,
         method=method,
         cycles=cycles,
         turns=turns,
         of=of,
         samples=samples,
-        relative_speed=relative_speed,
+        relative_speed=relative(relative_speed, system, train),
         stored_cycles=stored_cycles,
         progress=progress,
     )

@@ -8,11 +8,12 @@ from ..errors import ModelError
 from .parsing import mesh_frequency
 
 if TYPE_CHECKING:
+    from ..analyses.steady.speed_range import SpeedRange
     from ..studies.source import Overrides, Source
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["SPEED_HINT", "mesh_frequencies", "train_and_system"]
+__all__ = ["SPEED_HINT", "mesh_frequencies", "relative", "train_and_system"]
 
 SPEED_HINT = 'a speed of a member, e.g. speed.sun = "100 rpm"'
 
@@ -28,16 +29,46 @@ def train_and_system(source: Source, overrides: Overrides | None) -> tuple[Train
     return train, system_of(train)
 
 
+def relative(speed: float | str, system: System, train: Train | None) -> float:
+    """Speed per operating speed [1] from a number, or a text: a number, or a mesh frequency or speed with its unit.
+
+    Parameters
+    ----------
+    train : as of `parsing.mesh_frequency`.
+
+    Raises
+    ------
+    ModelError : no such text, or one with a unit where the model has no speed.
+    """
+    if not isinstance(speed, str):
+        return speed
+    try:
+        return float(speed)
+    except ValueError:
+        pass
+    if not system.tones:
+        raise ModelError("is relative to an operating speed", path="operation.speed", given=speed, allowed=SPEED_HINT)
+    from ..analyses.static.record import reference_tone
+
+    tone = float(reference_tone(system))
+    return mesh_frequency(speed, path="relative_speed", tone=tone, train=train) / tone
+
+
 def mesh_frequencies(
-    system: System, train: Train | None, start: float | str | None, stop: float | str | None, points: int
+    system: System,
+    train: Train | None,
+    start: float | str | None,
+    stop: float | str | None,
+    points: int,
+    speed_range: SpeedRange = "operation",
 ) -> list[float]:
     """Evenly spaced mesh frequencies of the first mesh (points,) [Hz].
 
     Parameters
     ----------
     train : as of `parsing.mesh_frequency`.
-    start, stop : ends, numbers [Hz] or texts; None: a fifth of the lowest, 1.2 times the highest of the natural
-        frequencies and the mesh frequency in operation.
+    start, stop : ends, numbers [Hz] or texts; None: that of the range, or, where an end lies beyond it, of the modes.
+    speed_range : as of `range_ends`.
 
     Raises
     ------
@@ -47,18 +78,23 @@ def mesh_frequencies(
 
     from ..analyses.modes.eigen import eigen
     from ..analyses.static.record import reference_tone
+    from ..analyses.steady.speed_range import range_ends
 
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=SPEED_HINT)
     omega = eigen(system).omega
+    natural = omega[omega > 0] / (2 * np.pi)
     tone = float(reference_tone(system))
-    known = [tone, *(omega[omega > 0] / (2 * np.pi))]
     low, high = (
         None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
         for end, path in ((start, "start"), (stop, "stop"))
     )
-    low = 0.2 * min(known) if low is None else low
-    high = max(1.2 * max(known), low) if high is None else high
+    first, last = range_ends(speed_range, tone, natural)
+    widest = range_ends("modes", tone, natural)
+    if low is None:
+        low = first if high is None or first <= high else widest[0]
+    if high is None:
+        high = last if low <= last else max(widest[1], low)
     if not 0 < low <= high:
         raise ModelError(
             "the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz", allowed="0 < first <= last"

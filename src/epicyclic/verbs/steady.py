@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import RelativeSpeed, ShaftTones
 from .record import Option, Verb, former, given, refuse_without
+from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,19 +39,18 @@ def steady(
     ------
     ModelError : the model or an option is wrong; no damping, no speed.  ConvergenceError : no steady motion found.
     """
-    from ..studies.source import system_of
-
     refuse_without(contact_loss, "contact loss", shaft_orders=shaft_orders, shaft_tones=shaft_tones)
     refuse_without(not contact_loss, "linear contact", samples=samples, method=method)
-    system = system_of(source, overrides=overrides)
+    train, system = train_and_system(source, overrides)
+    speed = relative(relative_speed, system, train)
     if contact_loss:
         from ..analyses.contact_loss.steady import contact_steady
 
         options = given(shaft_orders=shaft_orders, shaft_tones=shaft_tones)
-        return contact_steady(system, relative_speed=relative_speed, **options)
+        return contact_steady(system, relative_speed=speed, **options)
     from ..analyses.steady.steady import steady as run
 
-    return run(system, relative_speed=relative_speed, **given(samples=samples, method=method))
+    return run(system, relative_speed=speed, **given(samples=samples, method=method))
 
 
 VERB = Verb(run=steady, gives=("steady",), examples=({}, {"contact_loss": True}))

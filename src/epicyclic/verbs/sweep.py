@@ -3,8 +3,19 @@
 import warnings
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import FrameSpeed, MeshFrequencies, RelativeSpeeds, ShaftOrders, ShaftTones, Start, Stop
-from .record import Option, Verb, former, given, refuse_without
+from .options import (
+    Folder,
+    FrameSpeed,
+    MeshFrequencies,
+    Range,
+    RelativeSpeeds,
+    Resume,
+    ShaftOrders,
+    ShaftTones,
+    Start,
+    Stop,
+)
+from .record import Option, Verb, former, given, refuse_without, require_folder
 from .speeds import mesh_frequencies, train_and_system
 
 if TYPE_CHECKING:
@@ -25,6 +36,7 @@ def sweep(
     start: Start = None,
     stop: Stop = None,
     points: Annotated[int | None, Option("Number of speeds.", least=1, most=100_000, default="200")] = None,
+    range: Range = None,
     mesh_frequency: MeshFrequencies = None,
     relative_speed: RelativeSpeeds = None,
     frame_speed: FrameSpeed = "kinematic",
@@ -51,15 +63,19 @@ def sweep(
         int | None, Option("With --contact-loss: harmonics where teeth part.", least=1, default="as each point needs")
     ] = None,
     shaft_tones: ShaftTones = None,
+    folder: Folder = None,
+    resume: Resume = False,
     progress: "Callable[[int, int], None] | None" = None,
 ) -> "xr.Dataset":
     """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
 
     A speed in rpm is that of the first member whose speed the model gives; % is of the operating speed. Without ends
-    the range is from a fifth of the lowest to 1.2 times the highest of the natural frequencies and the mesh frequency.
+    the range is 5 to 130 % of the operating speed, with the speeds at which mesh orders meet the modes; with --range
+    modes a fifth of the lowest to 1.2 times the highest of the natural frequencies and the mesh frequency.
 
     Parameters
     ----------
+    folder : keeps the points that are done, so that a run that was stopped goes on with `resume`, to the same bits.
     progress : called with (points done, points); an exception in it ends the sweep.
 
     Raises
@@ -71,32 +87,39 @@ def sweep(
     if unstable == "tell":
         warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=3)
         unstable = "report"
+    from ..results.run_folder import run_folder
+
+    require_folder(resume, folder)
     train, system = train_and_system(source, overrides)
-    if start is not None or stop is not None or points is not None:
-        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200)
+    if start is not None or stop is not None:
+        refuse_without(start is None or stop is None, "at most one end of its own", range=range)
+        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200, range or "operation")
+        range = points = None
+    options = {
+        "mesh_frequency": mesh_frequency,
+        "relative_speed": relative_speed,
+        "speed_range": range,
+        "points": points,
+        "frame_speed": frame_speed,
+        "shaft_orders": shaft_orders,
+        **given(orders=orders, tolerance=tolerance, compiled=compiled),
+        **given(unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones),
+    }
+    run = _analysis(contact_loss)
+    verb = "sweep with contact loss" if contact_loss else "sweep"
+    with run_folder(folder, system, verb=verb, options=options, resume=resume) as (system, kept):
+        return run(system, **options, progress=progress, kept=kept)
+
+
+def _analysis(contact_loss: bool) -> "Callable[..., xr.Dataset]":
+    """The sweep of linear contact, or that of teeth that part."""
     if contact_loss:
         from ..analyses.contact_loss.sweep import contact_sweep
 
-        return contact_sweep(
-            system,
-            mesh_frequency=mesh_frequency,
-            relative_speed=relative_speed,
-            frame_speed=frame_speed,
-            shaft_orders=shaft_orders,
-            progress=progress,
-            **given(unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones),
-        )
-    from ..analyses.steady.sweep import sweep as run
+        return contact_sweep
+    from ..analyses.steady.sweep import sweep as linear
 
-    return run(
-        system,
-        mesh_frequency=mesh_frequency,
-        relative_speed=relative_speed,
-        frame_speed=frame_speed,
-        shaft_orders=shaft_orders,
-        progress=progress,
-        **given(orders=orders, tolerance=tolerance, compiled=compiled),
-    )
+    return linear
 
 
 VERB = Verb(

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ..errors import ModelError
+from .options import Folder, Resume
 from .parsing import frequency, seconds
 from .parsing import torque_step as step_of
-from .record import Option, Progress, Verb
+from .record import Option, Progress, Verb, require_folder
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,11 +33,11 @@ def transient(
     cycles: Annotated[float | None, Option("Length in mesh cycles instead.", default="100")] = None,
     start: Annotated[
         float | str | None,
-        Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', flag="--from", default="operating"),
+        Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', former="--from", default="operating"),
     ] = None,
     stop: Annotated[
         float | str | None,
-        Option("Mesh frequency at the end; a straight ramp between.", flag="--to", default="that at the beginning"),
+        Option("Mesh frequency at the end; a straight ramp between.", former="--to", default="that at the beginning"),
     ] = None,
     mesh_frequency: Annotated[
         float | tuple[float, float] | None,
@@ -58,17 +59,14 @@ def transient(
         Option(
             "Initial state: equilibrium, rest, or the .nc file of a run, which goes on from its end; in Python also a "
             "result, or q and its rate (2, n) [m, m/s].",
-            former="--start",
         ),
     ] = "equilibrium",
     samples: Annotated[int, Option("Instants per mesh cycle at the highest speed.", least=1)] = 32,
     decimate: Annotated[int, Option("Keep every so many of them.", least=1)] = 1,
     contact: Annotated[Literal["unilateral", "linear"], Option("Teeth that part, or a linear model.")] = "unilateral",
     method: Annotated[Literal["rk4", "dop853", "radau"], Option("Fixed steps, or scipy's variable ones.")] = "rk4",
-    folder: Annotated[
-        str | Path | None, Option("Folder that keeps what is done while the run goes on.", flag=None)
-    ] = None,
-    resume: Annotated[bool, Option("Continue a run that was stopped; needs the same -o and options.")] = False,
+    folder: Folder = None,
+    resume: Resume = False,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
     """Motion over time: start-up, torque steps and histories, speed ramps through resonance.
@@ -83,8 +81,7 @@ def transient(
     if _is_state(start):
         warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=2)
         start, initial = None, start  # type: ignore[assignment]
-    if resume and folder is None:
-        raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")
+    require_folder(resume, folder)
     return run(
         system_of(source, overrides=overrides),
         duration=None if duration is None else seconds(duration, "duration"),

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import epicyclic
 from epicyclic.analyses.sharing import tone_forces
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.analyses.sharing.sharing import sharing
@@ -25,6 +26,7 @@ from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
+from epicyclic.show.views.sharing import tables
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]
@@ -164,6 +166,32 @@ def test_record_and_history(build: Any, respond: Any) -> None:
     whole = sharing(build.planar(N=3).system())
     np.testing.assert_allclose(result.load_sharing.values[4], whole.load_sharing.values[4], rtol=1e-12)
     assert np.all(whole.load_sharing.values[0] >= result.load_sharing.values[0])
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        {"cycles": 100},
+        {"cycles": 100, "method": "static"},
+        {"turns": 3, "of": "main/carrier", "samples": 7, "method": "static"},
+    ],
+)
+def test_mean_least_and_most_are_of_the_whole_record(record: dict[str, Any]) -> None:
+    system = epicyclic.assemble(epicyclic.load("ren2021"))
+    few, every = (sharing(system, **record, stored_cycles=count) for count in (1, 100))
+    force, unit = every.mesh_force, "mesh cycles" if "cycles" in record else "turns of main/carrier"
+    count = record.get("cycles", 3)
+    assert few.sizes["time"] * count == every.sizes["time"]
+    assert (few.mesh_force.max("time") < force.max("time")).any()
+    np.testing.assert_allclose(few.mesh_force_peak, force.max("time"), rtol=1e-12)
+    np.testing.assert_allclose(few.mesh_force_minimum, force.min("time"), rtol=1e-12)
+    # of a short record the mean load is known better than its mean
+    np.testing.assert_allclose(few.mesh_force_mean, force.mean("time"), rtol=0.1)
+    printed = {table.title: table.columns for table in tables(few)}
+    columns = printed["Mesh forces along the tooth normal, over the whole record"]
+    assert columns["most [N]"] == few.mesh_force_peak.values.tolist()
+    titles = [table.title for table in tables(few.drop_vars("mesh_force_peak"))]
+    assert f"Mesh forces along the tooth normal, the first 1 of {count} {unit}" in titles
 
 
 def test_bound_is_above_all_and_nearly_met(build: Any, respond: Any) -> None:

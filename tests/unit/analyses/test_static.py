@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -245,6 +245,8 @@ def test_progress_and_chunks(build: Any) -> None:
 
 
 @given(st.integers(-(10**12), 10**12), st.integers(1, 10**12), st.integers(0, 10**6))
+@example(333_333_333_333, 999_999_999_989, 12_345)  # a denominator beyond exact products: the rounded form
+@example(22, 71, 12_345)
 def test_turns_are_exact(p: int, q: int, index: int) -> None:
     ratio = Fraction(p, q)
     exact = float(ratio * index % 1)

@@ -158,8 +158,20 @@ def test_a_link_with_a_law_beside_a_table_has_its_own_warning() -> None:
     assert kept.warnings == system.warnings
     said = through.warnings[len(system.warnings) :]
     assert said[:-1] == tuple(flank_warnings(system))
-    assert said[-1].startswith("linearised: main/sun/support: play at the mean load in stop")
+    assert said[-1].startswith("linearised: main/sun/support: play pressed at the mean load")
     np.testing.assert_array_equal(kept.K, through.K)
+
+
+def test_a_straight_table_keeps_the_names_and_forces_of_a_linear_link() -> None:
+    """A radial table of one slope is the linear link: rows x and y, in steady vibration and in static equilibrium."""
+    table = {"deflection": "[0, 1, 2] mm", "force": "[0, 1, 2] MN"}
+    key = "stages.main.planet.bearing.radial"
+    given, plain = (epicyclic.steady("ren2021", overrides={key: value}, samples=8) for value in (table, "1e9 N/m"))
+    assert sorted(given.link_row.values) == sorted(plain.link_row.values)
+    same = given.link_force.sel(link_row=plain.link_row)
+    size = float(np.abs(plain.link_force).max())
+    np.testing.assert_allclose(same, plain.link_force, atol=1e-9 * size)
+    assert given.link_force.attrs["units"] == "N, N m for rx ry rz"
 
 
 def test_friction_with_a_memory_sticks_for_every_analysis_of_vibration() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,10 @@ import epicyclic
 from epicyclic.audits import audit as module
 from epicyclic.cli.main import app
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.show.views.audit import tables, tally
 from epicyclic.verbs.record import Verb
 
+ROOT = Path(__file__).parents[3]
 HEAD = 'format = 1\nsource = "A. Author 2020"\ndrive = "lin1999-n3"\n[runs.modes]\nverb = "modes"\n'
 OURS = 'ours = { run = "modes", take = "frequency", reduce = "max" }'  # 11775.266 Hz
 
@@ -79,10 +82,37 @@ def test_a_run_that_needs_what_is_not_installed_is_told(run: Auditor) -> None:
     head = HEAD.replace(
         "[runs.modes]", '[runs.plain]\nverb = "check"\nneeds = "no_such_package"\n[runs.modes]\nbased_on = "plain"'
     )
-    (outcome,) = run(row("reproduced"), head=head).outcome.values
-    assert "no_such_package is not installed" in outcome
+    result = run(row("reproduced"), head=head)
+    outcome = "not computed: no_such_package is not installed; pip install no_such_package"
+    assert result.outcome.values.tolist() == [outcome]
+    assert json.loads(result.attrs["warnings"]) == [f"lin1999-n3: q {{}}: {outcome}"]
+    counted = {"reproduced": 0, "under a reading": 0, "not reproducible": 0, "contradicted": 0, "not computed": 1}
+    assert tally(result) == {"lin1999-n3": ", ".join(f"{count} {kind}" for kind, count in counted.items())}
+    shown, verdicts = tables(result)
+    assert str(shown.columns["verdict"][0]) == "reproduced (not computed)"
+    assert verdicts.columns["not computed"] == [1]
     fine = run(row("reproduced"), head=head.replace("no_such_package", "numpy"))
     assert fine.outcome.values.tolist() == ["holds"]
+
+
+def test_command_without_an_extra_fails_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """As a plain installation has it; a row that is contradicted besides still ends in 4."""
+    monkeypatch.setattr(module, "find_spec", lambda name: None)
+    head = HEAD + '\n[runs.tip]\nverb = "relief"\nneeds = "pymoo"\noptions = { vary = "tip_relief.amount=0..40um" }\n'
+    ours = 'ours = { run = "tip", take = "objective_after" }'
+    file = tmp_path / "x.audit.toml"
+    for more, status in (("", 0), (row("reproduced", 11776.0), 4)):
+        file.write_text(head + row("reproduced", ours=ours) + more)
+        assert command("audit", str(file)) == status
+        assert "not computed: pymoo is not installed; pip install 'epicyclic[optimise]'" in capsys.readouterr().out
+
+
+def test_extras_are_those_of_the_package() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for package, extra in module.EXTRAS.items():
+        assert any(text.startswith(package) for text in project["optional-dependencies"][extra])
 
 
 @pytest.mark.parametrize("text", CONTRADICTED)

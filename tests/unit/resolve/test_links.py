@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from epicyclic.resolve import load
-from epicyclic.resolve.shaft_stiffness import shaft_stiffness
+from epicyclic.resolve.shaft_stiffness import shaft_stiffness, shear_coefficient
 from epicyclic.train.connections import Link
 from epicyclic.train.train import Train
 
@@ -93,6 +94,38 @@ def test_shaft_stiffness_is_that_of_a_beam_with_shear() -> None:
     assert tip == pytest.approx(length**3 / (3 * modulus * second) + length / shear, rel=1e-12)
     assert 1 / k["ry"] == pytest.approx(length / (modulus * second), rel=1e-12)
     assert k["rz"] == pytest.approx(modulus / 2.6 * 2 * second / length, rel=1e-12)
+
+
+def annular_shear_coefficient(inner: float, outer: float, nu: float) -> float:
+    """Cowper's integral over an annulus of the flexure function chi, harmonic with the flux of an end load."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    r, dr = (outer + inner) / 2 + (outer - inner) / 2 * nodes, (outer - inner) / 2 * weights
+    turn = 2 * np.pi * np.arange(16) / 16
+    r, turn = r[:, None], turn[None]
+    x, y, dA = r * np.cos(turn), r * np.sin(turn), r * dr[:, None] * (2 * np.pi / 16)
+    squares = inner**2 + outer**2
+    chi = -(3 + 2 * nu) / 4 * (squares * r + inner**2 * outer**2 / r) * np.cos(turn) + r**3 * np.cos(3 * turn) / 4
+    area, second = np.sum(dA + 0 * turn), np.sum(x**2 * dA)
+    return float(-2 * (1 + nu) * second**2 / (area * np.sum(x * (chi + x * y**2) * dA)))
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
+def test_shear_coefficient_of_hollow_sections(poisson: float) -> None:
+    """Solid and thin-walled sections in closed form, between them the integral over the section."""
+    assert shear_coefficient(0.0, poisson) == pytest.approx(6 * (1 + poisson) / (7 + 6 * poisson), rel=1e-14)
+    assert shear_coefficient(1 - 1e-9, poisson) == pytest.approx(2 * (1 + poisson) / (4 + 3 * poisson), rel=1e-8)
+    for ratio in (0.2, 0.6, 0.95):
+        assert shear_coefficient(ratio, poisson) == pytest.approx(annular_shear_coefficient(ratio, 1.0, poisson))
+
+
+def test_a_hollow_shaft_shears_more() -> None:
+    """A short tube of thin wall: half of its section carries the shear, of a solid one nine tenths."""
+    modulus, poisson, diameter, length = 206e9, 0.3, 0.1, 0.02
+    bore = 0.999 * diameter
+    second, area = math.pi * (diameter**4 - bore**4) / 64, math.pi * (diameter**2 - bore**2) / 4
+    shear = 1 / shaft_stiffness(diameter, bore, length, modulus, poisson)["x"] - length**3 / (12 * modulus * second)
+    kappa = 2 * (1 + poisson) / (4 + 3 * poisson)
+    assert shear == pytest.approx(length * 2 * (1 + poisson) / (modulus * kappa * area), rel=1e-5)
 
 
 def test_torque_of_a_named_side_and_of_both() -> None:

@@ -188,6 +188,25 @@ def test_bounds_hold_to_the_nanometre() -> None:
     assert flank.flank_a.tip_relief.amount == float(result.solution_value[0, 0])  # to the bit
 
 
+def test_an_answer_on_a_bound_is_told() -> None:
+    """The least transmission error wants more relief than 8 um; with 0 to 40 um it lies inside (brute force above)."""
+    narrow = {"tip_relief.amount": "0..8 um", "tip_relief.length": "3 mm"}
+    (said,) = (text for text in json.loads(found(vary=narrow).attrs["warnings"]) if "bound" in text)
+    assert said == "tip_relief.amount: the best ends at the upper bound, 8 um; a better one may lie beyond"
+    lengths = {"tip_relief.amount": "0..12 um", "tip_relief.length": "1..3 mm"}
+    several: dict[str, Any] = {"vary": lengths, "objectives": ["lte", "force_rms"], "points": 3}
+    front = found(**several)
+    assert front.sizes["solution"] > 1
+    for pick in (front.sizes["solution"] - 1,):
+        said = " ".join(json.loads(found(**several, pick=pick).attrs["warnings"]))
+        for name, value in zip(lengths, front.solution_value.values[pick], strict=True):
+            low, high = (0.0, 12e-6) if "amount" in name else (1e-3, 3e-3)
+            near = min(value - low, high - value) < 0.0099 * (high - low)
+            assert (f"{name}: the solution picked ends at" in said) == near
+    wide = {"tip_relief.amount": "0..40 um", "tip_relief.length": "3 mm"}
+    assert not any("bound" in text for text in json.loads(found(vary=wide).attrs["warnings"]))
+
+
 def test_the_model_written_differs_in_its_flanks_alone(single: xr.Dataset, tmp_path: Path) -> None:
     path = tmp_path / "best.toml"
     path.write_text(relief_model(single), encoding="utf-8")
@@ -406,7 +425,7 @@ def test_the_command_writes_a_model_and_prints_what_it_did(run: Run, tmp_path: P
 
 def test_the_command_with_several_objectives(run: Run) -> None:
     vary = ["--vary", "tip_relief.amount=0..40um", "--vary", "tip_relief.length=3 mm"]
-    both = ["--objective", "lte", "--objective", "load", "--loads", "0.5..1", "--load-points", "2"]
+    both = ["--objectives", "lte", "--objectives", "load", "--loads", "0.5..1", "--load-points", "2"]
     status, out, _ = run(*vary, *both)
     assert status == 0
     assert "Pareto set" in out
@@ -420,7 +439,7 @@ def test_the_command_with_several_objectives(run: Run) -> None:
     [
         ("--vary", "tip_relief.amount"),
         ("--vary", "crown=0..3 um", "--mesh", "sun-moon"),
-        ("--vary", "crown=0..3 um", "--from", "20 Hz"),
+        ("--vary", "crown=0..3 um", "--start", "20 Hz"),
         ("--vary", "crown=0..3 um", "-o", "best.txt"),
         (),
     ],

@@ -109,14 +109,14 @@ def run(*words: str) -> int:
 
 
 def test_command(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("stability", "xu2020", "--from", "3.5 kHz", "--to", "3.8 kHz", "--points", "4") == 0
+    assert run("stability", "xu2020", "--start", "3.5 kHz", "--stop", "3.8 kHz", "--points", "4") == 0
     out = capsys.readouterr().out
     for shown in ("Unstable", "quasi-periodic", "f34 + f36 = f", "averaging", "ok"):
         assert shown in out
-    assert run("stability", "ren2021", "--from", "100 Hz", "--to", "200 Hz", "--points", "3") == 0
+    assert run("stability", "ren2021", "--start", "100 Hz", "--stop", "200 Hz", "--points", "3") == 0
     assert "Stable everywhere" in capsys.readouterr().out
     words = ("--over", "variation", "--values", "0..2", "--value-points", "2", "--points", "2", "--json")
-    assert run("stability", "xu2020", "--from", "3.5 kHz", "--to", "3.8 kHz", *words) == 0
+    assert run("stability", "xu2020", "--start", "3.5 kHz", "--stop", "3.8 kHz", *words) == 0
     again = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
     assert again.growth_rate.shape == (2, 2)
     assert run("stability", "xu2020", "--over", "variation", "--values", "0, 2", "--points", "2") == 0
@@ -126,7 +126,7 @@ def test_command(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        (("ren2021", "--from", "600 Hz", "--to", "20 Hz"), "600"),
+        (("ren2021", "--start", "600 Hz", "--stop", "20 Hz"), "600"),
         (("ren2021", "--over", "damping.modal"), "--values"),
         (("ren2021", "--over", "stages.main.sun.mass", "--values", "700..800", "--points", "2"), '"700 kg"?'),
         (("ren2021", "--over", "damping.modal", "--values", "few"), "few"),

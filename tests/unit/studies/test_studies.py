@@ -12,7 +12,7 @@ from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.studies.drives import drive_titles
 from epicyclic.studies.parameter_studies import run_out_study, support_study
 from epicyclic.verbs.record import verbs
-from epicyclic.verbs.report import STUDIES, report_verbs, run_report
+from epicyclic.verbs.report import STUDIES, TO_MODES, report_verbs, run_report
 
 
 def test_a_verb_takes_a_name_a_train_or_a_system() -> None:
@@ -101,7 +101,7 @@ def test_design_studies_need_something_to_vary() -> None:
 def test_report_runs_everything() -> None:
     begun: list[str] = []
     results = run_report("ren2021", progress=begun.append)
-    assert list(results) == begun == [*report_verbs(), *STUDIES]
+    assert list(results) == begun == [*report_verbs(), TO_MODES, *STUDIES]
 
 
 def test_report_says_what_is_left_out() -> None:

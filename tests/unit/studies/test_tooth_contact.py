@@ -98,11 +98,22 @@ def test_one_helix_alone() -> None:
     assert spur.side.values.tolist() == ["face"]
 
 
-def test_a_slide_takes_from_the_face() -> None:
-    train = epicyclic.load("xu2020", overrides={"deviations.main.sun.right.position.z": "8 mm"})
-    right = next(m for m in train.meshes if m.name == "main/sun-planet/1/right")
+@pytest.mark.parametrize(("member", "slide"), [("sun", 8), ("sun", -8), ("planet", 8), ("planet", -8), ("sun", 4)])
+def test_a_slide_takes_from_the_face(member: str, slide: int) -> None:
+    still, train = (
+        epicyclic.load("xu2020", overrides={f"deviations.main.{member}.right.position.z": f"{z} mm"})
+        for z in (0, slide)
+    )
+    before, after = (
+        pair_of(one, next(m for m in one.meshes if m.name == "main/sun-planet/1/right")).plane for one in (still, train)
+    )
     # 175 mm of the planet inside 185 mm of the sun: 5 mm to spare either side
-    assert pair_of(train, right).plane.width == pytest.approx(0.172, abs=1e-9)
+    assert after.width == pytest.approx(0.175 - max(0, abs(slide) - 5) / 1e3, abs=1e-9)
+    # the end that is left free: of the planet's face where the sun goes away from it, and the ends of a planet go along
+    moved = np.array([8.0, 5.0]) / 1e3 if slide > 0 else np.array([-5.0, -8.0]) / 1e3
+    expected = {"sun": np.clip(np.array([slide, slide]) / 1e3 - [0.005, -0.005], [0, -9], [9, 0]), "planet": moved}
+    np.testing.assert_allclose(np.array(after.face) - before.face, expected[member], atol=1e-9)
+    right = next(m for m in train.meshes if m.name == "main/sun-planet/1/right")
     assert mean_force(train, right) > 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -106,3 +107,38 @@ def test_the_report(result: xr.Dataset) -> None:
     page = report({"train_contact": result})
     assert "Teeth in contact in the train" in page
     assert "Load factors over the torque" in page
+
+
+def test_a_branch_that_carries_nothing_has_no_shares() -> None:
+    """Five spur planets, one pin 0.3 mm back: its meshes stay open, without a warning from inside and with nan."""
+    model = {
+        "format": 1,
+        "title": "five planets",
+        "stages": {
+            "main": {
+                "planets": 5,
+                "module": "4 mm",
+                "face_width": "50 mm",
+                "sun": {"teeth": 40, "support": {"radial": "1e9 N/m"}},
+                "planet": {"teeth": 20, "bore": "30 mm", "bearing": {"radial": "4e8 N/m"}},
+                "ring": {"teeth": 80, "rim": "25 mm", "addendum": 0.8},
+                "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
+            }
+        },
+        "operation": {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}},
+        "deviations": {"planet": {"position": {"y": "[300, 0, 0, 0, 0] um"}}},
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = epicyclic.train_contact(model, samples=2, slices=2, loads=(0.1,))
+        shown, _ = tables(found)
+        face_loads(found)
+        load_factors(found)
+    idle = np.array([name.endswith("/1") for name in found.mesh.values])
+    assert (np.isnan(found.side_share.values) == idle).all()
+    assert (np.isnan(found.face_load_factor.values) == idle).all()
+    np.testing.assert_allclose(found.side_share.values[:, ~idle], 1.0)
+    assert (found.branch_load_factor > 5 / 4).all()
+    said = json.loads(found.attrs["warnings"])
+    assert "meshes open at some instants: main/sun-planet/1, main/planet-ring/1" in said
+    assert len(shown.columns["mesh"]) == 10

@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from epicyclic.train import power
 from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from epicyclic.train.power import PowerPath, power_flow
 
@@ -27,12 +28,13 @@ def pair(stage: str, a: str, b: str, za: int, zb: int, *, internal: bool = False
 
 
 MAIN = (pair("main", "sun", "planet", 20, 20), pair("main", "planet", "ring", 20, 60, internal=True))
+SUNS = {"main.sun": 100, "main.two": 100, "main.planet": -100, "main.second": -100, "main.carrier": 0}
 MEMBERS = ("main.sun", "main.planet", "main.ring", "main.carrier")
 
 
 def flow(gearings: tuple[Gearing, ...], ties: tuple[Tie, ...], **given: Any) -> tuple[Kinematics, dict[str, PowerPath]]:
     found = solve_kinematics(gearings=gearings, ties=ties, **given)
-    return found, {path.path: path for path in power_flow(found, gearings, ties)}
+    return found, {path.path: path for path in power_flow(found, gearings, ties, planets={"main.planet"})}
 
 
 def test_a_plain_set_passes_its_power_from_mesh_to_mesh() -> None:
@@ -46,8 +48,13 @@ def test_a_plain_set_passes_its_power_from_mesh_to_mesh() -> None:
         balance=("main.carrier",),
     )
     omega = 1000 * math.tau / 60
-    # planet: -(1000 - 250) rpm relative to the carrier at 250 rpm, torque -100 N m
-    assert paths["stages.main.meshes.sun-planet"].power == pytest.approx(100 * 0.5 * omega, rel=1e-12)
+    # the sun turns about an axis at rest: all it takes goes through its teeth, and on through the pins
+    assert paths["stages.main.meshes.sun-planet"].power == pytest.approx(100 * omega, rel=1e-12)
+    assert paths["stages.main.planet.bearing"].power == pytest.approx(100 * omega, rel=1e-12)
+    assert paths["stages.main.planet.bearing"].torque == pytest.approx(400, rel=1e-12)
+    # sun at 1000 rpm and carrier at 250 rpm: the teeth roll with 3/4 of the power
+    for mesh in ("sun-planet", "planet-ring"):
+        assert paths[f"stages.main.meshes.{mesh}"].rolling == pytest.approx(0.75 * 100 * omega, rel=1e-12)
     # the ring is pushed backwards; what holds it pushes forwards
     assert paths["stages.main.meshes.planet-ring"].torque == pytest.approx(-300, rel=1e-12)
     assert paths["stages.main.meshes.planet-ring"].power == 0  # the ring stands
@@ -95,27 +102,43 @@ def test_a_circle_of_power() -> None:
         assert paths[way].circulating
     assert paths["couplings.ring-out"].circulating
     assert paths["stages.side.meshes.x-y"].circulating
-    assert not paths["stages.main.meshes.sun-planet"].circulating
+    # the sun gives to the planets what comes back; the ring takes it from them again with the input
+    assert paths["stages.main.meshes.sun-planet"].circulating
+    assert paths["stages.main.meshes.sun-planet"].power == pytest.approx(0.5 * driven, rel=1e-12)
+    assert paths["stages.main.meshes.planet-ring"].circulating
+    assert not paths["stages.main.planet.bearing"].circulating  # the way in
 
 
-def test_a_stage_passes_on_what_it_takes() -> None:
-    found, _ = flow(
-        MAIN,
-        (),
-        members=MEMBERS,
-        speeds={"main.carrier": Fraction(300), "main.ring": Fraction(100)},
-        torques={"main.carrier": 80.0},
-        balance=("main.sun", "main.ring"),
+def test_power_that_returns_through_two_suns_of_one_stage() -> None:
+    """Two suns on one shaft, two planets on another, braced against each other: power goes round inside one stage."""
+    gearings = (pair("main", "sun", "planet", 20, 20), pair("main", "two", "second", 20, 20))
+    ties = (
+        Tie(name="main.second", a="main.planet", b="main.second"),
+        Tie(name="suns", a="main.sun", b="main.two"),
     )
-    assert found.mesh_torque is not None
-    assert found.speed is not None
-    assert found.power is not None
-    given = power._stage_flows(MAIN, found.mesh_torque, found.speed)
-    scale = 80 * 300 * math.tau / 60
-    assert sum(given.values()) == pytest.approx(0, abs=1e-12 * scale)  # rounding
-    for member in MEMBERS:
-        # what the stage gives to a member leaves it at the other end
-        assert given["stages/main", member] == pytest.approx(-found.power[member], abs=1e-12 * scale)
+    found = Kinematics(
+        freedoms=("main.sun",),
+        ratio={},
+        speed={name: Fraction(value) for name, value in SUNS.items()},
+        mesh_torque={gearings[0].pair: 50.0, gearings[1].pair: -50.0},
+        tie_torque={"main.second": 50.0, "suns": 50.0},
+        power={name: 0.0 for name in SUNS} | {"main.sun": 1.0},
+    )
+    flows = power_flow(found, gearings, ties, planets={"main.planet", "main.second"})
+    assert {path.path for path in flows if path.circulating} == {
+        "stages.main.second",
+        "couplings.suns",
+        *(g.pair for g in gearings),
+    }
+
+
+@given(st.integers(-9, 9).filter(lambda ratio: ratio not in (0, -3)))
+def test_what_exceeds_the_input_circulates(ratio: int) -> None:
+    """Every closed train: a path between members of more power than the input is on a closed path; sums are zero."""
+    driven = 80 * 300 * math.tau / 60
+    for path in closed(ratio).values():
+        if abs(path.power) > driven * (1 + 1e-9):  # rounding
+            assert path.circulating
 
 
 def test_nothing_without_speed_or_torque() -> None:

@@ -44,6 +44,12 @@ def test_every_keyword_is_typed_and_explained(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_keywords_and_flags_are_the_same_words(name: str) -> None:
+    for keyword, (_, _, option) in keywords(verbs()[name].run).items():
+        assert option.flag_of(keyword) in (None, f"--{keyword.replace('_', '-')}")
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_a_wrong_keyword_names_the_verb(name: str) -> None:
     with pytest.raises(TypeError, match=rf"^{name}\(\) got an unexpected keyword argument 'guess'"):
         verbs()[name].run("ren2021", guess=1)

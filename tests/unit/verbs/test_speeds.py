@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.train.train import Train
 from epicyclic.verbs.parsing import mesh_frequency
+from epicyclic.verbs.speeds import relative
 
 TONE = 27.3125
 
@@ -56,3 +58,17 @@ def test_a_sweep_in_rpm_is_that_in_hertz(ren: Train) -> None:
     np.testing.assert_array_equal(one.dynamic_factor, other.dynamic_factor)
     with pytest.raises(ModelError, match="which member"):
         epicyclic.sweep(system, start="50 rpm")
+
+
+@pytest.mark.parametrize(("value", "speed"), [("0.5", 0.5), ("13.65625 Hz", 0.5), ("50 rpm", 0.5), ("50 %", 0.5)])
+def test_one_speed_takes_the_same_texts(ren: Train, value: str, speed: float) -> None:
+    assert relative(value, epicyclic.assemble(ren), ren) == pytest.approx(speed, rel=1e-15)
+    said = epicyclic.steady(ren, relative_speed=value)
+    xr.testing.assert_allclose(said.mesh_force, epicyclic.steady(ren, relative_speed=speed).mesh_force)
+
+
+def test_what_is_no_relative_speed() -> None:
+    with pytest.raises(ModelError, match=r"^relative_speed = 2400 min: not a speed; allowed: .*kHz"):
+        epicyclic.steady("ren2021", relative_speed="2400 min")
+    with pytest.raises(ModelError, match=r"^operation.speed = 20 Hz: is relative to an operating speed"):
+        epicyclic.modes("lin1999-n3", relative_speed="20 Hz")

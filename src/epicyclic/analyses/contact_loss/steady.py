@@ -28,7 +28,7 @@ from .shaft_orders import (
     superposition_is_an_answer,
     superposition_is_exact,
 )
-from .torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
+from .torus import TRUNCATION_NOTED, Torus, TorusPoint, respond_torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -294,10 +294,10 @@ def _instability(stability: Stability | None) -> list[str]:
 def _warnings(point: TorusPoint, lines: Sequence[SuperposedLine]) -> list[str]:
     """Where the answer is coarse, and which lines are superposed."""
     notes = []
-    if point.status == "coarse":
+    if point.truncation_residual > TRUNCATION_NOTED:
         notes.append(
             f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, "
-            f"above {TRUNCATION_TOLERANCE:g}: forces at an instant have about that error"
+            f"above {TRUNCATION_NOTED:g}: forces at an instant have about that error"
         )
     for line in lines:
         if line.error < NEGLIGIBLE:

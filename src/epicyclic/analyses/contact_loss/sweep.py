@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, get_args
@@ -16,24 +16,35 @@ from ...system.gaps import past_the_end
 from ...system.system import Array, System
 from ..parallel import each, processes, runs
 from ..steady.response import FrameSpeed, Response, response
+from ..steady.speed_range import SpeedRange, speeds_of
 from .branch_set import BranchSet, Segment, branch_set
 from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
 from .floquet import Stability
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, with_stability
+from .resumed import (
+    BareSolution,
+    Begin,
+    bare,
+    begin_of,
+    continued_branches,
+    motion_digest,
+    problem_key,
+    problem_of,
+)
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
 from .sweep_direction import Reached, Unstable, sweep_direction, switched, switched_ahead
-from .torus import Torus, torus
+from .torus import TRUNCATION_NOTED, Torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ...results.run_folder import RunFolder
+
 __all__ = ["contact_sweep"]
 
-# Speeds of a sweep whose caller names none.
-_POINTS = 200
 _DIRECTIONS = ("up", "down")
 _UNSTABLE = get_args(Unstable)
 # States of a point that holds numbers, or had lost them before shaft orders came.
@@ -45,12 +56,15 @@ def contact_sweep(
     *,
     mesh_frequency: ArrayLike | None = None,
     relative_speed: ArrayLike | None = None,
+    speed_range: SpeedRange | None = None,
+    points: int | None = None,
     frame_speed: FrameSpeed = "kinematic",
     harmonics: int | None = None,
     unstable: Unstable = "replace",
     shaft_orders: bool = True,
     shaft_tones: int = 1,
     progress: Callable[[int, int], None] | None = None,
+    kept: RunFolder | None = None,
 ) -> xr.Dataset:
     """RMS, extremes and amplitudes over speed as a slow run-up and a slow coast-down reach them, and all branches.
 
@@ -59,8 +73,8 @@ def contact_sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed; neither: 200 mesh
-        frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) per operating speed.
+    speed_range, points : as of `sweep`, where neither is given.
     frame_speed : as of `sweep`.  harmonics : of every point where teeth part; None: 16 to 48, as each needs.
     unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
         ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
@@ -72,6 +86,7 @@ def contact_sweep(
         Other lines are superposed, ``superposed_error`` says what that leaves.
     progress : called with (steps done, steps) once branches are followed: a step is a point reached, or its shaft
         orders; an exception in it ends the sweep.
+    kept : keeps the branch set once it is whole, then stability, points reached and shaft orders as they come.
 
     Returns
     -------
@@ -95,7 +110,11 @@ def contact_sweep(
             given=f"{len(ready.lines.tones)} mesh frequencies",
             allowed="one or two",
         )
-    speed = _speeds(ready, mesh_frequency, relative_speed)
+    speed = speeds_of(
+        ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
+    )
+    if speed.ndim != 1 or not speed.size:
+        raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
     usable = np.isfinite(speed) & (speed > 0)
     refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
     shaft = torus(ready, most=shaft_tones) if shaft_orders and ready.lines.shaft else None
@@ -103,44 +122,46 @@ def contact_sweep(
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
     if rising.size:
-        branches = branch_set(refinement, rising, harmonics=harmonics)
+        branches = _branch_set(refinement, rising, harmonics, kept)
         if unstable != "ignore":
-            _judge(refinement, branches)
+            _judge(refinement, branches, kept)
         if unstable == "replace" and processes() > 1:
-            _switch_ahead(refinement, branches)
-        largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress)
+            _switch_ahead(refinement, branches, kept)
+        largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
-    options = {"frame_speed": frame_speed, "contact_loss": True, "harmonics": harmonics, "unstable": unstable}
+    options: dict[str, Any] = {
+        "frame_speed": frame_speed,
+        "contact_loss": True,
+        "harmonics": harmonics,
+        "unstable": unstable,
+    }
     options |= {"shaft_orders": shaft_orders, "shaft_tones": shaft_tones}
+    if mesh_frequency is None and relative_speed is None:
+        options["speed_range"] = speed_range or "operation"
     path = _path_curves(refinement, branches, unstable != "ignore")
     return _labelled(ready, speed, spread, path, options, _warnings(ready, spread, branches, largest))
 
 
-def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
-    """Relative speeds (P,) asked for, from mesh frequencies (P,) [Hz], or as they stand, or of the default range."""
-    if mesh_frequency is not None and relative_speed is not None:
-        raise ModelError("give mesh_frequency or relative_speed, not both")
-    tone = float(ready.lines.tone)
-    natural = np.sqrt(ready.modal.squared[ready.modal.squared > 0]) / (2 * np.pi)
-    if relative_speed is not None:
-        speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
-    elif mesh_frequency is not None:
-        speed = np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / tone
-    elif natural.size:
-        speed = np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
-    else:
-        speed = np.array([1.0])
-    if speed.ndim != 1 or not speed.size:
-        raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
-    return speed
+def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder | None) -> BranchSet:
+    """The branch set of rising speeds (P,), kept once it is whole."""
+    if kept is None:
+        return branch_set(refinement, rising, harmonics=harmonics)
+    kept.refer, kept.restore = partial(problem_key, refinement), partial(problem_of, refinement)
+    found: BranchSet | None = kept.value("branches")
+    if found is None:
+        found = branch_set(refinement, rising, harmonics=harmonics)
+        kept.keep_value("branches", found)
+        kept.write()
+    return found
 
 
-def _judge(refinement: Refinement, branches: BranchSet) -> None:
+def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder | None) -> None:
     """Enter the stability of all solutions of the branch set, on several cores."""
     crossed = [crossing.solution for crossings in branches.crossings for crossing in crossings]
     followed = [at for segment in branches.segments for at in segment.solutions]
     every = {(at.state, at.backward): at for at in (*crossed, *followed)}
-    found = each(partial(_stability, refinement, list(every.values())), range(len(every)))
+    part = None if kept is None else kept.part("stability")
+    found = each(partial(_stability, refinement, list(every.values())), range(len(every)), kept=part)
     refinement.stability.update(zip(every, found, strict=True))
 
 
@@ -151,36 +172,37 @@ def _stability(refinement: Refinement, solutions: list[Solution], place: int) ->
     return found
 
 
-def _switch_ahead(refinement: Refinement, branches: BranchSet) -> None:
+def _switch_ahead(refinement: Refinement, branches: BranchSet, kept: RunFolder | None) -> None:
     """Enter what replaces unstable solutions that both directions are sure to come by: searches that are independent.
 
     One process does better without: it need not search where the motion found before goes on.
     """
     every = switched_ahead(refinement, branches)
-    found = each(partial(_switched, refinement, every), range(len(every)))
+    part = None if kept is None else kept.part("switched")
+    found = each(partial(_switched, refinement, every), range(len(every)), kept=part)
     for at, other in zip(every, found, strict=True):
-        if other is not None:
-            # of all workers the same problem
-            other = replace(other, given=refinement.problem(other.harmonics, cycles=other.given.cycles))
-        refinement.switched[at.state] = other
+        # of all workers the same problem
+        refinement.switched[at.state] = None if other is None else other.solution(refinement)
 
 
-def _switched(refinement: Refinement, solutions: list[Solution], place: int) -> Solution | None:
+def _switched(refinement: Refinement, solutions: list[Solution], place: int) -> BareSolution | None:
     """What replaces one of the solutions."""
-    return switched(refinement, solutions[place])
+    found = switched(refinement, solutions[place])
+    return None if found is None else bare(refinement, found)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Point:
     """What is reached at one speed: its place, the values (.., 1) of all curves, and forces (F,) as of `Measures`.
 
-    motion : on which shaft orders are still to come, else None.
+    motion : on which shaft orders are still to come, else None.  begin : from where a direction can go on, else None.
     """
 
     place: int
     values: dict[str, NDArray[Any]]
     flank: Array | None
     motion: MeshOrders | None
+    begin: Begin | None = None
 
 
 def _fill_directions(
@@ -190,6 +212,7 @@ def _fill_directions(
     unstable: Unstable,
     shaft: Torus | None,
     progress: Callable[[int, int], None] | None,
+    kept: RunFolder | None,
 ) -> list[Array]:
     """Fill the curves (.., P) of both sweep directions; largest forces (F,) of the flanks of every motion [N].
 
@@ -221,22 +244,68 @@ def _fill_directions(
         largest.extend([] if found.measures is None else [found.measures.flank])
         step(len(reached[number]))
 
+    def enter_new(number: int, point: _Point) -> None:
+        """Enter a point that a direction has reached now, and keep it."""
+        direction = left[number].direction
+        if kept is not None:
+            kept.part(_DIRECTIONS[direction]).add(point.place, replace(point, begin=None))
+            if point.begin is not None:
+                kept.keep_value(_DIRECTIONS[direction], point.begin)
+        enter(direction, point)
+
+    left = list[_Left]()
+    for direction, name in enumerate(_DIRECTIONS):
+        known, begin = ({}, None) if kept is None else (kept.part(name).known, kept.value(name))
+        rest = _left(direction, len(branches.crossings), known, begin)
+        for place in sorted(known.keys() - set(rest.places)):
+            enter(direction, known[place])
+        if rest.places:
+            left.append(rest)
     # the directions share nothing that one of them finds: each is a run of its own
-    runs(partial(_direction, refinement, branches, unstable, shaft is not None), (True, False), arrived=enter)
+    runs(partial(_direction, refinement, branches, unstable, shaft is not None), left, arrived=enter_new)
     motions, reached = [motion for motion, _ in waiting.values()], [places for _, places in waiting.values()]
     if shaft is not None:
-        each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders)
+        part = None if kept is None else kept.part("shaft orders", [motion_digest(motion) for motion in motions])
+        each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
     return largest
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Left:
+    """What is left of a sweep direction, 0 up or 1 down: places in turn, and from where it goes on, None: anew."""
+
+    direction: int
+    places: list[int]
+    begin: Begin | None
+
+
+def _left(direction: int, count: int, known: Mapping[int, object], begin: Begin | None) -> _Left:
+    """What is left of a direction of which some places are known, and one from which it can go on."""
+    turn = list(range(count))[:: -1 if direction else 1]
+    if all(place in known for place in turn):
+        return _Left(direction=direction, places=[], begin=None)
+    behind = [] if begin is None else turn[: turn.index(begin.place) + 1]
+    if not behind or not all(place in known for place in behind):
+        return _Left(direction=direction, places=turn, begin=None)
+    return _Left(direction=direction, places=turn[len(behind) :], begin=begin)
+
+
 def _direction(
-    refinement: Refinement, branches: BranchSet, unstable: Unstable, shaft: bool, upward: bool
+    refinement: Refinement, branches: BranchSet, unstable: Unstable, shaft: bool, left: _Left
 ) -> Iterator[_Point]:
-    """The points of one sweep direction in turn; shaft : whether shaft orders come on top."""
-    for place, reached in sweep_direction(refinement, branches, upward=upward, unstable=unstable):
+    """The points left of one sweep direction in turn; shaft : whether shaft orders come on top."""
+    upward = left.direction == 0
+    rest, first = branches, 0
+    if left.begin is not None:
+        rest, first = continued_branches(refinement, branches, left.begin, upward=upward)
+    for number, reached in sweep_direction(refinement, rest, upward=upward, unstable=unstable):
+        place = number + first
+        if left.begin is not None and place == left.begin.place:
+            continue
         values = _empty_curves(refinement.ready.system, 1, shaft)
         flank, motion = _fill(refinement.ready.system, values, reached, shaft)
-        yield _Point(place=place, values=values, flank=flank, motion=motion)
+        begin = begin_of(refinement, place, reached, unstable)
+        yield _Point(place=place, values=values, flank=flank, motion=motion, begin=begin)
 
 
 def _empty_curves(system: System, count: int, shaft: bool) -> dict[str, NDArray[Any]]:
@@ -433,6 +502,12 @@ def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
     lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
     if lost:
         notes.append(f"with shaft orders nothing is known at {lost} points: see status")
+    dropped = np.nan_to_num(np.concatenate([values["residual_dropped"] for values in curves]))
+    if np.any(dropped > TRUNCATION_NOTED):
+        notes.append(
+            f"rows dropped are up to {dropped.max():.2g} of the dynamic motion, above {TRUNCATION_NOTED:g} at "
+            f"{np.count_nonzero(dropped > TRUNCATION_NOTED)} points: forces at an instant have about that error"
+        )
     off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
     if off > 0:
         notes.append(f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)")

@@ -22,13 +22,15 @@ from .problem import Problem, State, dynamic_size, embedded, evaluate, linearise
 from .shaft_tones import ShaftTones, shaft_tones
 from .truncation import TruncatedOrders, truncated_orders, truncation_residual
 
-__all__ = ["TRUNCATION_TOLERANCE", "Torus", "TorusPoint", "respond_torus", "torus"]
+__all__ = ["TRUNCATION_NOTED", "TRUNCATION_TOLERANCE", "Torus", "TorusPoint", "respond_torus", "torus"]
 
 Index = NDArray[np.int64]
 
 # Truncation residual that may be left, relative to the dynamic part: forces then have that error at an instant and
 # about its square in their RMS.
 TRUNCATION_TOLERANCE = 1e-2
+# Truncation residual that a result warns of: what the RMS is right to at worst (docs/contact-shaft-orders.md).
+TRUNCATION_NOTED = 2e-3
 # Phases in all, at most, by the number of mesh tones: a grid of more is too large.  Samples per shaft order.
 _PHASES, _SHAFT_SAMPLES = {1: 4, 2: 3}, 4
 # First and last orders of a shaft tone, by the number of them.

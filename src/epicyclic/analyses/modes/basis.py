@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
+from .free_motions import NOISE, SOFT, free_motions, soft_modes, stiffness_rows
 
 __all__ = ["Modal", "mean_modes", "modal_form", "modal_weights"]
-
-# A rigid mode's eigenvalue is rounding, about n eps max(omega^2); an elastic one of a gear train stays far above
-# (20 Hz beside 20 kHz is 1e-6).
-_RIGID = 1e-11
 
 
 def mean_modes(system: System) -> tuple[Array, Array]:
@@ -25,31 +22,54 @@ def mean_modes(system: System) -> tuple[Array, Array]:
     ----------
     system : gives M and the stiffness K + B k B^T with mean meshes, both (n, n).
 
+    A mode is rigid where it strains no row, whatever its size (`free_motions`).
+
     Returns
     -------
     (omega^2 (n,) [rad^2/s^2], rising, rigid modes exactly 0; Phi (n, n) with Phi^T M Phi = 1).
 
     Raises
     ------
-    ModelError : a coordinate has no mass, or the mean stiffness has a negative eigenvalue.
+    ModelError : a mass or inertia is missing, a coordinate has none, or the mean stiffness has a negative eigenvalue.
     """
+    system.require_inertia()
     stiffness = system.mean_stiffness
     try:
         squared, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (system.M + system.M.T) / 2)
     except np.linalg.LinAlgError as error:
-        raise ModelError(f"the mass matrix is not positive definite{_massless(system)}") from error
+        raise _massless(system) from error
     except ValueError as error:
         raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
-    noise = _RIGID * float(np.max(np.abs(squared), initial=0.0))
-    if squared.size and squared[0] < -noise:
+    largest = float(np.max(np.abs(squared), initial=0.0))
+    if squared.size and squared[0] < -NOISE * largest:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
-    return np.where(squared <= noise, 0.0, squared), shapes
+    small = squared <= NOISE * largest
+    if not np.any(squared <= SOFT * largest):
+        return squared, shapes
+    rows = stiffness_rows(system)
+    if rows is None:
+        return np.where(small, 0.0, squared), shapes
+    root = np.linalg.cholesky((system.M + system.M.T) / 2)
+    scaled = scipy.linalg.solve_triangular(root, rows, lower=True)
+    free, rest = free_motions(scaled)
+    if free.shape[1] == np.count_nonzero(small) and not np.any((squared <= SOFT * largest) & ~small):
+        return np.where(small, 0.0, squared), shapes
+    found, motions = soft_modes(scaled, free, rest)
+    return found, scipy.linalg.solve_triangular(root.T, motions, lower=False)
 
 
-def _massless(system: System) -> str:
-    """Names the coordinates without mass or inertia, for the error message; "" where every one has some."""
-    names = [name for name, mass in zip(system.dofs.names, np.diag(system.M), strict=True) if not mass > 0]
-    return f": no mass or inertia on {', '.join(names)}" if names else ""
+def _massless(system: System) -> ModelError:
+    """What to raise where M is not positive definite: the first coordinate without mass or inertia gives the path."""
+    masses = zip(system.dofs.body, system.dofs.direction, np.diag(system.M), strict=True)
+    found = [(body, direction) for body, direction, mass in masses if not mass > 0]
+    if not found:
+        return ModelError("the mass matrix is not positive definite")
+    body, direction = found[0]
+    key = {"x": "mass", "y": "mass", "z": "mass", "rz": "inertia"}.get(direction, "tilt_inertia")
+    member = f"stages.{'.'.join(body.split('/')[:2])}" if "/" in body else f"bodies.{body}"
+    names = ", ".join(f"{name}/{along}" for name, along in found)
+    problem = f"the mass matrix is not positive definite, no mass or inertia on {names}"
+    return ModelError(problem, path=f"{member}.{key}", allowed="above zero")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

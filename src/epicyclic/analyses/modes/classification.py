@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, Symmetry, System
+from .free_motions import SOFT
 
 __all__ = ["ClassifiedModes", "canonical_basis", "classify_modes", "normalisation", "repeated_roots"]
 
@@ -71,8 +72,12 @@ def repeated_roots(values: Shapes) -> list[slice]:
     Values in order.
     """
     size = np.abs(values)
-    limit = _SAME * size[1:] + _ROUNDING * float(np.max(size, initial=0.0))
-    ends = [0, *(np.flatnonzero(np.abs(np.diff(values)) > limit) + 1).tolist(), len(values)]
+    largest = float(np.max(size, initial=0.0))
+    # soft modes come from singular values, whose rounding is a part of omega, not of omega^2
+    rounding = np.where(size[1:] > SOFT * largest, _ROUNDING * largest, _ROUNDING * np.sqrt(size[1:] * largest))
+    limit = _SAME * size[1:] + rounding
+    parted = (np.abs(np.diff(values)) > limit) | ((size[1:] == 0) != (size[:-1] == 0))
+    ends = [0, *(np.flatnonzero(parted) + 1).tolist(), len(values)]
     return [slice(a, b) for a, b in pairwise(ends) if b > a]
 
 

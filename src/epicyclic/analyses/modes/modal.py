@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..static.tangent import linear
+from ..static.unheld import unheld_warnings
 from .classification import ClassifiedModes, classify_modes, normalisation
 from .eigen import damping_ratios, eigen, whirl
+from .free_motions import spread_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +56,13 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
         ratios = _ratios(result.mu) if damped else np.full(len(angular), np.nan)
     options = {"relative_speed": float(relative_speed), "damped": bool(damped)}
     kinds = classify_modes(system, values, vectors)
-    return _dataset(system, angular, ratios, kinds, np.abs(values) == 0, options, _growing(growth, angular))
+    free = modes.vectors[:, modes.omega_squared == 0]
+    warnings = (
+        *unheld_warnings(system, free),
+        *_growing(growth, angular),
+        *spread_warnings(modes.omega_squared),
+    )
+    return _dataset(system, angular, ratios, kinds, np.abs(values) == 0, options, warnings)
 
 
 def _ratios(mu: NDArray[np.complex128]) -> Array:

@@ -18,7 +18,15 @@ from .definitions import DEFINITIONS
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["far_warnings", "labelled", "loaded_meshes", "require_speed", "sharing_warnings", "train_coefficient"]
+__all__ = [
+    "far_warnings",
+    "force_columns",
+    "labelled",
+    "loaded_meshes",
+    "require_speed",
+    "sharing_warnings",
+    "train_coefficient",
+]
 
 
 def require_speed(relative_speed: float) -> None:
@@ -63,6 +71,29 @@ def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[str]:
     """A warning of the meshes whose far flank presses at some instant, (m,)."""
     names = ", ".join(name for name, yes in zip(meshes, far, strict=True) if yes)
     return [f"meshes on their far flank, where their force is negative: {names}"] if names else []
+
+
+def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> list[str]:
+    """Warning of coefficients (definition, m) that are infinite: there the forces of a group sum to nothing or less."""
+    found = [
+        f"{name} of {', '.join(meshes[i] for i in np.flatnonzero(row))}"
+        for name, row in zip(DEFINITIONS, np.isinf(coefficients), strict=True)
+        if row.any()
+    ]
+    if not found:
+        return []
+    cure = "" if method == "static" else "; with method static the teeth part"
+    problem = "load sharing undefined where a mesh carries nothing and the forces of its group sum to 0 or less"
+    return [f"{problem}: {'; '.join(found)}{cure}"]
+
+
+def force_columns(mean: Array, most: Array, least: Array) -> dict[str, tuple[str, Array]]:
+    """Variables of mean, largest and least mesh force (m,) [N] over the whole record, of which a part is kept."""
+    return {
+        "mesh_force_mean": ("mesh", mean),
+        "mesh_force_peak": ("mesh", most),
+        "mesh_force_minimum": ("mesh", least),
+    }
 
 
 def train_coefficient(values: Array) -> Array:
@@ -115,7 +146,7 @@ def labelled(
         verb="sharing",
         options=options,
         provenance=provenance,
-        warnings=[*system.warnings, *warnings],
+        warnings=[*system.warnings, *warnings, *_undefined(names, coefficients, str(options.get("method", "")))],
     )
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     # a netCDF attribute holds 64 bits

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,7 @@ from ..static.record import parallel_meshes, positive_count, record_of, samples_
 from ..static.static import OPEN_RATIO
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
-from .outputs import far_warnings, labelled, loaded_meshes, require_speed, sharing_warnings
+from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_speed, sharing_warnings
 from .static_record import sharing_of_record
 from .tone_forces import Method, ToneForces, mean_force, tone_forces
 from .worst_case import worst_case
@@ -93,14 +92,15 @@ def sharing(
     cycles = min(reference.period, share) if given is None else given
     stored = min(positive_count("stored_cycles", stored_cycles, _STORED), cycles)
     values = np.full((len(DEFINITIONS), len(names)), np.nan)
-    least, top, largest = (np.full(len(names), np.nan) for _ in range(3))
+    least, top, bottom, largest = (np.full(len(names), np.nan) for _ in range(4))
     how = ""
     for done, part in enumerate(by_tone):
         own = _tone_cycles(part, reference, cycles)
-        record = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
+        record, slices = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
         worst, how = _worst_case(part, record, own)
         values[:, part.meshes] = coefficients(record, worst, part.members)
-        least[part.meshes], top[part.meshes], largest[part.meshes] = record.least, record.peak, part.bound
+        least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
+        bottom[part.meshes] = record.least
     values[:, ~loaded] = np.nan
     options: dict[str, object] = {
         "method": method,
@@ -124,7 +124,7 @@ def sharing(
         ratio=ratio.transpose(1, 0, 2).reshape(len(names), -1),
         force=history.transpose(1, 0, 2).reshape(len(names), -1),
         bound=largest,
-        columns={"contact_lost": ("mesh", lost)},
+        columns={"contact_lost": ("mesh", lost), **force_columns(mean, top, bottom)},
         time=np.arange(stored * history.shape[2]) / history.shape[2] / (float(reference.tone) * relative_speed),
         options=options,
         provenance=system.provenance,
@@ -170,17 +170,17 @@ def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _record_extremes(part: ToneForces, cycles: int, progress: Callable[[float], None] | None) -> Extremes:
-    """Extremes (m_j,) over the record, a few MB of forces at a time."""
+def _record_extremes(part: ToneForces, cycles: int, progress: Callable[[float], None] | None) -> tuple[Extremes, Array]:
+    """Extremes (m_j,) over the record, a few MB of forces at a time; the least force of any slice of each mesh [N]."""
     piece = max(1, _PIECE // (len(part.meshes) * part.samples))
-    pieces = []
+    pieces, slices = [], []
     for first in range(0, cycles, piece):
         index = np.arange(first, min(first + piece, cycles), dtype=np.int64)
-        here = extremes(part.own(index), part.members)
-        pieces.append(here if part.least_slice is None else replace(here, least=part.least_slice(index)))
+        pieces.append(extremes(part.own(index), part.members))
+        slices.append(pieces[-1].least if part.least_slice is None else part.least_slice(index))
         if progress is not None:
             progress((index[-1] + 1) / cycles)
-    return reduce(merge_extremes, pieces)
+    return reduce(merge_extremes, pieces), reduce(np.minimum, slices)
 
 
 def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array, str]:

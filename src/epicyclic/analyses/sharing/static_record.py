@@ -17,7 +17,7 @@ from ..static.quasi_static import RecordPiece, quasi_static
 from ..static.record import MeshGroup, Record, parallel_meshes, positive_count
 from ..static.static import flank_contact, free_position_warnings, group_columns, law_attributes, mesh_contact
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
-from .outputs import far_warnings, labelled, loaded_meshes, sharing_warnings
+from .outputs import far_warnings, force_columns, labelled, loaded_meshes, sharing_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,6 +92,7 @@ def sharing_of_record(
         columns={
             "mesh_contact": (("mesh", "time"), touching[:last].T),
             "contact_lost": ("mesh", lost),
+            **force_columns(net.mean(axis=0), net.max(axis=0), net.min(axis=0)),
             **laws,
         },
         time=np.arange(last) / record.samples / (float(record.unit) * relative_speed),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from math import gcd, lcm
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ from ..steady.excitation import mesh_tones
 from ..steady.response import FrameSpeed
 from .combinations import Combination, combinations
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
+
+if TYPE_CHECKING:
+    from ...results.run_folder import KeptPart
 
 __all__ = [
     "FloquetScan",
@@ -127,10 +131,12 @@ def _scaled(system: System, variation: float, damping: float) -> System:
     )
 
 
-def floquet_scan(ready: ParametricSystem, mesh_frequency: Array, *, progress: Progress = None) -> FloquetScan:
-    """Multipliers at mesh frequencies of the first mesh (P,) [Hz].
+def floquet_scan(
+    ready: ParametricSystem, mesh_frequency: Array, *, progress: Progress = None, kept: KeptPart | None = None
+) -> FloquetScan:
+    """Multipliers at mesh frequencies of the first mesh (P,) [Hz]; a point that fails holds nan and says why.
 
-    a point that fails holds nan and states the reason.
+    kept : keeps the points that are done.
     """
     P, n = mesh_frequency.size, ready.modal.squared.size
     found = FloquetScan(
@@ -155,7 +161,7 @@ def floquet_scan(ready: ParametricSystem, mesh_frequency: Array, *, progress: Pr
         if progress is not None:
             progress(done, P)
 
-    each(partial(_point_or_reason, ready), [float(frequency) for frequency in mesh_frequency], arrived=fill)
+    each(partial(_point_or_reason, ready), [float(frequency) for frequency in mesh_frequency], arrived=fill, kept=kept)
     return found
 
 

@@ -17,6 +17,8 @@ from .scan import FloquetScan, ParametricSystem, Progress, floquet_scan, paramet
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ...results.run_folder import RunFolder
+
 __all__ = ["combination_name", "combination_names", "resonance_columns", "scan_warnings", "stability"]
 
 _POINTS = 200
@@ -31,6 +33,7 @@ def stability(
     variation: float = 1.0,
     damping: float = 1.0,
     progress: Progress = None,
+    kept: RunFolder | None = None,
 ) -> xr.Dataset:
     """Floquet multipliers of the linear-contact motion over speed, and the boundaries that averaging predicts.
 
@@ -42,7 +45,7 @@ def stability(
     mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200
         mesh frequencies from a fifth of the lowest to 1.2 times the highest natural frequency.
     frame_speed : as of `sweep`.  variation, damping : factors of the variation of the meshes and of all damping.
-    progress : called with (points done, points).
+    progress : called with (points done, points).  kept : keeps the points that are done.
 
     Raises
     ------
@@ -52,7 +55,8 @@ def stability(
     """
     ready = parametric_system(system, frame_speed=frame_speed, variation=variation, damping=damping)
     frequency = _frequencies(ready, mesh_frequency, relative_speed)
-    found = floquet_scan(ready, frequency, progress=progress)
+    done = None if kept is None else kept.part("speeds")
+    found = floquet_scan(ready, frequency, progress=progress, kept=done)
     options = {"frame_speed": frame_speed, "variation": variation, "damping": damping}
     return _labelled(ready, frequency, found, predicted_combinations(ready, frequency), options)
 

@@ -25,6 +25,7 @@ from ...system.laws.groups import Laws, stacked
 from ...system.laws.linear import LinearAt
 from ...system.system import Array, System
 from .line_search import line_minimum
+from .unheld import unheld, unheld_error
 
 Values = NDArray[Any]  # real or complex
 
@@ -197,7 +198,7 @@ def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
 
     Raises
     ------
-    ModelError : one does; names the coordinate that contributes most.
+    ModelError : one does; names the coordinate to hold, or of a torque about the axes the one that contributes most.
     """
     work = force @ free
     # of several free motions one may meet no load but the rounding of another
@@ -206,6 +207,8 @@ def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:
     if not np.any(excess > 0):
         return
     instant, motion = np.unravel_index(int(np.argmax(excess)), work.shape)
+    if found := unheld(free, force[instant], names):
+        raise unheld_error(found)
     worst = int(np.argmax(np.abs(force[instant] * free[:, motion])))
     raise ModelError(
         "the load does not balance along a motion that nothing holds",

@@ -29,6 +29,10 @@ _FLOATING = 1e-6
 _NO_TOUCH, _NO_ERROR = 1e-15, 1e-9
 # Phases of the mesh cycle at which a law stands beside its tangent: five a wave of the 12th order, the last of a table.
 _PHASES = 64
+# Tangents along x and y, per their mean, that differ by no more have no axes of their own: rounding.
+_ISOTROPIC = 1e-9
+# what a law does at the mean load, in words
+_DOING = {"play": "in its clearance", "stick": "sticking", "slip": "sliding", "stop": "pressed"}
 
 
 def linear(system: System, *, asks_laws: bool = False, floating: bool = False) -> System:
@@ -72,8 +76,9 @@ def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) ->
 
     The mean load is what stands still in the stage's frame, with mean mesh stiffness.  A spline with Coulomb friction
     sticks in small vibration and keeps its elastic stiffness.  Each law becomes two links, along its load and across
-    it (``/radial``, ``/tangential``), or the one row it has; the warnings name the stiffness taken.  Forces of the
-    laws at the mean state stay, so that the mean of the linear system is that of the system with laws.
+    it (``/radial``, ``/tangential``), or keeps its rows where it has one or is alike in x and y; the warnings name the
+    stiffness taken.  Forces of the laws at the mean state stay, so that the mean of the linear system is that of the
+    system with laws.
 
     Raises
     ------
@@ -86,7 +91,11 @@ def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) ->
     tangent = small_motion_tangent(system.laws, stretch, floating=floating)
     lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
     K, C = rows @ tangent @ rows.T, rows @ (lag[:, None] * tangent) @ rows.T
-    axes_of_groups = [_axes(group, part) for group, part in zip(system.groups, _by_group(system, stretch), strict=True)]
+    blocks = [tangent[first : first + len(g.rows), first : first + len(g.rows)] for g, first in _first_rows(system)]
+    axes_of_groups = [
+        _axes(group, part, block)
+        for group, part, block in zip(system.groups, _by_group(system, stretch), blocks, strict=True)
+    ]
     result = replace(
         system,
         K=system.K + K,
@@ -143,15 +152,24 @@ def _mean_state(system: System) -> Equilibrium:
     )
 
 
+def _first_rows(system: System) -> list[tuple[LawGroup, int]]:
+    """Every group with the number of its first row."""
+    return list(zip(system.groups, map(int, system.laws.rows.first), strict=True))
+
+
 def _by_group(system: System, rows: Array) -> list[Array]:
     """Values (R,) of all rows, split by group."""
     return np.split(rows, system.laws.rows.first[1:])
 
 
-def _axes(group: LawGroup, stretch: Array) -> Array:
-    """Unit vectors along the stretch (r,) [m] and across it as columns, (r, r); x and y where there is none."""
+def _axes(group: LawGroup, stretch: Array, tangent: Array) -> Array:
+    """Unit vectors along the stretch (r,) [m] and across it as columns, (r, r).
+
+    x and y themselves where there is no stretch, or the tangent (r, r) [N/m] is alike in all directions.
+    """
     length = float(np.linalg.norm(stretch))
-    if len(group.rows) == 1 or length == 0:
+    alike = np.abs(tangent - np.eye(len(tangent)) * np.diag(tangent).mean()).max()
+    if len(group.rows) == 1 or length == 0 or alike <= _ISOTROPIC * np.abs(np.diag(tangent)).mean():
         return np.eye(len(group.rows))
     x, y = stretch / length
     return np.array([[x, -y], [y, x]])
@@ -166,7 +184,8 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
     for group, axes, first in zip(system.groups, axes_of_groups, laws.rows.first, strict=True):
         block = tangent[first : first + len(axes), first : first + len(axes)]
         values = np.diag(axes.T @ block @ axes)
-        names += [f"{group.name}/radial", f"{group.name}/tangential"] if len(axes) == 2 else group.rows
+        own = np.array_equal(axes, np.eye(len(axes)))
+        names += group.rows if own else [f"{group.name}/radial", f"{group.name}/tangential"]
         columns.append(group.B @ axes)
         stiffness.append(values)
         preload.append(axes.T @ offset[first : first + len(axes)])
@@ -225,7 +244,7 @@ def _law_warnings(
             text = f"sticks in small vibration, stiffness {group.law.stiffness:.4g} {unit}"
         else:
             across = f", across {values[1]:.4g} {unit}" if len(values) == 2 else ""
-            text = f"at the mean load in {STATES[doing]}, stiffness along it {values[0]:.4g} {unit}{across}"
+            text = f"{_DOING[STATES[doing]]} at the mean load, stiffness along it {values[0]:.4g} {unit}{across}"
         groups_by_text.setdefault(f"{group.law.kind} {text}", []).append(group.name)
     return [f"linearised: {', '.join(names)}: {text}" for text, names in groups_by_text.items()]
 

@@ -4,8 +4,9 @@ In energy-weighted modal coordinates every harmonic of frequency w reads D y + c
 b,
 D = omega_r^2 - w^2 + i w d_r.  D^-1 is the preconditioner of GMRES [saad1986]; products with k(t) are exact
 convolutions
-of the harmonics (no aliasing), applied as small matrices that all speeds share.  Derived here from the equation of
-motion of docs/design.md; signs and phases are those of docs/conventions.md.
+of the harmonics (no aliasing), applied as small matrices that all speeds share.  Where GMRES stalls, `resonant_block`
+preconditions it once more; where damping is light, `sharpness` says how well the answer is determined.  Derived here
+from the equation of motion of docs/design.md; signs and phases are those of docs/conventions.md.
 
 Layout: a batch of P points holds y as (P, 2, J, n): real and imaginary parts of J harmonics in n coordinates.
 Harmonics are points a of a lattice of the mesh frequencies f (a real signal, x = Re sum X_a exp(i a . w t), one of a
@@ -17,17 +18,26 @@ One mesh frequency is a lattice of one axis, the orders 0..H or -H..H.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal
 from .condensed import CondensedOperators
 from .gmres import gmres
 from .kernel import Kernel, product, to_real, truncated_product
+from .resonant_block import resonant_block
+from .sharpness import FLOOR, near_sharp_resonance, sharpened
 
 __all__ = ["Batch", "Guess", "HarmonicSolution", "solve", "truncated_response"]
+
+Index = NDArray[np.int64]
+
+_TINY = 1e-300
+# Cycles of GMRES with D^-1: a tone alone converges in one or two, with several tones the block takes over after two.
+_RESTARTS, _FIRST = 6, 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,6 +64,7 @@ class HarmonicSolution:
     residual : (P,) of the harmonics kept.  truncation_residual : (P, D + 1) of the truncated ones, by their kind.  Both
         are
     relative to the dynamic part, whose size is scale (P,).  calls : of the operator.
+    uncertainty : (P,) bound of the relative error of y near a resonance of light damping, 0 elsewhere; empty: not made.
     """
 
     y: Array
@@ -63,6 +74,7 @@ class HarmonicSolution:
     truncation_residual: Array
     scale: Array
     calls: int
+    uncertainty: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,16 +107,19 @@ def solve(
     """
     error = to_real(batch.error)
     right = _right(system, modal, kernel, batch, error)
+    start = None if guess is None else (guess.y, guess.scale)
     if operators is None:
-        y, residual, scale, calls = _batched(modal, kernel, batch, right, guess, tolerance=tolerance)
+        y, residual, scale, calls = _batched(system, modal, kernel, batch, right, start, tolerance=tolerance)
+        y, residual, uncertainty = _judged(modal, kernel, batch, right, (y, residual, scale), tolerance=tolerance)
         gap = _gaps(modal, y) - error
         truncation_residual = _truncation_residual(modal, kernel, batch, gap)
     else:
         from .compiled import truncation_size
 
         y, residual, scale, calls = _side_by_side(
-            modal, kernel, batch, right, guess, tolerance=tolerance, operators=operators
+            system, modal, kernel, batch, right, start, tolerance=tolerance, operators=operators
         )
+        y, residual, uncertainty = _judged(modal, kernel, batch, right, (y, residual, scale), tolerance=tolerance)
         gap = _gaps(modal, y) - error
         truncation_residual = np.outer(truncation_size(operators, batch.truncated_frequency, gap), [1.0, 0.0])
     return HarmonicSolution(
@@ -115,73 +130,150 @@ def solve(
         truncation_residual=truncation_residual / scale[:, None],
         scale=scale,
         calls=calls,
+        uncertainty=uncertainty,
     )
 
 
 def _batched(
-    modal: Modal, kernel: Kernel, batch: Batch, right: Array, guess: Guess | None, *, tolerance: float
+    system: System,
+    modal: Modal,
+    kernel: Kernel,
+    batch: Batch,
+    right: Array,
+    start: tuple[Array, Array] | None,
+    *,
+    tolerance: float,
 ) -> tuple[Array, Array, Array, int]:
-    """All P points at once by NumPy.
+    """All P points at once by NumPy; those where GMRES stalls once more, one by one, with a resonant block.
+
+    start : solution to start from (P, 2, J, n) and its scale (P,); None starts from the diagonal alone.
 
     Returns
     -------
     (y (P, 2, J, n), residual (P,) relative to the scale, scale (P,), operator calls).
     """
-    inverse = _inverse(modal, batch.frequency)
-    couple = _coupling(modal, kernel, batch)
-    shape = right.shape
-
-    def apply(x: Array) -> Array:
-        """x + D^-1 coupling x, (P, 2 J n)."""
-        return x + _times(inverse, couple(x.reshape(shape))).reshape(x.shape)
-
-    first = _times(inverse, right)
-    if guess is None:
-        start = -_times(inverse, couple(first)).reshape(shape[0], -1)
-        scale = _scale(first, start, mean=kernel.lattice.mirrored)
+    first, apply = _rows(modal, kernel, batch, right)
+    P = len(first)
+    if start is None:
+        y = first
+        step = apply(first, less=True)
+        scale = _scale(first.reshape(right.shape), step, mean=kernel.lattice.mirrored)
     else:
-        start = first.reshape(shape[0], -1) - apply(guess.y.reshape(shape[0], -1))
-        first, scale = guess.y, guess.scale
-    step, left, calls = gmres(apply, start, target=tolerance * scale)
-    return first + step.reshape(shape), left / scale, scale, calls
+        y, scale = start[0].reshape(P, -1), start[1]
+        step = first - apply(y)
+    several = kernel.lattice.tones > 1
+    change, left, calls = gmres(apply, step, target=tolerance * scale, restarts=_FIRST if several else _RESTARTS)
+    y = y + change
+    stalled = np.isfinite(left) & (left > tolerance * scale) & several
+    for p in np.flatnonzero(stalled).tolist():
+        again = resonant_block(system, modal, kernel, batch.frequency[p])
+        if again is not None:
+            mine, rows = _rows(modal, kernel, _points(batch, [p]), right[[p]])
+            target = tolerance * scale[[p]]
+            more, rest, used = gmres(lambda x: rows(again(x)), mine - rows(y[[p]]), target=target)  # noqa: B023
+            calls += used
+            if rest[0] < left[p]:
+                y[p], left[p] = y[p] + again(more)[0], rest[0]
+    return y.reshape(right.shape), left / scale, scale, calls
 
 
-def _side_by_side(
+def _judged(
     modal: Modal,
     kernel: Kernel,
     batch: Batch,
     right: Array,
-    guess: Guess | None,
+    solved: tuple[Array, Array, Array],
+    *,
+    tolerance: float,
+) -> tuple[Array, Array, Array]:
+    """Solution (P, 2, J, n), residual (P,) and uncertainty (P,), points near a resonance of light damping refined.
+
+    solved : y, residual and scale.
+    """
+    y, residual, scale = solved
+    uncertainty = np.zeros(len(y))
+    for p in np.flatnonzero(near_sharp_resonance(modal, batch.frequency) & np.isfinite(residual)).tolist():
+        mine, rows = _rows(modal, kernel, _points(batch, [p]), right[[p]])
+        found, left, uncertainty[p] = sharpened(
+            modal, rows, mine, y[[p]], batch.frequency[p], mean=kernel.lattice.mirrored, tolerance=tolerance
+        )
+        y[p], residual[p] = found[0], left / scale[p]
+    return y, residual, uncertainty
+
+
+def _rows(modal: Modal, kernel: Kernel, batch: Batch, right: Array) -> tuple[Array, Callable[..., Array]]:
+    """Rows of the balance preconditioned by P, D or its floor: P^-1 right (P, 2 J n) and P^-1 (D + coupling)."""
+    kept = _kept(modal, batch.frequency)
+    inverse = _inverse(modal, batch.frequency, kept)
+    couple, shape = _coupling(modal, kernel, batch), right.shape
+    # D / P is 1 but where D is below its floor
+    part = 1.0 if kept is None else np.repeat(kept[:, None], 2, axis=1).reshape(shape[0], -1)
+
+    def apply(x: Array, *, less: bool = False) -> Array:
+        """P^-1 (D + coupling) x, (P, 2 J n); less : x less that, without the rounding of their difference."""
+        coupled = _times(inverse, couple(x.reshape(shape))).reshape(x.shape)
+        result: Array = (1.0 - part) * x - coupled if less else part * x + coupled
+        return result
+
+    return _times(inverse, right).reshape(shape[0], -1), apply
+
+
+def _points(batch: Batch, which: Index | list[int]) -> Batch:
+    """Some points of a batch."""
+    return Batch(
+        frequency=batch.frequency[which],
+        truncated_frequency=batch.truncated_frequency[which],
+        frame=batch.frame[which],
+        error=batch.error[:, which],
+        force=batch.force[which],
+    )
+
+
+def _side_by_side(
+    system: System,
+    modal: Modal,
+    kernel: Kernel,
+    batch: Batch,
+    right: Array,
+    start: tuple[Array, Array] | None,
     *,
     tolerance: float,
     operators: CondensedOperators,
 ) -> tuple[Array, Array, Array, int]:
-    """As `_batched`, compiled; points above the tolerance after single precision go on in double precision by NumPy."""
+    """As `_batched`, compiled; points above the tolerance after single precision go on in double precision by NumPy.
+
+    So do points with a D below its floor, from the start: compiled, D has none.
+    """
     from .compiled import solve_points
 
-    start = None if guess is None else (guess.y, guess.scale)
     y, residual, scale, calls = solve_points(
         operators, batch.frequency, batch.frame, right, start=start, tolerance=tolerance, mean=kernel.lattice.mirrored
     )
-    unconverged = np.flatnonzero(residual > tolerance)
-    if unconverged.size:
-        remaining = Batch(
-            frequency=batch.frequency[unconverged],
-            truncated_frequency=batch.truncated_frequency[unconverged],
-            frame=batch.frame[unconverged],
-            error=batch.error[:, unconverged],
-            force=batch.force[unconverged],
-        )
-        initial = Guess(y=y[unconverged], scale=scale[unconverged])
-        y[unconverged], residual[unconverged], _, more = _batched(
-            modal, kernel, remaining, right[unconverged], initial, tolerance=tolerance
-        )
-        calls += more
+    kept = _kept(modal, batch.frequency)
+    floored = np.zeros(len(y), dtype=bool) if kept is None else np.any(kept < 1, axis=(1, 2))
+    for which in (np.flatnonzero(floored), np.flatnonzero(~floored & (residual > tolerance))):
+        if which.size:
+            given = start if floored[which[0]] else (y, scale)
+            initial = None if given is None else (given[0][which], given[1][which])
+            y[which], residual[which], scale[which], more = _batched(
+                system, modal, kernel, _points(batch, which), right[which], initial, tolerance=tolerance
+            )
+            calls += more
     return y, residual, scale, calls
 
 
-def _inverse(modal: Modal, frequency: Array) -> tuple[Array, Array]:
-    """1/D at frequencies (P, J) [rad/s], 0 for the mean of a rigid mode.
+def _kept(modal: Modal, frequency: Array) -> Array | None:
+    """|D| / P at frequencies (P, J) [rad/s], (P, J, n): 1 but where D is below its floor; None where it nowhere is."""
+    w = frequency[:, :, None]
+    size, floor = np.hypot(modal.squared - w**2, w * modal.damping), FLOOR * modal.squared
+    low = size < floor
+    return np.where(low, size / np.where(low, floor, 1.0), 1.0) if np.any(low) else None
+
+
+def _inverse(modal: Modal, frequency: Array, kept: Array | None = None) -> tuple[Array, Array]:
+    """1/P at frequencies (P, J) [rad/s], 0 for the mean of a rigid mode.
+
+    kept : |D| / P of `_kept`; None: P = D.
 
     Returns
     -------
@@ -191,8 +283,10 @@ def _inverse(modal: Modal, frequency: Array) -> tuple[Array, Array]:
     real, imag = modal.squared - w**2, w * modal.damping
     size = real**2 + imag**2
     size[size == 0] = np.inf
-    turn = imag / size
-    return (real / size)[:, None], np.stack([turn, -turn], axis=1)
+    along, turn = real / size, imag / size
+    if kept is not None:
+        along, turn = np.where(kept > 0, along * kept, 1 / np.maximum(FLOOR * modal.squared, _TINY)), turn * kept
+    return along[:, None], np.stack([turn, -turn], axis=1)
 
 
 def _times(factor: tuple[Array, Array], y: Array) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import Modal
+from ..static.unheld import unheld, unheld_error
 from .lattice import Lattice, Point
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "link_errors",
     "mesh_order_excitation",
     "mesh_tones",
+    "require_damping",
     "shaft_order_excitation",
     "speed_powers",
 ]
@@ -84,14 +86,9 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
 
     Raises
     ------
-    ModelError : no damping; no mesh frequency; torques that do not balance.
+    ModelError : no damping, or all of it zero; no mesh frequency; torques that do not balance.
     """
-    if not system.damped:
-        raise ModelError(
-            "no damping is given, so the response never settles",
-            path="damping",
-            allowed='e.g. damping = { modal = "3 %" }',
-        )
+    require_damping(system)
     tones = mesh_tones(system)
     places = [(_multiple(tones, line.frequency), line) for line in system.lines]
     _balanced(system, modal)
@@ -101,6 +98,17 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
         mesh=tuple((point, line) for point, line in places if point is not None),
         shaft=_grouped(tones, [line for point, line in places if point is None]),
     )
+
+
+def require_damping(system: System) -> None:
+    """Raise ModelError where nothing damps: no damping is given, or all of it is zero."""
+    if not (system.zeta or np.any(system.C) or np.any(system.meshes.damping)):
+        given = "only zero damping is given" if system.damped else "no damping is given"
+        raise ModelError(
+            f"{given}, so the response never settles",
+            path="damping",
+            allowed='e.g. damping = { modal = "3 %" }',
+        )
 
 
 def mesh_tones(system: System) -> tuple[Fraction, ...]:
@@ -153,6 +161,8 @@ def _balanced(system: System, modal: Modal) -> None:
     shapes = modal.shapes[:, modal.rigid]
     work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
     if np.any(work > _BALANCE * size):
+        if found := unheld(shapes, mean, system.dofs.names):
+            raise unheld_error(found)
         worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         raise ModelError(

@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array, ComplexArray, System
 from ..static.record import samples_per_cycle
+from .mean_stability import critical_speed, unstable_speeds
 from .response import Block, Response, respond, response
 from .waveform import Spectrum, alias_free_samples, envelopes, force_spectrum, mesh_axis, motion_spectrum, tone_waveform
 
@@ -181,12 +182,23 @@ def solve_speed(system: System, relative_speed: float, tolerance: float) -> tupl
     if not 0 < tolerance < 1:
         raise ModelError("out of range", path="tolerance", given=tolerance, allowed="between 0 and 1")
     ready = response(system)
+    if unstable_speeds(ready, np.array([speed]))[0]:
+        tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
+        raise ConvergenceError(
+            f"no steady motion at {tone * speed:.6g} Hz mesh frequency: the mean system is unstable, since above "
+            f"{tone * critical:.6g} Hz the centripetal terms exceed the stiffness (first of {name})"
+        )
     block = next(respond(ready, np.array([speed]), tolerance=tolerance))
     if not block.residual[0] <= max(_ACCEPTED, 100 * tolerance):
         frequency = float(ready.lines.tone) * relative_speed
         raise ConvergenceError(
             f"no periodic response found at {frequency:.6g} Hz mesh frequency (residual {block.residual[0]:.2g}): "
             "try a slightly different speed or more damping"
+        )
+    if block.uncertainty[0] > _ACCEPTED:
+        raise ConvergenceError(
+            f"at {float(ready.lines.tone) * relative_speed:.6g} Hz mesh frequency a resonance is so sharp that double "
+            "precision cannot tell the response: try a slightly different speed or more damping"
         )
     return ready, block
 

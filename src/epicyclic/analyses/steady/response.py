@@ -53,6 +53,10 @@ _WORTH = 20_000_000
 _TRUNCATION = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: initial, step, and largest by the number of tones.
 _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
+# Further cross orders where the truncation at the last one would be refused: spur stages whose lowest modes lie at many
+# times the lower mesh frequency need 42 to 50.  50 are 2600 points.
+_FURTHER = {2: 50, 3: 26}
+_REFUSED = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -163,6 +167,14 @@ class Block:
         """Most harmonics kept of any tone."""
         return max(self.truncation[:-1])
 
+    @property
+    def uncertainty(self) -> Array:
+        """Bound of the relative error near resonances of light damping, (P,) [1]; 0 elsewhere."""
+        parts = [part.uncertainty for part in (self.mesh, self.shaft) if part is not None]
+        found = [part.reshape(self.speed.size, -1).max(axis=1) for part in parts if part.size]
+        result: Array = np.max([np.zeros(self.speed.size), *found], axis=0)
+        return result
+
 
 def response(
     system: System,
@@ -232,11 +244,11 @@ def respond_part(
             first = block = _block(
                 ready, index, speed[index], truncation=truncation, tolerance=tolerance, before=before
             )
-            more = truncation_increment(block.mesh.truncation_residual, truncation, limit[index], tolerance)
+            more = _further(block.mesh.truncation_residual, truncation, limit[index], tolerance)
             coarse = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(coarse):
                 block = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
-                more[~coarse] = truncation_increment(_worst(block), truncation, limit[block.index], tolerance)
+                more[~coarse] = _further(_worst(block), truncation, limit[block.index], tolerance)
                 coarse = np.any(more, axis=1)
         done = ~coarse[np.isin(index, block.index)]
         if np.any(done):
@@ -295,6 +307,16 @@ def truncation_increment(truncation_residual: Array, truncation: Truncation, lim
     step = np.maximum(4, current // 2)
     step[-1] = _STEP
     more: Index = np.where(excessive, np.clip(limit - current, 0, step), 0)
+    return more
+
+
+def _further(truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float) -> Index:
+    """`truncation_increment`, and cross orders beyond the limit where the truncation would be refused at it."""
+    more = truncation_increment(truncation_residual, truncation, limit, tolerance)
+    tones = len(truncation) - 1
+    refused = truncation_residual[:, -1] > max(_REFUSED, 100 * tolerance) / np.sqrt(tones + 1)
+    stuck = refused & ~np.any(more, axis=1) & (truncation[-1] < (_FURTHER.get(tones, 0) if truncation[-1] else 0))
+    more[stuck, -1] = 2 * _STEP
     return more
 
 
@@ -402,6 +424,7 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
             truncation_residual=solved.truncation_residual[mine],
             scale=solved.scale[mine],
             calls=solved.calls,
+            uncertainty=solved.uncertainty[mine] if solved.uncertainty.size else solved.uncertainty,
         )
 
     return Block(

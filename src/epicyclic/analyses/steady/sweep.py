@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,8 +14,10 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..parallel import each
+from .mean_stability import critical_speed, unstable_speeds
 from .measures import Layout, Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
+from .speed_range import SpeedRange, speeds_of
 from .steady import tension_warnings
 from .table import SweepTable, empty_table, sweep_dataset
 from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signal
@@ -23,9 +25,10 @@ from .waveform import force_signal, link_signal, motion_signal, whole_mesh_signa
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ...results.run_folder import RunFolder
+
 __all__ = ["sweep"]
 
-_POINTS = 200
 _ORDERS = 100
 _ACCEPTED = 100.0
 
@@ -35,12 +38,15 @@ def sweep(
     *,
     mesh_frequency: ArrayLike | None = None,
     relative_speed: ArrayLike | None = None,
+    speed_range: SpeedRange | None = None,
+    points: int | None = None,
     frame_speed: FrameSpeed = "kinematic",
     shaft_orders: bool = True,
     orders: int = 12,
     tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
     compiled: bool | None = None,
+    kept: RunFolder | None = None,
 ) -> xr.Dataset:
     """Mesh forces, bearing forces and motion over speed for linear contact; docs/response.md defines each number.
 
@@ -51,8 +57,10 @@ def sweep(
 
     Parameters
     ----------
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed; neither: 200
-        mesh frequencies from a fifth of the lowest natural or operating frequency to 1.2 times the highest.
+    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed.
+    speed_range : where neither is given: ``operation`` (None), 5 to 130 % of the operating speed with the speeds at
+        which mesh orders meet the modes; ``modes``, from a fifth of the lowest natural or operating frequency to 1.2
+        times the highest.  points : speeds of the range, None as of `speeds_of`.
     frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
         or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
     shaft_orders : whether run-outs and other lines between the mesh orders count.
@@ -61,6 +69,7 @@ def sweep(
     tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
     compiled : solve by numba; None leaves that to the size of the job, see `response`.
+    kept : keeps the speeds that are done.
 
     Raises
     ------
@@ -70,11 +79,25 @@ def sweep(
     if not 1 <= orders <= _ORDERS:
         raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
     ready = response(system, frame_speed=frame_speed, compiled=compiled)
-    speed = _speeds(ready, mesh_frequency, relative_speed)
+    speed = speeds_of(
+        ready, mesh_frequency=mesh_frequency, relative_speed=relative_speed, speed_range=speed_range, points=points
+    )
+    ranged = mesh_frequency is None and relative_speed is None
+    options: dict[str, Any] = {
+        "frame_speed": frame_speed,
+        "shaft_orders": shaft_orders,
+        "orders": orders,
+        "tolerance": tolerance,
+    }
+    options |= {"speed_range": speed_range or "operation"} if ranged else {}
     table = empty_table(ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders)
     cross = np.zeros(speed.size, dtype=np.int64)
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = "speed is not a number above zero"
+    unstable = np.zeros(speed.size, dtype=bool)
+    unstable[usable] = unstable_speeds(ready, speed[usable])
+    table.status[unstable] = "mean system unstable"
+    usable &= ~unstable
     places, done = np.flatnonzero(usable), int((~usable).sum())
 
     def fill(_: int, solved: list[_Measured]) -> None:
@@ -89,37 +112,33 @@ def sweep(
 
     ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
     work = partial(_measured, ready, speed[usable], table.layout, tolerance=tolerance, shaft_orders=shaft_orders)
-    each(work, parts, arrived=fill)
+    each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"))
     return sweep_dataset(
         table,
         ready.system,
         speed=speed,
         tone=float(ready.lines.tone),
         verb="sweep",
-        options={"frame_speed": frame_speed, "shaft_orders": shaft_orders, "orders": orders, "tolerance": tolerance},
-        warnings=[*ready.system.warnings, *tension_warnings(system, table.minimum_force)],
+        options=options,
+        warnings=[
+            *ready.system.warnings,
+            *_instability_warnings(ready, speed[unstable]),
+            *tension_warnings(system, table.minimum_force),
+        ],
         further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
     )
 
 
-def _speeds(ready: Response, mesh_frequency: ArrayLike | None, relative_speed: ArrayLike | None) -> Array:
-    """Relative speeds (P,) of the mesh frequencies [Hz] or relative speeds asked for, or the default range.
-
-    Raises
-    ------
-    ModelError : both are given.
-    """
-    if mesh_frequency is not None and relative_speed is not None:
-        raise ModelError("give mesh_frequency or relative_speed, not both")
-    tone = float(ready.lines.tone)
-    if relative_speed is not None:
-        return np.atleast_1d(np.asarray(relative_speed, dtype=float))
-    if mesh_frequency is not None:
-        return np.atleast_1d(np.asarray(mesh_frequency, dtype=float)) / tone
-    natural = np.sqrt(ready.modal.squared[ready.modal.squared > 0]) / (2 * np.pi)
-    if not natural.size:
-        return np.array([1.0])
-    return np.linspace(0.2 * min(tone, natural[0]), 1.2 * max(tone, natural[-1]), _POINTS) / tone
+def _instability_warnings(ready: Response, unstable: Array) -> list[str]:
+    """Warning where the mean system is unstable, at relative speeds (U,)."""
+    if not unstable.size:
+        return []
+    tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
+    return [
+        f"no steady motion at {unstable.size} speeds from {unstable.min() * tone:.6g} Hz mesh frequency on: the mean "
+        f"system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
+        f"(first of {name}); the values there are nan"
+    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -172,7 +191,8 @@ def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: 
         links=link_signal(ready, block) if ready.system.links.name else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
-        found, good = sweep_measures(signals, layout), block.residual <= accepted
+        found = sweep_measures(signals, layout)
+    status = [_status(*values, accepted) for values in zip(block.residual, block.uncertainty, strict=True)]
     minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else found["mesh_force_minimum"]
     return _Measured(
         index=block.index,
@@ -181,13 +201,15 @@ def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: 
         found=found,
         minimum=minimum,
         residual=block.residual,
-        good=good,
-        status=[_status(value, accepted) for value in block.residual],
+        good=np.array([text == "ok" for text in status]),
+        status=status,
     )
 
 
-def _status(residual: float, accepted: float) -> str:
-    """Status of a speed from its relative residual."""
+def _status(residual: float, uncertainty: float, accepted: float) -> str:
+    """Status of a speed from its relative residual and what a sharp resonance leaves uncertain."""
     if not np.isfinite(residual):
         return "not finite"
-    return "ok" if residual <= accepted else "not converged"
+    if residual > accepted:
+        return "not converged"
+    return "ok" if uncertainty <= accepted else "resonance too sharp for double precision"

@@ -6,6 +6,7 @@ A compiled caller kept on disk does not notice a change in another file: all com
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numba
@@ -25,6 +26,8 @@ TURN = 2 * np.pi
 _AT_STOP, _SEARCH, _ANGLE = 1e-12, 60, 1e-15
 # As `right_hand_side.AHEAD`.
 _AHEAD = 1e-6
+# Seconds of steps between two looks at Ctrl-C, and the steps of the first part: a millisecond or two of a small train.
+_PART, _FIRST = 0.1, 1000
 
 
 @_jit
@@ -333,9 +336,12 @@ def _move_sliders(N: Numbers, y: Array, e: Array, slider: Array) -> None:
 @_jit
 def _slope(
     N: Numbers, k: Array, cell: Index, e: Array, de: Array, push: Array, stiff: Array, damp: Array, turning: bool,
-    y: Array, v: Array, slider: Array, x: Array, u: Array, r: Array, g: Array, a: Array,
+    y: Array, v: Array, slider: Array, x: Array, u: Array, r: Array, g: Array, press: Array, a: Array,
 ) -> None:  # fmt: skip
-    """Fill in y'' a (n,) of the state y, v (n,) and slider (R,); x, u, r (M,) and g (R,) are work space."""
+    """Fill in y'' a (n,) of the state y, v (n,) and slider (R,), and the forces of the flanks press (F,) [N].
+
+    x, u, r (M,) and g (R,) are work space.
+    """
     n, M, F = y.size, e.size, N.mean.size
     x[:] = 0.0
     u[:] = 0.0
@@ -347,6 +353,7 @@ def _slope(
         force = 0.0
         if N.pull or gap > 0.0:
             force = k[i] * gap + N.drag[i] * (u[i] - de[i])
+        press[i] = force
         r[i] = N.linear[i] * x[i] - force
     if N.tables.shape[0]:  # a loop of its own: that of linear rows is short and straight
         for i in range(F):
@@ -354,6 +361,7 @@ def _slope(
                 force, pressed = _tabulated(N, i, k[i], cell[i], x[i] - e[i])
                 if pressed:
                     force += N.drag[i] * (u[i] - de[i])
+                press[i] = force
                 r[i] = N.linear[i] * x[i] - force
     if M > F:
         _groups(N, x, u, e, de, slider, g)
@@ -370,18 +378,55 @@ def _slope(
 
 
 @_jit
-def _run(
-    N: Numbers, y: Array, v: Array, slider: Array, first: int, begin: float, step: float, keep: int, out: Array,
-    sliders: Array,
-) -> int:  # fmt: skip
-    """Step through all samples of out (samples, 2, n) and sliders (samples, R), changing the state in place.
+def _note(N: Numbers, force: Array, moment: float, span: float, total: Array, mesh: Array, flank: Array) -> None:
+    """Add the forces of all flanks (F,) [N] at the beginning of a step to a tally, as `tally.note`.
 
-    Returns the number of finite samples.
+    moment, span : beginning and length of the step [s].  total : (w, 3) work space: force, any and far flank pressing.
+    mesh, flank : arrays of `tally.Tally`.
+    """
+    total[:] = 0.0
+    for f in range(force.size):
+        if not np.isfinite(force[f]):
+            return
+    for f in range(force.size):
+        w, far = N.whole[f], f >= N.loaded
+        total[w, 0] += -force[f] if far else force[f]
+        if force[f] != 0.0:
+            total[w, 1] = 1.0
+            if far:
+                total[w, 2] = 1.0
+        if force[f] > flank[f, 0]:
+            flank[f, 0] = force[f]
+        if not force[f] > 0.0:
+            flank[f, 1] += span
+    for w in range(mesh.shape[0]):
+        if total[w, 0] < mesh[w, 0]:
+            mesh[w, 0], mesh[w, 1] = total[w, 0], moment
+        if total[w, 0] > mesh[w, 2]:
+            mesh[w, 2], mesh[w, 3] = total[w, 0], moment
+        if total[w, 1] == 0.0:
+            mesh[w, 4] += span
+        elif mesh[w, 7] == 0.0:
+            mesh[w, 6] += 1.0
+        if total[w, 2] > 0.0:
+            mesh[w, 5] += span
+        mesh[w, 7] = total[w, 1]
+
+
+@_jit
+def _run(
+    N: Numbers, y: Array, v: Array, slider: Array, first: int, begin: float, step: float, keep: int, done: int,
+    count: int, out: Array, sliders: Array, mesh: Array, flank: Array,
+) -> int:  # fmt: skip
+    """So many steps from step `first + done` on, the state and the tally (`tally.Tally`) changed in place.
+
+    Every `keep`-th state is entered in out (samples, 2, n) and sliders (samples, R), the first one after `keep` steps
+    from `first`.  Returns the number of finite samples where one is not, else -1.
     """
     n, M, F = y.size, N.gaps.shape[1], N.mean.size
-    k, e, de, push = np.empty(F), np.empty(M), np.empty(M), np.empty(n)
+    k, e, de, push, press = np.empty(F), np.empty(M), np.empty(M), np.empty(n), np.empty(F)
     x, u, r, g = np.empty(M), np.empty(M), np.empty(M), np.empty(M - F)
-    cell = np.zeros(F, np.int64)
+    cell, whole = np.zeros(F, np.int64), np.empty((mesh.shape[0], 3))
     stiff, damp = np.zeros((n, n)), np.zeros((n, n))
     y1, v1, a = np.empty(n), np.empty(n), np.empty(n)
     dy, dv = np.empty(n), np.empty(n)
@@ -392,63 +437,91 @@ def _run(
     varying = varying and turning
     wave, turns = _by_order(N), np.empty((4, F))
     low = -1
-    for sample in range(out.shape[0]):
-        for sub in range(keep):
-            index = first + sample * keep + sub
-            t = begin + index * step
-            middle, end = begin + (index + 0.5) * step, begin + (index + 1) * step
-            before, low = low, _interval(N, middle)
-            for stage in range(4):
-                # a step begins with the terms with which the one before has ended, in one interval of the program
-                if stage == 1 or stage == 3 or (stage == 0 and low != before):
-                    at = t if stage == 0 else (middle if stage == 1 else end)
-                    s, rise = _instant_terms(N, at, low, wave, turns, k, cell, e, de, push)
-                    if varying:
-                        _operators(N, s, rise, stiff, damp)
-                if stage == 0:
-                    for i in range(n):
-                        y1[i], v1[i] = y[i], v[i]
-                    weight = 1.0
-                else:
-                    reach = step if stage == 3 else 0.5 * step
-                    weight = 1.0 if stage == 3 else 2.0
-                    for i in range(n):
-                        # the slope of y at a stage is the v of the stage before
-                        vi = v1[i]
-                        y1[i], v1[i] = y[i] + reach * vi, v[i] + reach * a[i]
-                _slope(N, k, cell, e, de, push, stiff, damp, turning, y1, v1, slider, x, u, r, g, a)
+    for number in range(done, done + count):
+        index = first + number
+        t = begin + index * step
+        middle, end = begin + (index + 0.5) * step, begin + (index + 1) * step
+        before, low = low, _interval(N, middle)
+        for stage in range(4):
+            # a step begins with the terms with which the one before has ended, in one interval of the program
+            if stage == 1 or stage == 3 or (stage == 0 and low != before):
+                at = t if stage == 0 else (middle if stage == 1 else end)
+                s, rise = _instant_terms(N, at, low, wave, turns, k, cell, e, de, push)
+                if varying:
+                    _operators(N, s, rise, stiff, damp)
+            if stage == 0:
                 for i in range(n):
-                    if stage == 0:
-                        dy[i], dv[i] = v1[i], a[i]
-                    else:
-                        dy[i] += weight * v1[i]
-                        dv[i] += weight * a[i]
+                    y1[i], v1[i] = y[i], v[i]
+                weight = 1.0
+            else:
+                reach = step if stage == 3 else 0.5 * step
+                weight = 1.0 if stage == 3 else 2.0
+                for i in range(n):
+                    # the slope of y at a stage is the v of the stage before
+                    vi = v1[i]
+                    y1[i], v1[i] = y[i] + reach * vi, v[i] + reach * a[i]
+            _slope(N, k, cell, e, de, push, stiff, damp, turning, y1, v1, slider, x, u, r, g, press, a)
+            if stage == 0:
+                _note(N, press, t, step, whole, mesh, flank)
             for i in range(n):
-                y[i] += step / 6.0 * dy[i]
-                v[i] += step / 6.0 * dv[i]
-            if slider.size:
-                _move_sliders(N, y, e, slider)
-        total = 0.0
+                if stage == 0:
+                    dy[i], dv[i] = v1[i], a[i]
+                else:
+                    dy[i] += weight * v1[i]
+                    dv[i] += weight * a[i]
         for i in range(n):
-            out[sample, 0, i], out[sample, 1, i] = y[i], v[i]
-            total += y[i] + v[i]
-        sliders[sample] = slider
-        if not np.isfinite(total):
-            return sample
-    return len(out)
+            y[i] += step / 6.0 * dy[i]
+            v[i] += step / 6.0 * dv[i]
+        if slider.size:
+            _move_sliders(N, y, e, slider)
+        if (number + 1) % keep == 0 and not _enter(number // keep, y, v, slider, out, sliders):
+            return number // keep
+    return -1
+
+
+@_jit
+def _enter(sample: int, y: Array, v: Array, slider: Array, out: Array, sliders: Array) -> bool:
+    """Enter a state as a sample of out (samples, 2, n) and sliders (samples, R); whether it is finite."""
+    total = 0.0
+    for i in range(y.size):
+        out[sample, 0, i], out[sample, 1, i] = y[i], v[i]
+        total += y[i] + v[i]
+    sliders[sample] = slider
+    return bool(np.isfinite(total))
 
 
 def advance(
-    N: Numbers, state: Array, *, slider: Array, first: int, begin: float, step: float, keep: int, samples: int
+    N: Numbers,
+    state: Array,
+    *,
+    slider: Array,
+    first: int,
+    begin: float,
+    step: float,
+    keep: int,
+    samples: int,
+    mesh: Array,
+    flank: Array,
 ) -> tuple[Array, Array]:
     """States (samples, 2, n) and sliders (samples, R) after every `keep` steps; nan once not finite.
+
+    Compiled steps do not hear Ctrl-C: they are taken in parts of a fraction of a second, which changes no bit.
 
     Parameters
     ----------
     state : (2, n) and slider : (R,) at step `first`.  begin : time of step 0 [s].  step : [s].
+    mesh, flank : arrays of `tally.Tally`, to which all these steps are added in place.
     """
     out, sliders = np.full((samples, 2, N.squared.size), np.nan), np.full((samples, slider.size), np.nan)
+    y, v, s = state[0].copy(), state[1].copy(), slider.copy()
     run: Any = _run
-    done = run(N, state[0].copy(), state[1].copy(), slider.copy(), first, begin, step, keep, out, sliders)
-    out[done:], sliders[done:] = np.nan, np.nan
+    done, part, finite = 0, _FIRST, -1
+    while done < samples * keep and finite < 0:
+        count, start = min(part, samples * keep - done), time.perf_counter()
+        finite = run(N, y, v, s, first, begin, step, keep, done, count, out, sliders, mesh, flank)
+        done += count
+        spent = time.perf_counter() - start
+        part = max(1, min(int(count * _PART / max(spent, 1e-6)), 4 * part))
+    if finite >= 0:
+        out[finite:], sliders[finite:] = np.nan, np.nan
     return out, sliders

@@ -14,14 +14,15 @@ from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
-from scipy.integrate import DOP853, Radau, solve_ivp
+from scipy.integrate import DOP853, Radau
 
 from ...errors import ModelError
 from ...system.system import Array
 from ..fast import numba_available
 from .motion import Motion, from_modal, highest_rate, phases_at, to_modal
 from .products import times as product
-from .right_hand_side import acceleration, group_gaps, instant_terms, moved_slider
+from .right_hand_side import acceleration, acceleration_and_force, group_gaps, instant_terms, moved_slider
+from .tally import Tally, empty_tally, note
 
 __all__ = [
     "TOLERANCE",
@@ -37,7 +38,6 @@ __all__ = [
 
 Adaptive = Literal["dop853", "radau"]
 TOLERANCE = 1e-8
-_SCIPY_NAME = {"dop853": "DOP853", "radau": "Radau"}
 _SCIPY = {"dop853": DOP853, "radau": Radau}
 # Absolute tolerance per relative one, in the scale of a mode: of modes that hardly move.
 _ABSOLUTE = 1e-3
@@ -139,7 +139,16 @@ def starting_slider(moving: Motion, state: Array, *, slider: Array | None = None
 
 
 def rk4_states(
-    moving: Motion, state: Array, *, slider: Array, first: int, begin: float, step: float, keep: int, samples: int
+    moving: Motion,
+    state: Array,
+    *,
+    slider: Array,
+    first: int,
+    begin: float,
+    step: float,
+    keep: int,
+    samples: int,
+    tally: Tally | None = None,
 ) -> tuple[Array, Array]:
     """Modal states (samples, 2, n) and sliders (samples, R) after every `keep` steps from step `first`.
 
@@ -147,19 +156,28 @@ def rk4_states(
 
     Parameters
     ----------
-    state : (2, n) and slider : (R,) at step `first`.  step : [s].
+    state : (2, n) and slider : (R,) at step `first`.  step : [s].  tally : to which all steps are added in place.
     """
+    tally = tally or empty_tally(moving)
+    numbers: dict[str, Any] = {"first": first, "begin": begin, "step": step, "keep": keep, "samples": samples}
     if moving.compiled and numba_available():
         from .compiled import advance
 
-        return advance(
-            moving.numbers, state, slider=slider, first=first, begin=begin, step=step, keep=keep, samples=samples
-        )
-    return _numpy(moving, state, slider=slider, first=first, begin=begin, step=step, keep=keep, samples=samples)
+        return advance(moving.numbers, state, slider=slider, mesh=tally.mesh, flank=tally.flank, **numbers)
+    return _numpy(moving, state, tally, slider=slider, **numbers)
 
 
 def _numpy(
-    moving: Motion, state: Array, *, slider: Array, first: int, begin: float, step: float, keep: int, samples: int
+    moving: Motion,
+    state: Array,
+    tally: Tally,
+    *,
+    slider: Array,
+    first: int,
+    begin: float,
+    step: float,
+    keep: int,
+    samples: int,
 ) -> tuple[Array, Array]:
     """`rk4_states` in NumPy; nan once not finite."""
     out = np.full((samples, 2, state.shape[1]), np.nan)
@@ -169,7 +187,7 @@ def _numpy(
         with np.errstate(over="ignore", invalid="ignore"):
             for index in range(first + sample * keep, first + (sample + 1) * keep):
                 moments = begin + index * step, begin + (index + 0.5) * step, begin + (index + 1) * step
-                y, v, s = _one(moving, moments, step, y, v, s)
+                y, v, s = _one(moving, tally, moments, step, y, v, s)
         if not (np.isfinite(y).all() and np.isfinite(v).all()):
             break
         out[sample], sliders[sample] = (y, v), s
@@ -177,12 +195,13 @@ def _numpy(
 
 
 def _one(
-    moving: Motion, moments: tuple[float, float, float], h: float, y: Array, v: Array, s: Array
+    moving: Motion, tally: Tally, moments: tuple[float, float, float], h: float, y: Array, v: Array, s: Array
 ) -> tuple[Array, Array, Array]:
     """One Runge-Kutta step h [s] of y, v (n,) and sliders (R,) over its three moments [s] [hairer1993, sec. II.1]."""
     t, middle, end = moments
     at = instant_terms(moving, t, middle)
-    a1 = acceleration(moving, at, y, v, s)
+    a1, force = acceleration_and_force(moving, at, y, v, s)
+    note(moving, tally, force, t, h)
     at = instant_terms(moving, middle, middle)
     v2 = v + h / 2 * a1
     a2 = acceleration(moving, at, y + h / 2 * v, v2, s)
@@ -221,6 +240,7 @@ def adaptive_states(
     method: Adaptive,
     scale: Array,
     tolerance: float = TOLERANCE,
+    tally: Tally | None = None,
 ) -> tuple[Array, Array]:
     """Modal states (T - 1, 2, n) and sliders (T - 1, R) at times[1:] (T,) [s]; nan from where it fails.
 
@@ -230,7 +250,9 @@ def adaptive_states(
     ----------
     state : (2, n) and slider : (R,) at times[0]; sliders where the mean load has put them where None.
     scale : (2, n) of `modal_scale`, of the absolute tolerance.  tolerance : relative [1].
+    tally : to which all steps of the integrator are added in place.
     """
+    tally = tally or empty_tally(moving)
     n, out, sliders = moving.numbers.squared.size, [], []
     N = moving.numbers
     jumps = N.time[:-1][np.diff(N.time) == 0]
@@ -244,7 +266,7 @@ def adaptive_states(
         moments = wanted if wanted.size and wanted[-1] == high else np.append(wanted, high)
         with np.errstate(over="ignore", invalid="ignore"):
             run = _with_sliders if s.size else _without_sliders
-            block, slid = run(moving, y, s, (low, high, before), moments, method, options)
+            block, slid = run(moving, tally, y, s, (low, high, before), moments, method, options)
         y, s = block[-1], slid[-1]
         out.append(block[: wanted.size])
         sliders.append(slid[: wanted.size])
@@ -268,20 +290,50 @@ def _slope(moving: Motion, slider: Array, last: float) -> Slope:
     return slope
 
 
+def _note_step(moving: Motion, tally: Tally, y: Array, s: Array, t: float, end: float, last: float) -> None:
+    """Add a step from the flat state y (2n,) and sliders (R,) at t [s] to its end [s] to the tally."""
+    n, at = moving.numbers.squared.size, instant_terms(moving, t, min(t, last))
+    note(moving, tally, acceleration_and_force(moving, at, y[:n], y[n:], s)[1], t, end - t)
+
+
 def _without_sliders(
-    moving: Motion, y: Array, s: Array, span: tuple[float, float, float], moments: Array, method: Adaptive, options: Any
+    moving: Motion,
+    tally: Tally,
+    y: Array,
+    s: Array,
+    span: tuple[float, float, float],
+    moments: Array,
+    method: Adaptive,
+    options: Any,
 ) -> tuple[Array, Array]:
-    """Flat states (T, 2n) at the moments (T,) [s] of one stretch of the program, and no sliders."""
-    low, high, last = span
-    slope = _slope(moving, s, last)
-    found = solve_ivp(slope, (low, high), y, method=_SCIPY_NAME[method], t_eval=moments, **options)
-    block = np.full((moments.size, y.size), np.nan)
-    block[: found.y.shape[1]] = found.y.T
+    """Flat states (T, 2n) at the moments (T,) [s] of one stretch of the program, and no sliders.
+
+    What `scipy.integrate.solve_ivp` does, which shows no steps where it is asked for moments.
+    """
+    t, high, last = span
+    block, done = np.full((moments.size, y.size), np.nan), 0
+    solver = _SCIPY[method](_slope(moving, s, last), t, y, high, **options)
+    while solver.status == "running":
+        t, before = float(solver.t), solver.y
+        solver.step()
+        if solver.status == "failed":
+            break
+        _note_step(moving, tally, before, s, t, float(solver.t), last)
+        ready = int(np.searchsorted(moments, solver.t, side="right"))
+        if ready > done:
+            block[done:ready], done = solver.dense_output()(moments[done:ready]).T, ready
     return block, np.zeros((moments.size, 0))
 
 
 def _with_sliders(
-    moving: Motion, y: Array, s: Array, span: tuple[float, float, float], moments: Array, method: Adaptive, options: Any
+    moving: Motion,
+    tally: Tally,
+    y: Array,
+    s: Array,
+    span: tuple[float, float, float],
+    moments: Array,
+    method: Adaptive,
+    options: Any,
 ) -> tuple[Array, Array]:
     """Flat states (T, 2n) and sliders (T, R) at the moments (T,) [s] of one stretch of the program.
 
@@ -305,6 +357,7 @@ def _with_sliders(
         if not agree.all() and end - t > least:
             length = max(float(places[max(int(np.argmin(agree)) - 1, 0)]) - t, least)
             continue
+        _note_step(moving, tally, y, s, t, end, last)
         kept = np.searchsorted(places, np.append(inside, end))
         reached = moments[done : done + inside.size + 1]
         for moment, place in zip(reached, kept, strict=False):

@@ -20,6 +20,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.faces import faces
 from ...system.gaps import Flanks, flanks
 from ...system.laws.groups import Laws
 from ...system.laws.linear import LEAST
@@ -27,6 +28,7 @@ from ...system.system import Array, ComplexArray, Line, System
 from ..modes.basis import mean_modes
 from ..static.record import group_gap
 from ..static.tangent import linear
+from ..static.unheld import unheld, unheld_error
 from .lowered import FlankNumbers, LawNumbers, flank_numbers, law_numbers
 from .products import per_instant
 from .program import Program, constant
@@ -63,6 +65,7 @@ class Numbers(NamedTuple):
     force_at : (Jf,) [Hz] and force : (2, 4, Jf, n) for s^0, s, s^2, s'.
     steady : (n,).  load : (C, n).  spin : (n,) per s'.
     laws : (G, 10) and anchor : (R,) or (0,), see `lowered.LawNumbers`.
+    whole : (F,) whole mesh of every flank.  loaded : number m of loaded flanks, which are the first ones.
     time, speed, phase : (K,), level : (K, C) the program.
     """
 
@@ -98,6 +101,8 @@ class Numbers(NamedTuple):
     spin: Array
     laws: Array
     anchor: Array
+    whole: NDArray[np.int64]
+    loaded: int
     time: Array
     speed: Array
     phase: Array
@@ -247,6 +252,8 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
     size = np.abs(shapes.T) @ np.abs(force)
     wrong = rigid & (np.abs(modal) > _BALANCE * size)
     if wrong.any():
+        if found := unheld(shapes[:, rigid], force, system.dofs.names):
+            raise unheld_error(found)
         worst = int(np.argmax(np.where(wrong, np.abs(modal), 0.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         raise ModelError(
@@ -316,6 +323,8 @@ def _numbers(
         spin=empty,
         laws=lawful_rows.numbers,
         anchor=lawful_rows.anchor,
+        whole=faces(system.meshes).row[pressing.mesh],
+        loaded=m,
         time=given.time,
         speed=given.speed,
         phase=given.phase,

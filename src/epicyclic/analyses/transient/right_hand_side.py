@@ -15,7 +15,16 @@ from ...system.system import Array
 from .motion import Motion, phases_at, tangent_series
 from .products import times
 
-__all__ = ["AHEAD", "InstantTerms", "acceleration", "group_gaps", "instant_terms", "moved_slider", "row_force"]
+__all__ = [
+    "AHEAD",
+    "InstantTerms",
+    "acceleration",
+    "acceleration_and_force",
+    "group_gaps",
+    "instant_terms",
+    "moved_slider",
+    "row_force",
+]
 
 
 # Part of the slip start by which a tangent is taken ahead of the motion: far above rounding, far below what is seen.
@@ -121,14 +130,22 @@ def moved_slider(moving: Motion, at: InstantTerms, y: Array, slider: Array) -> A
 
 def acceleration(moving: Motion, at: InstantTerms, y: Array, v: Array, slider: Array | None = None) -> Array:
     """y'' (n,) of a modal state y, v (n,), with the sliders of the beginning of the step (R,) [m]."""
+    return acceleration_and_force(moving, at, y, v, slider)[0]
+
+
+def acceleration_and_force(
+    moving: Motion, at: InstantTerms, y: Array, v: Array, slider: Array | None = None
+) -> tuple[Array, Array]:
+    """As `acceleration`, with the forces of all flanks (F,) [N]."""
     N = moving.numbers
     F = N.drag.size
     stretch = times(y, N.gaps)
     force = -row_force(moving, at, stretch, times(v, N.gaps), slider)
+    press = -force[:F]
     force[:F] += N.linear * stretch[:F]
     force[F:] += times(stretch[F:], N.block)
     s = at.speed
     result: Array = at.push - N.squared * y - N.rate * v + times(force, N.pulls)
     result -= times(v, N.damp[0] + s * N.damp[1])
     result -= times(y, s * s * N.stiff[0] + s * N.stiff[1] + at.rise * N.stiff[2])
-    return result
+    return result, press

@@ -6,8 +6,6 @@ the sliders of Coulomb friction.
 
 from __future__ import annotations
 
-import json
-import shutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...results.whole_file import whole_file, write_text
+from ...results.kept_numbers import read_numbers, with_numbers, write_numbers
+from ...results.plain import read_plain, write_plain
+from ...results.run_folder import MODEL_FILE, open_folder, segment_path
 from ...system.system import Array
 from .integrators import adaptive_states, modal_scale, rk4_states
-from .kept import question, read_numbers, with_numbers, write_numbers
 from .motion import Motion
+from .tally import Tally, empty_tally
 
 __all__ = ["METHODS", "Method", "RunPlan", "RunRecord", "run"]
 
@@ -31,7 +31,6 @@ METHODS = ("rk4", "dop853", "radau")
 _STEPS = 40_000
 # Numbers of a piece [8 bytes], and pieces of a segment on disk.
 _NUMBERS, _PIECES = 500_000, 8
-_ABOUT, _EQUATION = "run.json", "equation.npz"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,12 +62,14 @@ class RunRecord:
 
     moving, plan : as they were run, from the folder where the run was taken up again.
     states : (count + 1, 2, n) modal, and sliders : (count + 1, R) [m]; nan from where the motion is no longer finite.
+    tally : of all its steps.
     """
 
     moving: Motion
     plan: RunPlan
     states: Array
     sliders: Array
+    tally: Tally
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,12 +104,14 @@ def run(
 
     Raises
     ------
-    ModelError : as of `open_store` and `kept.with_numbers`.
+    ModelError : as of `open_folder` and `with_numbers`.
     """
     begun = _Begun(moving=moving, state=state, slider=slider, step=plan.step, steps=np.array([plan.keep, plan.count]))
-    store, parts = None, list[Array]()
+    store, parts = None, list[tuple[Array, Array]]()
     if folder is not None:
-        store = open_store(folder, question(moving.system, {"method": plan.method, **(asked or {})}), resume=resume)
+        options = {"method": plan.method, **(asked or {})}
+        open_folder(folder, verb="transient", model=moving.system, options=options, resume=resume)
+        store = Store(folder=folder)
         begun, parts = store.begun(begun), store.segments()
         keep, count = map(int, begun.steps)
         moving, plan = begun.moving, replace(plan, step=begun.step, keep=keep, count=count)
@@ -116,21 +119,37 @@ def run(
     size = max(1, min(plan.piece, _NUMBERS // begin.size))
     out = np.full((plan.count + 1, begin.size), np.nan)
     out[0] = begin
-    done = 0
-    for part in parts:
+    done, tally = 0, empty_tally(moving)
+    for part, seen in parts:
         out[done + 1 : done + 1 + len(part)] = part
-        done += len(part)
-    _run_pieces(_pieces(moving, plan, out, done, size), out, store, len(parts), done, plan.count, progress)
+        done, tally = done + len(part), tally.of(seen)
+    begun_at = _Piece(done=done, tally=tally)
+    last = _run_pieces(_pieces(moving, plan, out, begun_at, size), out, store, len(parts), begun_at, progress)
     n = begun.state.shape[1]
-    return RunRecord(moving=moving, plan=plan, states=out[:, : 2 * n].reshape(-1, 2, n), sliders=out[:, 2 * n :])
+    return RunRecord(
+        moving=moving,
+        plan=plan,
+        states=out[:, : 2 * n].reshape(-1, 2, n),
+        sliders=out[:, 2 * n :],
+        tally=last.tally,
+    )
 
 
-def _pieces(moving: Motion, plan: RunPlan, out: Array, done: int, size: int) -> Iterator[int]:
-    """Fill in out (count + 1, 2 n + R) piece after piece of `size` samples; yields the samples done."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Piece:
+    """How far a run has come: samples done, and the tally of all steps up to there."""
+
+    done: int
+    tally: Tally
+
+
+def _pieces(moving: Motion, plan: RunPlan, out: Array, begun_at: _Piece, size: int) -> Iterator[_Piece]:
+    """Fill in out (count + 1, 2 n + R) piece after piece of `size` samples."""
+    done, tally = begun_at.done, begun_at.tally
     n = moving.numbers.squared.size
     scale = modal_scale(moving) if plan.method != "rk4" else None
     while done < plan.count and np.isfinite(out[done]).all():
-        last = min(plan.count, (done // size + 1) * size)
+        last, tally = min(plan.count, (done // size + 1) * size), tally.copy()
         state, slider = out[done, : 2 * n].reshape(2, n), out[done, 2 * n :]
         if plan.method == "rk4" or scale is None:
             found, sliders = rk4_states(
@@ -142,47 +161,48 @@ def _pieces(moving: Motion, plan: RunPlan, out: Array, done: int, size: int) -> 
                 step=plan.step,
                 keep=plan.keep,
                 samples=last - done,
+                tally=tally,
             )
         else:
             found, sliders = adaptive_states(
-                moving, state, plan.times(done, last), slider=slider, method=plan.method, scale=scale
+                moving, state, plan.times(done, last), slider=slider, method=plan.method, scale=scale, tally=tally
             )
         out[done + 1 : last + 1, : 2 * n] = found.reshape(-1, 2 * n)
         out[done + 1 : last + 1, 2 * n :] = sliders
         done = last
-        yield done
+        yield _Piece(done=done, tally=tally)
 
 
 def _run_pieces(
-    pieces: Iterator[int],
+    pieces: Iterator[_Piece],
     out: Array,
     store: Store | None,
     number: int,
-    done: int,
-    count: int,
+    begun_at: _Piece,
     progress: Callable[[float], None] | None,
-) -> None:
-    """Run the pieces of out (count + 1, 2 n + R) and write a segment of several at a time.
+) -> _Piece:
+    """Run the pieces of out (count + 1, 2 n + R) and write a segment of several at a time; the last of them.
 
     And the rest however the run ends.
     """
-    written, waiting = done, 0
+    written, waiting, piece = begun_at.done, 0, begun_at
     try:
-        for done in pieces:
+        for piece in pieces:
             waiting += 1
             if store is not None and waiting == _PIECES:
-                store.add(number, out[written + 1 : done + 1])
-                written, number, waiting = done, number + 1, 0
+                store.add(number, out[written + 1 : piece.done + 1], piece.tally.flat())
+                written, number, waiting = piece.done, number + 1, 0
             if progress is not None:
-                progress(done / count)
+                progress(piece.done / (len(out) - 1))
     finally:
-        if store is not None and done > written:
-            store.add(number, out[written + 1 : done + 1])
+        if store is not None and piece.done > written:
+            store.add(number, out[written + 1 : piece.done + 1], piece.tally.flat())
+    return piece
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Store:
-    """A folder with the numbers of a run and its segments 000000.npy, 000001.npy, ... of flat states (K, 2 n + R)."""
+    """The folder of a run with its numbers and its segments: flat states (K, 2 n + R) and the tally at their end."""
 
     folder: Path
 
@@ -193,75 +213,27 @@ class Store:
         ------
         ModelError : the kept ones are of another model, or cannot be read.
         """
-        path = self.folder / _EQUATION
+        path = self.folder / MODEL_FILE
         if path.is_file():
             return with_numbers(given, read_numbers(path), compared=".moving.system.", path=path)
-        if self._path(0).is_file():
+        if segment_path(self.folder, 0).is_file():
             raise ModelError("not a run that can be continued", path=str(path))
         write_numbers(path, given)
         return given
 
-    def segments(self) -> list[Array]:
-        """The segments that are there, (K, 2 n + R) each, without a gap.
+    def segments(self) -> list[tuple[Array, Array]]:
+        """The segments that are there without a gap: states (K, 2 n + R) and the flat tally each.
 
         Raises
         ------
         ModelError : one of them cannot be read.
         """
-        found: list[Array] = []
-        while (path := self._path(len(found))).is_file():
-            try:
-                found.append(np.load(path, allow_pickle=False))
-            except (OSError, ValueError, EOFError) as error:
-                raise ModelError(f"not a segment of a run: {error}", path=str(path)) from error
+        found: list[tuple[Array, Array]] = []
+        while (path := segment_path(self.folder, len(found))).is_file():
+            states, tally = read_plain(path)
+            found.append((states, tally))
         return found
 
-    def add(self, number: int, states: Array) -> None:
-        """Write a segment (K, 2 n + R) whole or not at all."""
-        with whole_file(self._path(number)) as file:
-            np.save(file, states, allow_pickle=False)
-
-    def remove(self) -> None:
-        """Delete the folder and what is in it."""
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def _path(self, number: int) -> Path:
-        return self.folder / f"{number:06d}.npy"
-
-
-def open_store(folder: Path, run: str, *, resume: bool) -> Store:
-    """The store of a run, made or taken up again.
-
-    Parameters
-    ----------
-    run : `kept.question` of the run.  resume : whether segments that lie there are wanted.
-
-    Raises
-    ------
-    ModelError : segments lie there and are not asked for, or are of another run; or the folder cannot be written.
-    """
-    about = folder / _ABOUT
-    begun = (folder / f"{0:06d}.npy").is_file()
-    if about.is_file() and (begun or resume):
-        if not resume:
-            raise ModelError("an interrupted run lies there", path=str(folder), allowed="resume, or delete the folder")
-        try:
-            known = json.loads(about.read_text(encoding="utf-8"))["run"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise ModelError("not a run that can be continued", path=str(about)) from error
-        if known != run:
-            raise ModelError(
-                "the run that lies there has another model, other options or another start",
-                path=str(folder),
-                allowed="the command it was begun with, or delete the folder",
-            )
-    elif folder.exists() and not about.is_file() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder")
-    else:
-        try:
-            folder.mkdir(exist_ok=True)
-            (folder / _EQUATION).unlink(missing_ok=True)  # of a run that has not come to its first segment
-            write_text(about, json.dumps({"run": run}))
-        except OSError as error:
-            raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
-    return Store(folder=folder)
+    def add(self, number: int, states: Array, tally: Array) -> None:
+        """Write a segment of states (K, 2 n + R) and the flat tally whole or not at all."""
+        write_plain(segment_path(self.folder, number), (states, tally))

@@ -21,6 +21,7 @@ from .program import phase_at, speed_at
 from .run import METHODS, Method, RunPlan, RunRecord, run
 from .scenario import History, Scenario, scenario_motion
 from .start import at_equilibrium, at_rest
+from .tally import APART, FAR, IMPACTS, LEAST, LEAST_AT, MOST, MOST_AT
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -256,12 +257,12 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
     moving, plan = found.moving, found.plan
     system, face, times = moving.system, faces(moving.system.meshes), plan.times(0, plan.count)
     outputs: dict[str, list[Array]] = {"mesh": [], "q": [], "link": [], "group": []}
-    lost = np.zeros(len(system.meshes.name), dtype=bool)
-    largest = np.zeros(len(moving.flanks.mesh))
+    lost = found.tally.flank[: len(system.meshes.name), 1] > 0
+    largest = found.tally.flank[:, 0].copy()
     for first in range(0, len(times), _BLOCK):
         block = slice(first, first + _BLOCK)
         at, states = times[block], from_modal(moving, found.states[block])
-        with np.errstate(invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             flanks = flank_force(moving, at, states)
             outputs["mesh"].append(face.total(mesh_total(moving, flanks)))
             lost |= (flanks[: lost.size] <= 0).any(axis=1)
@@ -281,10 +282,12 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
         if system.groups:
             forces = np.concatenate(outputs["group"], axis=1)
             notes += groups_past_the_end(system, np.fmax.reduce(forces, axis=1, initial=0.0))
+    force = np.concatenate(outputs["mesh"], axis=1)
     groups = {"group_force": (("group", "time"), np.concatenate(outputs["group"], axis=1))} if system.groups else {}
     result = dataset(
         {
-            "mesh_force": (("mesh", "time"), np.concatenate(outputs["mesh"], axis=1)),
+            "mesh_force": (("mesh", "time"), force),
+            **_over_all_steps(found, times, force, apart=options["contact"] == "unilateral"),
             "displacement": (("dof", "time"), np.concatenate(outputs["q"], axis=1)),
             "link_force": (("link_row", "time"), np.concatenate(outputs["link"], axis=1)),
             **groups,
@@ -310,8 +313,41 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
         provenance=system.provenance,
         warnings=[*system.warnings, *moving.warnings, *notes],
     )
-    result["time"].attrs.update({"units": "s", "long_name": "time"})
+    result["time"].attrs.update({"units": "s", "long_name": "time of the samples kept"})
     return result
+
+
+def _over_all_steps(found: RunRecord, times: Array, force: Array, *, apart: bool) -> dict[str, Any]:
+    """Extremes of the mesh forces and what became of the contact, over all steps and the samples kept.
+
+    Parameters
+    ----------
+    times : (T,) [s] and force : (w, T) [N] of the samples, of which the last one is the end of the last step.
+    apart : whether teeth part.
+    """
+    mesh = found.tally.mesh
+    least, most = mesh[:, LEAST].copy(), mesh[:, MOST].copy()
+    at_least, at_most = mesh[:, LEAST_AT].copy(), mesh[:, MOST_AT].copy()
+    lowest, highest = np.nan_to_num(force, nan=np.inf), np.nan_to_num(force, nan=-np.inf)
+    low, high = lowest.argmin(axis=1), highest.argmax(axis=1)
+    rows = np.arange(len(force))
+    less, more = lowest[rows, low] < least, highest[rows, high] > most
+    least[less], at_least[less] = lowest[rows, low][less], times[low][less]
+    most[more], at_most[more] = highest[rows, high][more], times[high][more]
+    finite = np.isfinite(found.states).all(axis=(1, 2))
+    length = float(times[np.flatnonzero(finite)[-1]]) or 1.0
+    contact = {
+        "open_share": ("mesh", np.minimum(mesh[:, APART] / length, 1.0)),
+        "far_share": ("mesh", np.minimum(mesh[:, FAR] / length, 1.0)),
+        "impacts": ("mesh", mesh[:, IMPACTS].astype(np.int64)),
+    }
+    return {
+        "mesh_force_peak": ("mesh", most),
+        "mesh_force_peak_time": ("mesh", at_most),
+        "mesh_force_minimum": ("mesh", least),
+        "mesh_force_minimum_time": ("mesh", at_least),
+        **(contact if apart else {}),
+    }
 
 
 def _notes(system: System, names: tuple[str, ...], lost: np.ndarray, options: dict[str, Any], status: str) -> list[str]:

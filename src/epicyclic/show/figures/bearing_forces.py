@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from .series import Array, compact, texts
-from .speeds import abscissa, mark_failed, mark_natural, mark_operating
+from .speeds import abscissa, mark_failed, mark_modes, mark_operating
 from .style import DASHES, PALETTE, panels
 
 __all__ = ["bearing_forces"]
@@ -60,7 +60,7 @@ def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Fig
     if len(x):
         drawn.update_xaxes(range=[float(x.min()), float(x.max())])
     mark_failed(drawn, sweep, x)
-    mark_natural(drawn, modes, x)
+    mark_modes(drawn, modes, sweep, x)
     mark_operating(drawn, sweep, x)
     return drawn
 

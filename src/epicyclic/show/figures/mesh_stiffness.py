@@ -13,7 +13,8 @@ __all__ = ["mesh_stiffness"]
 
 
 def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
-    """Mesh stiffness along the tooth normal [N/um] over one mesh cycle, a panel a pair of gears, a curve a branch.
+    """Mesh stiffness along the tooth normal [N/um] over one mesh cycle, a panel a pair of gears, a curve a branch,
+    equal branches one.
 
     Parameters
     ----------
@@ -21,7 +22,7 @@ def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
     """
     values = stiffness["mesh_stiffness"].transpose("mesh", "mesh_phase").values
     phase = numbers(stiffness, "mesh_phase")
-    series = merged(texts(stiffness, "mesh"), values)
+    series = merged(texts(stiffness, "mesh"), values, branches=True)
     groups = pairs(series)
     several = len({stage for stage, _ in groups}) > 1
     names = [f"{pair_title(pair, several)}, {_mean(series, pair)}" for pair in groups]
@@ -35,8 +36,8 @@ def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
     shown: set[str] = set()
     for row, pair in enumerate(groups, start=1):
         own = [one for one in series if (one.stage, one.pair) == pair]
-        for place, one in enumerate(own):
-            drawn.add_trace(_curve(one, phase, one.label not in shown, _over(one, own[:place])), row=row, col=1)
+        for one in own:
+            drawn.add_trace(_curve(one, phase, one.label not in shown), row=row, col=1)
             shown.add(one.label)
         drawn.update_yaxes(title_text="stiffness [N/µm]", row=row, col=1)
     drawn.update_xaxes(range=[0, 1])
@@ -50,18 +51,12 @@ def _mean(series: list[Series], pair: tuple[str, str]) -> str:
     return f"mean {engineering(float(np.mean(means)))} N/µm"
 
 
-def _over(one: Series, before: list[Series]) -> int:
-    """Number of curves already drawn at the same place."""
-    scale = 1e-3 * float(np.ptp(one.values)) + 1e-9 * float(np.abs(one.values).max(initial=0.0))
-    return sum(bool(np.allclose(one.values, other.values, rtol=0, atol=scale)) for other in before)
-
-
-def _curve(one: Series, phase: Array, legend: bool, over: int) -> go.Scatter:
-    """A curve over the phase (P,) [mesh cycles]; one that lies over others is broken, so that theirs show through."""
+def _curve(one: Series, phase: Array, legend: bool) -> go.Scatter:
+    """A curve over the phase (P,) [mesh cycles]."""
     closed = len(phase) > 1 and phase[-1] < 1 - 1e-9 and abs(phase[0]) < 1e-9
     x = np.append(phase, 1.0) if closed else phase
     y = np.append(one.values, one.values[0]) if closed else one.values
-    dash = ("dash", "dot", "dashdot")[(over - 1) % 3] if over else DASHES[one.side == "right"]
+    dash = DASHES[one.side == "right"]
     return go.Scatter(
         x=compact(x),
         y=compact(y / 1e6),

@@ -22,7 +22,7 @@ def over_time(result: xr.Dataset, name: str, title: str, unit: str, scale: float
     along = next(str(dim) for dim in result[name].dims if dim != "mesh")
     values = scale * result[name].transpose("mesh", along).values
     time = numbers(result, along, along)
-    series = merged(texts(result, "mesh"), values)
+    series = merged(texts(result, "mesh"), values, branches=True)
     groups = pairs(series)
     several = len({stage for stage, _ in groups}) > 1
     drawn = panels(

@@ -20,6 +20,7 @@ __all__ = [
     "pair_title",
     "pairs",
     "short_names",
+    "stage_count",
     "texts",
     "thinned",
     "unbroken",
@@ -32,7 +33,8 @@ Array = NDArray[np.float64]
 class Series:
     """One curve, or several that coincide: its label, what it belongs to, and its values.
 
-    stage, pair, branch (0 = none), side ("" = none or both).  values : (k,).
+    stage, pair, branch (0 = none, of several the first), side ("" = none or both).  note : " L, R" of both sides.
+    equal : branches that the curve is of.  values : (k,).
     """
 
     label: str
@@ -40,6 +42,8 @@ class Series:
     pair: str
     branch: int
     side: str
+    note: str = ""
+    equal: tuple[int, ...] = ()
     values: Array
 
 
@@ -89,12 +93,13 @@ def pair_title(pair: tuple[str, str], several: bool) -> str:
     return f"{pair[0]}: {pair[1]}" if several and pair[0] else pair[1]
 
 
-def merged(names: Sequence[str], values: Array) -> list[Series]:
+def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> list[Series]:
     """Curves of meshes, where the left and right helix coincide one for both.
 
     Parameters
     ----------
-    names : (m,) mesh names.  values : (m, k).
+    names : (m,) mesh names.  values : (m, k).  branches : also one for all branches of a pair that coincide, so that
+        no curve lies under another; its label counts them.
     """
     kept: dict[tuple[str, str, int], list[Series]] = {}
     for name, row in zip(names, np.atleast_2d(values), strict=True):
@@ -102,17 +107,46 @@ def merged(names: Sequence[str], values: Array) -> list[Series]:
         same = kept.setdefault((stage, pair, branch), [])
         twin = next((place for place, other in enumerate(same) if _coincide(other.values, row)), None)
         if twin is None:
-            same.append(_series(stage, pair, branch, side, row))
+            same.append(_series(stage, pair, (branch,), side, row))
         else:
-            same[twin] = _series(stage, pair, branch, "", row, note=" L, R")
-    return [one for group in kept.values() for one in group]
+            same[twin] = _series(stage, pair, (branch,), "", row, note=" L, R")
+    found = [one for group in kept.values() for one in group]
+    return _equal_branches(found) if branches else found
 
 
-def _series(stage: str, pair: str, branch: int, side: str, row: Array, note: str = "") -> Series:
+def _equal_branches(every: list[Series]) -> list[Series]:
+    """Curves of one pair and side that coincide as one."""
+    kept: list[list[Series]] = []
+    for one in every:
+        group = next((own for own in kept if _alike(own[0], one)), None)
+        if group is None:
+            kept.append([one])
+        else:
+            group.append(one)
+    return [
+        own[0]
+        if len(own) == 1
+        else _series(
+            own[0].stage, own[0].pair, tuple(one.branch for one in own), own[0].side, own[0].values, own[0].note
+        )
+        for own in kept
+    ]
+
+
+def _alike(one: Series, other: Series) -> bool:
+    same = (one.stage, one.pair, one.side, one.note) == (other.stage, other.pair, other.side, other.note)
+    return same and one.branch > 0 and other.branch > 0 and _coincide(one.values, other.values)
+
+
+def _series(stage: str, pair: str, branches: tuple[int, ...], side: str, row: Array, note: str = "") -> Series:
     """One curve (k,) with its label."""
-    who = f"branch {branch}" if branch else pair
-    suffix = note or (f" {side[0].upper()}" if side else "")
-    return Series(label=who + suffix, stage=stage, pair=pair, branch=branch, side=side, values=row)
+    who = pair
+    if branches[0]:
+        who = f"branch{'es' if len(branches) > 1 else ''} {', '.join(map(str, branches))}"
+    suffix = (note or (f" {side[0].upper()}" if side else "")) + (" (equal)" if len(branches) > 1 else "")
+    return Series(
+        label=who + suffix, stage=stage, pair=pair, branch=branches[0], side=side, note=note, equal=branches, values=row
+    )
 
 
 def _coincide(one: Array, other: Array) -> bool:
@@ -164,6 +198,17 @@ def engineering(value: float, digits: int = 4) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def unbroken(mesh: str) -> str:
-    """Short name of a mesh that does not break over a line."""
-    return short_names([mesh])[0].replace(" ", "\u00a0").replace("-", "\u2011")
+def stage_count(names: Iterable[str]) -> int:
+    """Number of stages of names of meshes."""
+    return len({split_name(name)[0] for name in names if _is_mesh(name)})
+
+
+def _is_mesh(name: str) -> bool:
+    """Whether a name is that of a mesh, ``stage/gear-gear[/branch][/side]``."""
+    stage, pair, _, _ = split_name(name)
+    return bool(stage) and "-" in pair and "/" not in pair
+
+
+def unbroken(mesh: str, *, stages: int = 1) -> str:
+    """Short name of a mesh that does not break over a line; with its stage where the train has several."""
+    return label(mesh, stage=stages > 1).replace(" ", "\u00a0").replace("-", "\u2011")

@@ -6,8 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .series import Array, Series, compact, merged, texts
-from .speeds import abscissa, mark_failed, mark_natural, mark_operating
+from .series import Array, Series, compact, merged, stage_count, texts
+from .speeds import abscissa, mark_failed, mark_modes, mark_operating
 from .style import DASHES, branch_colour, panels
 
 __all__ = ["speed_sweep"]
@@ -34,12 +34,21 @@ def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
         shared_xaxes=True,
         vertical_spacing=0.12,
     )
-    kinds = list(dict.fromkeys(str(name).split("/")[1] for name in sweep["mesh"].values if "/" in str(name)))
-    for row, (name, _) in enumerate(shown, start=1):
+    names = texts(sweep, "mesh")
+    kinds = list(dict.fromkeys(name.split("/")[1] for name in names if "/" in name))
+    several = stage_count(names) > 1
+    rows = [sweep[name].transpose("mesh", "speed").values[:, rank] for name, _ in shown]
+    scales = [float(np.nanmax(np.abs(values), initial=0.0)) or 1.0 for values in rows]
+    # curves are equal where they are so in every panel
+    groups = merged(
+        names, np.hstack([values / scale for values, scale in zip(rows, scales, strict=True)]), branches=True
+    )
+    for row, ((name, _), scale) in enumerate(zip(shown, scales, strict=True), start=1):
         ratio = name == "dynamic_factor"
-        values = sweep[name].transpose("mesh", "speed").values[:, rank] / (1.0 if ratio else 1e3)
-        for one in merged(texts(sweep, "mesh"), values):
-            drawn.add_trace(_curve(one, x[rank], kinds, row == 1, "" if ratio else " kN"), row=row, col=1)
+        for one in groups:
+            own = scale * one.values[(row - 1) * len(x) : row * len(x)] / (1.0 if ratio else 1e3)
+            look = _look(one, kinds, several)
+            drawn.add_trace(_curve(own, x[rank], look, row == 1, "" if ratio else " kN"), row=row, col=1)
         drawn.update_yaxes(
             title_text="K_v [-]" if ratio else "force [kN]", rangemode="normal" if ratio else "tozero", row=row, col=1
         )
@@ -47,7 +56,7 @@ def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
     if len(x):
         drawn.update_xaxes(range=[float(x.min()), float(x.max())])
     mark_failed(drawn, sweep, x)
-    mark_natural(drawn, modes, x)
+    mark_modes(drawn, modes, sweep, x)
     mark_operating(drawn, sweep, x)
     return drawn
 
@@ -59,18 +68,26 @@ _PANELS = (
 )
 
 
-def _curve(one: Series, x: Array, kinds: list[str], legend: bool, unit: str) -> go.Scatter:
-    """One curve over mesh frequency x (P,) [Hz]."""
+def _look(one: Series, kinds: list[str], several: bool) -> tuple[str, dict[str, object]]:
+    """Name and line of the curves of a mesh, or of equal meshes; several : the train has stages to name."""
+    side = one.note.strip() or one.side[:1].upper()
+    branches = ", ".join(map(str, one.equal)) if one.branch else ""
+    equal = "(equal)" if len(one.equal) > 1 else ""
+    name = " ".join(word for word in (one.stage if several else "", one.pair, branches, side, equal) if word)
     dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
-    side = one.label.split(" ", 2)[-1] if one.label.startswith("branch") and one.label.count(" ") > 1 else ""
-    name = " ".join(word for word in (one.pair, str(one.branch or ""), side) if word)
+    return name, {"color": branch_colour(one.branch), "dash": dash, "width": 1.7}
+
+
+def _curve(values: Array, x: Array, look: tuple[str, dict[str, object]], legend: bool, unit: str) -> go.Scatter:
+    """One curve (P,) over mesh frequency x (P,) [Hz]."""
+    name, line = look
     return go.Scatter(
         x=compact(x),
-        y=compact(one.values),
+        y=compact(values, digits=7),  # a K_v of 1.01 varies in its fourth place
         mode="lines",
         name=name,
         legendgroup=name,
         showlegend=legend,
-        line={"color": branch_colour(one.branch), "dash": dash, "width": 1.7},
+        line=line,
         hovertemplate=f"{name}: %{{y:.4g}}{unit} at %{{x:.4g}} Hz<extra></extra>",
     )

@@ -6,11 +6,16 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .series import Array, numbers, texts
-from .style import INK, WARNING, lines_across, mode_colour, translucent
+from .series import Array, numbers, stage_count, texts
+from .style import INK, WARNING, lines_across, mode_colour, note, translucent
 from .summaries import mode_groups
 
-__all__ = ["abscissa", "mark_failed", "mark_natural", "mark_operating"]
+__all__ = ["abscissa", "mark_failed", "mark_modes", "mark_operating"]
+
+# Resonances named in a figure: more names would lie on each other.
+_RESONANCES = 8
+# Mesh frequency per that at operation up to which a range is about operation.
+_ABOUT = 2.0
 
 
 def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
@@ -18,7 +23,9 @@ def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
     if "mesh_frequency" in sweep.variables:
         tones = sweep["mesh_frequency"]
         first = tones.isel(stage=0) if "stage" in tones.dims else tones
-        return np.asarray(first.values, dtype=np.float64), "mesh frequency [Hz]"
+        names = texts(sweep, "mesh") if "mesh" in sweep.variables else []
+        of = f" of {names[0].split('/')[0]}" if stage_count(names) > 1 else ""
+        return np.asarray(first.values, dtype=np.float64), f"mesh frequency{of} [Hz]"
     return 100 * numbers(sweep, "speed"), "speed [% of the operating speed]"
 
 
@@ -40,18 +47,61 @@ def mark_failed(drawn: go.Figure, sweep: xr.Dataset, x: Array) -> None:
         drawn.add_trace(points)
 
 
-def mark_natural(drawn: go.Figure, modes: xr.Dataset | None, x: Array) -> None:
-    """Natural frequencies within x (speed,) [Hz], as lines behind the curves, in the colour of their kind."""
+def mark_modes(drawn: go.Figure, modes: xr.Dataset | None, sweep: xr.Dataset, x: Array) -> None:
+    """What of the modes lies within x (speed,) [Hz], as lines behind the curves.
+
+    Over a range about operation the speeds at which mesh orders meet modes, where they are known, else natural
+    frequencies.
+    """
     if modes is None or not len(x):
         return
+    if modes.sizes.get("resonance", 0) and x.max() <= _ABOUT * _operating_frequency(sweep, x):
+        _mark_resonances(drawn, modes, sweep, x)
+    else:
+        _mark_natural(drawn, modes, x)
+
+
+def _mark_natural(drawn: go.Figure, modes: xr.Dataset, x: Array) -> None:
+    """Natural frequencies within x (speed,) [Hz], in the colour of their kind."""
     inside = [one for one in mode_groups(modes) if float(x.min()) <= one.frequency <= float(x.max())]
+    _kind_lines(drawn, [(one.frequency, one.kind) for one in inside], "{} mode")
+
+
+def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: Array) -> None:
+    """Strongest speeds within x (speed,) [Hz] at which a mesh order meets a mode, as lines named by order and mode."""
+    tone = _operating_frequency(sweep, x)
+    force = np.nan_to_num(numbers(modes, "resonance_amplitude"), nan=0.0)
+    at, kinds = tone * numbers(modes, "resonance_speed"), texts(modes, "resonance_kind")
+    inside = (force > 0) & (at >= x.min()) & (at <= x.max())
+    ranked = [int(place) for place in np.argsort(-force, kind="stable") if inside[place]][:_RESONANCES]
+    _kind_lines(drawn, [(float(at[place]), kinds[place]) for place in ranked], "resonance, {} mode")
+    several, stages = len(set(texts(modes, "resonance_stage"))) > 1, texts(modes, "resonance_stage")
+    taken: list[float] = []
+    for place in ranked:
+        if any(abs(at[place] - other) < 0.05 * np.ptp(x) for other in taken):
+            continue
+        taken.append(float(at[place]))
+        order = f"{int(modes['resonance_order'].values[place])}×{f' {stages[place]}' if several else ''}"
+        words = f"{order}, mode {int(modes['resonance_mode'].values[place])}"
+        note(drawn, words, x=float(at[place]), yref="y domain", y=0.02, yanchor="bottom", textangle=-90, xshift=-7)
+
+
+def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:
+    """Abscissa of the operating speed, of x (speed,) [Hz] in proportion to the speed."""
+    speed = numbers(sweep, "speed", "speed")
+    known = np.isfinite(speed) & (speed > 0)
+    return float(np.median(x[known] / speed[known])) if known.any() else np.nan
+
+
+def _kind_lines(drawn: go.Figure, lines: list[tuple[float, str]], name: str) -> None:
+    """Dotted lines at abscissas, in the colours of kinds of modes, each kind once in the legend."""
     looks = {
         kind: {"color": translucent(mode_colour(kind), 0.75), "width": 1.1, "dash": "dot"}
-        for kind in dict.fromkeys(one.kind for one in inside)
+        for kind in dict.fromkeys(kind for _, kind in lines)
     }
-    lines_across(drawn, [(one.frequency, {"line": looks[one.kind], "layer": "below"}) for one in inside])
+    lines_across(drawn, [(at, {"line": looks[kind], "layer": "below"}) for at, kind in lines])
     for kind, line in looks.items():
-        key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{kind} mode", legendgroup="marks")
+        key = go.Scatter(x=[None], y=[None], mode="lines", line=line, name=name.format(kind), legendgroup="marks")
         drawn.add_trace(key)
 
 

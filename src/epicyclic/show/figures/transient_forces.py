@@ -24,7 +24,7 @@ def transient_forces(result: xr.Dataset) -> go.Figure:
     result : Dataset of `transient`: mesh_force (mesh, time) [N], mesh_frequency (time) [Hz].
     """
     time = np.asarray(result["time"].values, dtype=np.float64)
-    curves = merged(texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values / 1e3)
+    curves = merged(texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values / 1e3, branches=True)
     shown = pairs(curves)
     several = len({stage for stage, _ in shown}) > 1
     names = [pair_title(pair, several) for pair in shown] + (["mesh frequency"] if ramps(result) else [])

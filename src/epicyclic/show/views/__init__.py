@@ -43,21 +43,23 @@ def tables_of(result: xr.Dataset) -> Sequence[Table]:
 
 
 def sections_of(results: Datasets) -> list[Section]:
-    """Sections of a report, in the order of their views; of a kind that comes more than once each with its name.
+    """Sections of a report, in the order of their views; of one kind and title each with its name.
 
     Parameters
     ----------
     results : name -> Dataset.
     """
     company = _company(results)
-    count = Counter(kind_of(result, name) for name, result in results.items())
-    found: list[Section] = []
+    made: list[tuple[str, str, Section]] = []
     for name, result in _ordered(results):
         kind = kind_of(result, name)
         own: Sequence[Section] = _function(kind, "sections")(result, company)
-        several = count[kind] > 1 and has_view(kind)
-        found += [replace(one, title=f"{one.title}: {name}") if several else one for one in own]
-    return found
+        made += [(name, kind, one) for one in own]
+    count = Counter((kind, one.title) for _, kind, one in made)
+    return [
+        replace(one, title=f"{one.title}: {name}") if count[kind, one.title] > 1 and has_view(kind) else one
+        for name, kind, one in made
+    ]
 
 
 def key_figures_of(results: Datasets) -> list[KeyFigure]:

@@ -19,6 +19,7 @@ __all__ = ["ORDER", "sections", "tables", "tally"]
 ORDER = 170
 _TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad"}
 _SHOWN = {"under a reading": "only under a stated reading"}
+_NOT_COMPUTED = "not computed"
 _REMARKS = {"reading": "reading", "reason": "reason", "because": "tolerance"}
 
 
@@ -28,7 +29,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     found = [_rows(part, f"{drive}: {sources[drive]}", notes[drive]) for drive, part in _drives(result)]
     counts = [(drive, _counts(part)) for drive, part in _drives(result)]
     columns: dict[str, Any] = {"drive": [drive for drive, _ in counts]}
-    columns |= {verdict: [count[verdict] for _, count in counts] for verdict in (*_TONES, "contradicted")}
+    kinds = dict.fromkeys(kind for _, count in counts for kind in count)
+    columns |= {kind: [count.get(kind, 0) for _, count in counts] for kind in kinds}
     return [*found, Table(title="Verdicts", columns=columns)]
 
 
@@ -38,7 +40,7 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
 
 def tally(result: xr.Dataset) -> dict[str, str]:
-    """Drive -> how many rows have which verdict, and how many are contradicted."""
+    """Drive -> how many rows have which verdict, are contradicted, and are not computed where there are such."""
     return {
         drive: ", ".join(f"{count} {verdict}" for verdict, count in _counts(part).items())
         for drive, part in _drives(result)
@@ -51,10 +53,12 @@ def _drives(result: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def _counts(part: xr.Dataset) -> dict[str, int]:
-    counts = Counter(map(str, part.verdict.values))
-    return {verdict: counts[verdict] for verdict in _TONES} | {
-        "contradicted": int(np.sum(part.outcome.values != "holds"))
-    }
+    outcomes = [str(outcome) for outcome in part.outcome.values]
+    missing = [outcome.startswith(_NOT_COMPUTED) for outcome in outcomes]
+    counts = Counter(str(verdict) for verdict, absent in zip(part.verdict.values, missing, strict=True) if not absent)
+    wrong = sum(outcome != "holds" and not absent for outcome, absent in zip(outcomes, missing, strict=True))
+    found = {verdict: counts[verdict] for verdict in _TONES} | {"contradicted": wrong}
+    return found | ({_NOT_COMPUTED: sum(missing)} if any(missing) else {})
 
 
 def _rows(part: xr.Dataset, title: str, note: str) -> Table:
@@ -79,6 +83,8 @@ def _unit(text: str) -> str:
 def _verdict(row: dict[str, Any]) -> Styled:
     verdict = str(row["verdict"])
     text = _SHOWN.get(verdict, verdict) + (", fitted" if row["fitted"] else "")
+    if str(row["outcome"]).startswith(_NOT_COMPUTED):
+        return Styled(text=f"{text} ({_NOT_COMPUTED})", tone="caution")
     if row["outcome"] != "holds":
         return Styled(text=f"{text} (contradicted)", tone="bad")
     return Styled(text=text, tone=_TONES[verdict])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, SideBySide, Table
+from ..elements import Company, Drawing, KeyFigure, Part, Section, SideBySide, Styled, Table
 from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import members_of, mesh_tones
 from ..provenance import assumed_tables, value_tables
@@ -41,18 +41,20 @@ _GEARS = {
     "tip_radius": ("tip [mm]", 1e3),
     "root_radius": ("root [mm]", 1e3),
 }
+_MESHES = "Meshes (stiffness, force and backlash along the tooth normal)"
 _PATHS = {
     "path_from": ("from", 1),
     "path_to": ("to", 1),
     "path_torque": ("torque [N m]", 1),
     "path_power": ("power [kW]", 1e-3),
     "path_share": ("share of the input [%]", 100),
+    "path_rolling_power": ("rolling power [kW]", 1e-3),
     "path_circulating": ("circulates", 1),
 }
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
-    """Stages, bodies, gears, meshes; frequencies, power paths and links where there are any; every resolved value."""
+    """Stages, bodies, gears, meshes; frequencies, power paths, links; what verbs still need; every resolved value."""
     found = [
         _stages(result),
         Table(title="Bodies", columns=columns_of(result, "body", _BODIES)),
@@ -62,10 +64,10 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     if result.sizes.get("order_name"):
         orders = {"order_frequency": ("frequency [Hz]", 1), "order": ("mesh orders", 1)}
         found.append(Table(title="Shaft and mesh frequencies", columns=columns_of(result, "order_name", orders)))
-    if "path" in result.variables and any(path.startswith("couplings.") for path in texts(result, "path")):
-        title = "Power paths (from first to second, seen from the housing)"
+    if "path_power" in result.variables and numbers(result, "path_power").any():
+        title = "Power paths (from first to second, seen from the housing; rolling: seen from the carrier)"
         found.append(Table(title=title, columns=columns_of(result, "path", _PATHS)))
-    return [*found, _links(result), *assumed_tables(result), *value_tables(result)]
+    return [*found, _links(result), *_readiness(result), *assumed_tables(result), *value_tables(result)]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -142,7 +144,7 @@ def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:
     if stiffness is not None:
         parts.append(Drawing(anchor="stiffness", figure=mesh_stiffness(stiffness)))
     names = short_names(texts(check, "mesh"))
-    return [*parts, _meshes(check, names, stiffness, "Meshes; stiffness along the tooth normal")]
+    return [*parts, _meshes(check, names, stiffness, "Meshes; stiffness, force and backlash along the tooth normal")]
 
 
 def _stages(check: xr.Dataset) -> Table:
@@ -192,7 +194,7 @@ def _gears(check: xr.Dataset, names: Sequence[str], title: str = "Gears") -> Tab
 
 
 def _meshes(
-    check: xr.Dataset, names: Sequence[str], stiffness: xr.Dataset | None = None, title: str = "Meshes"
+    check: xr.Dataset, names: Sequence[str], stiffness: xr.Dataset | None = None, title: str = _MESHES
 ) -> Table:
     """Phase, contact ratios and mean stiffness of every mesh, that of `stiffness` where it is known."""
     mean = numbers(check, "mean_mesh_stiffness", "mesh")
@@ -207,6 +209,10 @@ def _meshes(
         "overlap ratio [-]": list(numbers(check, "overlap_ratio", "mesh")),
         "mean stiffness [N/µm]": list(1e-6 * mean),
     }
+    if "tangent_load" in check.variables:
+        columns["tangent at a force of [N]"] = list(numbers(check, "tangent_load", "mesh"))
+    if "backlash" in check.variables and np.isfinite(check["backlash"].values).any():
+        columns["backlash [µm]"] = list(1e6 * numbers(check, "backlash", "mesh"))
     return Table(title=title, columns=columns)
 
 
@@ -215,4 +221,24 @@ def _links(result: xr.Dataset) -> Table:
     columns: dict[str, Any] = {"link": list(map(str, result.link.values))}
     for at, direction in enumerate(result.direction.values):
         columns[f"{direction} [{_UNITS[str(direction)]}]"] = list(stiffness[:, at]) if columns["link"] else []
+    if "link_clearance" in result.variables:
+        columns["clearance [µm]"] = [1e6 * value or np.nan for value in result["link_clearance"].values]
     return Table(title="Supports, bearings, couplings (inf = rigid)", columns=columns)
+
+
+def _readiness(result: xr.Dataset) -> list[Table]:
+    """Every verb and what it still needs: paths in the rows, each message once below."""
+    if "verb_needs" not in result.variables:
+        return []
+    needs = [text.split("\n") if text else [] for text in texts(result, "verb_needs", "verb_name")]
+    said = list(dict.fromkeys(text for texts in needs for text in texts))
+    columns: dict[str, Any] = {
+        "verb": [name.replace("_", "-") for name in texts(result, "verb_name")],
+        "state": [
+            Styled(text=f"needs {', '.join(str(said.index(text) + 1) for text in own)}", tone="caution")
+            if own
+            else Styled(text="ready", tone="good")
+            for own in needs
+        ],
+    }
+    return [Table(title="What each verb still needs, with default options", columns=columns, notes=tuple(said))]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, Section, Table, number
-from ..rows import named_columns, status_table
+from ..elements import Company, Drawing, Section, Table
+from ..rows import extent, named_columns, status_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,8 +22,7 @@ _SHOWN = 40
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
     """Largest forces of each mesh, ranges of speed by what moves there, folds."""
-    frequency = result.mesh_frequency.values
-    title = f"{len(frequency)} speeds, {number(frequency.min())} to {number(frequency.max())} Hz"
+    title = f"{result.sizes['speed']} speeds, {extent(result)}"
     return [_forces(result, title), _ranges(result), *_folds(result), status_table(result)]
 
 

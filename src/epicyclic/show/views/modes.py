@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..elements import Company, Details, Drawing, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, numbers, texts
+from ..elements import Company, Details, Drawing, KeyFigure, Listing, Part, Section, Table
+from ..figures.series import engineering, numbers, stage_count, texts, unbroken
 from ..figures.summaries import mode_groups, summed_shares
 
 if TYPE_CHECKING:
@@ -17,6 +20,10 @@ if TYPE_CHECKING:
 __all__ = ["ORDER", "key_figures", "sections", "tables"]
 
 ORDER = 30
+# Rows of resonances: a screen of a terminal, a screen of a page, and folded away in a page.
+_IN_TERMINAL, _IN_PAGE, _FOLDED = 40, 25, 200
+# As of the analysis, which marks resonances this close to operation where no band is given.
+_NEAR = 0.2
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -30,7 +37,13 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         "most strain energy": _most(result, "strain_energy_share", "connection"),
         "most kinetic energy": _most(result, "kinetic_energy_share", "body"),
     }
-    return [Table(title="Modes", columns=columns)]
+    found = [Table(title="Modes", columns=columns)]
+    if result.sizes.get("resonance", 0):
+        every = np.arange(result.sizes["resonance"])
+        found.append(_resonances(result, every, f"Resonances, {_range(result)}", _IN_TERMINAL))
+    elif "resonance_mode" in result.variables:
+        found.append(Table(title=f"No mesh order meets a mode, {_range(result)}", columns={}))
+    return found
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -51,21 +64,117 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
         parts.append(Drawing(anchor="energy", figure=energy_shares(result), caption=words))
     if "campbell" in company:
         parts.append(Drawing(anchor="campbell", figure=campbell(company["campbell"])))
-    parts.append(Details(summary="All modes", parts=tables(result)))
-    return [Section(anchor="modes", title="Vibration modes", parts=parts)]
+    parts.append(Details(summary="All modes", parts=tables(result)[:1]))
+    found = [Section(anchor="modes", title="Vibration modes", parts=parts)]
+    if result.sizes.get("resonance", 0):
+        found.append(Section(anchor="resonances", title="Resonances near operation", parts=_near_operation(result)))
+    return found
 
 
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
-    """The lowest natural frequency [Hz], and how many there are."""
+    """The lowest natural frequency [Hz], with how many there are; the strongest resonance near operation [%]."""
     elastic = [one for one in mode_groups(result) if one.frequency > 1e-3]
     if not elastic:
         return []
     first, last = elastic[0], elastic[-1]
     count = sum(one.multiplicity for one in elastic)
+    words = f"lowest natural frequency, {first.kind}; {count} in all, up to {engineering(last.frequency)} Hz"
+    found = [(f"{engineering(first.frequency)} Hz", words)]
+    if result.sizes.get("resonance", 0):
+        near = np.flatnonzero(result["resonance_near"].values)
+        force = np.nan_to_num(result["resonance_amplitude"].values[near], nan=-1.0)
+        if force.size and force.max() > 0:
+            at = int(near[force.argmax()])
+            hertz = engineering(float(result["resonance_frequency"].values[at]))
+            meets = f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])}, {hertz} Hz"
+            speed = engineering(100 * float(result["resonance_speed"].values[at]))
+            found.append((f"{speed} %", f"of the operating speed: strongest resonance near it, {meets}"))
+    return found
+
+
+def _near_operation(result: xr.Dataset) -> list[Part]:
+    """Table of the resonances near operation, all of the range folded away."""
+    near = np.flatnonzero(result["resonance_near"].values)
+    every = np.arange(result.sizes["resonance"])
+    within = f"within {engineering(100 * _band(result))} % of the operating speed"
+    lead = (
+        "A resonance is a speed at which a mesh order meets a natural frequency. How much it matters is in the force "
+        "of that order there (linear contact)."
+    )
+    parts: list[Part] = []
+    if near.size:
+        parts.append(replace(_resonances(result, near, within.capitalize(), _IN_PAGE), lead=lead))
+    else:
+        parts.append(Listing(text=f"No mesh order meets a mode {within}."))
+    if every.size > near.size:
+        whole = _resonances(result, every, _range(result).capitalize(), _FOLDED)
+        parts.append(Details(summary=f"All resonances {_range(result)}", parts=[whole]))
+    return parts
+
+
+def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most: int) -> Table:
+    """Rows of the resonances at some places, speeds rising; of more than `most` those of the largest forces."""
+    force = np.nan_to_num(result["resonance_amplitude"].values[places], nan=-1.0)
+    shown = np.sort(places[np.argsort(-force, kind="stable")[:most]])
+    if len(shown) < len(places):
+        title += f": the {len(shown)} with the largest forces of {len(places)}"
+    speed, near = 100 * result["resonance_speed"].values, result["resonance_near"].values
+    count = result["resonance_multiplicity"].values
+    columns: dict[str, Any] = {
+        "speed [% of operation]": [float(speed[i]) for i in shown],
+        "near": ["yes" if near[i] else "" for i in shown] if not near[places].all() else [""] * len(shown),
+        "mesh order": [_order(result, i) for i in shown],
+        "mode": [int(result["resonance_mode"].values[i]) for i in shown],
+        "frequency [Hz]": [float(result["resonance_frequency"].values[i]) for i in shown],
+        "kind": [f"{result['resonance_kind'].values[i]}{f' x{count[i]}' if count[i] > 1 else ''}" for i in shown],
+        "most strain energy": _shares(result, "connection", shown),
+        "most kinetic energy": _shares(result, "body", shown),
+        "force of the order [N]": [float(result["resonance_amplitude"].values[i]) for i in shown],
+        "largest K_v": [float(result["resonance_dynamic_factor"].values[i]) for i in shown],
+        "K_v of": [
+            unbroken(str(name), stages=_stages(result)) if name else ""
+            for name in result["resonance_mesh"].values[shown]
+        ],
+    }
+    note = str(result.attrs.get("resonance_note", ""))
+    return Table(title=title, columns=columns, notes=(note,) if note else ())
+
+
+def _order(result: xr.Dataset, place: int) -> str:
+    """``8x mesh``, of a train of several stages ``8x low mesh``."""
+    stage = str(result["resonance_stage"].values[place])
+    several = _stages(result) > 1
+    return f"{int(result['resonance_order'].values[place])}x {f'{stage} ' if several else ''}mesh"
+
+
+def _shares(result: xr.Dataset, what: str, places: NDArray[np.int64]) -> list[str]:
+    """``sun support 57 %``: what holds most of an energy, and its share."""
+    names = result[f"resonance_{what}"].values[places]
+    shares = result[f"resonance_{what}_share"].values[places]
+    several = _stages(result) > 1
     return [
-        (f"{engineering(first.frequency)} Hz", f"lowest natural frequency, {first.kind}"),
-        (str(count), f"natural frequencies above zero, the highest {engineering(last.frequency)} Hz"),
+        f"{(str(name) if several else str(name).split('/', 1)[-1]).replace('/', ' ')} {100 * share:.0f} %"
+        if name
+        else ""
+        for name, share in zip(names, shares, strict=True)
     ]
+
+
+def _stages(result: xr.Dataset) -> int:
+    """Number of stages of the train, of its bodies with one."""
+    return stage_count(texts(result, "connection"))
+
+
+def _band(result: xr.Dataset) -> float:
+    """Share of the operating speed that counts as near it."""
+    return float(json.loads(str(result.attrs.get("options", "{}"))).get("band") or _NEAR)
+
+
+def _range(result: xr.Dataset) -> str:
+    asked = json.loads(str(result.attrs.get("options", "{}"))).get("band")
+    if asked:
+        return f"within {engineering(100 * float(asked))} % of the operating speed"
+    return "from 5 to 130 % of the operating speed"
 
 
 def _most(result: xr.Dataset, name: str, dim: str) -> list[str]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
-from ..figures.series import engineering, short_names, texts, unbroken
+from ..figures.series import engineering, short_names, stage_count, texts, unbroken
 from ..figures.summaries import largest_coefficients, readable
 from ..rows import force_table
 
@@ -18,14 +19,33 @@ if TYPE_CHECKING:
 __all__ = ["ORDER", "key_figures", "sections", "tables"]
 
 ORDER = 70
+_UNDEFINED = "undefined"  # a share of forces that sum to nothing or less
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
     """Coefficients [1] of every mesh by every definition, the train's in the last row; mesh forces [N]."""
     return [
         _coefficients(result, texts(result, "mesh"), texts(result, "definition"), "Load sharing"),
-        force_table(result),
+        _forces(result),
     ]
+
+
+def _forces(result: xr.Dataset) -> Table:
+    """Mean, least and most of every mesh force over the whole record [N], where the result has them."""
+    table = force_table(result)
+    over = {"mesh_force_mean": "mean [N]", "mesh_force_minimum": "least [N]", "mesh_force_peak": "most [N]"}
+    if not all(name in result for name in over):
+        return replace(table, title=f"{table.title}{_part(result)}")
+    columns = {**table.columns, **{heading: list(result[name].values) for name, heading in over.items()}}
+    return replace(table, title=f"{table.title}, over the whole record", columns=columns)
+
+
+def _part(result: xr.Dataset) -> str:
+    """Which part of the record the forces over time are, empty where they are all of it."""
+    units = {"mesh cycles" if name == "cycles" else name: value for name, value in result.attrs.items()}
+    unit = next((name for name in units if name == "mesh cycles" or name.startswith("turns")), "")
+    count, kept = int(units.get(unit, 0)), result.sizes["time"] // max(int(result.attrs.get("samples", 1)), 1)
+    return f", the first {kept} of {count} {unit}" if kept < count else ""
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -42,22 +62,33 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
         title = "Load-sharing coefficients by definition"
         parts.append(_coefficients(result, short_names(texts(result, "mesh")), definitions, title))
     if "load_sharing_history" in result.variables:
-        parts.append(Drawing(anchor="history", figure=load_history(result)))
+        parts.append(Drawing(anchor="history", figure=load_history(result), caption=_caption(result)))
     if "mesh_force" in result.variables:
-        parts.append(Drawing(anchor="forces", figure=mesh_forces(result)))
+        parts.append(Drawing(anchor="forces", figure=mesh_forces(result), caption=_caption(result)))
+        parts.append(_forces(result))
     return [Section(anchor="sharing", title="Load sharing", parts=parts)]
+
+
+def _caption(result: xr.Dataset) -> str:
+    """What part of the record a figure over time shows."""
+    part = _part(result).removeprefix(", the ")
+    return f"{part.capitalize()} of the record." if part else ""
 
 
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """The largest coefficient [1], by the first definition and by all; the bound of a mesh force [kN]; contact loss."""
     found: list[KeyFigure] = []
+    stages = stage_count(texts(result, "mesh"))
     if "load_sharing" in result.variables:
         rows = largest_coefficients(result)
         shown = dict.fromkeys([*rows[:1], *sorted(rows, key=lambda row: -row[1])[:1]])
-        found += [(f"{value:.3f}", f"load sharing, {name}: {unbroken(mesh)}") for name, value, mesh in shown]
+        for name, value, mesh in shown:
+            words = f"load sharing, {name}: {unbroken(mesh, stages=stages)}"
+            found.append((_UNDEFINED if np.isinf(value) else f"{value:.3f}", words))
     if "mesh_force_bound" in result.variables and np.isfinite(result.mesh_force_bound.values).any():
         at = int(np.nanargmax(result.mesh_force_bound.values))
-        words = f"largest mesh force at the operating point, any shaft phases: {unbroken(str(result.mesh.values[at]))}"
+        mesh = unbroken(str(result.mesh.values[at]), stages=stages)
+        words = f"largest mesh force at the operating point, any shaft phases: {mesh}"
         found.append((f"{engineering(float(result.mesh_force_bound.values[at]) / 1e3)} kN", words))
     if "contact_lost" in result.variables:
         lost = int(np.sum(result.contact_lost.values > 0))
@@ -69,7 +100,8 @@ def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequen
     values = result.load_sharing.transpose("definition", "mesh").values
     whole = result.system_load_sharing.values
     columns: dict[str, Any] = {"mesh": [*meshes, "whole train"]}
-    columns |= {name: [*row, one] for name, row, one in zip(definitions, values, whole, strict=True)}
+    for name, row, one in zip(definitions, values, whole, strict=True):
+        columns[name] = [_UNDEFINED if np.isinf(value) else value for value in (*row, one)]
     if "contact_lost" in result.variables:
         columns["contact"] = [*("lost" if lost else "" for lost in result.contact_lost.values), ""]
     return Table(title=title, columns=columns, decimals=4)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, Table, number
-from ..figures.series import engineering, unbroken
-from ..rows import largest_over_speed, loaded, status_table
+from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ..figures.series import engineering, stage_count, texts, unbroken
+from ..rows import extent, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,12 +17,14 @@ if TYPE_CHECKING:
 __all__ = ["ORDER", "key_figures", "sections", "tables"]
 
 ORDER = 80
+# Operating range, per operating speed, as of the default range of a sweep.
+_OPERATION = (0.05, 1.3)
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
     """Largest values over the speeds, and where: mesh forces [N], lateral bearing forces [N], accelerations [m/s2]."""
     frequency = result.mesh_frequency.values.ravel()
-    title = f"Dynamic mesh forces, {len(frequency)} speeds, {number(frequency.min())} to {number(frequency.max())} Hz"
+    title = f"Dynamic mesh forces, {len(frequency)} speeds, {extent(result)}"
     meshes = largest_over_speed(result, "mesh", "mesh_force_rms", "largest rms [N]")
     meshes["largest force [N]"] = largest_over_speed(result, "mesh", "mesh_force_peak", "force")["force"]
     meshes |= largest_over_speed(result, "mesh", "dynamic_factor", "largest K_v", at="K_v at [Hz]")
@@ -40,31 +42,66 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
-    """Mesh forces, their order spectrum and bearing forces over speed, natural frequencies of `modes` behind them."""
+    """Mesh forces, their order spectrum and bearing forces over speed, natural frequencies of `modes` behind them.
+
+    Of a sweep to the modes beside one about operation the mesh forces alone.
+    """
     from ..figures.bearing_forces import bearing_forces
     from ..figures.speed_sweep import speed_sweep
     from ..figures.waterfall import waterfall
 
     modes = company.get("modes")
+    to_modes = speed_range_of(result) == "modes"
     words = "Dotted: natural frequencies in the colour of their kind."
+    if to_modes:
+        words = f"The whole range of the natural frequencies, {extent(result)}. {words}"
+    elif modes is not None and modes.sizes.get("resonance", 0) and speed_range_of(result) == "operation":
+        words = f"{extent(result)}. Dotted: speeds at which mesh orders meet modes, those with the largest forces."
     parts: list[Part] = [Drawing(anchor="sweep", figure=speed_sweep(result, modes), caption=words)]
-    if "mesh_force_order" in result.variables:
+    if "mesh_force_order" in result.variables and not (to_modes and company.get("sweep") is not result):
         words = (
             "The largest amplitude of all meshes; a resonance is where a line crosses a natural frequency and glows."
         )
         parts.append(Drawing(anchor="waterfall", figure=waterfall(result, modes), caption=words))
-    if "bearing_force_peak" in result.variables:
+    if "bearing_force_peak" in result.variables and not (to_modes and company.get("sweep") is not result):
         words = "Length of the lateral force of a link; links that carry the same share a curve."
         parts.append(Drawing(anchor="bearings", figure=bearing_forces(result, modes), caption=words))
-    return [Section(anchor="sweep", title="Speed sweep", parts=parts)]
+    return [Section(anchor="sweep", title=_TITLES.get(speed_range_of(result), "Speed sweep"), parts=parts)]
 
 
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
-    """The largest RMS of a mesh force [kN], which mesh, and at which mesh frequency [Hz]."""
-    rms = result["mesh_force_rms"].transpose("mesh", "speed").values
-    if not np.isfinite(rms).any():
+    """The largest dynamic factor [1] at operation and RMS of a mesh force [kN] in its range; none of a sweep to the
+    modes.
+
+    From elsewhere only where the speeds asked for are elsewhere, and said so.
+    """
+    if speed_range_of(result) == "modes":
         return []
-    mesh, at = np.unravel_index(int(np.nanargmax(rms)), rms.shape)
+    speed = relative_speed(result)
+    inside = (speed >= _OPERATION[0] - 1e-9) & (speed <= _OPERATION[1] + 1e-9)
+    found: list[KeyFigure] = []
+    at_operation = np.flatnonzero(np.isclose(speed, 1.0, rtol=0, atol=1e-9))
+    if at_operation.size and "dynamic_factor" in result.variables:
+        factor = result["dynamic_factor"].transpose("mesh", "speed").values[:, at_operation[0]]
+        if np.isfinite(factor).any():
+            mesh = _mesh(result, int(np.nanargmax(factor)))
+            found.append((f"{np.nanmax(factor):.3f}", f"largest K_v at the operating speed: {mesh}"))
+    rms = result["mesh_force_rms"].transpose("mesh", "speed").values
+    shown = inside if np.isfinite(rms[:, inside]).any() else np.ones_like(inside)
+    rms = np.where(shown, rms, np.nan)
+    if not np.isfinite(rms).any():
+        return found
+    place, at = np.unravel_index(int(np.nanargmax(rms)), rms.shape)
     hertz = float(np.ravel(result["mesh_frequency"].values)[at]) if "mesh_frequency" in result.variables else np.nan
-    words = f"largest RMS mesh force: {unbroken(str(result['mesh'].values[mesh]))}, {engineering(hertz)} Hz"
-    return [(f"{engineering(float(rms[mesh, at]) / 1e3)} kN", words)]
+    where = f"{engineering(hertz)} Hz, {engineering(100 * float(speed[at]))} % of the operating speed"
+    outside = "" if inside[at] or not np.isfinite(speed[at]) else ", outside the operating range"
+    words = f"largest RMS mesh force: {_mesh(result, int(place))}, {where}{outside}"
+    return [*found, (f"{engineering(float(rms[place, at]) / 1e3)} kN", words)]
+
+
+_TITLES = {"operation": "Speed sweep about operation", "modes": "Speed sweep to the natural frequencies"}
+
+
+def _mesh(result: xr.Dataset, place: int) -> str:
+    names = texts(result, "mesh")
+    return unbroken(names[place], stages=stage_count(names))

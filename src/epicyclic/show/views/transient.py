@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, Section, Table, number
+from ..elements import Company, Drawing, Part, Section, Table, number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,23 +21,29 @@ _LAST = 0.2
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
-    """Forces over the run and over its last fifth, when they are largest, and which meshes part."""
+    """Forces over all steps of the run, when they are extreme, over its last fifth, and which meshes part."""
     force = result.mesh_force.transpose("mesh", "time").values
     time, frequency = result.time.values, result.mesh_frequency.values
     late = time >= time[-1] - _LAST * (time[-1] - time[0])
-    most = [int(np.nanargmax(row)) if np.isfinite(row).any() else 0 for row in force]
+    at = result.mesh_force_peak_time.values
+    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that grows without bound
+        mean, rms = force[:, late].mean(axis=1), force[:, late].std(axis=1)
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
-        "least [N]": list(np.nanmin(force, axis=1)),
-        "most [N]": list(np.nanmax(force, axis=1)),
-        "at [s]": [float(time[at]) for at in most],
-        "mesh frequency there [Hz]": [float(frequency[at]) for at in most],
-        "mean, last fifth [N]": list(force[:, late].mean(axis=1)),
-        "rms, last fifth [N]": list(force[:, late].std(axis=1)),
+        "least [N]": list(result.mesh_force_minimum.values),
+        "most [N]": list(result.mesh_force_peak.values),
+        "at [s]": list(at),
+        "mesh frequency there [Hz]": list(np.interp(at, time, frequency)),
+        "mean, last fifth [N]": list(mean),
+        "rms, last fifth [N]": list(rms),
         "contact lost": ["yes" if lost else "no" for lost in result.contact_lost.values],
     }
-    title = f"{number(float(time[-1]))} s, {len(time)} instants, status {result.status.item()}"
-    return [Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns)]
+    if "impacts" in result and result.impacts.values.any():
+        columns["apart, share of time"] = list(result.open_share.values)
+        columns["impacts"] = list(map(int, result.impacts.values))
+    title = f"{number(float(time[-1]))} s, {len(time)} samples kept, status {result.status.item()}"
+    words = "Least, most and contact over every step of the integration; the last fifth over the samples kept."
+    return [Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words)]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -46,9 +52,9 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     from ..figures.summaries import ramps
     from ..figures.transient_forces import transient_forces
 
-    words = "Left and right drawn once where they coincide."
-    parts = [Drawing(anchor="transient", figure=transient_forces(result), caption=words)]
+    words = "Samples kept; the table has what lies between them. Left and right drawn once where they coincide."
+    parts: list[Part] = [Drawing(anchor="transient", figure=transient_forces(result), caption=words)]
     if ramps(result):
         words = "Dotted: multiples of the mesh frequency; where one is dark it passes a natural frequency."
         parts.append(Drawing(anchor="spectrogram", figure=spectrogram(result), caption=words))
-    return [Section(anchor="transient", title="Motion over time", parts=parts)]
+    return [Section(anchor="transient", title="Motion over time", parts=[*parts, *tables(result)])]

@@ -49,6 +49,8 @@ Columns = dict[str, tuple[Any, Any]]
 _MAP_LOADS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 # evaluations kept in a result, so that its file stays below some ten megabytes
 _MOST_EVALUATIONS = 200_000
+# part of a range from its bound within which an answer counts as on it: a short search comes that close
+_AT_BOUND = 1e-2
 
 
 def relief(
@@ -157,7 +159,7 @@ def relief(
         coords=_coords(problem, result),
         verb="relief",
         options=options | search_options,
-        warnings=_warnings(train, after, problem, result, generations),
+        warnings=_warnings(train, after, problem, result, answer, generations),
         provenance=train_provenance(train),
     )
     labelled.attrs |= {
@@ -223,7 +225,10 @@ def _meshes(train: Train, mesh: str | Sequence[str] | None) -> list[tuple[Mesh, 
         meshes = [
             tuple(m for m in train.meshes if m.pair == one.pair and m.branch == one.branch) for one in first.values()
         ]
-        without = None if meshes else "every mesh"
+        if not meshes:
+            path = f"stages.{train.meshes[0].stage}.face_width"
+            raise ModelError("no mesh has a face width, which tooth contact needs", path=path, allowed="of both gears")
+        without = None
     if without is not None:
         raise ModelError("has no face width, which tooth contact needs", path="mesh", given=without)
     return list({helices[0].pair: helices for helices in meshes}.values())
@@ -392,7 +397,10 @@ def _forces_over_speed(problem: ReliefProblem, settings: Mapping[str, FlankSetti
     return {DYNAMIC[name]: (("state", "speed"), np.array([one[name] for one in curves])) for name in DYNAMIC}
 
 
-def _warnings(train: Train, after: Train, problem: ReliefProblem, result: SearchResult, generations: int) -> list[str]:
+def _warnings(
+    train: Train, after: Train, problem: ReliefProblem, result: SearchResult, answer: int, generations: int
+) -> list[str]:
+    """Warnings of the trains and of the search; answer : index of the candidate that is picked."""
     messages = [*train.warnings, *(text for text in after.warnings if text not in train.warnings)]
     completed = int(result.generation.max()) + 1
     if result.stopped:
@@ -400,8 +408,10 @@ def _warnings(train: Train, after: Train, problem: ReliefProblem, result: Search
     failed = int((~np.isfinite(result.objectives)).any(axis=1).sum())
     if failed:
         messages.append(f"{failed} of {len(result.objectives)} candidates could not be computed")
-    for column, variable in enumerate(problem.variables):
-        at = result.candidates[result.best, column]
-        if not variable.shapes and len(at) == 1 and (at[0] < 1e-3 or at[0] > 1 - 1e-3):
-            messages.append(f"{variable.name} ends at its {'lower' if at[0] < 0.5 else 'upper'} bound")
+    for variable, at in zip(problem.variables, result.candidates[answer], strict=True):
+        if not variable.shapes and min(at, 1 - at) < _AT_BOUND:
+            side, bound = ("lower", variable.low) if at < 0.5 else ("upper", variable.high)
+            best = "the best" if len(result.best) == 1 else "the solution picked"
+            beyond = "" if at < 0.5 and bound <= 0 and variable.key != "slope" else "; a better one may lie beyond"
+            messages.append(f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} um{beyond}")
     return messages

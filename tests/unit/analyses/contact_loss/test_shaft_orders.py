@@ -70,6 +70,7 @@ def test_a_stable_speed_is_time_integration(train: Train, swept: xr.Dataset) -> 
     stated = float(swept.residual_dropped.max())
     assert stated < 0.01
     assert np.abs(ours - rms).max() < stated * rms.max()
+    assert f"rows dropped are up to {stated:.2g} of the dynamic motion" in str(swept.attrs["warnings"])
     without = contact_sweep(train(slow=SLOW), relative_speed=[SPEED], shaft_orders=False)
     # the shaft line is seen: mesh orders alone are far off
     assert np.abs(without.mesh_force_rms.values[0, :, 0] - rms).max() > 0.1 * rms.max()

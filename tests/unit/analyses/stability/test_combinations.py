@@ -128,6 +128,31 @@ def test_a_motion_of_negative_energy_opens_the_difference_type(case: Any) -> Non
     assert at.largest[best] == pytest.approx(np.abs(reference).max(), rel=1e-6)
 
 
+@pytest.mark.parametrize("left_out", ["Kg", "Cskew"])
+def test_centripetal_and_housing_terms_move_the_boundaries(case: Any, left_out: str) -> None:
+    """Two modes of equal frequency, all terms as small as the variation: what averaging leaves is of second order."""
+    angles = 2 * np.pi * np.arange(3) / 3
+    rows = np.array([np.cos(angles), np.sin(angles)])
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    error, apart = [], 0.0
+    for swing in (0.2, 0.1, 0.05):
+        terms = {"Kg": -swing * np.diag([1.0, 0.4]), "Cskew": 0.5 * swing * turn}
+        variation = swing * np.exp(1j * angles)[:, None]
+        system = case.system(np.eye(2), 20 * np.eye(2), rows, [10.0] * 3, variation, zeta=0.015 * swing, **terms)
+        found = predicted(system, 1.0, 3.0)
+        low, high = min(one.low for one in found), max(one.high for one in found)
+        reach = 0.2 * (high - low)
+        edges = [
+            scipy.optimize.brentq(lambda f, system=system: rate(system, f), edge - reach, edge + reach, xtol=1e-10)
+            for edge in (low, high)
+        ]
+        error.append(np.abs(np.array(edges) - (low, high)).max())
+        bare = predicted(replace(system, **{left_out: 0 * turn}), 1.0, 3.0)
+        apart = max(abs(min(one.low for one in bare) - edges[0]), abs(max(one.high for one in bare) - edges[1]))
+    assert error[-1] < error[0] / 8
+    assert apart > 5 * error[-1]
+
+
 def _turning(case: Any, system: System, period: float) -> Any:
     """Monodromy at relative speed 1 of the frame, the mesh at another frequency."""
     k, swing = system.meshes.stiffness, system.meshes.variation[:, 0]

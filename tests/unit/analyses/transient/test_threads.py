@@ -66,7 +66,7 @@ def test_a_run_taken_up_with_other_threads(tmp_path: Path, numba: bool) -> None:
         pytest.importorskip("numba")
     run("begin", tmp_path / "one", numba, threads=1)
     shutil.copytree(tmp_path / "one", tmp_path / "four")
-    assert 1 <= len(list((tmp_path / "one").glob("0*.npy")))
+    assert 1 <= len(list((tmp_path / "one").glob("0*.kept")))
     run("resume", tmp_path / "one", numba, threads=1)
     run("resume", tmp_path / "four", numba, threads=4)
     one, four = (epicyclic.load_result(tmp_path / f"{name}.nc") for name in ("one", "four"))
@@ -85,11 +85,11 @@ def test_another_model_is_refused(tmp_path: Path) -> None:
     softer = {"stages.main.sun.support.radial": 2.0e8}
     with pytest.raises(ModelError, match="another model"):
         epicyclic.transient("ren2021", overrides=softer, cycles=2, samples=8, folder=folder, resume=True)
-    numbers = folder / "equation.npz"
+    numbers = folder / "model.npz"
     numbers.write_bytes(numbers.read_bytes()[:1000])
     with pytest.raises(ModelError, match="not the numbers of a run"):
         epicyclic.transient("ren2021", cycles=2, samples=8, folder=folder, resume=True)
     numbers.unlink()
-    (folder / "000000.npy").write_bytes(b"")
+    (folder / "000000.kept").write_bytes(b"")
     with pytest.raises(ModelError, match="not a run that can be continued"):
         epicyclic.transient("ren2021", cycles=2, samples=8, folder=folder, resume=True)

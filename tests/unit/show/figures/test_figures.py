@@ -140,10 +140,10 @@ def test_dials_show_the_leads(ren: Datasets) -> None:
     assert [shown["polar2", f"branch {branch} L, R"] for branch in (1, 2, 3)] == pytest.approx([0, 0, 0], abs=1e-6)
 
 
-def test_stiffness_curves_that_coincide_are_broken(ren: Datasets) -> None:
+def test_stiffness_curves_that_coincide_are_one(ren: Datasets) -> None:
     drawn = mesh_stiffness(ren["stiffness"])
     ring = [trace for trace in drawn.data if trace.yaxis == "y2"]
-    assert [trace.line.dash for trace in ring] == ["solid", "dash", "dot"]
+    assert [trace.name for trace in ring] == ["branches 1, 2, 3 L, R (equal)"]
     sun = [trace for trace in drawn.data if trace.yaxis == "y"]
     assert {trace.line.dash for trace in sun} == {DASHES[0]}
     assert all(trace.x[-1] == 1 and trace.y[-1] == trace.y[0] for trace in drawn.data)

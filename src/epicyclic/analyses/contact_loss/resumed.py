@@ -1,0 +1,127 @@
+"""What a sweep with contact loss that was stopped goes on from: solutions without their problems, and where it stood.
+
+A problem is made anew from its size.  A sweep direction goes on from a motion that stands for all that was before: the
+motion itself and the part of the branch set it lies on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+
+from .branch_set import BranchSet, Crossing
+from .floquet import Stability
+from .problem import Problem, State
+from .refinement import Kind, Refinement, Solution
+from .shaft_orders import MeshOrders
+from .sweep_direction import Reached, Unstable
+
+__all__ = [
+    "BareSolution",
+    "Begin",
+    "Size",
+    "bare",
+    "begin_of",
+    "continued_branches",
+    "motion_digest",
+    "problem_key",
+    "problem_of",
+]
+
+Size = tuple[tuple[int, ...], int, int, int]
+"""Harmonics of each mesh tone, order of the combinations, cycles and samples of a problem."""
+
+
+def problem_key(refinement: Refinement, value: object) -> Size | None:
+    """Size of a problem of the refinement, None of anything else."""
+    if not isinstance(value, Problem):
+        return None
+    return next((key for key, problem in refinement.problems.items() if problem is value), None)
+
+
+def problem_of(refinement: Refinement, key: Size) -> Problem:
+    """The problem of a size."""
+    return refinement.lattice(*key)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BareSolution:
+    """A solution without its problem: size of that, the other fields as of `Solution`."""
+
+    size: Size
+    harmonics: int
+    state: State
+    residual: float
+    kind: Kind
+    stability: Stability | None
+    backward: bool
+
+    def solution(self, refinement: Refinement) -> Solution:
+        """The solution."""
+        return Solution(
+            given=problem_of(refinement, self.size),
+            harmonics=self.harmonics,
+            state=self.state,
+            residual=self.residual,
+            kind=self.kind,
+            stability=self.stability,
+            backward=self.backward,
+        )
+
+
+def bare(refinement: Refinement, at: Solution) -> BareSolution:
+    """A solution without its problem, which must be one of the refinement."""
+    size = problem_key(refinement, at.given)
+    assert size is not None
+    return BareSolution(
+        size=size,
+        harmonics=at.harmonics,
+        state=at.state,
+        residual=at.residual,
+        kind=at.kind,
+        stability=at.stability,
+        backward=at.backward,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Begin:
+    """A place of a sweep direction from which it goes on, the motion reached there and the part it stands on."""
+
+    place: int
+    solution: BareSolution
+    part: int
+
+
+def begin_of(refinement: Refinement, place: int, reached: Reached, unstable: Unstable) -> Begin | None:
+    """Where a direction goes on after what was reached, None where that takes more than a motion and its part.
+
+    A motion that was integrated in time, and one on no part of the branch set, follow from the speeds before.
+    """
+    found, part = reached.motion, reached.part
+    if not isinstance(found, Solution) or part is None or (unstable == "replace" and not found.stable):
+        return None
+    if problem_key(refinement, found.given) is None:
+        return None
+    return Begin(place=place, solution=bare(refinement, found), part=part)
+
+
+def continued_branches(
+    refinement: Refinement, branches: BranchSet, begin: Begin, *, upward: bool
+) -> tuple[BranchSet, int]:
+    """The branch set from a place on, with the motion reached there alone at it, and its first place.
+
+    A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
+    """
+    place, motion = begin.place, begin.solution.solution(refinement)
+    here = [[Crossing(solution=motion, part=begin.part)]]
+    if upward:
+        crossings, speeds = [*here, *branches.crossings[place + 1 :]], branches.speeds[place:]
+    else:
+        crossings, speeds = [*branches.crossings[:place], *here], branches.speeds[: place + 1]
+    return replace(branches, speeds=speeds, crossings=crossings), place if upward else 0
+
+
+def motion_digest(at: MeshOrders) -> str:
+    """The same of equal motions, bit by bit, in few letters."""
+    return hashlib.sha256(repr(at.key[:3]).encode() + at.y.tobytes()).hexdigest()

@@ -1,0 +1,169 @@
+"""Table of resonances: where mesh orders meet the modes about operation, where the energy sits, the force there."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...system.faces import faces
+from ...system.system import Array, System
+from .mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["BAND", "with_resonances"]
+
+# Resonances this close to operation are marked: half-power widths are 2 zeta, at most a tenth for usual damping, and
+# natural frequencies of a drawing are known to some 10 %.
+BAND = 0.2
+_SIDES = ("left", "right")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Forces:
+    """Forces (c,) at the crossings from the sweep with linear contact; nan and "" where not computed.
+
+    factor : largest dynamic factor of any mesh [1], mesh : which.  amplitude : largest amplitude of the order that
+    meets the mode, of the meshes that have its mesh frequency [N].  note : what is missing, and why.
+    """
+
+    factor: Array
+    mesh: NDArray[np.object_]
+    amplitude: Array
+    note: str = ""
+
+
+def with_resonances(result: xr.Dataset, system: System, *, band: float | None = None) -> xr.Dataset:
+    """A result of `modal` with its resonances: speeds f_n / (h f_m) per operating speed, rising.
+
+    Derived here.  Without a speed the result is returned as it is.
+
+    Parameters
+    ----------
+    result : frequencies, kinds and energy shares of the modes; repeated modes are one resonance, with the mean of their
+        shares, which no choice of their basis changes.
+    system : gives mesh frequencies, and the forces where it has torque and damping.
+    band : resonances at most this share [1] from the operating speed alone, but from 5 % up; None: 5 to 130 %, those
+        within 20 % marked.
+
+    Returns
+    -------
+    Dataset with variables ``resonance_*`` over the dimension ``resonance``; docs/modes.md defines each.
+
+    Raises
+    ------
+    ModelError : a band that is not above zero.
+    """
+    from ...results.variables import VARIABLES
+
+    if band is not None and not (np.isfinite(band) and band > 0):
+        raise ModelError("not a share of the operating speed", path="band", given=band, allowed='above 0, e.g. "20 %"')
+    tones = tones_of_meshes(system)
+    if not tones:
+        return result
+    frequency = np.asarray(result["frequency"].values, dtype=float)
+    low, high = OPERATION if band is None else (max(1 - band, OPERATION[0]), 1 + band)
+    found = mesh_crossings(frequency, [float(tone) for tone in tones], low=low, high=high)
+    forces = _forces(system, found, tuple(tones))
+    connection, connection_share = _largest_share(result, "strain_energy_share", "connection", found)
+    body, body_share = _largest_share(result, "kinetic_energy_share", "body", found)
+    stage = np.array([", ".join(stages) for stages in tones.values()], dtype=object)[found.tone]
+    columns = {
+        "mode": found.mode + 1,
+        "multiplicity": found.count,
+        "frequency": frequency[found.mode],
+        "kind": result["mode_kind"].values[found.mode],
+        "order": found.order,
+        "stage": stage,
+        "speed": found.relative_speed,
+        "near": np.abs(found.relative_speed - 1) <= (BAND if band is None else band),
+        "connection": connection,
+        "connection_share": connection_share,
+        "body": body,
+        "body_share": body_share,
+        "dynamic_factor": forces.factor,
+        "mesh": forces.mesh,
+        "amplitude": forces.amplitude,
+    }
+    wider = result.copy()
+    for short, values in columns.items():
+        name = f"resonance_{short}"
+        unit, meaning = VARIABLES[name]
+        wider[name] = ("resonance", values, {"units": unit, "long_name": meaning})
+    wider.attrs["resonance_note"] = forces.note
+    if band is not None:
+        wider.attrs["options"] = json.dumps({**json.loads(result.attrs["options"]), "band": band})
+    return wider
+
+
+def _largest_share(result: xr.Dataset, name: str, dim: str, found: MeshCrossings) -> tuple[NDArray[np.object_], Array]:
+    """Connection or body with most of the energy at every crossing (c,), branches and sides together, and its share."""
+    keys = [
+        "/".join(word for word in str(one).split("/") if not word.isdigit() and word not in _SIDES)
+        for one in result[dim].values
+    ]
+    groups = list(dict.fromkeys(keys))
+    shares = result[name].transpose(dim, "mode").values
+    of_mode = [
+        shares[:, first : first + count].mean(axis=1) for first, count in zip(found.mode, found.count, strict=True)
+    ]
+    member = np.array([[key == group for key in keys] for group in groups], dtype=float)
+    total = np.array(of_mode).reshape(len(of_mode), len(keys)) @ member.T
+    if not groups:
+        return np.full(len(of_mode), "", dtype=object), np.full(len(of_mode), np.nan)
+    most = np.nan_to_num(total).argmax(axis=1)
+    share = total[np.arange(len(most)), most]
+    return np.where(np.isfinite(share), np.array(groups, dtype=object)[most], ""), share
+
+
+def _forces(system: System, found: MeshCrossings, tones: tuple[Fraction, ...]) -> _Forces:
+    """Forces of the linear response at the crossings (c,), of several mesh frequencies with one of them at a time."""
+    count = len(found.relative_speed)
+    empty = _Forces(
+        factor=np.full(count, np.nan), mesh=np.full(count, "", dtype=object), amplitude=np.full(count, np.nan)
+    )
+    try:
+        for tone in np.unique(found.tone):
+            _enter_forces(empty, system, found, int(tone), tones)
+    except ModelError as error:
+        return replace(empty, note=f"no forces: {error}")
+    alone = count > 0 and len(tones) > 1
+    return replace(empty, note="K_v: the mesh orders of one stage at a time, without shaft orders" if alone else "")
+
+
+def _enter_forces(
+    forces: _Forces, system: System, found: MeshCrossings, place_of_tone: int, tones: tuple[Fraction, ...]
+) -> None:
+    """Enter the forces at the crossings of one mesh frequency."""
+    from ..steady.sweep import sweep
+
+    tone, one = tones[place_of_tone], len(tones) == 1
+    places = np.flatnonzero(found.tone == place_of_tone)
+    speeds, at = np.unique(found.relative_speed[places], return_inverse=True)
+    own = np.array([system.tones[i] == tone for i in system.meshes.tone])
+    excited = system if one else _of_one_tone(system, tone, own)
+    swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, shaft_orders=one)
+    factor = swept["dynamic_factor"].transpose("mesh", "speed").values[:, at]
+    amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values
+    amplitude = amplitude[:, own[faces(system.meshes).first]][..., at]
+    for column, place in enumerate(places):
+        order = amplitude[found.order[place] - 1, :, column]
+        forces.amplitude[place] = np.max(order) if np.isfinite(order).all() else np.nan
+        known = np.isfinite(factor[:, column])
+        if known.any():
+            most = int(np.argmax(np.where(known, factor[:, column], -np.inf)))
+            forces.factor[place], forces.mesh[place] = factor[most, column], str(swept["mesh"].values[most])
+
+
+def _of_one_tone(system: System, tone: Fraction, own: NDArray[np.bool_]) -> System:
+    """A System of one mesh frequency: the meshes (m,) that do not have it keep their mean stiffness."""
+    meshes = system.meshes
+    variation = np.where(own[:, None], meshes.variation, 0)
+    return replace(system, tones=(tone,), meshes=replace(meshes, tone=np.zeros_like(meshes.tone), variation=variation))

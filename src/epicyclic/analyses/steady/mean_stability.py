@@ -1,0 +1,61 @@
+"""Whether the mean system has a steady motion at a speed: centripetal terms may exceed the stiffness (derived here).
+
+In the turning axes of a carrier a body of mass m loses s^2 m Omega^2 of its stiffness.  Where K + s^2 Kg is positive
+definite the mean deflection is unique and nothing drives a vibration.  At the first speed where it is singular the mean
+deflection has a pole, the critical speed of the whirling body; beyond it dampers that turn with the body drive it, and
+only the eigenvalues tell whether others hold it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array
+from ..modes.eigen import eigen, whirl
+from .response import Response
+
+__all__ = ["critical_speed", "unstable_speeds"]
+
+# Growth per largest |mu| that is more than rounding of a double eigenvalue (1e-8).
+_GROWTH = 1e-7
+_FASTEST = 1e50
+
+
+def critical_speed(ready: Response) -> tuple[float, str]:
+    """Least relative speed at which K + s^2 Kg is singular beside rigid motions, inf where none; and who moves most.
+
+    Returns
+    -------
+    (relative speed [1], name of a coordinate, "" where there is none).
+    """
+    modal, system = ready.modal, ready.system
+    shapes = modal.shapes[:, ~modal.rigid]
+    if not system.Kg.any() or not shapes.size:
+        return math.inf, ""
+    values, vectors = np.linalg.eigh(shapes.T @ ((system.Kg + system.Kg.T) / 2) @ shapes)
+    if values[0] >= 0:
+        return math.inf, ""
+    motion = np.abs(system.dofs.radius * (shapes @ vectors[:, 0]))
+    return float(1 / math.sqrt(-values[0])), system.dofs.names[int(np.argmax(motion))]
+
+
+def unstable_speeds(ready: Response, speed: Array) -> NDArray[np.bool_]:
+    """Relative speeds (P,) at which a vibration of the mean system grows.
+
+    Gyroscopic terms, all dampers and the speed of the frames count; the varying stiffness does not (`stability` has
+    it).  Speeds below the critical one are not asked.
+    """
+    frame = ready.frame_factor(speed)
+    found = np.zeros(speed.size, dtype=bool)
+    # the square of a frame speed overflows far above any train: the response then says that it is not finite
+    fast = (frame >= critical_speed(ready)[0]) & (frame < _FASTEST)
+    if not np.any(fast):
+        return found
+    modes = eigen(ready.system)
+    for value in np.unique(frame[fast]):
+        mu = whirl(ready.system, relative_speed=float(value), damped=True, modes=modes).mu
+        found[frame == value] = np.max(mu.real, initial=0.0) > _GROWTH * np.max(np.abs(mu), initial=0.0)
+    return found

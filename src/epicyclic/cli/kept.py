@@ -1,0 +1,57 @@
+"""What a stopped run leaves beside its output, and the command that goes on from there."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from .console import complain
+
+__all__ = ["kept"]
+
+
+@contextmanager
+def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path | None]:
+    """The folder beside the output that keeps what is done until the run is whole; None without one.
+
+    On Ctrl-C, says what is kept and names the command that goes on.  A folder with nothing to go on from is deleted.
+
+    Parameters
+    ----------
+    keeps : whether the command keeps anything at all.  record : file of the folder that ``--resume`` takes, if any.
+    """
+    folder = None if output is None or not output.name else output.with_name(output.name + ".parts")
+    if folder is not None and not folder.absolute().parent.is_dir():
+        folder = None
+    if folder is None:
+        try:
+            yield None
+        except KeyboardInterrupt:
+            if keeps and "--resume" in sys.argv:
+                complain(f"this command continues it:\n  {_command()}")
+            elif keeps:
+                complain("nothing is kept without -o FILE; with it, --resume goes on from where a run was stopped")
+            raise
+        return
+    from ..results.run_folder import begun, remove_folder, remove_without_results
+
+    try:
+        yield folder
+    except KeyboardInterrupt:
+        if begun(folder):
+            command = _command(str(folder / record)) if record else _command()
+            complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
+        raise
+    else:
+        remove_folder(folder)
+    finally:
+        remove_without_results(folder)
+
+
+def _command(*file: str) -> str:
+    """The command that goes on; file : that ``--resume`` takes."""
+    words = sys.argv[1:]
+    return shlex.join(["epicyclic", *words, *([] if "--resume" in words else ["--resume", *file])])

@@ -1,0 +1,190 @@
+"""Frozen data as plain numbers in one file, and back to the same bits: no pickle, nothing that runs when it is read.
+
+A file is a line of JSON, which says how the parts hang together, and the numbers of all arrays behind it.  Dataclasses
+of this package are known by their names; an object that stands in several places is one object again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import ModelError
+from .whole_file import whole_file
+
+__all__ = ["Refer", "Restore", "read_plain", "write_plain"]
+
+Refer = Callable[[object], Any]
+"""Says of an object how it is to be found again, in plain data, or None where it is to be written."""
+Restore = Callable[[Any], object]
+"""The object of which `Refer` has said so."""
+
+_PACKAGE = __name__.partition(".")[0]
+# Kinds of arrays whose bytes are numbers or texts.
+_KINDS = "fciubU"
+
+
+class _Writer:
+    """Parts written so far: dataclasses once each, bytes of arrays."""
+
+    def __init__(self, refer: Refer | None) -> None:
+        self.refer, self.size = refer, 0
+        self.objects, self.places = list[Any](), dict[int, int]()
+        self.blobs, self.alive = list[bytes](), list[object]()
+
+    def tree(self, value: Any) -> Any:
+        """A value as JSON has it."""
+        if isinstance(value, np.ndarray | np.generic):
+            return self._array(value)
+        if value is None or isinstance(value, bool | int | float | str):
+            return value
+        if isinstance(value, complex):
+            return {"complex": [value.real, value.imag]}
+        if isinstance(value, Fraction):
+            return {"fraction": [value.numerator, value.denominator]}
+        if isinstance(value, list):
+            return [self.tree(one) for one in value]
+        if isinstance(value, dict):
+            return {"dict": [[self.tree(key), self.tree(one)] for key, one in value.items()]}
+        if isinstance(value, tuple) and not hasattr(value, "_fields"):
+            return {"tuple": [self.tree(one) for one in value]}
+        return self._object(value)
+
+    def _array(self, value: Any) -> dict[str, Any]:
+        array = np.asarray(value)
+        if array.dtype.kind == "O":
+            texts = array.ravel().tolist()
+            if not all(isinstance(one, str) for one in texts):
+                raise TypeError(f"an array of {array.dtype} that holds more than texts")
+            return {"texts": texts, "shape": array.shape}
+        if array.dtype.kind not in _KINDS:
+            raise TypeError(f"an array of {array.dtype}")
+        # sums depend on how the axes lie in memory
+        axes = sorted(range(array.ndim), key=lambda axis: -abs(array.strides[axis]))
+        data = np.ascontiguousarray(array.transpose(axes)).tobytes()
+        place, self.size = self.size, self.size + len(data)
+        self.blobs.append(data)
+        scalar = {} if isinstance(value, np.ndarray) else {"scalar": True}
+        return {"array": array.dtype.str, "shape": array.shape, "axes": axes, "at": place, **scalar}
+
+    def _object(self, value: Any) -> dict[str, Any]:
+        if id(value) in self.places:
+            return {"object": self.places[id(value)]}
+        known = None if self.refer is None else self.refer(value)
+        kind = type(value)
+        names = [one.name for one in fields(kind)] if is_dataclass(kind) else list(getattr(kind, "_fields", ()))
+        if known is None and (not names or kind.__module__.partition(".")[0] != _PACKAGE):
+            raise TypeError(f"{kind.__module__}.{kind.__qualname__} is no plain data")
+        place = self.places[id(value)] = len(self.objects)
+        self.alive.append(value)  # so that no other object gets its id
+        self.objects.append(None)
+        self.objects[place] = (
+            {"known": self.tree(known)}
+            if known is not None
+            else {
+                "class": [kind.__module__, kind.__qualname__],
+                "fields": {name: self.tree(getattr(value, name)) for name in names},
+            }
+        )
+        return {"object": place}
+
+
+class _Reader:
+    """Parts read so far."""
+
+    def __init__(self, objects: list[Any], blob: bytes, restore: Restore | None) -> None:
+        self.objects, self.blob, self.restore = objects, blob, restore
+        self.made = dict[int, Any]()
+
+    def value(self, tree: Any) -> Any:
+        """What `_Writer.tree` has been given."""
+        if isinstance(tree, list):
+            return [self.value(one) for one in tree]
+        if not isinstance(tree, dict):
+            return tree
+        if "array" in tree:
+            return self._array(tree)
+        if "texts" in tree:
+            return np.array(tree["texts"], dtype=object).reshape(tree["shape"])
+        if "object" in tree:
+            return self._object(tree["object"])
+        if "tuple" in tree:
+            return tuple(self.value(one) for one in tree["tuple"])
+        if "dict" in tree:
+            return {self.value(key): self.value(one) for key, one in tree["dict"]}
+        if "complex" in tree:
+            return complex(*tree["complex"])
+        return Fraction(*tree["fraction"])
+
+    def _array(self, tree: dict[str, Any]) -> Any:
+        kind, axes = np.dtype(tree["array"]), tree["axes"]
+        if kind.kind not in _KINDS:
+            raise ValueError(f"an array of {kind}")
+        shape = [tree["shape"][axis] for axis in axes]
+        flat = np.frombuffer(self.blob, kind, int(np.prod(shape, dtype=np.int64)), tree["at"])
+        array = flat.reshape(shape).copy().transpose(np.argsort(axes).astype(int))
+        return array[()] if tree.get("scalar") else array
+
+    def _object(self, place: int) -> Any:
+        if place not in self.made:
+            self.made[place] = self._new(self.objects[place])
+        return self.made[place]
+
+    def _new(self, tree: dict[str, Any]) -> Any:
+        if "known" in tree:
+            if self.restore is None:
+                raise ValueError("an object that is not here")
+            return self.restore(self.value(tree["known"]))
+        module, name = tree["class"]
+        if module.partition(".")[0] != _PACKAGE:
+            raise ValueError(f"{module}.{name} is no data of {_PACKAGE}")
+        kind = getattr(import_module(module), name)
+        if not (is_dataclass(kind) or hasattr(kind, "_fields")):
+            raise ValueError(f"{module}.{name} is no data")
+        return kind(**{field: self.value(one) for field, one in tree["fields"].items()})
+
+
+def write_plain(path: Path, value: object, *, refer: Refer | None = None) -> None:
+    """Write numbers, texts, arrays, and lists, tuples, dicts and dataclasses of them; whole or not at all.
+
+    Parameters
+    ----------
+    refer : of objects that are found again elsewhere.
+
+    Raises
+    ------
+    TypeError : a value is none of these.  ModelError : the file cannot be written.
+    """
+    writer = _Writer(refer)
+    tree = writer.tree(value)
+    head = json.dumps({"value": tree, "objects": writer.objects}).encode("utf-8")
+    with whole_file(path) as file:
+        file.write(head + b"\n")
+        for blob in writer.blobs:
+            file.write(blob)
+
+
+def read_plain(path: Path, *, restore: Restore | None = None) -> Any:
+    """What `write_plain` has written, to the same bits and the same layout of every array.
+
+    Parameters
+    ----------
+    restore : gives the objects that the writer has referred to.
+
+    Raises
+    ------
+    ModelError : the file cannot be read.
+    """
+    try:
+        head, _, blob = path.read_bytes().partition(b"\n")
+        parts = json.loads(head)
+        return _Reader(parts["objects"], blob, restore).value(parts["value"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, ImportError) as error:
+        raise ModelError(f"not a segment of a run: {error}", path=str(path)) from error

@@ -1,0 +1,142 @@
+"""What a train still lacks for each verb: the same checks that the verbs make, made once, without their work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+
+from ..analyses.modes.basis import mean_modes
+from ..analyses.static.equilibrium import compliance_of, require_balance
+from ..analyses.static.tangent import linear
+from ..analyses.steady.excitation import mesh_tones, require_damping
+from ..assemble import assemble
+from ..assemble.tooth_pairs import mean_force, pair_of, tooth_warnings
+from ..errors import ConvergenceError, ModelError
+from ..system.system import Array, System
+from ..train.train import Train
+
+__all__ = ["Readiness"]
+
+_RESPONSE = ("equations", "inertia", "damping", "speed", "balance")
+NEEDS: dict[str, tuple[str, ...]] = {
+    "campbell": ("equations", "inertia", "speed"),
+    "contact": ("torque", "first_teeth"),
+    "modes": ("equations", "inertia"),
+    "modulation": (*_RESPONSE, "ring"),
+    "relief": ("torque", "any_teeth"),
+    "sensitivity": ("equations", "inertia"),
+    "sharing": (*_RESPONSE, "torque"),
+    "stability": ("equations", "inertia", "speed"),
+    "static": ("equations", "balance"),
+    "steady": _RESPONSE,
+    "stiffness": (),
+    "sweep": _RESPONSE,
+    "track": ("equations", "inertia"),
+    "train_contact": ("equations", "torque", "teeth", "balance"),
+    "transient": ("equations", "inertia", "speed", "balance"),
+}
+"""Verb -> what it needs, methods of `Readiness`; options may need less (``sharing --method static``) or more."""
+
+
+class Readiness:
+    """What one train lacks; every check is made once.
+
+    train : resolved.
+    """
+
+    def __init__(self, train: Train) -> None:
+        self.train = train
+        self._found: dict[str, str] = {}
+
+    def lacking(self) -> dict[str, list[str]]:
+        """Verb -> what it still needs, messages with their paths; none where it is ready."""
+        found: dict[str, list[str]] = {}
+        for verb, needs in NEEDS.items():
+            asked = needs if not self.problem("equations") else [need for need in needs if need not in _ASSEMBLED]
+            found[verb] = list(dict.fromkeys(text for need in asked if (text := self.problem(need))))
+        return found
+
+    def problem(self, need: str) -> str:
+        """Message of one need that is not met, else ""."""
+        if need not in self._found:
+            check: Callable[[], object] = getattr(self, need)
+            try:
+                check()
+            except (ModelError, ConvergenceError) as error:
+                self._found[need] = str(error)
+            else:
+                self._found[need] = ""
+        return self._found[need]
+
+    @cached_property
+    def system(self) -> System:
+        """The assembled train.  Raises ModelError where its equations cannot be written."""
+        return assemble(self.train)
+
+    @cached_property
+    def teeth_said(self) -> tuple[str, ...]:
+        """Warnings of tooth contact of the first mesh of every pair that has teeth, and why a pair has no contact."""
+        said: list[str] = []
+        for pair in dict.fromkeys(mesh.pair for mesh in self.train.meshes):
+            mesh = next(mesh for mesh in self.train.meshes if mesh.pair == pair)
+            if mesh.teeth is None:
+                continue
+            try:
+                said += tooth_warnings(pair_of(self.train, mesh), mesh)
+            except ModelError as error:
+                said.append(str(error))
+        return tuple(dict.fromkeys(said))
+
+    def equations(self) -> object:
+        """Check that the train can be assembled."""
+        return self.system
+
+    def inertia(self) -> object:
+        """Check that every free coordinate has mass, and that the mean system has modes."""
+        self.system.require_inertia()
+        return mean_modes(linear(self.system))
+
+    def damping(self) -> None:
+        """Check that something damps."""
+        require_damping(self.system)
+
+    def speed(self) -> object:
+        """Check that the meshes have a frequency."""
+        if (self.train.kinematics.mesh_frequency or {}).get(self.train.meshes[0].stage):
+            return None if self.problem("equations") else mesh_tones(self.system)
+        raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
+
+    def torque(self) -> None:
+        """Check that torque passes the first mesh."""
+        if not mean_force(self.train, self.train.meshes[0]) > 0:
+            raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
+
+    def balance(self) -> None:
+        """Check that the mean load works on no motion without stiffness."""
+        still = [line.force[0].real for line in self.system.lines if line.frequency == 0]
+        force: Array = self.system.force + sum(still, np.zeros(len(self.system.force)))
+        require_balance(compliance_of(self.system).free, force[None], self.system.dofs.names)
+
+    def ring(self) -> None:
+        """Check that a stage has a ring for a sensor."""
+        if not any(mesh.internal for mesh in self.train.meshes):
+            raise ModelError("no stage has a ring for its planets to pass along", path="stages", allowed="a ring")
+
+    def first_teeth(self) -> object:
+        """Check that the first mesh has teeth that can bear."""
+        return pair_of(self.train, self.train.meshes[0])
+
+    def any_teeth(self) -> object:
+        """Check that some mesh has teeth that can bear."""
+        return pair_of(self.train, next((m for m in self.train.meshes if m.teeth is not None), self.train.meshes[0]))
+
+    def teeth(self) -> None:
+        """Check that every pair has teeth that can bear."""
+        for mesh in {mesh.pair: mesh for mesh in reversed(self.train.meshes)}.values():
+            pair_of(self.train, mesh)
+
+
+# needs that ask the assembled train: without it they say the same as `equations`
+_ASSEMBLED = ("inertia", "damping", "balance")

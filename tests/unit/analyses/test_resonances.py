@@ -1,0 +1,168 @@
+"""Table of resonances of `modes`: speeds, energy and forces against independent routes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.analyses.modes.mesh_crossings import mesh_crossings
+from epicyclic.errors import ModelError
+from epicyclic.system.system import System
+
+PLANETARY: Mapping[str, Any] = {
+    "planets": 3,
+    "module": "4 mm",
+    "helix_angle": "12 deg",
+    "face_width": "50 mm",
+    "sun": {"teeth": 24, "support": {"radial": "5e7 N/m"}},
+    "planet": {"teeth": 30, "bore": "60 mm", "bearing": {"radial": "4e8 N/m"}},
+    "ring": {"teeth": 84, "rim": "25 mm"},
+    "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
+}
+TWO_STAGES: Mapping[str, Any] = {
+    "format": 1,
+    "title": "Two equal stages",
+    "damping": {"modal": 0.03},
+    "stages": {"first": dict(PLANETARY), "second": dict(PLANETARY)},
+    "couplings": {"shaft": {"between": ["first.sun", "second.carrier"], "rz": "1e6 N m/rad"}},
+    "operation": {
+        "held": ["first.ring", "second.ring"],
+        "speed": {"first.carrier": "100 rpm"},
+        "torque": {"first.carrier": "800 N m"},
+    },
+}
+
+
+@cache
+def ren() -> System:
+    return epicyclic.assemble(epicyclic.load("ren2021"))
+
+
+@cache
+def two_stages() -> System:
+    return epicyclic.assemble(epicyclic.load(dict(TWO_STAGES)))
+
+
+def crossings_by_hand(result: xr.Dataset, tones: Mapping[str, float]) -> list[tuple[float, str, int, float]]:
+    """(speed, stage, order, frequency) of every pair, by loops over the frequencies as they are printed."""
+    found = []
+    frequency = [round(float(one), 6) for one in result.frequency.values if one > 1e-6]
+    for natural in dict.fromkeys(frequency):
+        for stage, tone in tones.items():
+            for order in range(1, 13):
+                speed = natural / (order * tone)
+                if 0.05 <= speed <= 1.3:
+                    found.append((speed, stage, order, natural))
+    return sorted(found)
+
+
+@pytest.mark.parametrize("system", [ren, two_stages])
+def test_every_crossing_is_found_at_its_speed(system: Any) -> None:
+    made = system()
+    stages = dict(zip(made.meshes.stage, made.meshes.tone.tolist(), strict=True))
+    result = epicyclic.modes(made)
+    expected = crossings_by_hand(result, {stage: float(made.tones[tone]) for stage, tone in stages.items()})
+    found = [
+        tuple(one)
+        for one in zip(
+            *(result[f"resonance_{name}"].values.tolist() for name in ("speed", "stage", "order", "frequency")),
+            strict=True,
+        )
+    ]
+    assert len(expected) > 20
+    assert [one[1:3] for one in found] == [one[1:3] for one in expected]
+    np.testing.assert_allclose([one[0] for one in found], [one[0] for one in expected], rtol=1e-6)
+    np.testing.assert_allclose([one[3] for one in found], [one[3] for one in expected], rtol=1e-6)
+
+
+def test_repeated_frequencies_count_once_and_rigid_ones_not() -> None:
+    found = mesh_crossings(np.array([0.0, 50.0, 50.0, 80.0]), [100.0], orders=1)
+    assert found.mode.tolist() == [1, 3]
+    assert found.count.tolist() == [2, 1]
+    assert found.relative_speed.tolist() == [0.5, 0.8]
+
+
+def test_a_band_keeps_what_lies_within_it() -> None:
+    every, near = epicyclic.modes(ren()), epicyclic.modes(ren(), band="10 %")
+    inside = np.abs(every.resonance_speed.values - 1) <= 0.1
+    assert 0 < inside.sum() < inside.size
+    np.testing.assert_array_equal(near.resonance_speed.values, every.resonance_speed.values[inside])
+    # speeds of one block share their truncation, 3e-5 of the dynamic force of 1.4 kN
+    np.testing.assert_allclose(near.resonance_amplitude.values, every.resonance_amplitude.values[inside], atol=0.05)
+    assert near.resonance_near.values.all()
+    assert every.resonance_near.values.tolist() == (np.abs(every.resonance_speed.values - 1) <= 0.2).tolist()
+    xr.testing.assert_identical(epicyclic.modes(ren(), band=0.1), near)
+    wide = epicyclic.modes(ren(), band=0.5).resonance_speed.values
+    assert (wide.min() > 0.5, wide.max() < 1.5, wide.max() > 1.4) == (True, True, True)
+
+
+@pytest.mark.parametrize("band", ["wide", "-5 %", 0.0, float("nan")])
+def test_no_band(band: Any) -> None:
+    with pytest.raises(ModelError, match="band"):
+        epicyclic.modes(ren(), band=band)
+
+
+def test_energy_sits_where_the_motion_strains() -> None:
+    system = ren()
+    result = epicyclic.modes(system)
+    np.testing.assert_allclose(result.strain_energy_share.values[:, 1:].sum(axis=0), 1, rtol=1e-12)
+    np.testing.assert_allclose(result.kinetic_energy_share.values.sum(axis=0), 1, rtol=1e-12)
+    # by hand: energies of the rows from the eigenvectors of K and M, all modes of one frequency together
+    K = system.K + (system.meshes.B * system.meshes.stiffness) @ system.meshes.B.T
+    squared, shapes = np.linalg.eig(np.linalg.solve(system.M, K))
+    for at in range(0, result.sizes["resonance"], 7):
+        hertz = float(result.resonance_frequency.values[at])
+        own = shapes[:, np.abs(np.sqrt(np.abs(squared)) / (2 * np.pi) - hertz) < 1e-4 * hertz].real
+        assert own.shape[1] == result.resonance_multiplicity.values[at]
+        # M-orthonormal: shares of a space do not hang on its basis
+        own = own @ np.linalg.inv(np.linalg.cholesky(own.T @ system.M @ own)).T
+        energy: dict[str, float] = {}
+        for rows, names in ((system.meshes, system.meshes.name), (system.links, system.links.link)):
+            for name, stiffness, row in zip(names, rows.stiffness, (rows.B.T @ own), strict=True):
+                key = "/".join(part for part in name.split("/") if not part.isdigit() and part not in ("left", "right"))
+                energy[key] = energy.get(key, 0.0) + (stiffness * np.sum(row**2) if np.isfinite(stiffness) else 0.0)
+        most = max(energy, key=lambda key: energy[key])
+        assert result.resonance_connection.values[at] == most
+        share = energy[most] / sum(energy.values())
+        assert float(result.resonance_connection_share.values[at]) == pytest.approx(share, rel=1e-6)
+
+
+def test_forces_are_those_of_a_sweep_at_the_speed() -> None:
+    result = epicyclic.modes(ren())
+    at = int(np.argmax(result.resonance_amplitude.values))
+    one = epicyclic.sweep(ren(), relative_speed=[float(result.resonance_speed.values[at])])
+    order = one.mesh_force_order.sel(order=int(result.resonance_order.values[at]))
+    assert float(result.resonance_amplitude.values[at]) == pytest.approx(float(order.max()), rel=1e-6)
+    assert float(result.resonance_dynamic_factor.values[at]) == pytest.approx(float(one.dynamic_factor.max()), rel=1e-6)
+    assert str(result.resonance_mesh.values[at]) == str(one.mesh.values[int(one.dynamic_factor.argmax("mesh")[0])])
+
+
+def test_one_stage_at_a_time_gives_the_amplitudes_of_both_together() -> None:
+    system = two_stages()
+    result = epicyclic.modes(system)
+    assert "one stage at a time" in result.attrs["resonance_note"]
+    above = np.where(result.resonance_speed.values > 0.5, result.resonance_amplitude.values, 0.0)
+    stages = np.array(system.meshes.stage)
+    at = int(np.argmax(above))
+    both = epicyclic.sweep(system, relative_speed=[float(result.resonance_speed.values[at])])
+    own = np.array([name.split("/")[0] == result.resonance_stage.values[at] for name in both.mesh.values])
+    order = both.mesh_force_order.sel(order=int(result.resonance_order.values[at])).values[own]
+    # what the other stage's varying stiffness adds is of second order in the variation
+    assert float(result.resonance_amplitude.values[at]) == pytest.approx(float(order.max()), rel=2e-3)
+    assert set(stages) == set(result.resonance_stage.values)
+
+
+def test_without_damping_there_are_no_forces_and_without_speed_no_table() -> None:
+    from dataclasses import replace
+
+    undamped = epicyclic.modes(replace(ren(), zeta=None))
+    assert undamped.sizes["resonance"] > 20
+    assert np.isnan(undamped.resonance_amplitude.values).all()
+    assert "damping" in undamped.attrs["resonance_note"]
+    assert "resonance" not in epicyclic.modes("lin1999-n4").sizes

@@ -1,0 +1,278 @@
+"""Runs that are stopped keep what is done and go on to the same bits, or say why they cannot."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.analyses.contact_loss import sweep as contact_module
+from epicyclic.cli.main import app
+from epicyclic.errors import ModelError
+from epicyclic.results import run_folder
+from epicyclic.show.report import report
+from epicyclic.verbs.report import run_report
+
+DOCUMENT: dict[str, Any] = {
+    "format": 1,
+    "title": "a torsional set",
+    "damping": {"modal": 0.03},
+    "stages": {
+        "main": {
+            "planets": 3,
+            "module": 0.004,
+            "sun": {"teeth": 24, "inertia": 0.002},
+            "planet": {"teeth": 24, "mass": 1.5, "inertia": 0.003},
+            "ring": {"teeth": 72, "inertia": 0.5},
+            "carrier": {"inertia": 0.05},
+            "meshes": {
+                "sun-planet": {"stiffness": 3e8, "variation": {"cosine": [0.3, 0.1]}},
+                "planet-ring": {"stiffness": 4e8},
+            },
+        }
+    },
+    "operation": {"held": ["ring"], "speed": {"sun": 100.0}, "torque": {"sun": 300.0}},
+}
+
+# A resonance at which teeth part, a branch folds and both directions jump.
+PARTING: dict[str, Any] = {
+    "overrides": {"damping.modal": 0.005},
+    "contact_loss": True,
+    "relative_speed": np.linspace(15.0, 17.0, 6),
+}
+RUNS: dict[str, Callable[..., xr.Dataset]] = {
+    "sweep": lambda **more: epicyclic.sweep(DOCUMENT, points=30, **more),
+    "contact loss": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, **more),
+    "contact loss reported": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, unstable="report", **more),
+    "integrated": lambda **more: epicyclic.sweep(
+        "ren2021", contact_loss=True, start=1080.0, stop=1170.0, points=4, **more
+    ),
+    "shaft orders": lambda **more: epicyclic.sweep(
+        "ren2021", contact_loss=True, relative_speed=np.linspace(1.0, 2.0, 3), **more
+    ),
+    "stability": lambda **more: epicyclic.stability(DOCUMENT, points=20, **more),
+    "stability map": lambda **more: epicyclic.stability(
+        DOCUMENT, points=6, over="damping.modal", values=(0.01, 0.02, 0.03), **more
+    ),
+}
+
+
+class Stop:
+    """A progress callback that stops a run at its n-th call."""
+
+    def __init__(self, after: int) -> None:
+        self.left, self.seen = after, list[tuple[float, float]]()
+
+    def __call__(self, done: float, of: float = 1) -> None:
+        self.seen.append((done, of))
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+
+
+Whole = Callable[[str], tuple[xr.Dataset, Stop]]
+
+
+@pytest.fixture(scope="module")
+def whole() -> Whole:
+    """Runs that nothing stops, and the calls of their progress."""
+    found: dict[str, tuple[xr.Dataset, Stop]] = {}
+
+    def run(name: str) -> tuple[xr.Dataset, Stop]:
+        if name not in found:
+            calls = Stop(0)
+            found[name] = RUNS[name](progress=calls), calls
+        return found[name]
+
+    return run
+
+
+# Segments written with every result, or one at the end.
+EVERY = [(name, 0.0) for name in RUNS] + [(name, 1e9) for name in ("sweep", "stability map", "shaft orders")]
+
+
+@pytest.mark.parametrize(("name", "every"), EVERY)
+def test_a_stopped_run_goes_on_to_the_same_bits(
+    name: str, every: float, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_folder, "_EVERY", every)
+    folder, (expected, calls) = tmp_path / "run", whole(name)
+    at = int(np.random.default_rng(sum(map(ord, name))).integers(1, len(calls.seen)))
+    with pytest.raises(KeyboardInterrupt):
+        RUNS[name](folder=folder, progress=Stop(at))
+    with pytest.raises(ModelError, match="an interrupted run lies there"):
+        RUNS[name](folder=folder)
+    second = Stop(at + 1)
+    with pytest.raises(KeyboardInterrupt):  # stopped again, later
+        RUNS[name](folder=folder, resume=True, progress=second)
+    third = Stop(0)
+    again = RUNS[name](folder=folder, resume=True, progress=third)
+    xr.testing.assert_identical(again, expected)
+    assert third.seen[-1] == calls.seen[-1]
+
+
+def test_the_runs_have_what_can_go_wrong(whole: Whole) -> None:
+    parting, _ = whole("contact loss")
+    assert parting.contact_open.max() > 0.5
+    assert parting.jumped.any()
+    assert (parting.status == "not converged").any()
+    assert (whole("contact loss reported")[0].branch_instability == "fold").any()
+    assert (whole("integrated")[0].motion == "integrated").all()
+    assert "superposed_error" in whole("shaft orders")[0]
+
+
+@pytest.mark.parametrize("name", ["sweep", "stability", "stability map"])
+def test_what_is_done_is_not_computed_again(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from epicyclic.analyses.stability import scan
+    from epicyclic.analyses.steady import sweep
+
+    RUNS[name](folder=tmp_path / "run")
+
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("computed again")
+
+    monkeypatch.setattr(sweep, "_measured", refused)
+    monkeypatch.setattr(scan, "_point_or_reason", refused)
+    RUNS[name](folder=tmp_path / "run", resume=True)
+
+
+def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        RUNS["contact loss"](folder=tmp_path / "run", progress=Stop(6))
+
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("followed again")
+
+    monkeypatch.setattr(contact_module, "branch_set", refused)
+    monkeypatch.setattr(contact_module, "_stability", refused)
+    # points of the direction that was at work, too
+    seen: list[int] = []
+    before = contact_module._fill
+
+    def counted(*given: Any) -> Any:
+        seen.append(1)
+        return before(*given)
+
+    monkeypatch.setattr(contact_module, "_fill", counted)
+    RUNS["contact loss"](folder=tmp_path / "run", resume=True)
+    assert len(seen) < 2 * 6 - 2
+
+
+def test_another_run_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    options: dict[str, Any] = {"folder": folder, "mesh_frequency": np.array([100.0, 200.0])}
+    epicyclic.sweep(DOCUMENT, **options)
+    options["resume"] = True
+    with pytest.raises(ModelError, match=r"another model: .*meshes.stiffness differs"):
+        epicyclic.sweep(DOCUMENT, overrides={"stages.main.meshes.sun-planet.stiffness": 3.01e8}, **options)
+    with pytest.raises(ModelError, match="has another model; allowed"):
+        epicyclic.sweep(DOCUMENT, overrides={"stages.main.planets": 4}, **options)
+    with pytest.raises(ModelError, match=r"other options \(mesh_frequency, orders\)"):
+        epicyclic.sweep(DOCUMENT, orders=3, **{**options, "mesh_frequency": np.array([100.0, 201.0])})
+    with pytest.raises(ModelError, match="another verb"):
+        epicyclic.stability(DOCUMENT, **options)
+    with pytest.raises(ModelError, match="needs the file of the run"):
+        epicyclic.sweep(DOCUMENT, resume=True)
+    (folder / "000000.kept").write_bytes(b"{}\n")
+    with pytest.raises(ModelError, match="not a segment of a run"):
+        epicyclic.sweep(DOCUMENT, **options)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "letter.txt").write_text("")
+    with pytest.raises(ModelError, match="is no folder of a run"):
+        epicyclic.sweep(DOCUMENT, folder=tmp_path / "mine")
+
+
+def test_a_report_goes_on_to_the_same_page(tmp_path: Path) -> None:
+    def stop(name: str) -> None:
+        if name == "stability" or name == "support stiffness":
+            raise KeyboardInterrupt
+
+    folder = tmp_path / "run"
+    with pytest.raises(KeyboardInterrupt):
+        run_report(DOCUMENT, folder=folder, progress=stop)
+    assert (folder / "sweep.nc").is_file()
+    again = run_report(DOCUMENT, folder=folder, resume=True)
+    assert report(again) == report(run_report(DOCUMENT))
+
+
+def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
+    with pytest.raises(SystemExit) as stop:
+        app(list(words), prog_name="epicyclic")
+    return int(stop.value.code or 0), capsys.readouterr().err
+
+
+def test_the_command_line_names_what_goes_on(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from epicyclic.analyses.steady import sweep
+
+    target = tmp_path / "a b.nc"
+    words = ["sweep", "ren2021", "--points", "40", "-o", str(target)]
+    monkeypatch.setattr(sys, "argv", ["epicyclic", *words])
+    before, calls = sweep._measured, list[int]()
+
+    def stopping(*given: Any, **more: Any) -> Any:
+        calls.append(1)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return before(*given, **more)
+
+    monkeypatch.setattr(sweep, "_measured", stopping)
+    monkeypatch.setenv("EPICYCLIC_JOBS", "1")
+    status, err = run(capsys, *words)
+    assert status == 130
+    assert f"epicyclic sweep ren2021 --points 40 -o '{target}' --resume" in err
+    assert err.splitlines()[-1] == "stopped"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a b.nc.parts"]
+    assert "an interrupted run lies there" in run(capsys, *words)[1]
+    assert run(capsys, *words, "--resume")[0] == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a b.nc"]
+    calls[:] = [1]
+    status, err = run(capsys, *words[:4])
+    assert status == 130
+    assert "nothing is kept without -o FILE" in err
+    calls[:] = [1]
+    status, err = run(capsys, *words[:4], "-o", str(tmp_path / "none.nc"))
+    assert status == 130
+    assert not (tmp_path / "none.nc.parts").exists()  # nothing was done: nothing is left
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to another process")
+def test_control_c_is_heard_at_once(tmp_path: Path) -> None:
+    """One real SIGINT, of a run with workers; the run that goes on is the run."""
+    words = ["sweep", "ren2021", "--points", "1500", "-o"]
+    command = [sys.executable, "-m", "epicyclic", *words]
+    parts, spent = tmp_path / "a.nc.parts", list[float]()
+    for _ in range(2):  # the second time for a machine that was busy
+        with subprocess.Popen(
+            [*command, str(tmp_path / "a.nc"), *(["--resume"] if spent else [])],
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        ) as process:
+            until, known = time.monotonic() + 120, len(list(parts.glob("*.kept")))
+            while len(list(parts.glob("*.kept"))) == known and time.monotonic() < until and process.poll() is None:
+                time.sleep(0.01)
+            start = time.monotonic()
+            os.killpg(process.pid, signal.SIGINT)
+            err = process.communicate(timeout=60)[1]
+            spent.append(time.monotonic() - start)
+        assert process.returncode == 130, err
+        assert "--resume" in err
+        if spent[-1] < 2:
+            break
+    assert min(spent) < 2
+    subprocess.run([*command, str(tmp_path / "a.nc"), "--resume"], check=True, stderr=subprocess.PIPE)
+    subprocess.run([*command, str(tmp_path / "b.nc")], check=True, stderr=subprocess.PIPE)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "b.nc"]
+    xr.testing.assert_identical(epicyclic.load_result(tmp_path / "a.nc"), epicyclic.load_result(tmp_path / "b.nc"))
