@@ -169,7 +169,7 @@ def test_a_motion_that_no_train_stays_on_is_named() -> None:
     assert found.status.item() == "unstable"
     assert found.instability.item() == "quasi-periodic"
     assert found.largest_multiplier.item() == pytest.approx(1.51, abs=0.02)
-    assert sum("this motion is not stable" in text for text in found.attrs["warnings"]) == 1
+    assert sum("this motion is not stable" in text for text in json.loads(found.attrs["warnings"])) == 1
 
 
 def test_stability_is_that_of_the_sweep() -> None:
