@@ -25,6 +25,7 @@ from .corner import corner_reach, tip_separation
 from .kernel import PLATE_DECAY, face_coupling
 from .lines import ContactLines, contact_lines
 from .pair import ContactPair, check_pair
+from .partial_slices import CELLS, between_parts, part_weights
 
 __all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeometry"]
 
@@ -155,31 +156,47 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     plane, count = pair.plane, lines.length.shape[2]
     slant = math.cos(plane.base_helix)
     on = np.clip(place, *plane.limits)
-    tooth, segment = index // count, index % count
+    tooth = index // count
     ahead = tooth[:, None, :] - tooth[:, :, None]
-    along, across = segment[:, :, None], segment[:, None, :]
+    parts = _parts(lines, index, slant)
+    centre, cell = _cells(lines)
     whole = np.zeros(ahead.shape)
     for gear, face, radius, sense in (
         (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
         (pair.tooth_b, plane.face_b, plane.radius_b(on), -1),
     ):
         width = (face[1] - face[0]) / slant
-        middle = (lines.centre - 0.5 * (face[0] + face[1])) / slant
-        spans = np.full(count, lines.span / slant)
+        middle = (centre - 0.5 * (face[0] + face[1])) / slant
+        spans = np.full(len(centre), cell / slant)
         kernel = face_coupling(middle, width, PLATE_DECAY * gear.height, spans)
         body = gear.cross(radius[:, :, None], radius[:, None, :], sense * ahead)
         # at the root of a ring no tooth remains between the load and the body
         root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
         own = np.where(ahead == 0, root[:, :, None] * root[:, None, :], 0.0)
-        whole += (own + body - gear.shared) * kernel[along, across] + gear.shared / width
-    twist = _twisted(pair, lines)
+        whole += (own + body - gear.shared) * between_parts(kernel, parts) + gear.shared / width
+    twist = _twisted(pair, centre)
     if twist is not None:
-        whole += twist[along, across]
+        whole += between_parts(twist, parts)
     return whole
 
 
-def _twisted(pair: ContactPair, lines: ContactLines) -> Array | None:
-    """Compliance of segments of the face by the twist of both bodies, (K, K) [m/N]; None where both are rigid."""
+def _cells(lines: ContactLines) -> tuple[Array, float]:
+    """Middles (C,) [m] and width [m] of the cells of the face."""
+    count = len(lines.centre) * CELLS
+    width = lines.span / CELLS
+    return lines.centre[0] - 0.5 * lines.span + width * (np.arange(count) + 0.5), width
+
+
+def _parts(lines: ContactLines, index: Index, slant: float) -> Array:
+    """Weights (T, n, C) of the cells of the face in the mean over the part of a slice that is on the path."""
+    width = lines.span / CELLS
+    zeta = np.take_along_axis(lines.zeta.reshape(len(index), -1), index, axis=1)
+    length = np.take_along_axis(lines.length.reshape(len(index), -1), index, axis=1) * slant
+    return part_weights((zeta - lines.centre[0] + 0.5 * lines.span) / width, length / width, len(lines.centre) * CELLS)
+
+
+def _twisted(pair: ContactPair, centre: Array) -> Array | None:
+    """Compliance of cells of the face by the twist of both bodies, (C, C) [m/N]; None where both are rigid."""
     plane, whole = pair.plane, None
     for torsion, face, base in (
         (pair.torsion_a, plane.face_a, plane.base_a),
@@ -187,7 +204,7 @@ def _twisted(pair: ContactPair, lines: ContactLines) -> Array | None:
     ):
         if torsion is None:
             continue
-        away = lines.centre - face[0] if torsion.end == "left" else face[1] - lines.centre
+        away = centre - face[0] if torsion.end == "left" else face[1] - centre
         lever = (base * math.cos(plane.base_helix)) ** 2 / torsion.rigidity
         own = lever * np.minimum(away[:, None], away[None, :])
         whole = own if whole is None else whole + own
