@@ -14,7 +14,7 @@ from ..tooth_contact.pair import ContactPair, uniform_along_face
 from ..tooth_contact.phases import corner_phases, graded_phases
 from ..train.connections import Mesh
 
-__all__ = ["Resolution", "estimated_error", "mesh_phases", "resolution", "sigma_at"]
+__all__ = ["Resolution", "check_tolerance", "estimated_error", "mesh_phases", "resolution", "sigma_at"]
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,9 @@ _PHASES, _SLICES = (32, 1024), (10, 160)
 _FEWEST = (64, 20)
 # Share of the tolerance for the phases; that of the slices, which cost more, is the larger one.
 _PHASE_SHARE = 0.25
-# A peak to peak below this share of the deflection counts as this: a thousandth of it is not felt.
-_LEAST_SWING = 1e-3
+# Errors of a peak to peak are relative to it, or to this share of the deflection where that is larger: with a default
+# tolerance a ten-thousandth of the deflection, which optimal reliefs come near and no tooth is known to.
+_LEAST_SWING = 1e-2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,8 +36,9 @@ class Resolution:
 
     phase : (T,) of the mesh cycle.  samples : even ones among them.  slices : of each face.
     graded : whether the corners of contact are among the phases.
-    error : (3,) estimated relative errors of the peak to peak of the transmission error, largest load and largest
-        pressure at the operating load; nan where phases and slices are given.
+    error : (3,) estimated relative errors of the peak to peak of the transmission error (of a hundredth of the
+        deflection where that is larger), largest load and largest pressure at the operating load, from what was not
+        given; nan where nothing was estimated.
     """
 
     phase: Array
@@ -44,6 +46,23 @@ class Resolution:
     slices: int
     graded: bool
     error: Array
+
+    @property
+    def even(self) -> NDArray[np.int64]:
+        """Indices (S,) of the even phases."""
+        wanted = np.arange(self.samples) / self.samples
+        return np.asarray(np.abs(self.phase - wanted[:, None]).argmin(axis=1))
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse a tolerance that is no relative error.
+
+    Raises
+    ------
+    ModelError : not above 0 and below 1.
+    """
+    if not 0 < tolerance < 1:
+        raise ModelError("a relative error", path="tolerance", given=tolerance, allowed="above 0, below 1")
 
 
 def sigma_at(mesh: Mesh, phase: Array) -> Array:
@@ -79,8 +98,7 @@ def resolution(
     ------
     ModelError : a tolerance that is not above zero.
     """
-    if not 0 < tolerance < 1:
-        raise ModelError("a relative error", path="tolerance", given=tolerance, allowed="above 0, below 1")
+    check_tolerance(tolerance)
 
     def phases(count: int) -> Array:
         return mesh_phases(helices, pairs, count) if samples is None else np.arange(count) / count
@@ -101,7 +119,7 @@ def resolution(
         fewest = _PHASES[0] if samples is None else samples
         reached, missed = _doubled(lambda count: numbers(fewest, count), _SLICES, (1 - _PHASE_SHARE) * tolerance)
         cut, error = max(reached, _FEWEST[1]), error + missed
-    given = samples is not None and slices is not None
+    given = samples is not None and (slices is not None or all(uniform_along_face(pair) for pair in pairs))
     return Resolution(
         phase=phases(chosen),
         samples=chosen,

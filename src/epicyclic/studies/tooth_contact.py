@@ -23,7 +23,7 @@ from ..train.train import Train
 from .check import train_provenance
 from .contact_resolution import Resolution, resolution, sigma_at
 
-__all__ = ["FACTORS", "TOLERANCE", "contact", "flank_map", "helices_of", "in_radians", "normal_force"]
+__all__ = ["FACTORS", "TOLERANCE", "contact", "flank_map", "helices_of", "in_radians", "normal_force", "unresolved"]
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -49,6 +49,7 @@ def contact(
     corner: bool = False,
     misalignment: float | str = 0.0,
     torque_ends: tuple[str | None, str | None] = (None, None),
+    cut: Resolution | None = None,
 ) -> xr.Dataset:
     """Loaded tooth contact of one mesh over its mesh cycle, both helices.
 
@@ -68,6 +69,7 @@ def contact(
     misalignment : of the flanks, in the plane of action [rad], or a text with its unit; positive opens the right end.
     torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear, whose
         bodies then twist along the face; None: rigid.
+    cut : phases and slices as they are, in place of samples, slices and tolerance.
 
     Returns
     -------
@@ -91,7 +93,8 @@ def contact(
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
     more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
     pairs = [pair_of(train, one, **more) for one in helices]
-    cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices)
+    if cut is None:
+        cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices)
     pairs = [replace(pair, slices=cut.slices) for pair in pairs]
     results = [loaded_contact(pair, loads, sigma_at(one, cut.phase)) for pair, one in zip(pairs, helices, strict=True)]
     operating = int(np.argmin(np.abs(loads - force)))
@@ -119,7 +122,7 @@ def contact(
             *train.warnings,
             *dict.fromkeys(messages),
             *_warnings(results, operating, corner),
-            *_unresolved(cut, tolerance),
+            *unresolved(cut, tolerance),
         ],
         provenance=train_provenance(train),
     )
@@ -324,7 +327,7 @@ def _mesh_columns(
     }
 
 
-def _unresolved(cut: Resolution, tolerance: float) -> list[str]:
+def unresolved(cut: Resolution, tolerance: float) -> list[str]:
     """Warning where phases and slices are not enough for the tolerance."""
     if not (cut.error > tolerance).any():
         return []

@@ -74,6 +74,7 @@ def contact(
             linear_at=linear_at,
         )
     from ..studies.source import train_of
+    from ..studies.tooth_contact import FACTORS
     from ..studies.tooth_contact import contact as run
 
     return run(
@@ -87,7 +88,7 @@ def contact(
         corner=corner,
         misalignment=misalignment,
         torque_ends=(torque_end_a, torque_end_b),
-        **({} if loads is None else {"factors": loads_of(loads, load_points)}),
+        factors=FACTORS if loads is None else loads_of(loads, load_points),
     )
 
 
