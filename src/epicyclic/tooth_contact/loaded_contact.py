@@ -191,7 +191,10 @@ def _solution(segments: ContactSegments, load: Array, start: Array | None) -> Co
     model = (segments.compliance, segments.gap, segments.valid)
     if segments.line is None:
         return solve_linear(*model, load)
-    return solve_hertzian(*model, load, segments.law, start=start)
+    phases = np.arange(len(load))
+    return solve_hertzian(
+        *model, load, segments.law, start=start, inverse=lambda force: segments.own_approach(force, phases)
+    )
 
 
 def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:

@@ -72,6 +72,9 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
     def law(u: Array, index: Index) -> tuple[Array, Array]:
         return segments.law(u, phase[index])
 
+    def inverse(force: Array) -> Array:
+        return segments.own_approach(force, phase)
+
     found: list[tuple[ContactSolution, Array]] = []
     start: Array | None = None
     for load in loads:
@@ -80,7 +83,7 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
             one = solve_linear(compliance, gap, valid, wanted)
             tangent = tangent_stiffness(compliance, one.active) if tangents else np.full(S * T, np.nan)
         else:
-            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start)
+            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start, inverse=inverse)
             start = one.approach[:, None] - gap - np.matmul(compliance, one.force[:, :, None])[:, :, 0]
             tangent = np.full(S * T, np.nan)
             if tangents:

@@ -70,6 +70,14 @@ class ContactSegments:
         p, slope = hertz.load(hertz.LineContact(A=own.A, B=own.B[phases], radius=own.radius[phases]), approach)
         return p * self.length[phases], slope * self.length[phases]
 
+    def own_approach(self, force: Array, phases: Index) -> Array:
+        """Own approach (t, n) [m] of the line contacts under forces (t, n) > 0 [N] at phases (t,): inverse of `law`.
+
+        Beyond the load per length at which that of [weber1953] is largest it goes on in proportion to the load.
+        """
+        p = force / self.length[phases]
+        return np.asarray(self.contact.A * p * np.maximum(self.contact.B[phases] - np.log(p), 1.0))
+
     def spread(self, values: Array) -> Array:
         """Values (..., T, n) of the segments spread over all lines, (..., T, J, K); 0 elsewhere."""
         shape = self.lines.length.shape
@@ -215,7 +223,9 @@ def initial_gap(pair: ContactPair, lines: ContactLines) -> Array:
     """Initial gap between the flanks (T, J, K) [m]: micro-geometry of both, misalignment, given gaps, corner."""
     plane = pair.plane
     on = np.clip(lines.sigma, *plane.limits)
-    total = pair.misalignment * lines.zeta + tip_separation(plane, lines.sigma) * (pair.corner)
+    total = pair.misalignment * lines.zeta
+    if pair.corner:
+        total = total + tip_separation(plane, lines.sigma)
     if pair.gap:
         total = total + np.interp(lines.zeta, *np.array(pair.gap).T)
     for flank, gear, radius in ((pair.flank_a, 0, plane.radius_a), (pair.flank_b, 1, plane.radius_b)):
