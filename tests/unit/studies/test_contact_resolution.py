@@ -123,9 +123,10 @@ def test_relief_of_one_gear_is_judged_converged() -> None:
     torque = "43 N m"
     found = epicyclic.relief("yue2014-i", mesh="p-d", torque=torque, vary=vary, population=20, generations=8)
     changes = json.loads(found.attrs["overrides"])
+    sets: list[dict[str, Any]] = [{}, changes]
     many = [
         epicyclic.contact("yue2014-i", mesh="p-d", torque=torque, loads=[], samples=4096, slices=1, overrides=overrides)
-        for overrides in ({}, changes)
+        for overrides in sets
     ]
     exact = [float(one.transmission_error_peak_to_peak[0]) for one in many]
     ours = [float(found.objective_before[0]), float(found.objective_after[0])]
