@@ -19,7 +19,7 @@ __all__ = ["Finalists", "verified"]
 Array = NDArray[np.float64]
 
 # Best candidates of a search with one objective that are solved again, each at the cost of a coarse generation.
-_FINALISTS = 8
+_FINALISTS = 4
 # Most times that phases and slices are chosen anew for a new answer; a third one has not been seen.
 _ROUNDS = 3
 
