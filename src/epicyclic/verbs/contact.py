@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from .options import Corner, LinearAt, Misalignment, Slices
+from .options import ChosenSlices, Corner, LinearAt, Misalignment, Tolerance
 from .parsing import load_per_length, loads_of
 from .record import Option, Verb, former, refuse_without
 
@@ -34,8 +34,12 @@ def contact(
         Option('Further loads, relative to the operating one: "0..1.5" or "0.5, 2".', default="0.1 to 1.5"),
     ] = None,
     load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=10_000)] = 7,
-    samples: Annotated[int, Option("Phases of a mesh cycle.", least=3, most=100_000)] = 64,
-    slices: Slices = 20,
+    samples: Annotated[
+        int | None,
+        Option("Even phases of a mesh cycle.", least=3, most=100_000, default="doubled until the tolerance holds"),
+    ] = None,
+    slices: ChosenSlices = None,
+    tolerance: Tolerance = 0.01,
     misalignment: Misalignment = 0.0,
     torque_end_a: Annotated[
         str | None, Option("Where torque leaves the first gear: left or right; it twists.", default="nowhere")
@@ -64,12 +68,13 @@ def contact(
             overrides=overrides,
             loads=loads,
             load_points=load_points,
-            samples=samples,
-            slices=slices,
+            samples=32 if samples is None else samples,
+            slices=20 if slices is None else slices,
             corner=corner,
             linear_at=linear_at,
         )
     from ..studies.source import train_of
+    from ..studies.tooth_contact import FACTORS
     from ..studies.tooth_contact import contact as run
 
     return run(
@@ -78,11 +83,12 @@ def contact(
         torque=torque,
         samples=samples,
         slices=slices,
+        tolerance=tolerance,
         linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
         corner=corner,
         misalignment=misalignment,
         torque_ends=(torque_end_a, torque_end_b),
-        **({} if loads is None else {"factors": loads_of(loads, load_points)}),
+        factors=FACTORS if loads is None else loads_of(loads, load_points),
     )
 
 

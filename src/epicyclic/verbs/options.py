@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 __all__ = [
+    "ChosenSlices",
     "Corner",
     "Cycles",
     "Folder",
@@ -29,6 +30,7 @@ __all__ = [
     "Slices",
     "Start",
     "Stop",
+    "Tolerance",
     "Turns",
 ]
 
@@ -78,6 +80,16 @@ ShaftTones = Annotated[
 
 # loaded teeth
 Slices = Annotated[int, Option("Pieces of each face.", least=1, most=1000)]
+ChosenSlices = Annotated[
+    int | None, Option("Pieces of each face.", least=1, most=1000, default="doubled until the tolerance holds")
+]
+Tolerance = Annotated[
+    float,
+    Option(
+        "Relative error of transmission error (peak to peak), largest load and pressure, where phases or slices "
+        "are not given."
+    ),
+]
 Corner = Annotated[bool, Option("Let tips bear beyond the path of contact.")]
 LinearAt = Annotated[
     float | str | None,

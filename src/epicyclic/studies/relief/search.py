@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...results.whole_file import write_text
 
-__all__ = ["SearchResult", "genetic_search"]
+__all__ = ["SearchResult", "genetic_search", "non_dominated"]
 
 Array = NDArray[np.float64]
 
@@ -109,7 +109,7 @@ def genetic_search(
         candidates=np.concatenate([candidates for candidates, _ in evaluated]),
         objectives=values,
         generation=np.repeat(np.arange(len(evaluated)), [len(candidates) for candidates, _ in evaluated]),
-        best=_non_dominated(values),
+        best=non_dominated(values),
         stopped=stopped,
     )
 
@@ -152,7 +152,7 @@ def _assign(algorithm: Any, offspring: Any, values: Array) -> None:
     algorithm.tell(infills=offspring)
 
 
-def _non_dominated(values: Array) -> NDArray[np.int64]:
+def non_dominated(values: Array) -> NDArray[np.int64]:
     """Indices of the Pareto set of objectives (E, o), equal rows once, the first objective rising."""
     finite = np.flatnonzero(np.isfinite(values).all(axis=1))
     if not finite.size:
