@@ -47,11 +47,13 @@ def _of_cells(share: Array, offset: Array, length: Array) -> Array:
     curved = 0.5 * (offset**2 + (length**2 - 1.0) / 12)
     weight = share * (1.0 - 2.0 * curved)
     before, behind = share * (curved - 0.5 * offset), share * (curved + 0.5 * offset)
-    # at an end of the face the slope vanishes (`kernel`): the cell beyond mirrors the last one
+    # at a free end the curvature vanishes (`kernel`): the cell beyond continues the slope of the last two
     weight[..., :-1] += before[..., 1:]
-    weight[..., 0] += before[..., 0]
+    weight[..., 0] += 2 * before[..., 0]
+    weight[..., 1] -= before[..., 0]
     weight[..., 1:] += behind[..., :-1]
-    weight[..., -1] += behind[..., -1]
+    weight[..., -1] += 2 * behind[..., -1]
+    weight[..., -2] -= behind[..., -1]
     return weight
 
 

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..gears.flank import lead_modification, profile_modification
 from . import hertz
 from .corner import corner_reach, tip_separation
-from .kernel import PLATE_DECAY, face_coupling
+from .kernel import face_coupling
 from .lines import ContactLines, contact_lines
 from .pair import ContactPair, ElasticTooth, check_pair
 from .partial_slices import CELLS, between_parts, part_weights
@@ -178,7 +178,7 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
         width = (face[1] - face[0]) / slant
         middle = (centre - 0.5 * (face[0] + face[1])) / slant
         spans = np.full(len(centre), cell / slant)
-        kernel = face_coupling(middle, width, PLATE_DECAY * gear.height, spans)
+        kernel = face_coupling(middle, width, gear.face_decay(width), spans)
         body = _body_compliance(gear, radius, sense * ahead)
         # at the root of a ring no tooth remains between the load and the body
         root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
