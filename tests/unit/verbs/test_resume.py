@@ -51,7 +51,7 @@ PARTING: dict[str, Any] = {
     "relative_speed": np.linspace(15.0, 17.0, 6),
 }
 RUNS: dict[str, Callable[..., xr.Dataset]] = {
-    "sweep": lambda **more: epicyclic.sweep(DOCUMENT, points=30, **more),
+    "sweep": lambda **more: epicyclic.sweep(DOCUMENT, points=30, range="modes", **more),
     "contact loss": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, **more),
     "contact loss reported": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, unstable="report", **more),
     "integrated": lambda **more: epicyclic.sweep(
