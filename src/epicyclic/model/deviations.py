@@ -17,8 +17,11 @@ from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 from pydantic import Field, WithJsonSchema, model_validator
 
 from ..errors import ModelError
+from ..input_files import read_text
 from .schema_fields import PerPlanet, SchemaTable, Unit, key
 from .units import factor
+
+_MAX_BYTES = 4_000_000  # of a file of pitch deviations, as of a model file
 
 __all__ = [
     "DeviationKind",
@@ -134,10 +137,7 @@ def _read_pitch_list(value: Any, path: str, allowed: str, folder: Path | None) -
 def _read_csv(name: str, path: str, folder: Path | None) -> tuple[float, ...]:
     """Last column of a CSV file [m]; a heading like `pitch [um]` names its unit. Raises ModelError."""
     allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
-    try:
-        lines = ((folder or Path()) / name).read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError):
-        raise ModelError("cannot be read", path=path, given=name, allowed=allowed) from None
+    lines = read_text((folder or Path()) / name, most=_MAX_BYTES, path=path, allowed=allowed).splitlines()
     cells = [line.split(",")[-1].strip() for line in lines if line.strip() and not line.startswith("#")]
     scale: float | None = 1.0
     if cells and cells[0].endswith("]") and "[" in cells[0]:

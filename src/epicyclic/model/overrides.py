@@ -11,7 +11,7 @@ from itertools import permutations
 
 from ..errors import ModelError
 from .names import nearest
-from .tables import REMOVE, PlainTable, clean, leaves, nested, split_path, union
+from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union
 
 __all__ = ["ALTERNATIVES", "check_alternatives", "layer_of", "parse_setting", "replace_alternatives", "stepwise"]
 
@@ -34,7 +34,7 @@ def parse_setting(text: str) -> tuple[str, object]:
 
 def _toml_value(text: str) -> object:
     """Return a TOML value, or the text itself where it is none."""
-    if "\n" in text or len(text) > 100_000:
+    if "\n" in text or len(text) > 100_000 or dotted_line(text) is not None:
         return text
     try:
         table = tomllib.loads(f"value = {text}")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from .options import Corner, LinearAt, Misalignment, Slices
 from .parsing import loads_of
-from .record import Option, Verb, former, refuse_without
+from .record import Option, Verb, bounded, former, refuse_without
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +17,7 @@ __all__ = ["VERB", "contact"]
 
 
 @former(factors="loads", torque_ends=("torque_end_a", "torque_end_b"))
+@bounded
 def contact(
     source: "Source",
     *,
@@ -53,7 +54,7 @@ def contact(
     """
     if train:
         warnings.warn(
-            "contact with train is now train_contact, epicyclic train-contact", DeprecationWarning, stacklevel=3
+            "contact with train is now train_contact, epicyclic train-contact", DeprecationWarning, stacklevel=4
         )
         from .train_contact import train_contact
 

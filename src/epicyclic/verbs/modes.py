@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated
 
 from .options import RelativeSpeed
-from .record import Option, Verb
+from .record import Option, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "modes"]
 
 
+@bounded
 def modes(
     source: "Source",
     *,

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import RelativeSpeed
-from .record import Option, Verb
+from .record import Option, Verb, bounded
 from .sensor_files import quantity, read_transfer, read_window
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "modulation"]
 
 
+@bounded
 def modulation(
     source: "Source",
     *,

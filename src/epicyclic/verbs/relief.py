@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import Corner, Misalignment, Slices
 from .parsing import ends, loads_of, settings
-from .record import Option, Progress, Verb, former
+from .record import Option, Progress, Verb, bounded, former
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +17,7 @@ __all__ = ["VERB", "relief"]
 
 
 @former(factors="loads", speeds=("start", "stop"), speed_points="points")
+@bounded
 def relief(
     source: "Source",
     *,

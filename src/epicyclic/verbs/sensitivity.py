@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .parsing import frequency
-from .record import Option, Progress, Verb
+from .record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "sensitivity"]
 
 
+@bounded
 def sensitivity(
     source: "Source",
     *,

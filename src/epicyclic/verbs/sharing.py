@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import Cycles, Of, RelativeSpeed, Samples, Turns
-from .record import Option, Progress, Verb
+from .record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "sharing"]
 
 
+@bounded
 def sharing(
     source: "Source",
     *,

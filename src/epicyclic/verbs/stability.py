@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from ..errors import ModelError
 from .options import FrameSpeed, MeshFrequencies, RelativeSpeeds, Start, Stop
 from .parsing import spread
-from .record import Option, Verb, given, refuse_without
+from .record import Option, Verb, bounded, given, refuse_without
 from .speeds import mesh_frequencies, train_and_system
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "stability"]
 
 
+@bounded
 def stability(
     source: "Source",
     *,

@@ -4,7 +4,7 @@ import warnings
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import FrameSpeed, MeshFrequencies, RelativeSpeeds, ShaftOrders, ShaftTones, Start, Stop
-from .record import Option, Verb, former, given, refuse_without
+from .record import Option, Verb, bounded, former, given, refuse_without
 from .speeds import mesh_frequencies, train_and_system
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ __all__ = ["VERB", "sweep"]
 
 
 @former(slow_tones="shaft_tones")
+@bounded
 def sweep(
     source: "Source",
     *,
@@ -69,7 +70,7 @@ def sweep(
     refuse_without(contact_loss, "contact loss", unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones)
     refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance, compiled=compiled)
     if unstable == "tell":
-        warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=3)
+        warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=4)
         unstable = "report"
     train, system = train_and_system(source, overrides)
     if start is not None or stop is not None or points is not None:

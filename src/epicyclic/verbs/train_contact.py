@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from .options import Corner, LinearAt, Of, Slices, Turns
 from .parsing import loads_of
-from .record import Option, Progress, Verb, former
+from .record import Option, Progress, Verb, bounded, former
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +16,7 @@ __all__ = ["VERB", "train_contact"]
 
 
 @former(factors="loads")
+@bounded
 def train_contact(
     source: "Source",
     *,

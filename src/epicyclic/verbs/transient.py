@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from ..errors import ModelError
 from .parsing import frequency, seconds
 from .parsing import torque_step as step_of
-from .record import Option, Progress, Verb
+from .record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,6 +22,7 @@ __all__ = ["VERB", "transient"]
 _STATES = ("equilibrium", "rest")
 
 
+@bounded
 def transient(
     source: "Source",
     *,
@@ -81,7 +82,7 @@ def transient(
     from ..studies.source import system_of
 
     if _is_state(start):
-        warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=2)
+        warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=3)
         start, initial = None, start  # type: ignore[assignment]
     if resume and folder is None:
         raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")
