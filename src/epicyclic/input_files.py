@@ -13,13 +13,14 @@ __all__ = ["read_bytes", "read_text"]
 _TOO_LARGE = "too large"
 
 
-def read_bytes(file: str | Path, *, most: int, path: str = "", allowed: str = "") -> bytes:
+def read_bytes(file: str | Path, *, most: int, path: str = "", given: str = "", allowed: str = "") -> bytes:
     """The bytes of a regular file.
 
     Parameters
     ----------
     file : the file.  most : bytes it may have.
-    path : where it is named, for an error; the file itself where empty.  allowed : what may stand there.
+    path : where it is named, for an error; the file itself where empty.  given : how it is named there.
+    allowed : what may stand there.
 
     Raises
     ------
@@ -39,7 +40,7 @@ def read_bytes(file: str | Path, *, most: int, path: str = "", allowed: str = ""
     if len(raw) > most:
         problem = _TOO_LARGE
     if problem:
-        raise _refused(problem, file, path, f"at most {most} bytes" if problem == _TOO_LARGE else allowed)
+        raise _refused(problem, given or file, path, f"at most {most} bytes" if problem == _TOO_LARGE else allowed)
     return raw
 
 
@@ -58,16 +59,16 @@ def _refused(problem: str, file: str | Path, path: str, allowed: str) -> ModelEr
     return ModelError(problem, path=str(file), allowed=allowed)
 
 
-def read_text(file: str | Path, *, most: int, path: str = "", allowed: str = "") -> str:
+def read_text(file: str | Path, *, most: int, path: str = "", given: str = "", allowed: str = "") -> str:
     """The text of a regular file in UTF-8, with or without byte order mark; parameters as of `read_bytes`.
 
     Raises
     ------
     ModelError : as of `read_bytes`, or no UTF-8.
     """
-    raw = read_bytes(file, most=most, path=path, allowed=allowed)
+    raw = read_bytes(file, most=most, path=path, given=given, allowed=allowed)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw[: error.start].count(b"\n") + 1
-        raise _refused(f"is not a text file (UTF-8), line {line}", file, path, allowed) from None
+        raise _refused(f"is not a text file (UTF-8), line {line}", given or file, path, allowed) from None

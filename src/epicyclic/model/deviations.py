@@ -137,7 +137,7 @@ def _read_pitch_list(value: Any, path: str, allowed: str, folder: Path | None) -
 def _read_csv(name: str, path: str, folder: Path | None) -> tuple[float, ...]:
     """Last column of a CSV file [m]; a heading like `pitch [um]` names its unit. Raises ModelError."""
     allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
-    lines = read_text((folder or Path()) / name, most=_MAX_BYTES, path=path, allowed=allowed).splitlines()
+    lines = read_text((folder or Path()) / name, most=_MAX_BYTES, path=path, given=name, allowed=allowed).splitlines()
     cells = [line.split(",")[-1].strip() for line in lines if line.strip() and not line.startswith("#")]
     scale: float | None = 1.0
     if cells and cells[0].endswith("]") and "[" in cells[0]:

@@ -69,7 +69,7 @@ def _lines(name: str, path: str, folder: Path | None) -> list[tuple[int, str]]:
     """Return the lines of a file with their numbers, empty and # lines left out."""
     file = (folder or Path()) / name
     allowed = f"a CSV file beside the model file: {_HEADING}"
-    text = read_text(file, most=_MAX_BYTES, path=path, allowed=allowed)
+    text = read_text(file, most=_MAX_BYTES, path=path, given=name, allowed=allowed)
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1)]
     kept = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not kept:

@@ -13,7 +13,7 @@ __all__ = ["REMOVE", "PlainTable", "clean", "dotted_line", "leaves", "merge", "n
 
 PlainTable = dict[str, Any]
 MAX_DEPTH = 24
-# points of dotted keys in one line: tomllib takes time as the square of their number, and 24 levels are all there may be
+# points of dotted keys in one line: tomllib takes time as the square of their number, and there are 24 levels at most
 _MAX_POINTS = 300
 _POINT = re.compile(r"""\.[ \t]*["'A-Za-z_-]|\.[ \t]*\d+[ \t]*\.""")
 # no line of text needs them, and a terminal takes them as orders

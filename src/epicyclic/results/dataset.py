@@ -17,6 +17,7 @@ import pandas as pd
 import xarray as xr
 
 from ..errors import ModelError
+from .sealed_file import require_contained, seal, sealed_file
 from .variables import VARIABLES
 from .whole_file import whole_file
 
@@ -89,7 +90,11 @@ def to_json(result: xr.Dataset) -> str:
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
     """Write a Dataset to a netCDF-4 file; complex variables become a trailing ``part`` dimension (real, imaginary).
 
-    The file appears whole or not at all.
+    The file appears whole or not at all, and ends with a digest of what is in it.
+
+    Raises
+    ------
+    ModelError : the file cannot be written.
     """
     target = Path(path)
     flat = _real(result)
@@ -101,6 +106,7 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
     image = flat.to_netcdf(engine="h5netcdf")
     with whole_file(target) as file:
         file.write(image)
+        file.write(seal(image))
     return target
 
 
@@ -116,14 +122,26 @@ def _real(result: xr.Dataset) -> xr.Dataset:
 
 
 def load_result(path: str | Path) -> xr.Dataset:
-    """Reopen what `save_result` wrote, equal to the Dataset that was saved."""
-    if not Path(path).is_file():
-        raise ModelError("no such file", path=str(path))
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            flat = file.load()
-    except (OSError, ValueError) as error:
-        raise ModelError(f"not a result file: {error}", path=str(path)) from error
+    """Reopen what `save_result` wrote, equal to the Dataset that was saved.
+
+    Raises
+    ------
+    ModelError : no such file, no result, a damaged one, or one whose data lie in other files.
+    """
+    with sealed_file(path) as file:
+        # a file of an earlier version has no digest: whatever a library meets in a damaged one is the file's fault
+        try:
+            require_contained(file)
+            with xr.open_dataset(file, engine="h5netcdf") as opened:
+                return _as_saved(opened.load())
+        except ModelError as error:
+            raise ModelError(error.problem, path=str(path), allowed=error.allowed) from None
+        except Exception as error:
+            raise ModelError(f"not a result file: {error}", path=str(path)) from error
+
+
+def _as_saved(flat: xr.Dataset) -> xr.Dataset:
+    """The Dataset with its complex numbers and truth values again."""
     result = flat.copy()
     for name in list(flat.variables):
         attrs = dict(flat[name].attrs)

@@ -10,10 +10,12 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 __all__ = [
+    "MOST_SPEED",
     "Corner",
     "Cycles",
     "FrameSpeed",
     "LinearAt",
+    "LoadPoints",
     "MeshFrequencies",
     "Misalignment",
     "Of",
@@ -28,8 +30,15 @@ __all__ = [
     "Turns",
 ]
 
+# beyond any drive; squares of much more are no numbers
+MOST_SPEED = 10_000
+# mesh cycles or turns, and instants of one: what they cost together is asked where the train is known
+_MOST_CYCLES, _MOST_SAMPLES = 10**12, 1_000_000
+
 # one speed
-RelativeSpeed = Annotated[float, Option("Speed per operating speed; 0 is standstill, 1 the operating point.")]
+RelativeSpeed = Annotated[
+    float, Option("Speed per operating speed; 0 is standstill, 1 the operating point.", least=0, most=MOST_SPEED)
+]
 
 # ranges of speed
 Start = Annotated[
@@ -46,10 +55,14 @@ FrameSpeed = Annotated[
 ]
 
 # records
-Cycles = Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, default="chosen")]
-Turns = Annotated[int | None, Option("Length in turns of a body (--of).", least=1, default="chosen")]
+Cycles = Annotated[
+    int | None, Option("Length of the record in mesh cycles.", least=1, most=_MOST_CYCLES, default="chosen")
+]
+Turns = Annotated[int | None, Option("Length in turns of a body (--of).", least=1, most=_MOST_CYCLES, default="chosen")]
 Of = Annotated[str | None, Option("Count turns of this body, e.g. main/sun.", metavar="BODY")]
-Samples = Annotated[int | None, Option("Instants per mesh cycle or turn.", least=1, default="chosen")]
+Samples = Annotated[
+    int | None, Option("Instants per mesh cycle or turn.", least=1, most=_MOST_SAMPLES, default="chosen")
+]
 
 # shaft orders
 ShaftOrders = Annotated[bool, Option("Count run-outs and other shaft orders between the mesh orders.")]
@@ -59,9 +72,10 @@ ShaftTones = Annotated[
 ]
 
 # loaded teeth
+LoadPoints = Annotated[int | None, Option("Number of loads in a range (--loads).", least=1, most=10_000, default="7")]
 Slices = Annotated[int, Option("Pieces of each face.", least=1, most=1000)]
 Corner = Annotated[bool, Option("Let tips bear beyond the path of contact.")]
 LinearAt = Annotated[
-    float | None, Option("Load per length [N/m] at which the flanks' contact is made linear.", default="Hertz")
+    float | None, Option("Load per length [N/m] at which the flanks' contact is made linear.", above=0, default="Hertz")
 ]
 Misalignment = Annotated[float | str, Option('Of the flanks [rad], or e.g. "0.1 mrad"; positive opens the right end.')]

@@ -19,6 +19,7 @@ __all__ = ["ends", "frequency", "loads_of", "mesh_frequency", "seconds", "settin
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
 _SPEED = 'a positive mesh frequency, speed or share of the operating speed: "20 Hz", "0.6 kHz", "100 rpm", "50 %"'
+_MOST_LOAD = 10_000  # per operating load: beyond any drive; squares of much more are no numbers
 _HERTZ = {"Hz": 1.0, "kHz": 1e3}
 _SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 
@@ -126,6 +127,8 @@ def torque_step(value: tuple[float, float] | str) -> tuple[float, float]:
     found = re.fullmatch(rf"\s*{_NUMBER}\s*", factor)
     if found is None or not at:
         raise ModelError("not a torque step", path="torque_step", given=value, allowed='FACTOR@TIME, e.g. "1.5@0.2 s"')
+    if not abs(float(found[1])) <= _MOST_LOAD:
+        raise ModelError("the factor is out of range", path="torque_step", given=value, allowed=f"at most {_MOST_LOAD}")
     return float(found[1]), seconds(time, "torque_step")
 
 
@@ -160,18 +163,30 @@ def spread(text: str, points: int, path: str = "values") -> list[Any]:
     return [f"{value:.12g} {unit}" for value in numbers] if unit else numbers
 
 
-def loads_of(value: Sequence[float] | str, points: int) -> tuple[float, ...]:
-    """Relative loads [1] from numbers, or from a text ``0..1.5`` or ``0.5, 2``.
+def loads_of(value: Sequence[float] | str | None, points: int | None, default: int) -> tuple[float, ...] | None:
+    """Relative loads [1] from numbers, or from a text ``0..1.5`` or ``0.5, 2``; None stays None.
+
+    Parameters
+    ----------
+    points : number of loads of a range, `default` where None.
 
     Raises
     ------
-    ModelError : a text that is neither a range nor a list of numbers, or that has negative ones.
+    ModelError : a text that is neither a range nor a list of numbers, or that has negative ones; points without range.
     """
+    if points is not None and not (isinstance(value, str) and ".." in value):
+        raise ModelError(
+            "is the number of loads in a range", path="load_points", given=points, allowed='loads "0..1.5"'
+        )
+    if value is None:
+        return None
+    points = default if points is None else points
     if not isinstance(value, str):
         return tuple(value)
     found = spread(value, points, path="loads")
-    if any(isinstance(one, str) or one < 0 for one in found):
-        raise ModelError("relative loads", path="loads", given=value, allowed='"0..1.5" or "0.5, 2", 0 or more')
+    if any(isinstance(one, str) or not 0 <= one <= _MOST_LOAD for one in found):
+        allowed = f'"0..1.5" or "0.5, 2", 0 to {_MOST_LOAD}'
+        raise ModelError("relative loads", path="loads", given=value, allowed=allowed)
     return tuple(float(one) for one in found)
 
 

@@ -50,7 +50,8 @@ class Option:
     """What help, documentation and command line say of a keyword.
 
     help : one sentence.  flag : of the command line; empty: the keyword with dashes; None: keyword of Python alone.
-    least, most : bounds of a number, above : what it must be above.  default : in words, where the default is None.  metavar : of the value.
+    least, most : bounds of a number, above : what it must be above.
+    default : in words, where the default is None.  metavar : of the value.
     former : an old spelling of the flag, understood for one version with a warning.  hidden : left out of the help.
     """
 

@@ -44,7 +44,9 @@ def relief(
     loads: Annotated[
         Sequence[float] | str, Option('Loads of lte and load, relative: "0.5..1.25" or "0.5, 1".', default="1")
     ] = (1.0,),
-    load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=1000)] = 4,
+    load_points: Annotated[
+        int | None, Option("Number of loads in a range (--loads).", least=1, most=1000, default="4")
+    ] = None,
     start: Annotated[
         float | str | None,
         Option(
@@ -88,7 +90,7 @@ def relief(
         mesh=mesh,
         torque=torque,
         objectives=objectives,
-        factors=loads_of(loads, load_points),
+        factors=loads_of(loads, load_points, 4) or (),
         speeds=ends(start, stop),
         speed_points=points,
         population=population,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal
 
+from .options import MOST_SPEED
 from .parsing import frequency
 from .record import Option, Progress, Verb, bounded
 
@@ -36,10 +37,17 @@ def sensitivity(
         float | str | None,
         Option('Mesh frequency for forces [Hz], e.g. "0.6 kHz".', default="operating speed", former="--at"),
     ] = None,
-    harmonic: Annotated[int | None, Option("Amplitude of this mesh order in place of the RMS.", default="RMS")] = None,
+    harmonic: Annotated[
+        int | None, Option("Amplitude of this mesh order in place of the RMS.", least=1, most=1_000_000, default="RMS")
+    ] = None,
     relative_speed: Annotated[
         float | None,
-        Option("Speed per operating speed; gyroscopic terms for frequencies.", default="standstill; of forces 1"),
+        Option(
+            "Speed per operating speed; gyroscopic terms for frequencies.",
+            least=0,
+            most=MOST_SPEED,
+            default="standstill; of forces 1",
+        ),
     ] = None,
     progress: Progress | None = None,
 ) -> "xr.Dataset":

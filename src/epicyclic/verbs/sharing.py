@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import Cycles, Of, RelativeSpeed, Samples, Turns
+from ..errors import ModelError
+from .options import MOST_SPEED, Cycles, Of, Samples, Turns
 from .record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
@@ -25,9 +26,13 @@ def sharing(
     turns: Turns = None,
     of: Of = None,
     samples: Samples = None,
-    relative_speed: RelativeSpeed = 1.0,
+    relative_speed: Annotated[
+        float | None,
+        Option("Speed per operating speed, of a train that vibrates.", least=0, most=MOST_SPEED, default="1"),
+    ] = None,
     stored_cycles: Annotated[
-        int | None, Option("Mesh cycles of the forces kept in the result.", least=1, default="at most 64")
+        int | None,
+        Option("Mesh cycles of the forces kept in the result.", least=1, most=1_000_000, default="at most 64"),
     ] = None,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
@@ -37,6 +42,8 @@ def sharing(
     ------
     ModelError : the model or an option is wrong; no load; no damping.  ConvergenceError : the method did not converge.
     """
+    if method == "static" and relative_speed is not None:
+        raise ModelError("moves nothing at rest", path="relative_speed", given=relative_speed, allowed="another method")
     from ..analyses.sharing.sharing import sharing as run
     from ..studies.source import system_of
 
@@ -47,7 +54,7 @@ def sharing(
         turns=turns,
         of=of,
         samples=samples,
-        relative_speed=relative_speed,
+        relative_speed=1.0 if relative_speed is None else relative_speed,
         stored_cycles=stored_cycles,
         progress=progress,
     )

@@ -33,9 +33,9 @@ def stability(
     relative_speed: RelativeSpeeds = None,
     frame_speed: FrameSpeed = "kinematic",
     variation: Annotated[
-        float | None, Option("Factor of the stiffness variation of all meshes.", least=0, default="1")
+        float | None, Option("Factor of the stiffness variation of all meshes.", least=0, most=1000, default="1")
     ] = None,
-    damping: Annotated[float | None, Option("Factor of all damping.", least=0, default="1")] = None,
+    damping: Annotated[float | None, Option("Factor of all damping.", least=0, most=1000, default="1")] = None,
     over: Annotated[
         str | None,
         Option(

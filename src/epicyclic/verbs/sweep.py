@@ -35,7 +35,8 @@ def sweep(
         Option("Mesh orders whose amplitudes are reported, of linear contact.", least=1, most=100, default="12"),
     ] = None,
     tolerance: Annotated[
-        float | None, Option("Relative residual of the harmonics kept, of linear contact.", default="1e-6")
+        float | None,
+        Option("Relative residual of the harmonics kept, of linear contact.", least=1e-14, most=0.1, default="1e-6"),
     ] = None,
     compiled: Annotated[
         bool | None, Option("Solve by numba, of linear contact.", default="by the size of the job")

@@ -30,7 +30,7 @@ def transient(
     duration: Annotated[
         float | str | None, Option('Length of the run [s], or e.g. "0.5 s".', default="100 mesh cycles")
     ] = None,
-    cycles: Annotated[float | None, Option("Length in mesh cycles instead.", default="100")] = None,
+    cycles: Annotated[float | None, Option("Length in mesh cycles instead.", above=0, default="100")] = None,
     start: Annotated[
         float | str | None,
         Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', flag="--from", default="operating"),
@@ -62,7 +62,7 @@ def transient(
             former="--start",
         ),
     ] = "equilibrium",
-    samples: Annotated[int, Option("Instants per mesh cycle at the highest speed.", least=1)] = 32,
+    samples: Annotated[int, Option("Instants per mesh cycle at the highest speed.", least=1, most=1_000_000)] = 32,
     decimate: Annotated[int, Option("Keep every so many of them.", least=1)] = 1,
     contact: Annotated[Literal["unilateral", "linear"], Option("Teeth that part, or a linear model.")] = "unilateral",
     method: Annotated[Literal["rk4", "dop853", "radau"], Option("Fixed steps, or scipy's variable ones.")] = "rk4",

@@ -133,16 +133,7 @@ def _pieces(moving: Motion, plan: RunPlan, out: Array, done: int, size: int) -> 
         last = min(plan.count, (done // size + 1) * size)
         state, slider = out[done, : 2 * n].reshape(2, n), out[done, 2 * n :]
         if plan.method == "rk4" or scale is None:
-            found, sliders = rk4_states(
-                moving,
-                state,
-                slider=slider,
-                first=done * plan.keep,
-                begin=0.0,
-                step=plan.step,
-                keep=plan.keep,
-                samples=last - done,
-            )
+            found, sliders = _fixed_steps(moving, plan, state, slider, done, last)
         else:
             found, sliders = adaptive_states(
                 moving, state, plan.times(done, last), slider=slider, method=plan.method, scale=scale
@@ -151,6 +142,31 @@ def _pieces(moving: Motion, plan: RunPlan, out: Array, done: int, size: int) -> 
         out[done + 1 : last + 1, 2 * n :] = sliders
         done = last
         yield done
+
+
+def _fixed_steps(
+    moving: Motion, plan: RunPlan, state: Array, slider: Array, done: int, last: int
+) -> tuple[Array, Array]:
+    """Modal states (last - done, 2, n) and sliders (last - done, R) of samples done + 1 .. last, as of `rk4_states`.
+
+    Ctrl-C is heard between calls: where a sample alone has more steps than a piece, so is it within the sample.
+    """
+    first = done * plan.keep
+    if plan.keep <= _STEPS:
+        return rk4_states(
+            moving, state, slider=slider, first=first, begin=0.0, step=plan.step, keep=plan.keep, samples=last - done
+        )
+    found, sliders = np.full((last - done, *state.shape), np.nan), np.full((last - done, slider.size), np.nan)
+    for sample in range(last - done):
+        for begun in range(0, plan.keep, _STEPS):
+            steps = min(_STEPS, plan.keep - begun)
+            at = first + sample * plan.keep + begun
+            parts = rk4_states(moving, state, slider=slider, first=at, begin=0.0, step=plan.step, keep=steps, samples=1)
+            state, slider = parts[0][0], parts[1][0]
+            if not np.isfinite(state).all():
+                return found, sliders
+        found[sample], sliders[sample] = state, slider
+    return found, sliders
 
 
 def _run_pieces(
