@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from inspect import signature
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ..errors import ModelError
+from ..results.locked_folder import remove_folder
 from ..results.whole_file import write_text
 from ..verbs.record import Verb
 from .console import (
@@ -117,4 +117,4 @@ def _kept(verb: Verb, output: Path | None) -> Iterator[dict[str, Any]]:
         if any(folder.glob("*.npy")):
             complain(f"what is done is kept in {folder}; the same command with --resume continues it")
         raise
-    shutil.rmtree(folder, ignore_errors=True)
+    remove_folder(folder, "run.json equation.npz [0-9][0-9][0-9][0-9][0-9][0-9].npy")

@@ -38,7 +38,9 @@ def modulation(
         "Transfer | str | Path | None",
         Option("CSV file of frequency, gain or accelerance, and phase.", default="1 at every frequency"),
     ] = None,
-    through_planet: Annotated[float, Option("Share of the sun mesh's force that reaches the ring.", least=0, most=1000)] = 0.0,
+    through_planet: Annotated[
+        float, Option("Share of the sun mesh's force that reaches the ring.", least=0, most=1000)
+    ] = 0.0,
     mean_load: Annotated[bool, Option("Hear the mean load passing, too.")] = False,
     radius: Annotated[
         float | str | None,

@@ -1,27 +1,25 @@
 """A run in pieces with checkpoints: bounded memory, whole segments on disk, resumed to the same bits.
 
-Every segment is written aside and renamed, so that none is ever partly there.  A state is flat here: modal y, y' and
+A state is flat here: modal y, y' and
 the sliders of Coulomb friction.
 """
 
 from __future__ import annotations
 
-import json
-import shutil
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...errors import ModelError
-from ...results.whole_file import whole_file, write_text
+from ...results.locked_folder import locked_folder
 from ...system.system import Array
 from .integrators import adaptive_states, modal_scale, rk4_states
-from .kept import question, read_numbers, with_numbers, write_numbers
+from .kept import question
 from .motion import Motion
+from .store import Begun, Store, open_store
 
 __all__ = ["METHODS", "Method", "RunPlan", "RunRecord", "run"]
 
@@ -31,7 +29,6 @@ METHODS = ("rk4", "dop853", "radau")
 _STEPS = 40_000
 # Numbers of a piece [8 bytes], and pieces of a segment on disk.
 _NUMBERS, _PIECES = 500_000, 8
-_ABOUT, _EQUATION = "run.json", "equation.npz"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,17 +68,6 @@ class RunRecord:
     sliders: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Begun:
-    """All numbers a run depends on: equation, start (2, n) modal and sliders (R,), and lengths of its plan."""
-
-    moving: Motion
-    state: Array
-    slider: Array
-    step: float
-    steps: NDArray[np.int64]
-
-
 def run(
     moving: Motion,
     plan: RunPlan,
@@ -103,14 +89,31 @@ def run(
 
     Raises
     ------
-    ModelError : as of `open_store` and `kept.with_numbers`.
+    ModelError : another run writes to the folder; as of `store.open_store` and `kept.with_numbers`.
     """
-    begun = _Begun(moving=moving, state=state, slider=slider, step=plan.step, steps=np.array([plan.keep, plan.count]))
+    with nullcontext() if folder is None else locked_folder(folder):
+        return _run(moving, plan, state, slider, folder=folder, asked=asked, resume=resume, progress=progress)
+
+
+def _run(
+    moving: Motion,
+    plan: RunPlan,
+    state: Array,
+    slider: Array,
+    *,
+    folder: Path | None,
+    asked: Mapping[str, object] | None,
+    resume: bool,
+    progress: Callable[[float], None] | None,
+) -> RunRecord:
+    """`run` of a folder that is locked."""
+    begun = Begun(moving=moving, state=state, slider=slider, step=plan.step, steps=np.array([plan.keep, plan.count]))
     store, parts = None, list[Array]()
     if folder is not None:
         store = open_store(folder, question(moving.system, {"method": plan.method, **(asked or {})}), resume=resume)
-        begun, parts = store.begun(begun), store.segments()
+        begun = store.begun(begun)
         keep, count = map(int, begun.steps)
+        parts = store.segments(width=begun.state.size + begun.slider.size, most=count)
         moving, plan = begun.moving, replace(plan, step=begun.step, keep=keep, count=count)
     begin = np.concatenate([begun.state.ravel(), begun.slider])
     size = max(1, min(plan.piece, _NUMBERS // begin.size))
@@ -194,90 +197,3 @@ def _run_pieces(
     finally:
         if store is not None and done > written:
             store.add(number, out[written + 1 : done + 1])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Store:
-    """A folder with the numbers of a run and its segments 000000.npy, 000001.npy, ... of flat states (K, 2 n + R)."""
-
-    folder: Path
-
-    def begun(self, given: _Begun) -> _Begun:
-        """The numbers the run was begun with: those kept in the folder, else the given ones, which are written there.
-
-        Raises
-        ------
-        ModelError : the kept ones are of another model, or cannot be read.
-        """
-        path = self.folder / _EQUATION
-        if path.is_file():
-            return with_numbers(given, read_numbers(path), compared=".moving.system.", path=path)
-        if self._path(0).is_file():
-            raise ModelError("not a run that can be continued", path=str(path))
-        write_numbers(path, given)
-        return given
-
-    def segments(self) -> list[Array]:
-        """The segments that are there, (K, 2 n + R) each, without a gap.
-
-        Raises
-        ------
-        ModelError : one of them cannot be read.
-        """
-        found: list[Array] = []
-        while (path := self._path(len(found))).is_file():
-            try:
-                found.append(np.load(path, allow_pickle=False))
-            except (OSError, ValueError, EOFError) as error:
-                raise ModelError(f"not a segment of a run: {error}", path=str(path)) from error
-        return found
-
-    def add(self, number: int, states: Array) -> None:
-        """Write a segment (K, 2 n + R) whole or not at all."""
-        with whole_file(self._path(number)) as file:
-            np.save(file, states, allow_pickle=False)
-
-    def remove(self) -> None:
-        """Delete the folder and what is in it."""
-        shutil.rmtree(self.folder, ignore_errors=True)
-
-    def _path(self, number: int) -> Path:
-        return self.folder / f"{number:06d}.npy"
-
-
-def open_store(folder: Path, run: str, *, resume: bool) -> Store:
-    """The store of a run, made or taken up again.
-
-    Parameters
-    ----------
-    run : `kept.question` of the run.  resume : whether segments that lie there are wanted.
-
-    Raises
-    ------
-    ModelError : segments lie there and are not asked for, or are of another run; or the folder cannot be written.
-    """
-    about = folder / _ABOUT
-    begun = (folder / f"{0:06d}.npy").is_file()
-    if about.is_file() and (begun or resume):
-        if not resume:
-            raise ModelError("an interrupted run lies there", path=str(folder), allowed="resume, or delete the folder")
-        try:
-            known = json.loads(about.read_text(encoding="utf-8"))["run"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise ModelError("not a run that can be continued", path=str(about)) from error
-        if known != run:
-            raise ModelError(
-                "the run that lies there has another model, other options or another start",
-                path=str(folder),
-                allowed="the command it was begun with, or delete the folder",
-            )
-    elif folder.exists() and not about.is_file() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder")
-    else:
-        try:
-            folder.mkdir(exist_ok=True)
-            (folder / _EQUATION).unlink(missing_ok=True)  # of a run that has not come to its first segment
-            write_text(about, json.dumps({"run": run}))
-        except OSError as error:
-            raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
-    return Store(folder=folder)
