@@ -36,7 +36,7 @@ Table = dict[str, Any]
 # seconds that check, modes and sharing of one mutated file may take together
 _PATIENCE = 60
 
-# model files -----------------------------------------------------------------------------------------------------------
+# model files ----------------------------------------------------------------------------------------------------------
 
 _VALUES: tuple[Any, ...] = (
     *(
@@ -217,7 +217,7 @@ def mutations(count: int, seed: int = 1, *, report: Callable[[str], None] = prin
     return found
 
 
-# result files ----------------------------------------------------------------------------------------------------------
+# result files ---------------------------------------------------------------------------------------------------------
 
 
 def damaged_file(raw: bytes, rng: random.Random) -> bytes:
@@ -266,7 +266,7 @@ def damages(count: int, folder: Path, seed: int = 1) -> Counter[str]:
     return found
 
 
-# kills and races -------------------------------------------------------------------------------------------------------
+# kills and races ------------------------------------------------------------------------------------------------------
 
 # every way in which a command writes a file: arguments, the file, and its options
 COMMANDS: dict[str, tuple[str, ...]] = {
@@ -328,7 +328,7 @@ def _again(arguments: tuple[str, ...], folder: Path) -> tuple[str, ...]:
 
 
 def kills(count: int, seed: int = 1) -> Counter[str]:
-    """Commands killed at random times: whether what was there, or the whole new file, is there, and a next run works."""
+    """Commands killed at random times: whether the old file or the whole new one is there, and a next run works."""
     rng, found, lasts = random.Random(seed), Counter[str](), dict[str, float]()
     for number in range(count):
         name = list(COMMANDS)[number % len(COMMANDS)]
