@@ -352,5 +352,5 @@ def test_mutated_model_files_are_read_or_refused() -> None:
     told: list[str] = []
     found = hardening.mutations(60, seed=3, report=told.append)
     assert found["fault"] == 0, told
-    assert found["modes answered"] > 10
+    assert found["modes answered"] > 5
     assert found["load refused"] > 15

@@ -33,6 +33,7 @@ __all__ = ["FILES", "run_verb"]
 
 FILES = (".nc", ".json", ".html")
 STOPPED = 130
+_OWN = "run.json equation.npz [0-9][0-9][0-9][0-9][0-9][0-9].npy"  # files of a run in its folder
 
 
 def run_verb(
@@ -113,8 +114,10 @@ def _kept(verb: Verb, output: Path | None) -> Iterator[dict[str, Any]]:
         return
     try:
         yield {"folder": folder}
-    except KeyboardInterrupt:
-        if any(folder.glob("*.npy")):
+    except (KeyboardInterrupt, ModelError) as error:
+        if not any(folder.glob("*.npy")):
+            remove_folder(folder, _OWN)  # nothing to go on from
+        elif isinstance(error, KeyboardInterrupt) or error.problem.startswith("cannot be written"):
             complain(f"what is done is kept in {folder}; the same command with --resume continues it")
         raise
-    remove_folder(folder, "run.json equation.npz [0-9][0-9][0-9][0-9][0-9][0-9].npy")
+    remove_folder(folder, _OWN)

@@ -16,6 +16,8 @@ __all__ = ["Modal", "mean_modes", "modal_form", "modal_weights"]
 # A rigid mode's eigenvalue is rounding, about n eps max(omega^2); an elastic one of a gear train stays far above
 # (20 Hz beside 20 kHz is 1e-6).
 _RIGID = 1e-11
+# Squared frequencies above are of no train [rad^2/s^2]; products of shapes with so little mass are no numbers.
+_HIGHEST = 1e40
 
 
 def mean_modes(system: System) -> tuple[Array, Array]:
@@ -31,7 +33,7 @@ def mean_modes(system: System) -> tuple[Array, Array]:
 
     Raises
     ------
-    ModelError : a coordinate has no mass, or the mean stiffness has a negative eigenvalue.
+    ModelError : a coordinate has no mass, or next to none; the mean stiffness has a negative eigenvalue.
     """
     stiffness = system.mean_stiffness
     try:
@@ -40,6 +42,9 @@ def mean_modes(system: System) -> tuple[Array, Array]:
         raise ModelError(f"the mass matrix is not positive definite{_massless(system)}") from error
     except ValueError as error:
         raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
+    if not (np.isfinite(shapes).all() and np.all(np.abs(squared) < _HIGHEST)):
+        lightest = system.dofs.names[int(np.argmin(np.diag(system.M)))]
+        raise ModelError(f"masses and stiffnesses are too far apart for modes; least mass or inertia on {lightest}")
     noise = _RIGID * float(np.max(np.abs(squared), initial=0.0))
     if squared.size and squared[0] < -noise:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
