@@ -112,9 +112,7 @@ def _branch(
     own = arclength_unit(1.0, 2.4, start.y)
     started = time.process_time()
     points = branch(
-        refinement,
         given,
-        HARMONICS,
         start,
         low=1.0,
         high=2.4,

@@ -9,7 +9,7 @@ import epicyclic
 from epicyclic.show.figures.contact_sweep import contact_sweep
 
 MODEL = {
-    "format": 1,
+    "format": 2,
     "title": "A spur planetary reducer, lightly loaded",
     "damping": {"modal": 0.02},
     "stages": {

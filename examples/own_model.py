@@ -5,7 +5,7 @@ from typing import Any
 import epicyclic
 
 MODEL: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "A planetary reducer with a floating sun",
     "damping": {"modal": 0.03},
     "stages": {

@@ -109,6 +109,8 @@ def test_wrong_usage_is_status_2(command: Command, arguments: tuple[str, ...]) -
         (("check", "lin1999-n4", "--set", "stages.main.sun.teeth=-3"), "stages.main.sun.teeth"),
         (("check", "lin1999-n4", "--set", "stages.main.sun.tooth=3"), "teeth"),
         (("check", "lin1999-n4", "--set", "nothing"), "PATH=VALUE"),
+        (("check", "lin1999-n4", "--set", "stages.main.sun.mass=0.8"), '"0.8 kg"?'),
+        (("contact", "ren2021", "--torque", "100"), '"100 N m"?'),
         (("modes", "lin1999-n4", "-o", "result.txt"), ".nc"),
         (("modes", "lin1999-n4", "-o", "nowhere/result.nc"), "nowhere"),
         (("sharing", "lin1999-n4"), ""),
@@ -117,7 +119,8 @@ def test_wrong_usage_is_status_2(command: Command, arguments: tuple[str, ...]) -
         (("sweep", "ren2021", "--from", "20 min"), "--from"),
         (("sweep", "ren2021", "--from", "-20 rpm"), "--from"),
         (("sweep", "lin1999-n4", "--from", "20 rpm"), "operation.speed"),
-        (("sweep", "ren2021", "--from", "600", "--to", "20"), "600"),
+        (("sweep", "ren2021", "--from", "600 Hz", "--to", "20 Hz"), "600"),
+        (("sweep", "ren2021", "--from", "20", "--to", "600 Hz"), '"20 Hz"?'),
         (("report", "ren2021", "-o", "report.pdf"), ".html"),
         (("schema", "-o", "schema.txt"), ".json"),
     ],
@@ -309,6 +312,6 @@ def test_an_old_flag_is_understood_and_told(command: Command) -> None:
 
 
 def test_errors_name_flags(command: Command) -> None:
-    assert "--from, --to = 600 Hz to 20 Hz" in command("sweep", "ren2021", "--from", "600", "--to", "20").err
+    assert "--from, --to = 600 Hz to 20 Hz" in command("sweep", "ren2021", "--from", "600 Hz", "--to", "20 Hz").err
     assert "--unstable = ignore: goes with contact loss" in command("sweep", "ren2021", "--unstable", "ignore").err
     assert "--set = nothing" in command("check", "ren2021", "--set", "nothing").err

@@ -57,7 +57,7 @@ def test_track_tells_where_modes_meet(tmp_path: Path) -> None:
         "--over",
         PINS,
         "--from",
-        "5e7",
+        "5e7 N/m",
         "--to",
         "1e9 N/m",
         "--points",
@@ -82,6 +82,7 @@ def test_track_tells_where_modes_meet(tmp_path: Path) -> None:
         (["sensitivity", "lin1999-n4", "--of", "force"], "no damping"),
         (["track", "ren2021", "--over", "stages.main.sun.teeth"], "whole number"),
         (["track", "ren2021", "--over", PINS, "--from", "1 kg"], "not a value"),
+        (["track", "ren2021", "--over", PINS, "--from", "5e7"], '--from = 5e7: a number without a unit: "5e7 N/m"?'),
     ],
 )
 def test_bad_input_ends_with_status_2(words: list[str], message: str) -> None:

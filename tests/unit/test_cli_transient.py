@@ -33,7 +33,9 @@ def test_a_table(capsys: pytest.CaptureFixture[str]) -> None:
 def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     first, second = tmp_path / "first.nc", tmp_path / "second.nc"
     assert run(capsys, "ren2021", "--cycles", "2", "--from", "20 Hz", "--to", "0.03 kHz", "-o", str(first))[0] == 0
-    assert run(capsys, "ren2021", "--cycles", "2", "--from", "30", "--initial", str(first), "-o", str(second))[0] == 0
+    assert (
+        run(capsys, "ren2021", "--cycles", "2", "--from", "30 Hz", "--initial", str(first), "-o", str(second))[0] == 0
+    )
     one, two = epicyclic.load_result(first), epicyclic.load_result(second)
     assert float(one.mesh_frequency[-1]) == pytest.approx(30, rel=1e-12)
     assert abs(one.displacement[:, -1] - two.displacement[:, 0]).max() < 1e-12 * abs(one.displacement).max() + 1e-18
@@ -50,7 +52,8 @@ def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str]
         (["--duration", "soon"], "--duration = soon: not a time"),
         (["--duration", "0 s"], "--duration = 0.0: out of range"),
         (["--to", "20 Hz"], "--to = 20 Hz: needs the frequency at the beginning too"),
-        (["--from", "-3"], "--from = -3: not a frequency"),
+        (["--from", "-3 Hz"], "--from = -3 Hz: not a frequency"),
+        (["--from", "-3"], '--from = -3: a number without a unit: "-3 Hz"?'),
         (["--torque-step", "1.5"], "--torque-step = 1.5: not a torque step"),
         (["--torque-step", "x@1"], "not a torque step"),
         (["--torque-step", "1.5.5@1"], "not a torque step"),

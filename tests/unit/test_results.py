@@ -68,3 +68,20 @@ def test_files_that_cannot_be_read_or_written(result: xr.Dataset, tmp_path: Path
         load_result(tmp_path / "text.nc")
     with pytest.raises(ModelError, match="cannot be written"):
         save_result(result, tmp_path / "no" / "folder" / "result.nc")
+
+
+@pytest.mark.parametrize("name", ["modes.csv", "modes", "modes.html", "modes.h5", "modes.NC.txt"])
+def test_a_suffix_that_is_no_result_file_is_refused(result: xr.Dataset, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ModelError, match=r"allowed: \.nc or \.json") as error:
+        save_result(result, tmp_path / name)
+    assert name in str(error.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_json_file_reopens_equal(result: xr.Dataset, tmp_path: Path) -> None:
+    path = save_result(result, tmp_path / "result.JSON")
+    assert json.loads(path.read_text(encoding="utf-8")) == json.loads(to_json(result))
+    xr.testing.assert_identical(load_result(path), result)
+    (tmp_path / "wrong.json").write_text('{"a": 1}', encoding="utf-8")
+    with pytest.raises(ModelError, match="not a result file"):
+        load_result(tmp_path / "wrong.json")

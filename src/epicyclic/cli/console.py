@@ -14,7 +14,7 @@ from typing import Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
-from ..results.whole_file import require_writable, write_text
+from ..results.whole_file import require_writable
 
 __all__ = [
     "complain",
@@ -162,19 +162,14 @@ def write_result(result: Any, path: Path) -> None:
     ------
     ModelError : it cannot be written.
     """
-    kind = path.suffix.lower()
-    if kind == ".nc":
-        from ..results.dataset import save_result
-
-        save_result(result, path)
-    elif kind == ".json":
-        from ..results.dataset import to_json
-
-        write_text(path, to_json(result) + "\n")
-    else:
+    if path.suffix.lower() == ".html":
         from ..show.report import write_report
 
         write_report(path, {str(result.attrs["verb"]): result})
+    else:
+        from ..results.dataset import save_result
+
+        save_result(result, path)
     complain(f"written: {path}")
 
 

@@ -68,13 +68,13 @@ def check(
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
-    from ..model.toml_writer import to_toml
+    from ..model.model_writer import model_text
     from ..resolve import load
     from ..resolve.resolved_document import resolved_document
 
     if output is not None:
         target_of(output, (".toml",))
-    text = to_toml(resolved_document(load(model, overrides=parsed_overrides(sets))))
+    text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets))))
     if output is None:
         _print_file(text)
     else:

@@ -9,15 +9,18 @@ messages, JSON Schema and the page read these fields. The effect of a kind on th
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import Field, WithJsonSchema, model_validator
+from pydantic import Field, GetJsonSchemaHandler, ValidationInfo, model_validator
+from pydantic_core import CoreSchema
 
 from ..errors import ModelError
 from ..input_files import read_text
+from .bare_numbers import SMALL
 from .schema_fields import PerPlanet, SchemaTable, Unit, key
 from .units import factor
 
@@ -36,8 +39,9 @@ __all__ = [
     "kind_of",
 ]
 
-Error = Annotated[PerPlanet, Unit("length", many=True)]
+Error = Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)]
 Angle = Annotated[PerPlanet, Unit("angle", many=True)]
+_QUANTITY = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
 PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or one for all, one entry for each tooth
 
 
@@ -112,30 +116,40 @@ class UnbalanceTable(SchemaTable):
 # pitch deviations ----------------------------------------------------------------------------------------------------
 
 
-def _read_pitch(value: Any, member: str, folder: Path | None) -> PitchLists:
-    """Cumulative pitch deviations [m], one tuple for each planet or one for all.
+class PitchUnit(Unit):
+    """Annotation of a list of lengths, or of a list of such lists."""
 
-    value : list [m], name of a CSV file in `folder`, or a list of either.  Raises ModelError.
-    """
+    def read(self, value: object, info: ValidationInfo[Any] | None = None) -> PitchLists:
+        """Return the lists [m], one for each planet or one for all."""
+        several = isinstance(value, (list, tuple)) and bool(value) and all(map(_is_row, value))
+        rows = [Unit.read(self, row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
+        return tuple(tuple(row) for row in rows)  # type: ignore[arg-type]
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        lists = [*self.forms("length"), {"type": "string", "pattern": r"\.[A-Za-z0-9]+$"}]
+        several = {"type": "array", "items": {"anyOf": lists}, "minItems": 1}
+        return {"anyOf": [*lists, several], "x-quantity": self.describe()}
+
+
+def _is_row(value: object) -> bool:
+    return isinstance(value, (list, tuple)) or (isinstance(value, str) and value.lstrip().startswith("["))
+
+
+def _read_files(value: Any, member: str, folder: Path | None) -> Any:
+    """Return a list of pitch deviations, or a list of such lists, with CSV files read. Raises ModelError."""
     path = f"deviations.{member}.pitch"
-    allowed = "a list [m], a CSV file, or a list of either, one per planet"
-    several = isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value)
-    return tuple(_read_pitch_list(v, path, allowed, folder) for v in (value if several else [value]))
+    if isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value):
+        return [_read_csv(v, path, folder) if _is_file(v) else v for v in value]
+    return _read_csv(value, path, folder) if _is_file(value) else value
 
 
-def _read_pitch_list(value: Any, path: str, allowed: str, folder: Path | None) -> tuple[float, ...]:
-    """Cumulative pitch deviations [m] of one gear, from a list or a CSV file. Raises ModelError."""
-    if isinstance(value, str):
-        return _read_csv(value, path, folder)
-    if not isinstance(value, list) or not value:
-        raise ModelError("not a list of pitch deviations", path=path, given=value, allowed=allowed)
-    if not all(isinstance(v, (int, float)) and not isinstance(v, bool) and abs(v) < 1 for v in value):
-        raise ModelError("not lengths in m", path=path, given=value, allowed="numbers in m, below 1 m")
-    return tuple(float(v) for v in value)
+def _is_file(value: object) -> bool:
+    """Return whether a text is the name of a file: neither a list nor a number with its unit."""
+    return isinstance(value, str) and not value.lstrip().startswith("[") and not _QUANTITY.match(value)
 
 
-def _read_csv(name: str, path: str, folder: Path | None) -> tuple[float, ...]:
-    """Last column of a CSV file [m]; a heading like `pitch [um]` names its unit. Raises ModelError."""
+def _read_csv(name: str, path: str, folder: Path | None) -> str:
+    """Return the last column of a CSV file as a list in m; a heading like `pitch [um]` names its unit."""
     allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
     lines = read_text((folder or Path()) / name, most=_MAX_BYTES, path=path, given=name, allowed=allowed).splitlines()
     cells = [line.split(",")[-1].strip() for line in lines if line.strip() and not line.startswith("#")]
@@ -149,7 +163,7 @@ def _read_csv(name: str, path: str, folder: Path | None) -> tuple[float, ...]:
         raise ModelError("not a table of numbers", path=path, given=name, allowed=allowed) from None
     if scale is None or not numbers or not all(abs(v * scale) < 1 for v in numbers):
         raise ModelError("not lengths", path=path, given=name, allowed=allowed)
-    return tuple(v * scale for v in numbers)
+    return f"[{', '.join(repr(v * scale) for v in numbers)}] m"
 
 
 def _check_pitch(path: str, pitch: PitchLists, teeth: int | None, planets: int) -> None:
@@ -175,11 +189,11 @@ class MemberDeviationsTable(SchemaTable):
     tilt: TiltTable | None = key(None, "misalignment; stands still in what carries the member")
     pitch: Annotated[
         PitchLists | None,
-        DeviationKind(read=_read_pitch, check=_check_pitch),
-        WithJsonSchema({"type": ["array", "string"]}),
+        PitchUnit("length", low=-1, high=1, lists=True, likely=SMALL),
+        DeviationKind(read=_read_files, check=_check_pitch),
     ] = key(
         None,
-        "measured cumulative pitch deviations [m], one per tooth, positive = material missing; one list, or one per "
+        "measured cumulative pitch deviations, one per tooth, positive = material missing; one list, or one per "
         "planet; or the name of a CSV file",
     )
     unbalance: UnbalanceTable | None = key(None, "unbalance; turns with the member")

@@ -10,24 +10,20 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from pydantic import ValidationError
-
 from ..errors import ModelError
 from ..input_files import read_bytes
-from .assumptions import check_assumed, check_tolerance, still_assumed
-from .checks import check
+from .assumptions import check_assumed, still_assumed
 from .force_files import with_files
-from .names import Names, check_names, collect, nearest
-from .normalise import normalise
-from .overrides import check_alternatives, layer_of, replace_alternatives, stepwise
+from .names import check_names, collect, nearest
+from .overrides import check_alternatives, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import ModelFile
 from .shorthand import expand
 from .tables import PlainTable, clean, dotted_line, leaves, merge
-from .validation_errors import as_model_error
+from .unit_rule import WrittenLayers, checked_model
 
 __all__ = ["Document", "Source", "read", "ready_drives"]
 
-FORMAT = 1
+FORMAT = 2
 MAX_BYTES = 4_000_000
 Source = str | Path | Mapping[str, object]
 Origin = Literal["given", "set"]
@@ -41,12 +37,14 @@ class Document:
     data : the same as nested tables as written, shorthands expanded, overrides laid over (plain JSON).
     origin : by path of every value in `data`, whether the file gives it or an override sets it.
     source : name of the ready drive, path of the file, or "dict".
+    warnings : numbers without a unit, read as SI in a file of format 1.
     """
 
     model: ModelFile
     data: PlainTable
     origin: Mapping[str, Origin]
     source: str
+    warnings: tuple[str, ...] = ()
 
 
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
@@ -72,10 +70,12 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     overridden = {path for path, _ in leaves(above)}
     names = collect(merged)  # an override may have removed what is referred to
     data = expand(still_assumed(merged, overridden), names)
-    check_tolerance(data, names, lambda trial: _validate(trial, names, folder))
-    model = _validate(data, names, folder)
+    layers = WrittenLayers(
+        file={} if isinstance(source, Mapping) else base, settings=settings_of(overrides or {}), overridden=overridden
+    )
+    model, warnings = checked_model(data, names, folder, layers)
     origin: dict[str, Origin] = {path: "set" if path in overridden else "given" for path, _ in leaves(data)}
-    return Document(model=model, data=data, origin=origin, source=name)
+    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings)
 
 
 def ready_drives() -> tuple[str, ...]:
@@ -83,29 +83,6 @@ def ready_drives() -> tuple[str, ...]:
     files = resources.files("epicyclic.systems").iterdir()
     stems = (file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
     return tuple(sorted(stem for stem in stems if "." not in stem))  # NAME.audit.toml lies beside NAME.toml
-
-
-def _validate(data: PlainTable, names: Names, folder: Path | None) -> ModelFile:
-    """Return the validated model. Raises one ModelError."""
-    try:
-        model = ModelFile.model_validate(normalise(data, names, folder))
-    except ValidationError as error:
-        raise as_model_error(error) from None
-    try:
-        check(model)
-    except ModelError as error:  # say what the file says, not its value in SI
-        raise _as_written(error, data) from None
-    return model
-
-
-def _as_written(error: ModelError, data: PlainTable) -> ModelError:
-    """Return an error about a value in SI with the value as it stands in the document."""
-    here: object = data
-    for part in error.path.split("."):
-        here = here.get(part) if isinstance(here, dict) else None
-    if here is None or isinstance(here, dict):
-        return error
-    return ModelError(error.problem, path=error.path, given=here, allowed=error.allowed)
 
 
 def _check_format(base: PlainTable) -> None:
@@ -117,7 +94,7 @@ def _check_format(base: PlainTable) -> None:
         raise ModelError("not a whole number", path="format", given=version, allowed=f"format = {FORMAT}")
     if isinstance(version, int) and version > FORMAT:
         problem = f"format {version} is newer than this program reads"
-        raise ModelError(problem, path="format", given=version, allowed=f"format = {FORMAT}, or a newer epicyclic")
+        raise ModelError(problem, path="format", given=version, allowed=f"format = 1 or {FORMAT}, or a newer epicyclic")
 
 
 def _open(source: object) -> tuple[PlainTable, str, Path | None]:
@@ -154,7 +131,7 @@ def _text(path: Path) -> str:
 
 def _decoded(raw: bytes, name: str) -> str:
     """Return bytes as text. Raises ModelError for an empty or binary file, and for another encoding than UTF-8."""
-    allowed = "a TOML text in UTF-8 that begins with `format = 1`"
+    allowed = f"a TOML text in UTF-8 that begins with `format = {FORMAT}`"
     if not raw.strip():
         raise ModelError("empty", path=name, allowed=allowed)
     if b"\0" in raw:

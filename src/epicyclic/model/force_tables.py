@@ -13,10 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import GetJsonSchemaHandler, model_validator
+from pydantic import GetJsonSchemaHandler, ValidationInfo, model_validator
 from pydantic_core import CoreSchema
 
 from ..errors import ModelError
+from .bare_numbers import SMALL, BareNumber, Probe
 from .schema_fields import SchemaTable, Unit, key
 from .units import KINDS, Quantity
 
@@ -46,28 +47,30 @@ class Curves:
 class CurveUnit(Unit):
     """Annotation of a list of numbers, or of a list of such lists."""
 
-    def read(self, value: object) -> Curves:
+    def read(self, value: object, info: ValidationInfo[Any] | None = None) -> Curves:
         """Return the lists in SI."""
         several = isinstance(value, (list, tuple)) and bool(value) and all(_is_list(entry) for entry in value)
-        found = [self._row(row) for row in (value if several else [value])]  # type: ignore[attr-defined]
+        found = [self._row(row, info) for row in (value if several else [value])]  # type: ignore[attr-defined]
         own = KINDS[self.kinds.split()[0]].unit
         pairs = [(row.value, row.unit) if isinstance(row, Quantity) else (row, own) for row in found]
         if len({unit for _, unit in pairs}) > 1:
             raise ModelError("mixes kinds of quantity", given=value, allowed=self.describe())
         return Curves(rows=tuple(tuple(row) for row, _ in pairs), unit=pairs[0][1])  # type: ignore[arg-type]
 
-    def _row(self, row: object) -> object:
+    def _row(self, row: object, info: ValidationInfo[Any] | None) -> object:
         """Return one list in SI."""
         try:
-            return Unit.read(self, row)
+            return Unit.read(self, row, info)
+        except (BareNumber, Probe):
+            raise
         except ModelError as error:
             allowed = error.allowed.replace("; a list gives one value per planet", "")
             raise ModelError(error.problem, given=error.given, allowed=allowed) from None
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        plain = {"type": ["number", "string", "array"]}
-        forms = [{"type": "string"}, {"type": "array", "items": plain, "minItems": 1}]
-        return {"anyOf": forms, "x-quantity": self.describe()}
+        lists = [form for kind in self.kinds.split() for form in self.forms(kind)]
+        several = {"type": "array", "items": {"anyOf": lists}, "minItems": 1}
+        return {"anyOf": [*lists, several], "x-quantity": self.describe()}
 
 
 def _is_list(value: object) -> bool:
@@ -163,7 +166,9 @@ _FORCE = "forces at them, 0 up to first touch and rising from there; a list, or 
 class DisplacementForceTable(ForceTableOf):
     """Force over displacement of a link in x, y or z."""
 
-    deflection: Annotated[Curves, CurveUnit("length", lists=True)] | None = key(None, "deflections, rising")
+    deflection: Annotated[Curves, CurveUnit("length", lists=True, likely=SMALL)] | None = key(
+        None, "deflections, rising"
+    )
     force: Annotated[Curves, CurveUnit("force", lists=True)] | None = key(None, "forces, 0 up to first touch")
 
 
@@ -195,7 +200,7 @@ class MeshForceTable(ForceTableOf):
     """Force over deflection of a mesh, along the tooth normal of one helix."""
 
     several: ClassVar[bool] = True
-    deflection: Annotated[Curves, CurveUnit("length", lists=True)] | None = key(None, _TEXT)
+    deflection: Annotated[Curves, CurveUnit("length", lists=True, likely=SMALL)] | None = key(None, _TEXT)
     force: Annotated[Curves, CurveUnit("force", lists=True)] | None = key(None, _FORCE)
     load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
         None, "force at which linear analyses take the tangent; default the mean force of the operation"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..errors import ModelError
 from ..input_files import read_text
-from .units import COMMON, factor
+from .units import COMMON, KINDS, factor
 
 __all__ = ["TorqueTable", "read_history"]
 
@@ -110,5 +110,10 @@ def _row(cells: list[str], columns: list[tuple[str, float]], where: str) -> tupl
             value = math.nan
         if not math.isfinite(value):
             raise ModelError(f"{name} is not a finite number", path=where, given=cell)
+        limit = KINDS["time" if name == "time" else "torque"]
+        if abs(value) > limit.limit:
+            raise ModelError(
+                f"{name} is out of range", path=where, given=cell, allowed=f"<= {limit.limit:g} {limit.unit}"
+            )
         values.append(value)
     return tuple(values)

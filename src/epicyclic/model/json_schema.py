@@ -1,4 +1,4 @@
-"""The JSON Schema of a model file as it is written: unit texts, shorthands, free member names."""
+"""The JSON Schema of a model file of format 2 as it is written: unit texts, shorthands, free member names."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ from typing import Any
 from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
 from .force_tables import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable
 from .schema import KIND_BY_NAME, ModelFile
+from .schema_fields import Unit
+from .unit_patterns import list_pattern, number_pattern
+from .units import KINDS
+from .validation import LISTED
 
 __all__ = ["json_schema", "json_schema_text"]
 
@@ -30,6 +34,8 @@ def json_schema() -> Schema:
     raw = _named_forces(raw, forces)
     defs: Schema = raw.pop("$defs") | forces
     _as_written(raw, defs)
+    texts: Schema = {}
+    raw, defs = _named_texts(raw, texts), _named_texts(defs, texts) | texts
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "epicyclic model file",
@@ -57,6 +63,10 @@ def _as_written(root: Schema, defs: Schema) -> None:
     for name in ("assumed", "tolerance"):
         root["properties"][name]["additionalProperties"] = {"type": ["string", "object"]}
     root["required"] = ["format", "title", "stages"]
+    root["properties"]["format"] = {
+        "const": LISTED,
+        "description": "version of the format; 1, with bare numbers in SI, is read too",
+    }
 
 
 def _named_forces(schema: Any, found: Schema) -> Any:
@@ -70,6 +80,26 @@ def _named_forces(schema: Any, found: Schema) -> Any:
         found[name] = schema
         return {"$ref": f"#/$defs/{name}"}
     return {key: _named_forces(value, found) for key, value in schema.items()}
+
+
+def _named_texts(schema: Any, found: Schema) -> Any:
+    """Return a schema whose texts with units refer to `found`, which is filled: one pattern stands in many places."""
+    if isinstance(schema, list):
+        return [_named_texts(entry, found) for entry in schema]
+    if not isinstance(schema, dict):
+        return schema
+    name = schema.get("x-texts")
+    if not isinstance(name, str):
+        return {key: _named_texts(value, found) for key, value in schema.items()}
+    kind = name.removesuffix("_list").removesuffix("_or_inf")
+    pattern = list_pattern if name.endswith("_list") else number_pattern
+    words = f"{KINDS[kind].name}, {KINDS[kind].spellings}" if KINDS[kind].unit else KINDS[kind].name
+    found[name] = {
+        "type": "string",
+        "pattern": pattern(kind, inf="_or_inf" in name),
+        "description": f"a list of {words}" if name.endswith("_list") else words,
+    }
+    return {"$ref": f"#/$defs/{name}"}
 
 
 def _stage(stage: Schema, defs: Schema) -> None:
@@ -91,7 +121,7 @@ def _links(defs: Schema) -> None:
         keys["tilt"] = {**keys["rx"], "description": "rx and ry"}
         if name != "LinkDamping":
             keys["damping"] = {
-                **_either({"type": ["number", "string"]}, keys["damping"]),
+                **_either({"anyOf": Unit("damping").forms("damping")}, keys["damping"]),
                 "x-quantity": "damping [N s/m]",
             }
     support = defs["Support"]
@@ -102,10 +132,12 @@ def _links(defs: Schema) -> None:
 def _deviations(defs: Schema) -> None:
     """Nest deviations by stage, member and mesh; a bare number or text is the amplitude."""
     member, mesh = defs["MemberDeviations"], defs["MeshDeviations"]
-    bare: Schema = {"type": ["number", "string", "array"]}
     for table, kinds in ((member, bare_keys(MemberDeviationsTable)), (mesh, bare_keys(MeshDeviationsTable))):
-        for name in kinds:
-            table["properties"][name] = _either(bare, table["properties"][name])
+        for name, amplitude in kinds.items():
+            long = table["properties"][name]
+            reference = next(form["$ref"] for form in long["anyOf"] if "$ref" in form)
+            own = defs[reference.rpartition("/")[2]]["properties"][amplitude]
+            table["properties"][name] = _either({k: v for k, v in own.items() if k != "description"}, long)
     for table, ref in ((member, "MemberDeviations"), (mesh, "MeshDeviations")):
         table["properties"] |= {side: {"$ref": f"#/$defs/{ref}"} for side in ("left", "right")}
     meshes = {

@@ -44,7 +44,7 @@ def _operation(table: PlainTable, names: Names) -> PlainTable:
         if isinstance(table.get(name), dict):
             result = result | {name: _by_member(table[name], names, f"operation.{name}", sides=name != "speed")}
     if isinstance(gravity := table.get("gravity"), bool):
-        result = result | {"gravity": (0.0, -STANDARD_GRAVITY, 0.0) if gravity else None}
+        result = result | {"gravity": f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None}
     return result
 
 

@@ -10,16 +10,27 @@ from collections.abc import Mapping
 from itertools import permutations
 
 from ..errors import ModelError
+from .bare_numbers import is_typed, typed
 from .names import nearest
 from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union
 
-__all__ = ["ALTERNATIVES", "check_alternatives", "layer_of", "parse_setting", "replace_alternatives", "stepwise"]
+__all__ = [
+    "ALTERNATIVES",
+    "check_alternatives",
+    "layer_of",
+    "parse_setting",
+    "replace_alternatives",
+    "settings_of",
+    "stepwise",
+]
 
 _NAMED = ("stages", "bodies", "couplings", "loads")  # tables whose entries an override changes but does not invent
 
 
 def parse_setting(text: str) -> tuple[str, object]:
     """Return path and value of a `PATH=VALUE` from the command line: a TOML value, else a text; None where it is empty.
+
+    Numbers are marked as typed, so that a quantity without its unit is told or refused.
 
     Raises ModelError without `=`.
     """
@@ -29,7 +40,7 @@ def parse_setting(text: str) -> tuple[str, object]:
             "not a setting", path="overrides", given=text, allowed="PATH=VALUE, stages.main.sun.mass=750 kg"
         )
     value = value.strip()
-    return path.strip(), _toml_value(value) if value else None
+    return path.strip(), typed(_toml_value(value)) if value else None
 
 
 def _toml_value(text: str) -> object:
@@ -70,6 +81,15 @@ def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
         _check_known(path, value, base)
         layer = union(layer, nested(path, REMOVE if _removes(value) else clean(value, str(text))), "")
     return layer
+
+
+def settings_of(overrides: Mapping[str, object]) -> PlainTable:
+    """Return the overrides with numbers that a person typed, as a table."""
+    table: PlainTable = {}
+    for text, value in overrides.items():
+        if is_typed(value):
+            table = union(table, nested(split_path(str(text), path=str(text)), clean(value, str(text))), "")
+    return table
 
 
 def _check_known(path: tuple[str, ...], value: object, base: PlainTable) -> None:

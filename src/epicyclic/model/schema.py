@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ..errors import ModelError
+from .bare_numbers import MESH, SMALL
 from .deviations import DeviationsTable
 from .force_tables import MeshForceTable
 from .schema_fields import Length, PerPlanet, Place, SchemaTable, Unit, key
@@ -59,7 +60,7 @@ TiltInertia = Annotated[float, Unit("inertia", low=0)]
 Gap = Annotated[float, Unit("length", low=0)]
 Force = Annotated[float, Unit("force")]
 Moment = Annotated[float, Unit("torque")]
-Amount = Annotated[float, Unit("length", low=0)]
+Amount = Annotated[float, Unit("length", low=0, likely=SMALL)]
 Lengths = Annotated[tuple[float, ...], Unit("length", lists=True)]
 Coefficients = Annotated[tuple[float, ...], Unit("ratio", lists=True)]
 
@@ -72,20 +73,29 @@ class MaterialTable(SchemaTable):
     poisson_ratio: Annotated[float, Unit("ratio", low=0, high=0.5)] | None = key(None, "default 0.3")
 
 
+DampingRatio = Unit(
+    "ratio",
+    low=0,
+    high=1,
+    below=True,
+    reason='with a ratio of 1 nothing oscillates any more; gear trains have 0.01 to 0.1, "3 %" is 0.03',
+)
+
+
 class DampingTable(SchemaTable):
     """Damping of the whole train: modal, or proportional, or of every mesh."""
 
-    modal: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every elastic mode")
+    modal: Annotated[float, DampingRatio] | None = key(None, "damping ratio of every elastic mode")
     mass: Annotated[float, Unit("rate", low=0)] | None = key(None, "proportional damping, factor of the mass matrix")
     stiffness: Annotated[float, Unit("time", low=0)] | None = key(None, "proportional damping, factor of the stiffness")
-    mesh: Annotated[float, Unit("ratio", low=0, high=10)] | None = key(None, "damping ratio of every mesh")
+    mesh: Annotated[float, DampingRatio] | None = key(None, "damping ratio of every mesh")
 
 
 class ReliefTable(SchemaTable):
     """Material taken off towards an edge of the flank: the tip, the lowest contact, or both ends of the face."""
 
     amount: Amount | None = key(None, "material missing at the edge, along the tooth normal")
-    length: Amount | None = key(None, "where it fades: height of the tooth (radial); of end relief along the axis")
+    length: Gap | None = key(None, "where it fades: height of the tooth (radial); of end relief along the axis")
     shape: Literal["linear", "parabolic"] = key("linear", "linear or parabolic")
 
 
@@ -93,7 +103,9 @@ class ProfileTable(SchemaTable):
     """A measured profile: material missing at heights below the tip circle, linear between."""
 
     below_tip: Lengths = Field(description="heights below the tip circle, rising")
-    missing: Lengths = Field(description="material missing there, along the tooth normal, of any sign")
+    missing: Annotated[tuple[float, ...], Unit("length", lists=True, likely=SMALL)] = Field(
+        description="material missing there, along the tooth normal, of any sign"
+    )
 
 
 class WaveTable(SchemaTable):
@@ -111,7 +123,9 @@ class FlankTable(SchemaTable):
     root_relief: ReliefTable | None = key(None, "root relief, from the lowest point that the mate touches")
     end_relief: ReliefTable | None = key(None, "relief of both ends of the face")
     crown: Amount | None = key(None, "lengthwise crowning: missing at both ends of the face, parabolic")
-    slope: Place | None = key(None, "helix slope: missing at the right end less that at the left")
+    slope: Annotated[float, Unit("length", likely=SMALL)] | None = key(
+        None, "helix slope: missing at the right end less that at the left"
+    )
     profile: ProfileTable | None = key(None, "measured profile deviation")
     wave: WaveTable | None = key(None, "wave along the profile")
 
@@ -190,6 +204,7 @@ class MemberTable(SchemaTable):
     station: Place | None = key(None, "axial place of its centre; default 0")
 
 
+_NO_BACKLASH = "leave it out where the far flank never touches"
 _VARIATIONS = ("none", "contact-lines", "energy")
 
 
@@ -239,6 +254,7 @@ class MeshSideTable(SchemaTable):
                 many=True,
                 words=("iso6336", "energy", "contact"),
                 table=MeshForceTable,
+                likely=MESH,
             ),
         ]
         | None
@@ -250,8 +266,8 @@ class MeshSideTable(SchemaTable):
         None, "working transverse pressure angle; default from the centre distance"
     )
     damping: Annotated[float, Unit("damping", low=0)] | None = key(None, "damper along the tooth normal")
-    backlash: Annotated[float, Unit("length", low=0, inf=True)] | None = key(
-        None, "normal backlash; inf: the far flank never touches"
+    backlash: Annotated[float, Unit("length", low=0, likely=SMALL, reason=_NO_BACKLASH)] | None = key(
+        None, "normal backlash; without it the far flank never touches"
     )
 
 
@@ -379,7 +395,7 @@ class LoadTable(SchemaTable):
 class ModelFile(SchemaTable):
     """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
 
-    format: Literal[1] = Field(description="version of the format")
+    format: Literal[1, 2] = Field(description="version of the format")
     title: str = Field(description="one line")
     doi: str = key("", "of the source")
     notes: str = key("", "free text")

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ..errors import ModelError
+from .bare_numbers import SMALL
 from .force_tables import DisplacementForceTable, ForceTableOf, TiltMomentTable, TurnMomentTable
 from .schema_fields import Length, PerPlanet, Place, SchemaTable, Unit, key
 from .units import Quantity
@@ -38,7 +39,7 @@ BoltStiffness = Annotated[
 ]
 Damper = Annotated[float, Unit("damping", low=0)]
 TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
-Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True)]
+Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True, likely=SMALL)]
 
 
 class FrictionTable(SchemaTable):

@@ -42,10 +42,12 @@ def clean(value: object, path: str = "", depth: int = 0) -> Any:
         raise ModelError("nested too deeply", path=path[:80], allowed=f"at most {MAX_DEPTH} levels")
     if isinstance(value, str):
         return _clean_text(value, path)
-    if isinstance(value, int) and value.bit_length() > _MAX_BITS:
-        raise ModelError("too large", path=path, given="a number of hundreds of digits", allowed="a number")
-    if value is REMOVE or isinstance(value, (bool, int)):
+    if value is REMOVE or isinstance(value, bool):
         return value
+    if isinstance(value, int):
+        if value.bit_length() > _MAX_BITS:
+            raise ModelError("too large", path=path, given="a number of hundreds of digits", allowed="a number")
+        return int(value)  # not the mark of a number typed on the command line
     if isinstance(value, float):
         return _clean_float(value, path)
     if isinstance(value, Mapping):
@@ -63,12 +65,12 @@ def clean(value: object, path: str = "", depth: int = 0) -> Any:
 
 
 def _clean_text(text: str, path: str) -> str:
-    """Return a text without control characters but tab and line breaks; str of a subclass as plain."""
+    """Return a text without control characters but tab and line breaks."""
     found = _CONTROL.search(text)
     if found is not None:
         problem = f"holds a control character, U+{ord(found[0]):04X}"
         raise ModelError(problem, path=path, given=ascii(text), allowed="a text")
-    return str(text)
+    return text
 
 
 def dotted_line(text: str) -> int | None:

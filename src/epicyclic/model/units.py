@@ -14,8 +14,19 @@ from functools import cache
 from typing import Any
 
 from ..errors import ModelError
+from .unit_patterns import is_unit_of
 
-__all__ = ["KINDS", "Bounds", "Kind", "Quantity", "factor", "read_quantity"]
+__all__ = [
+    "COMMON",
+    "KINDS",
+    "UNKNOWN_UNIT",
+    "Bounds",
+    "Kind",
+    "Quantity",
+    "factor",
+    "read_quantity",
+    "split_list",
+]
 
 PerPlanet = float | tuple[float, ...]
 
@@ -40,11 +51,12 @@ class Kind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bounds:
-    """What a number may be [SI]: `low` and `high` included, `low` excluded if `above`; infinity if `inf`."""
+    """What a number may be [SI]: `low` to `high`, `low` excluded if `above`, `high` if `below`; infinity if `inf`."""
 
     low: float | None = None
     high: float | None = None
     above: bool = False
+    below: bool = False
     inf: bool = False
 
 
@@ -73,6 +85,7 @@ KINDS: dict[str, Kind] = {
     "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm"),
 }
 
+UNKNOWN_UNIT = "unit not known or of another kind of quantity"
 _DEGREE = math.pi / 180
 # factor to SI, SI unit; every entry equals pint's (tested)
 COMMON: dict[str, tuple[float, str]] = {
@@ -117,7 +130,7 @@ COMMON: dict[str, tuple[float, str]] = {
     "kg/m^3": (1.0, "kg/m^3"),
     "m/s^2": (1.0, "m/s^2"),
 }
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?|[+-]?inf"
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?|[+-]?inf"
 _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
 _LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\]\s*(?P<unit>[^\[\]]*?)\s*")
 # a unit text: words, powers of one digit, products and quotients; nothing pint could be made to compute for long
@@ -134,21 +147,23 @@ def read_quantity(
     many: bool = False,
     one: bool = True,
     words: tuple[str, ...] = (),
+    listed: bool = False,
 ) -> float | str | tuple[float, ...] | Quantity:
     """Return the SI value of a number, a text with a unit, or a list of them.
 
     kinds : names in `KINDS`; a bare number is the first. Two kinds: the result is a `Quantity`.
     many : a list (one value per planet) is allowed; one : a single value is allowed; words : texts kept as they are.
+    listed : only units of `unit_patterns`, as in a file of format 2; else any that pint knows.
     Raises ModelError without a path.
     """
     if isinstance(value, str) and value.strip() in words:
         return value.strip()
-    items, shared = _split(value)
+    items, shared = split_list(value)
     if items is None and not one:
         raise _error("a list is needed", value, kinds, bounds, many=True, words=words)
     if items is not None and (not many or not items):
         raise _error("an empty list" if many else "a list where one number stands", value, kinds, bounds, words=words)
-    read = [_read_one(v, shared, kinds, bounds, many, words) for v in ([value] if items is None else items)]
+    read = [_read_one(v, shared, kinds, bounds, many, words, listed) for v in ([value] if items is None else items)]
     if len({unit for _, unit in read}) > 1:
         raise _error("mixes kinds of quantity", value, kinds, bounds, many=many, words=words)
     numbers = tuple(number for number, _ in read)
@@ -156,7 +171,7 @@ def read_quantity(
     return Quantity(value=result, unit=read[0][1]) if len(kinds) > 1 else result
 
 
-def _split(value: object) -> tuple[list[object] | None, str]:
+def split_list(value: object) -> tuple[list[object] | None, str]:
     """Return the entries of a list (None for a single value) and the unit they share."""
     if isinstance(value, (list, tuple)):
         return list(value), ""
@@ -167,7 +182,13 @@ def _split(value: object) -> tuple[list[object] | None, str]:
 
 
 def _read_one(
-    value: object, shared: str, kinds: tuple[str, ...], bounds: Bounds, many: bool, words: tuple[str, ...]
+    value: object,
+    shared: str,
+    kinds: tuple[str, ...],
+    bounds: Bounds,
+    many: bool,
+    words: tuple[str, ...],
+    listed: bool,
 ) -> tuple[float, str]:
     """Return one SI number and its SI unit; `shared` is the unit behind a bracketed list."""
 
@@ -177,15 +198,16 @@ def _read_one(
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise wrong(f"{_name(value)} where a number stands")
     if isinstance(value, str):
-        number, unit = _parse(f"{value} {shared}" if shared != "SI" else value, kinds, wrong, bare=shared == "SI")
+        text = f"{value} {shared}" if shared != "SI" else value
+        number, unit = _parse(text, kinds, wrong, bare=shared == "SI", listed=listed)
     else:
         number, unit = _finite(value, wrong), KINDS[kinds[0]].unit
     _check(number, unit, kinds, bounds, wrong)
     return number, unit
 
 
-def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool) -> tuple[float, str]:
-    """Return the SI number and SI unit of a text like ``20 N/(mm um)``; without a unit only where `bare`."""
+def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool, listed: bool) -> tuple[float, str]:
+    """Return the SI number and SI unit of a text like ``20 N/(mm um)``; without a unit only where `bare`, or zero."""
     found = _QUANTITY.fullmatch(text) if len(text) <= 200 else None
     if found is None:
         raise wrong("not a number with a unit")
@@ -193,16 +215,18 @@ def _parse(text: str, kinds: tuple[str, ...], wrong: Any, *, bare: bool) -> tupl
     if math.isinf(number) and "inf" not in found["number"]:
         raise wrong("too large")
     if not unit:
-        if bare or math.isinf(number) or not KINDS[kinds[0]].unit:
+        if bare or math.isinf(number) or number == 0 or not KINDS[kinds[0]].unit:
             return number, KINDS[kinds[0]].unit
         raise wrong("a text without a unit")
     if "speed" in kinds and (_HERTZ.search(unit) or not _ANGULAR.search(unit)):
         raise wrong("revolutions or radians?")
     for convert in (_common, factor):  # the table for all kinds before pint is imported for any
         for kind in kinds:
+            if listed and not is_unit_of(unit, kind):
+                continue
             if (scale := convert(unit, KINDS[kind].unit)) is not None:
                 return _scaled(found["number"], scale), KINDS[kind].unit
-    raise wrong("unit not known or of another kind of quantity")
+    raise wrong(UNKNOWN_UNIT)
 
 
 def _scaled(text: str, scale: float) -> float:
@@ -233,7 +257,9 @@ def _check(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds, wro
     if abs(number) > limit:
         raise wrong("out of range")
     low, high = bounds.low, bounds.high
-    if (low is not None and (number < low or (bounds.above and number == low))) or (high is not None and number > high):
+    if low is not None and (number < low or (bounds.above and number == low)):
+        raise wrong("out of range")
+    if high is not None and (number > high or (bounds.below and number == high)):
         raise wrong("out of range")
 
 
@@ -299,12 +325,12 @@ def _error(
 
 def _kind_words(kind: Kind) -> str:
     """Return `length [m] (m, mm, um)`."""
-    return f"{kind.name} ({kind.spellings}; a bare number is {kind.unit})" if kind.unit else kind.name
+    return f"{kind.name} ({kind.spellings})" if kind.unit else kind.name
 
 
 def _range_words(bounds: Bounds, kinds: tuple[Kind, ...]) -> str:
     """Return the range in SI units."""
     unit, limit = kinds[0].unit, kinds[0].limit
     low = f"{'>' if bounds.above else '>='} {bounds.low:g}" if bounds.low is not None else f">= {-limit:g}"
-    high = f"<= {bounds.high if bounds.high is not None else limit:g}"
+    high = f"{'<' if bounds.below else '<='} {bounds.high if bounds.high is not None else limit:g}"
     return f", {low} and {high}{' ' + unit if unit else ''}{' or inf' if bounds.inf else ''}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -11,7 +12,7 @@ from .names import nearest
 from .schema import KIND_BY_NAME, ModelFile, StageTable
 from .schema_links import LinkDampingTable, LinkTable
 
-__all__ = ["as_model_error", "path_of"]
+__all__ = ["as_model_error", "error_of", "path_of"]
 
 _WORDS = {
     "int_type": "a whole number",
@@ -32,7 +33,12 @@ Loc = tuple[int | str, ...]
 
 def as_model_error(error: ValidationError) -> ModelError:
     """Return one ModelError: the first problem with path, value and what is allowed, and where the others are."""
-    details = sorted(error.errors(include_url=False), key=lambda e: e["type"] not in _ORDER)
+    return error_of(error.errors(include_url=False))
+
+
+def error_of(faults: Sequence[Any]) -> ModelError:
+    """Return one ModelError of faults as pydantic lists them."""
+    details = sorted(faults, key=lambda e: e["type"] not in _ORDER)
     first = details[0]
     loc = first["loc"]
     problem, allowed = _describe(first, loc)

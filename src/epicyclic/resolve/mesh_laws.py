@@ -211,9 +211,27 @@ def _variation(
         return teeth_stiffness.face_average(narrow, overlap), narrow
     if series is None or form == "none":
         return np.zeros(0, complex), None
-    if form == "values":
-        return table_series(series.values)[1], None
-    return fourier_series(series.cosine, series.sine), None
+    values = table_series(series.values)[1] if form == "values" else fourier_series(series.cosine, series.sine)
+    found = stated(p.levels(side), "variation")
+    _check_positive(values, f"{p.path}.variation" if found is None else found.path)
+    return values, None
+
+
+def _check_positive(series: Series, path: str) -> None:
+    """Raise ModelError where a stiffness that varies by a series (L,) is not above 0 over the whole mesh cycle."""
+    if not series.size:
+        return
+    # 64 points a wave of the highest order: the least value between them is missed by a thousandth of its amplitude
+    count = 64 * series.size
+    spectrum = np.concatenate([[1.0], 0.5 * series, np.zeros(count // 2 - series.size, complex)])
+    least = float(np.fft.irfft(spectrum * count, count).min())
+    if not least > 0.0:
+        raise ModelError(
+            "the mesh stiffness does not stay above 0",
+            path=path,
+            given=f"{least:.3g} of its mean at the least",
+            allowed="a variation above -1 of the mean over the whole mesh cycle",
+        )
 
 
 def overlap_of(meshing: MeshShape, shape: StageShape, p: GearPair, width: float) -> float:

@@ -13,6 +13,7 @@ from ..train.power import power_flow
 from ..train.train import Damping, Train
 from .bodies import bodies_of_stage, coaxial, frames_of, free_bodies
 from .centres import StageShape, shape_stage
+from .deviation_sizes import check_sizes
 from .deviations import deviations_of
 from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
@@ -49,7 +50,7 @@ def resolve(document: Document) -> Train:
     """
     model = document.model
     overridden = frozenset(path for path, origin in document.origin.items() if origin == "set")
-    log = ResolutionLog(assumed=model.assumed, overridden=overridden)
+    log = ResolutionLog(assumed=model.assumed, overridden=overridden, warnings=list(document.warnings))
     plans = plan_stages(model, log)
     shapes = tuple(shape_stage(plan, log) for plan in plans)
     for shape in shapes:
@@ -59,6 +60,7 @@ def resolve(document: Document) -> Train:
     kinematics = kinematics_of(model, plans, log)
     named = tones(gearings_of(plans), kinematics.ratio)
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, log)]
+    check_sizes(document, bodies, meshes, log)
     planets = {plan.name: len(plan.angles) for plan in plans}  # one branch on fixed axes
     deviated = deviations_of(
         model, bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, log=log

@@ -17,11 +17,19 @@ import pandas as pd
 import xarray as xr
 
 from ..errors import ModelError
+from ..input_files import read_text
 from .sealed_file import require_contained, seal, sealed_file
 from .variables import VARIABLES
 from .whole_file import whole_file
 
-__all__ = ["dataset", "load_result", "save_result", "to_json"]
+__all__ = ["SUFFIXES", "dataset", "load_result", "save_result", "to_json"]
+
+SUFFIXES = (".nc", ".json")
+"""Files a result is written to and reopened from."""
+
+
+# 200 million numbers, as many as a run may hold, in 20 characters each
+_MAX_JSON = 4_000_000_000
 
 
 def dataset(
@@ -88,26 +96,35 @@ def to_json(result: xr.Dataset) -> str:
 
 
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
-    """Write a Dataset to a netCDF-4 file; complex variables become a trailing ``part`` dimension (real, imaginary).
+    """Write a Dataset by the suffix of the file: ``.nc`` netCDF-4, ``.json`` `Dataset.to_dict()`, as ``-o`` does.
 
-    The file appears whole or not at all, and ends with a digest of what is in it.
+    Complex variables become a trailing ``part`` dimension (real, imaginary).  The file appears whole or not at all; one
+    of netCDF ends with a digest of what is in it.
 
     Raises
     ------
-    ModelError : the file cannot be written.
+    ModelError : another suffix, or the file cannot be written.
     """
     target = Path(path)
+    kind = target.suffix.lower()
+    if kind not in SUFFIXES:
+        allowed = f"{' or '.join(SUFFIXES)}; .html by write_report, .csv of one variable by its to_series().to_csv(...)"
+        raise ModelError("no such kind of result file", path="path", given=str(path), allowed=allowed)
+    content = (to_json(result) + "\n").encode() if kind == ".json" else _netcdf(result)
+    with whole_file(target) as file:
+        file.write(content)
+    return target
+
+
+def _netcdf(result: xr.Dataset) -> Any:
+    """Content of a netCDF-4 file; made in memory first: HDF5 kills the interpreter where its disk is full."""
     flat = _real(result)
     for name in list(flat.variables):
         values = flat[name]
         if values.dtype == bool:
             flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
-    # in memory first: HDF5 kills the interpreter where its disk is full
     image = flat.to_netcdf(engine="h5netcdf")
-    with whole_file(target) as file:
-        file.write(image)
-        file.write(seal(image))
-    return target
+    return bytes(image) + seal(image)
 
 
 def _real(result: xr.Dataset) -> xr.Dataset:
@@ -128,16 +145,11 @@ def load_result(path: str | Path) -> xr.Dataset:
     ------
     ModelError : no such file, no result, a damaged one, or one whose data lie in other files.
     """
-    with sealed_file(path) as file:
-        # a file of an earlier version has no digest: whatever a library meets in a damaged one is the file's fault
-        try:
-            require_contained(file)
-            with xr.open_dataset(file, engine="h5netcdf") as opened:
-                return _as_saved(opened.load())
-        except ModelError as error:
-            raise ModelError(error.problem, path=str(path), allowed=error.allowed) from None
-        except Exception as error:
-            raise ModelError(f"not a result file: {error}", path=str(path)) from error
+    flat = _from_json(path) if Path(path).suffix.lower() == ".json" else _from_netcdf(path)
+    try:
+        return _as_saved(flat)
+    except Exception as error:  # a mark of a complex variable on one that is none
+        raise ModelError(f"not a result file: {error}", path=str(path)) from error
 
 
 def _as_saved(flat: xr.Dataset) -> xr.Dataset:
@@ -151,6 +163,29 @@ def _as_saved(flat: xr.Dataset) -> xr.Dataset:
         elif attrs.pop("boolean", None):
             result[name] = (flat[name].dims, flat[name].values.astype(bool), attrs)
     return result
+
+
+def _from_netcdf(path: str | Path) -> xr.Dataset:
+    with sealed_file(path) as file:
+        # a file of an earlier version has no digest: whatever a library meets in a damaged one is the file's fault
+        try:
+            require_contained(file)
+            with xr.open_dataset(file, engine="h5netcdf") as opened:
+                return opened.load()
+        except ModelError as error:
+            raise ModelError(error.problem, path=str(path), allowed=error.allowed) from None
+        except Exception as error:
+            raise ModelError(f"not a result file: {error}", path=str(path)) from error
+
+
+def _from_json(path: str | Path) -> xr.Dataset:
+    if not Path(path).exists():
+        raise ModelError("no such file", path=str(path))
+    text = read_text(path, most=_MAX_JSON)
+    try:
+        return xr.Dataset.from_dict(json.loads(text))
+    except Exception as error:  # whatever xarray meets in a table that is no Dataset
+        raise ModelError(f"not a result file: {error}", path=str(path)) from error
 
 
 @cache

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from ..analyses.cost import require_memory
 from ..assemble.tooth_pairs import End, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
+from ..model.bare_numbers import stated
 from ..results.dataset import dataset
 from ..tooth_contact.loaded_contact import LoadedContact, harmonics, loaded_contact
 from ..train.connections import Mesh
@@ -173,7 +173,7 @@ def normal_force(train: Train, helices: Sequence[Mesh], torque: float | str | No
                 "no torque passes this mesh", path="operation.torque", given=force, allowed="a torque, here or there"
             )
         return force
-    value = _in_si(torque, "torque", "torque", "850 N m")
+    value = stated(torque, "torque", "torque")
     return abs(value) / (len(helices) * _lever(helices[0]))
 
 
@@ -189,23 +189,7 @@ def in_radians(angle: float | str) -> float:
     ------
     ModelError : a text without a unit of angle.
     """
-    return _in_si(angle, "angle", "misalignment", "0.1 mrad")
-
-
-def _in_si(given: float | str, kind: str, option: str, example: str) -> float:
-    """Quantity in SI from a number in SI, or a text that must have a unit of this kind."""
-    if not isinstance(given, str):
-        return float(given)
-    from ..model.units import Bounds, read_quantity
-
-    if not re.search(r"[A-Za-z]", given):
-        raise ModelError(f'needs a number and its unit, e.g. "{example}"', path=option, given=given)
-    try:
-        value = read_quantity(given, (kind,), Bounds())
-    except ModelError as error:
-        raise ModelError(str(error), path=option) from None
-    assert isinstance(value, float)
-    return value
+    return stated(angle, "angle", "misalignment")
 
 
 def _face_end(name: str | None) -> End | None:

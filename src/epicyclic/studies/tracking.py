@@ -138,6 +138,8 @@ def _read(text: str | float, parameter: Parameter, option: str) -> float:
     number = written(float(text) if isinstance(text, (int, float)) else text)
     if number is None and isinstance(text, str):
         number = written(_number(text))
+    if isinstance(text, str) and number is not None and not number.unit and parameter.unit and number.values != (0.0,):
+        raise ModelError(f'a number without a unit: "{text} {parameter.unit}"?', path=option, given=text)
     if number is None or number.many or number.unit not in ("", parameter.unit):
         unit = f" in {parameter.unit}, as the file says it" if parameter.unit else " without a unit"
         raise ModelError("not a value of this parameter", path=option, given=text, allowed=f"a number{unit}")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from .options import Corner, LinearAt, LoadPoints, Misalignment, Slices
-from .parsing import loads_of
+from .parsing import load_per_length, loads_of
 from .record import Option, Verb, bounded, former, refuse_without
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def contact(
         torque=torque,
         samples=samples,
         slices=slices,
-        linear_at=linear_at,
+        linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
         corner=corner,
         misalignment=misalignment,
         torque_ends=(torque_end_a, torque_end_b),

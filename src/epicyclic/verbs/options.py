@@ -76,6 +76,11 @@ LoadPoints = Annotated[int | None, Option("Number of loads in a range (--loads).
 Slices = Annotated[int, Option("Pieces of each face.", least=1, most=1000)]
 Corner = Annotated[bool, Option("Let tips bear beyond the path of contact.")]
 LinearAt = Annotated[
-    float | None, Option("Load per length [N/m] at which the flanks' contact is made linear.", above=0, default="Hertz")
+    float | str | None,
+    Option(
+        'Load per length [N/m], or e.g. "200 N/mm", at which the flanks\' contact is made linear.',
+        above=0,
+        default="Hertz",
+    ),
 ]
 Misalignment = Annotated[float | str, Option('Of the flanks [rad], or e.g. "0.1 mrad"; positive opens the right end.')]

@@ -14,18 +14,30 @@ from ..errors import ModelError
 if TYPE_CHECKING:
     from ..train.train import Train
 
-__all__ = ["ends", "frequency", "loads_of", "mesh_frequency", "seconds", "settings", "spread", "torque_step"]
+__all__ = [
+    "ends",
+    "frequency",
+    "load_per_length",
+    "loads_of",
+    "mesh_frequency",
+    "seconds",
+    "settings",
+    "spread",
+    "torque_step",
+]
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
 _SPEED = 'a positive mesh frequency, speed or share of the operating speed: "20 Hz", "0.6 kHz", "100 rpm", "50 %"'
 _MOST_LOAD = 10_000  # per operating load: beyond any drive; squares of much more are no numbers
+# short circuits of generators and jammed mills reach some ten times the rated torque; a hundred times that is a slip
+_LARGEST_FACTOR = 1000.0
 _HERTZ = {"Hz": 1.0, "kHz": 1e3}
 _SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 
 
 def mesh_frequency(value: float | str, *, path: str, tone: float, train: Train | None) -> float:
-    """A mesh frequency [Hz] from a number [Hz], or a text with its unit Hz, kHz, rpm or %; Hz where it says none.
+    """A mesh frequency [Hz] from a number [Hz], or a text with its unit Hz, kHz, rpm or %.
 
     Parameters
     ----------
@@ -34,11 +46,11 @@ def mesh_frequency(value: float | str, *, path: str, tone: float, train: Train |
 
     Raises
     ------
-    ModelError : no such text, or rpm without a train or a member that turns.
+    ModelError : no such text, a text without a unit, or rpm without a train or a member that turns.
     """
     if not isinstance(value, str):
         return float(value)
-    number, unit = _quantity(value, ("Hz", "kHz", "rpm", "%"))
+    number, unit = _quantity(value, ("Hz", "kHz", "rpm", "%"), path)
     if not 0 < number < 1e9:
         raise ModelError("not a speed", path=path, given=value, allowed=_SPEED)
     if unit == "rpm":
@@ -70,16 +82,16 @@ def _members(given: Mapping[str, Any], before: str = "") -> list[str]:
 
 
 def frequency(value: float | str, path: str) -> float:
-    """A frequency [Hz] from a number [Hz], or a text with its unit Hz or kHz; Hz where it says none.
+    """A frequency [Hz] from a number [Hz], or a text with its unit Hz or kHz.
 
     Raises
     ------
-    ModelError : no positive frequency.
+    ModelError : no positive frequency, or a text without a unit.
     """
     if not isinstance(value, str):
         number, unit = float(value), "Hz"
     else:
-        number, unit = _quantity(value, tuple(_HERTZ))
+        number, unit = _quantity(value, tuple(_HERTZ), path)
     if not 0.0 < number < 1e9:
         raise ModelError("not a frequency", path=path, given=value, allowed='a positive frequency, e.g. "20 Hz"')
     return number * _HERTZ[unit]
@@ -100,15 +112,15 @@ def ends(start: float | str | None, stop: float | str | None) -> tuple[float, fl
 
 
 def seconds(value: float | str, path: str) -> float:
-    """A time [s] from a number [s], or a text with its unit s, ms or min; s where it says none.
+    """A time [s] from a number [s], or a text with its unit s, ms or min.
 
     Raises
     ------
-    ModelError : a text that is no time of zero or more.
+    ModelError : a text that is no time of zero or more, or that has no unit.
     """
     if not isinstance(value, str):
         return float(value)
-    number, unit = _quantity(value, tuple(_SECONDS))
+    number, unit = _quantity(value, tuple(_SECONDS), path)
     if not 0.0 <= number < 1e9:
         raise ModelError("not a time", path=path, given=value, allowed='a time, e.g. "0.5 s" or "20 ms"')
     return number * _SECONDS[unit]
@@ -119,17 +131,24 @@ def torque_step(value: tuple[float, float] | str) -> tuple[float, float]:
 
     Raises
     ------
-    ModelError : no such text.
+    ModelError : no such text, or a factor beyond 1000.
     """
     if not isinstance(value, str):
-        return value
+        return _real_step(*value, value)
     factor, at, time = value.partition("@")
     found = re.fullmatch(rf"\s*{_NUMBER}\s*", factor)
     if found is None or not at:
         raise ModelError("not a torque step", path="torque_step", given=value, allowed='FACTOR@TIME, e.g. "1.5@0.2 s"')
-    if not abs(float(found[1])) <= _MOST_LOAD:
-        raise ModelError("the factor is out of range", path="torque_step", given=value, allowed=f"at most {_MOST_LOAD}")
-    return float(found[1]), seconds(time, "torque_step")
+    return _real_step(float(found[1]), seconds(time, "torque_step"), value)
+
+
+def _real_step(factor: float, time: float, given: object) -> tuple[float, float]:
+    """A torque step as it is, refused where no machine has it."""
+    if not abs(factor) <= _LARGEST_FACTOR:
+        reason = "the worst short circuits are ten times the rated torque"
+        allowed = f"a factor from -{_LARGEST_FACTOR:g} to {_LARGEST_FACTOR:g}; {reason}"
+        raise ModelError("a torque beyond all machines", path="torque_step", given=given, allowed=allowed)
+    return factor, time
 
 
 def spread(text: str, points: int, path: str = "values") -> list[Any]:
@@ -208,7 +227,39 @@ def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str
     return found
 
 
-def _quantity(text: str, units: tuple[str, ...]) -> tuple[float, str]:
-    """Number and unit of a text, the first unit where it says none; nan where it is no number of these units."""
+def load_per_length(value: float | str, path: str) -> float:
+    """A load per length [N/m] from a number [N/m], or a text with its unit.
+
+    Raises
+    ------
+    ModelError : a text without a unit, or of another quantity.
+    """
+    from ..model.bare_numbers import stated
+    from ..model.units import Bounds
+
+    if isinstance(value, str):
+        _refuse_bare(value, "N/mm", path)  # teeth bear some hundreds of N/mm
+    try:
+        return stated(value, "stiffness", path, bounds=Bounds(low=0.0, above=True))
+    except ModelError as error:
+        allowed = 'a load per length above 0, e.g. "200 N/mm"'
+        raise ModelError(error.problem, path=path, given=value, allowed=allowed) from None
+
+
+def _quantity(text: str, units: tuple[str, ...], path: str) -> tuple[float, str]:
+    """Number and unit of a text; nan where it is no number of these units.
+
+    Raises
+    ------
+    ModelError : a number other than 0 without a unit.
+    """
+    _refuse_bare(text, units[0], path)
     found = re.fullmatch(rf"\s*{_NUMBER}\s*({'|'.join(units)})?\s*", text)
     return (float(found[1]), found[2] or units[0]) if found else (float("nan"), units[0])
+
+
+def _refuse_bare(text: str, unit: str, path: str) -> None:
+    """Refuse a number other than 0 without a unit, with the likely one."""
+    number = text.strip()
+    if re.fullmatch(_NUMBER, number) and float(number) != 0.0:
+        raise ModelError(f'a number without a unit: "{number} {unit}"?', path=path, given=text)

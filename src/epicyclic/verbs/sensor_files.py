@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from ..errors import ModelError
 from ..input_files import read_text
-from ..model.units import Bounds, factor, read_quantity
+from ..model.bare_numbers import stated
+from ..model.units import factor
 
 if TYPE_CHECKING:
     from ..analyses.modulation.path import Transfer, Window
@@ -69,17 +70,7 @@ def quantity(value: float | str | None, kind: str, path: str) -> float | None:
     ------
     ModelError : a text without a unit, or with one of another kind.
     """
-    if value is None or not isinstance(value, str):
-        return value
-    if not re.search(r"[A-Za-z°]\s*$", value) or re.fullmatch(r"\s*[+-]?(inf|nan)\s*", value, re.IGNORECASE):
-        example = '"90 deg"' if kind == "angle" else '"400 mm"'
-        raise ModelError(f"needs a number and its unit, e.g. {example}", path=path, given=value)
-    try:
-        read = read_quantity(value, (kind,), Bounds())
-    except ModelError as error:
-        raise ModelError(str(error), path=path) from None
-    assert isinstance(read, float)
-    return read
+    return None if value is None else stated(value, kind, path)
 
 
 def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from ..errors import ModelError
+from ..model.bare_numbers import typed
 from .options import FrameSpeed, MeshFrequencies, RelativeSpeeds, Start, Stop
 from .parsing import spread
 from .record import Option, Verb, bounded, given, refuse_without
@@ -86,7 +87,7 @@ def stability(
     return stability_map(
         source,
         over.strip(),
-        spread(values, value_points) if isinstance(values, str) else values,
+        [typed(value) for value in spread(values, value_points)] if isinstance(values, str) else values,
         np.atleast_1d(np.asarray(mesh_frequency, dtype=float)).tolist(),
         overrides=overrides,
         frame_speed=frame_speed,

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from .options import Corner, LinearAt, LoadPoints, Of, Slices, Turns
-from .parsing import loads_of
+from .parsing import load_per_length, loads_of
 from .record import Option, Progress, Verb, bounded, former
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def train_contact(
         of=of,
         samples=samples,
         slices=slices,
-        linear_at=linear_at,
+        linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
         corner=corner,
         progress=progress,
         **({} if factors is None else {"factors": factors}),

@@ -104,10 +104,10 @@ def test_a_list_is_taken_apart(run: Auditor) -> None:
 
 
 def test_a_model_file_of_ones_own(tmp_path: Path) -> None:
-    from epicyclic.model.toml_writer import to_toml
+    from epicyclic.model.model_writer import model_text
     from epicyclic.resolve.resolved_document import resolved_document
 
-    (tmp_path / "mine.toml").write_text(to_toml(resolved_document(epicyclic.load("lin1999-n3"))), encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(model_text(resolved_document(epicyclic.load("lin1999-n3"))), encoding="utf-8")
     text = HEAD.replace('drive = "lin1999-n3"\n', "") + row("reproduced")
     (tmp_path / "mine.audit.toml").write_text(text, encoding="utf-8")
     result = epicyclic.audit(tmp_path / "mine.audit.toml")

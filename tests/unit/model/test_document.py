@@ -101,7 +101,7 @@ def test_every_key() -> None:
     assert mesh.stiffness == Quantity(value=2e10, unit="N/m^2")
     assert mesh.variation is not None
     assert (mesh.variation.form, mesh.variation.cosine) == ("series", (0.1, 0.05))
-    assert mesh.backlash == math.inf
+    assert mesh.backlash == 2e-4
     assert mesh.right is not None
     assert mesh.right.variation is not None
     assert mesh.right.variation.form == "values"

@@ -13,7 +13,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.gears.geometry import contact_limits
 from epicyclic.gears.outline import GearForm
-from epicyclic.model.toml_writer import to_toml
+from epicyclic.model.model_writer import model_text
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.tooth_contact.energy import MeshedTeeth, section_stiffness
 from epicyclic.tooth_contact.tooth import tooth_compliance
@@ -135,7 +135,7 @@ def test_variation_by_energy_of_a_given_mean() -> None:
 def test_written_out_it_is_the_same_train(tmp_path: Any) -> None:
     train = drive(**{f"{MESHES}.sun-planet.slices": 3})
     file = tmp_path / "resolved.toml"
-    file.write_text(to_toml(resolved_document(train)), encoding="utf-8")
+    file.write_text(model_text(resolved_document(train)), encoding="utf-8")
     again = epicyclic.load(str(file))
     for a, b in zip(train.meshes, again.meshes, strict=True):
         assert a.stiffness == pytest.approx(b.stiffness, rel=1e-12)

@@ -11,7 +11,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.gears.flank import PLAIN, Flank, Relief, Wave
 from epicyclic.gears.tooth_pair import ToothPair
-from epicyclic.model.toml_writer import to_toml
+from epicyclic.model.model_writer import model_text
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.train.connections import Mesh
 from epicyclic.train.train import Train
@@ -89,7 +89,7 @@ def test_the_resolved_file_keeps_the_flanks() -> None:
     train = load(sun__flank={"tip_relief": {"amount": "20 um", "length": "3 mm"}, "crown": "5 um"})
     import tomllib
 
-    again = epicyclic.load(tomllib.loads(to_toml(resolved_document(train))))
+    again = epicyclic.load(tomllib.loads(model_text(resolved_document(train))))
     for one, other in zip(train.meshes, again.meshes, strict=True):
         assert one.teeth is not None
         assert other.teeth is not None

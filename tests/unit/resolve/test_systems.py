@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epicyclic.model.toml_writer import to_toml
+from epicyclic.model.model_writer import model_text
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.train.bodies import Body, GearData
@@ -293,7 +293,7 @@ def _sorted(train: Train, name: str) -> object:
 @pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: Path(drive).stem)
 def test_resolving_the_resolved_document_changes_nothing(drive: str) -> None:
     train = load(drive)
-    again = load(tomllib.loads(to_toml(resolved_document(train))))
+    again = load(tomllib.loads(model_text(resolved_document(train))))
     assert differing(train, again) == []
 
 

@@ -24,7 +24,7 @@ from epicyclic.studies.relief.search import genetic_search
 pytest.importorskip("pymoo")
 
 PAIR: dict[str, Any] = {
-    "format": 1,
+    "format": 2,
     "title": "One pair",
     "stages": {
         "main": {

@@ -126,8 +126,9 @@ def test_command(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        (("ren2021", "--from", "600", "--to", "20"), "600"),
+        (("ren2021", "--from", "600 Hz", "--to", "20 Hz"), "600"),
         (("ren2021", "--over", "damping.modal"), "--values"),
+        (("ren2021", "--over", "stages.main.sun.mass", "--values", "700..800", "--points", "2"), '"700 kg"?'),
         (("ren2021", "--over", "damping.modal", "--values", "few"), "few"),
         (("ren2021", "--over", "stages.main.nosuch", "--values", "1..2", "--points", "2"), "nosuch"),
         (("lin1999-n4",), "speed"),

@@ -2,18 +2,33 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from epicyclic.errors import ModelError
-from epicyclic.verbs.parsing import ends, frequency, loads_of, seconds, settings, spread, torque_step
+from epicyclic.model.bare_numbers import stated
+from epicyclic.model.units import Bounds, read_quantity
+from epicyclic.verbs.parsing import (
+    ends,
+    frequency,
+    load_per_length,
+    loads_of,
+    seconds,
+    settings,
+    spread,
+    torque_step,
+)
 
 
-@pytest.mark.parametrize(("text", "value"), [("20", 20.0), ("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])
+@pytest.mark.parametrize(("text", "value"), [("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])
 def test_frequency(text: str, value: float) -> None:
     assert frequency(text, "start") == pytest.approx(value, rel=1e-15)  # one rounding
 
 
-@pytest.mark.parametrize("text", ["", "Hz", "-3", "0", "nan", "inf", "20 rpm", "1.2.3", "1e400", "twenty"])
+@pytest.mark.parametrize(
+    "text", ["", "Hz", "-3", "20", "-3 Hz", "0", "nan", "inf", "20 rpm", "1.2.3", "1e400", "twenty"]
+)
 def test_not_a_frequency(text: str) -> None:
     with pytest.raises(ModelError, match="start"):
         frequency(text, "start")
@@ -27,8 +42,52 @@ def test_ends_go_together() -> None:
 
 
 def test_times_and_steps() -> None:
-    assert [seconds(value, "duration") for value in (2.0, "2", "20 ms", "1 min", "0 s")] == [2.0, 2.0, 0.02, 60.0, 0.0]
+    assert [seconds(value, "duration") for value in (2.0, "2 s", "20 ms", "1 min", "0 s", "0")] == [
+        2.0,
+        2.0,
+        0.02,
+        60.0,
+        0.0,
+        0.0,
+    ]
     assert torque_step("1.5@20 ms") == torque_step((1.5, 0.02)) == (1.5, 0.02)
+
+
+@pytest.mark.parametrize("text", ["20", "2e1", "-3", " 20 "])
+def test_a_number_without_a_unit_is_refused_with_the_likely_one(text: str) -> None:
+    number = text.strip()
+    for read, unit in ((frequency, "Hz"), (seconds, "s")):
+        with pytest.raises(ModelError, match=re.escape(f'start = {text}: a number without a unit: "{number} {unit}"?')):
+            read(text, "start")
+    with pytest.raises(ModelError, match=re.escape(f'"{number} s"?')):
+        torque_step(f"1.5@{text}")
+
+
+def test_a_load_per_length() -> None:
+    assert [load_per_length(value, "linear_at") for value in (3e5, "300 N/mm", "0.3 kN/mm")] == [3e5, 3e5, 3e5]
+    for text in ("300 N", "0 N/m", "-1 N/m", "much"):
+        with pytest.raises(ModelError, match=r"linear_at.*200 N/mm"):
+            load_per_length(text, "linear_at")
+    with pytest.raises(ModelError, match=r'linear_at = 300: a number without a unit: "300 N/mm"\?'):
+        load_per_length("300", "linear_at")
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "likely"), [("100", "torque", "100 N m"), ("20", "angle", "20 deg"), ("400", "length", "400 mm")]
+)
+def test_a_text_of_an_option_states_its_unit(text: str, kind: str, likely: str) -> None:
+    with pytest.raises(ModelError, match=re.escape(f'torque = {text}: a number without a unit: "{likely}"?')):
+        stated(text, kind, "torque")
+    assert stated(float(text), kind, "torque") == float(text)
+    assert stated(likely, kind, "torque") == read_quantity(likely, (kind,), Bounds())
+    with pytest.raises(ModelError, match="another kind of quantity"):
+        stated(f"{text} kg", kind, "torque")
+
+
+@pytest.mark.parametrize("step", ["1e300@0.1 s", "-1001@0 s", (1e300, 0.1), (float("nan"), 0.1)])
+def test_a_torque_step_beyond_all_machines_is_refused(step: str | tuple[float, float]) -> None:
+    with pytest.raises(ModelError, match=r"torque_step.*from -1000 to 1000"):
+        torque_step(step)
 
 
 def test_settings() -> None:

@@ -3,24 +3,31 @@
 From the last speed before teeth part, the branch is followed through its folds until it is back on closed teeth and
 going up.  There the next segment of closed teeth begins.  Where a branch ends before that, the set begins anew at the
 next speed asked for.
+
+In ranges of chaotic motions a branch may wind through hundreds of folds without a stable motion.  It is cut there, and
+the next branch begins at a stable motion; in between stands one motion at every speed asked for.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
 from ...system.system import Array
 from .closed_teeth import NEAR, REACH, Scan, scan_closed_teeth
 from .continuation import ArclengthUnit, PathPoint, Stepping, arclength_unit, branch, located
-from .corrector import solve
+from .corrector import NewtonResult, solve
 from .outputs import force_level
 from .problem import Problem, State, dynamic_size, prolonged
-from .refinement import Refinement, Solution, distinct, harmonics_for, load_continuation, solution
+from .refinement import Refinement, Solution, distinct, harmonics_for, load_continuation, solution, with_stability
 
 __all__ = ["BranchSet", "Crossing", "Segment", "branch_set"]
+
+_End = Literal["through", "cut", "lost"]
+"""How a branch ends: on closed teeth or behind the range, cut where it winds unstably, or where no step succeeds."""
 
 # A branch has at least so many harmonics, of one mesh frequency and of each of two.
 _LEAST = {1: 16, 2: 8}
@@ -29,6 +36,9 @@ _LEAST = {1: 16, 2: 8}
 _BETWEEN, _LEAST_DISTANCE = 1.0, 1e-3
 # Steps along the branch to a speed between two points, and the part of the speed at which it is reached: its rounding.
 _SECANTS, _AT_SPEED = 6, 1e-9
+# Parts between folds, one after the other, without a stable motion after which a branch is cut: resonances have two to
+# four, and what is stable again later is found anew.
+_UNSTABLE_PARTS = 16
 # Rise of the speed with the length of a branch below which a point is on a fold, or between two.
 _FLAT = 0.01
 
@@ -61,13 +71,14 @@ class BranchSet:
     """All that lies between the lowest and the highest speed.
 
     speeds : (P,) asked for, relative, rising.  segments : in order.  crossings : of every speed asked for.
-    ended : speeds where a branch ended before it was through.
+    ended : speeds where a branch ended before it was through.  cut : speeds where one was cut that winds unstably.
     """
 
     speeds: Array
     segments: list[Segment]
     crossings: list[list[Crossing]]
     ended: list[float]
+    cut: list[float] = field(default_factory=list)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -75,6 +86,7 @@ class _Trace:
     """The branch set as far as it has been followed.
 
     fixed : number of harmonics, None for as many as needed.  part : number of the part at hand.
+    winding : whether the branch before was cut.
     """
 
     refinement: Refinement
@@ -84,7 +96,9 @@ class _Trace:
     crossings: list[list[Crossing]]
     segments: list[Segment] = field(default_factory=list)
     ended: list[float] = field(default_factory=list)
+    cut: list[float] = field(default_factory=list)
     part: int = 0
+    winding: bool = False
 
 
 def branch_set(
@@ -108,7 +122,9 @@ def branch_set(
         place = _closed_segment(trace, place)
         if place < trace.scan.speeds.size:
             place = _branch_segment(trace, place)
-    return BranchSet(speeds=speeds, segments=trace.segments, crossings=trace.crossings, ended=trace.ended)
+    return BranchSet(
+        speeds=speeds, segments=trace.segments, crossings=trace.crossings, ended=trace.ended, cut=trace.cut
+    )
 
 
 def _closed_segment(trace: _Trace, place: int) -> int:
@@ -142,22 +158,46 @@ def _branch_segment(trace: _Trace, place: int) -> int:
         if asked < 0 or trace.crossings[asked]:
             return place + 1
         speed = float(scan.speeds[place])
-        start = load_continuation(trace.refinement, speed, harmonics=H)
+        start = _begun_anew(trace, given, H, speed, place)
         trace.part += 1
         if not start.converged:
-            trace.ended.append(speed)
+            # behind a branch that was cut no motion is looked for but stable ones
+            trace.ended += [] if trace.winding else [speed]
             return place + 1
-    points, through = _followed(trace, given, H, start.state)
-    behind = _enter_branch(trace, points, H, through)
+        if trace.winding:
+            alone = Solution(
+                given=given,
+                harmonics=H,
+                state=start.state,
+                residual=trace.refinement.residual(given, start.state, H),
+            )
+            alone = with_stability(trace.refinement, alone)
+            if not alone.stable:
+                trace.crossings[asked].append(Crossing(solution=alone, part=trace.part))
+                return place + 1
+    points, end = _followed(trace, given, H, start.state)
+    trace.winding = end == "cut"
+    behind = _enter_branch(trace, points, H, end)
     return max(behind, place + 1)
 
 
-def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], bool]:
+def _begun_anew(trace: _Trace, given: Problem, harmonics: int, speed: float, place: int) -> NewtonResult:
+    """A solution at a scanned speed: behind a branch that was cut from the speed before, else by the load."""
+    asked = int(trace.scan.asked[place])
+    if trace.winding and asked > 0 and trace.crossings[asked - 1]:
+        last = trace.crossings[asked - 1][-1].solution
+        found = solve(given, prolonged(last.given, given, last.state.y), speed)
+        if found.converged:
+            return found
+    return load_continuation(trace.refinement, speed, harmonics=harmonics)
+
+
+def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tuple[list[PathPoint], _End]:
     """Points of the branch from a solved state, until teeth are closed again or the range of speeds is left.
 
-    With them whether it got so far.
+    With them how it ends.
     """
-    scan = trace.scan
+    scan, winding = trace.scan, _Winding(trace=trace, harmonics=harmonics)
 
     def back(point: PathPoint) -> bool:
         """Whether the speed rises with the contact of the linear solution at the next scanned speed."""
@@ -175,21 +215,53 @@ def _followed(trace: _Trace, given: Problem, harmonics: int, start: State) -> tu
         )
 
     system = trace.refinement.ready.system
+
+    def returned(point: PathPoint) -> bool:
+        """Whether the branch goes down on closed teeth: it came from there."""
+        return point.state.unchanging and point.tangent_speed < 0 and point.length > 0
+
     points = branch(
-        trace.refinement,
         given,
-        harmonics,
         start,
         low=REACH * float(scan.speeds[0]),
         high=float(scan.speeds[-1]),
         unit=_unit(start),
         stepping=trace.stepping,
         score=lambda state, problem: float(force_level(system, problem, state).max()),
-        stop=back,
+        stop=lambda point: back(point) or returned(point) or winding.unstable(point),
     )
     last = points[-1]
-    closed = last.tangent_speed > 0 and last.state.unchanging
-    return points, closed or back(last) or (last.tangent_speed > 0 and last.state.speed > scan.speeds[-1])
+    if last.state.unchanging or back(last) or (last.tangent_speed > 0 and last.state.speed > scan.speeds[-1]):
+        return points, "through"
+    return points, "cut" if winding.count >= _UNSTABLE_PARTS else "lost"
+
+
+@dataclass(slots=True, kw_only=True)
+class _Winding:
+    """Unstable parts of a branch between folds, one after the other, up to the last point.
+
+    part : points since the last fold.
+    """
+
+    trace: _Trace
+    harmonics: int
+    part: list[PathPoint] = field(default_factory=list)
+    count: int = 0
+
+    def unstable(self, point: PathPoint) -> bool:
+        """Whether the branch is cut at its next point."""
+        if self.part and np.sign(point.tangent_speed) != np.sign(self.part[-1].tangent_speed):
+            middle = self.part[len(self.part) // 2]
+            self.count = self.count + 1 if self._is_unstable(middle) else 0
+            self.part = []
+        if not self.part or point is not self.part[-1]:
+            self.part.append(point)
+        return self.count >= _UNSTABLE_PARTS
+
+    def _is_unstable(self, point: PathPoint) -> bool:
+        """Whether the motion of a point is not stable."""
+        refinement = self.trace.refinement
+        return not with_stability(refinement, _as_solution(refinement, point, self.harmonics)).stable
 
 
 def _beside(point: PathPoint, closed: Solution) -> bool:
@@ -203,13 +275,8 @@ def _unit(start: State) -> ArclengthUnit:
     return arclength_unit(start.speed, start.speed, start.y)
 
 
-def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, through: bool) -> int:
-    """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it.
-
-    Parameters
-    ----------
-    through : whether the branch has reached closed teeth or the end of the range.
-    """
+def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _End) -> int:
+    """Enter the solutions of a branch at every speed asked for; returns the first scanned place behind it."""
     scan, parts = trace.scan, [trace.part]
     for before, after in pairwise(points):
         if np.sign(before.tangent_speed) != np.sign(after.tangent_speed):
@@ -227,8 +294,9 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, throug
     trace.segments.append(Segment(solutions=found, parts=parts, branch=True))
     last = points[-1].state.speed
     behind = int(np.searchsorted(scan.speeds, last, side="right"))
-    if not through:
-        trace.ended.append(last)
+    if end != "through":
+        (trace.cut if end == "cut" else trace.ended).append(last)
+    if end != "through" or points[-1].tangent_speed < 0:
         trace.part += 1
         behind = int(np.searchsorted(scan.speeds, max(point.state.speed for point in points), side="right"))
     _enter_other_closed(trace, behind)

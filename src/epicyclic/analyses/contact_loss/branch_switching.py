@@ -38,8 +38,9 @@ _PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
 _KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
 # Least and largest of random kicks, per the whole size of the motion.
 _RANDOM_KICKS = (0.3, 3.0)
-# Mesh cycles run before each look at where the motion is, and the most of them.
-_CYCLES, _LOOKS = 60, 6
+# Mesh cycles run before each look at where the motion is, and the most of them: from any start, and from the end of a
+# record at the speed before, whose transient is over but for the small change of speed.
+_CYCLES, _LOOKS, _LOOKS_ON = 60, 6, 2
 # Samples of a mesh cycle per harmonic of the motion that the integration is compared with.
 _SAMPLES = 4
 # Part of the largest singular value below which amplitudes of a record are not told apart: points of two tones whose
@@ -173,11 +174,17 @@ def initial_state(at: Solution) -> Array:
     return result
 
 
-def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: int) -> Solution | IntegratedMotion:
+def attractor(
+    refinement: Refinement, start: Array, speed: float, *, harmonics: int, settled: bool = False
+) -> Solution | IntegratedMotion:
     """The stable motion of one or two cycles that a start (2, n) approaches, or a record of what it does instead.
 
     With two mesh tones that is the stable motion of both.  A start on an unstable motion leaves it only as fast as
     rounding grows: give it a perturbation first.
+
+    Parameters
+    ----------
+    settled : whether the start is the end of a record at the speed before.
     """
     system = _with_mesh_orders_only(refinement, speed)
     moving = motion(system, program=constant(speed))
@@ -186,7 +193,7 @@ def attractor(refinement: Refinement, start: Array, speed: float, *, harmonics: 
     steps = -(-steps_for(moving, cycle) // samples) * samples
     state, record = start, np.zeros((0, 2, len(start[0])))
     begin, two_tones = 0.0, len(refinement.ready.lines.tones) > 1
-    for look in range(_LOOKS):
+    for look in range(_LOOKS_ON if settled else _LOOKS):
         # one tone has its first phase again after whole cycles, a second tone has not
         begin = look * _CYCLES * cycle if two_tones else 0.0
         record = integrate(

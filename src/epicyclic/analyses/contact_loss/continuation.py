@@ -11,16 +11,15 @@ Folds and the highest point of a branch are located, not stepped over.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from ...system.system import Array
-from ..steady.gmres import gmres
-from .corrector import TOLERANCE, preconditioner, solve
+from ..steady.gmres import gmres_of_one
+from .corrector import TOLERANCE, preconditioner
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative
-from .refinement import Refinement
 
 __all__ = [
     "ArclengthUnit",
@@ -41,13 +40,6 @@ __all__ = [
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without
 # these guards large steps jump over whole resonances with a clean residual (benchmarks/contact.py).
 _FAR, _TURN = 0.5, float(np.cos(np.radians(30.0)))
-# Largest move of the corrector at a corner of the sampled contact, per shortest step: a turn by 76 degrees.
-_CORNER_FAR = 4.0
-# Points past the first corner that ends a branch, by the number of tones: some seconds.  A branch that winds through
-# more corners than that is cut there, and the sweep says so.
-_PAST_CORNERS = {1: 200, 2: 100}
-# Slack of the move that a corner allows: the residual left of a corrector, 1e-6 of a motion, in steps of 1e-3.
-_CORNER_SLACK = 1.1
 # A step grows by this after so few Newton steps and so small a move, as a part of it.
 _GROW, _QUICK, _NEAR = 1.4, 3, 0.2
 # Newton steps of a corrector; residual of the GMRES of a bordered step per right side, and the part of the residual
@@ -57,10 +49,6 @@ _NEWTON, _FORCING, _TARGET = 10, 1e-3, 0.1
 _FLAT, _TRIES, _BISECT = 1e-3, 12, 3
 # Times the interval about the highest point is halved.
 _HALVED = 3
-# Folds closer than this part of the speed are asked again with twice the samples (0.1 Hz at 1.3 kHz).
-_CLOSE = 8e-5
-# Steps between two points that are followed again.
-_REFOLLOWED = 16
 
 Score = Callable[[State, Problem], float]
 """What a branch has a peak of, such as a force [N]."""
@@ -81,15 +69,13 @@ class Stepping:
     """Lengths of steps along a path: first, longest and shortest.
 
     guarded : whether far moves and sharp turns fail a step.  points : number after which a path ends.
-    corners : whether the shortest step may move as far as a corner of the branch makes it.
     """
 
     first: float = 0.25
     longest: float = 0.5
-    shortest: float = 1e-3
+    shortest: float = 1e-5
     guarded: bool = True
     points: int = 4000
-    corners: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -146,10 +132,7 @@ def follow(
 def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping) -> tuple[PathPoint | None, float]:
     """The next point, None where even the shortest step fails, and the length of the step after it."""
     while size >= stepping.shortest:
-        # a corner of the sampled contact turns at any length: at the shortest, the turn alone fails no step
-        cornering = size < 2 * stepping.shortest
-        far = _CORNER_FAR if cornering and stepping.corners else _FAR
-        trial = step_from(at, size, unit, guarded=stepping.guarded, cornering=cornering, far=far)
+        trial = step_from(at, size, unit, guarded=stepping.guarded)
         if trial is not None:
             point, moved = trial
             quick = point.steps <= _QUICK and (moved < _NEAR * size or not stepping.guarded)
@@ -159,25 +142,15 @@ def _advance(at: PathPoint, size: float, unit: ArclengthUnit, stepping: Stepping
 
 
 def step_from(
-    at: PathPoint,
-    size: float,
-    unit: ArclengthUnit,
-    *,
-    guarded: bool = True,
-    cornering: bool = False,
-    far: float = _FAR,
+    at: PathPoint, size: float, unit: ArclengthUnit, *, guarded: bool = True
 ) -> tuple[PathPoint, float] | None:
-    """One predictor-corrector step of a given length and how far its corrector moved, None where it fails.
-
-    cornering : any turn of the tangent below a right angle is allowed.
-    far : part of the step that the corrector may move; more than a half only as far as a corner makes it.
-    """
+    """One predictor-corrector step of a given length and how far its corrector moved, None where it fails."""
     given = at.given
     y = at.state.y + size * unit.motion * at.tangent
     speed = at.state.speed + size * unit.speed * at.tangent_speed
     if speed <= 0:
         return None
-    most = far * size if guarded else np.inf
+    most = _FAR * size if guarded else np.inf
     found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=most)
     if found is None:
         return None
@@ -187,7 +160,7 @@ def step_from(
         return None
     tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit)
     turned = float(np.vdot(tangent, at.tangent)) + tangent_speed * at.tangent_speed
-    if guarded and not _on_branch(turned, moved / size, cornering=cornering):
+    if guarded and turned < _TURN:
         return None
     point = PathPoint(
         given=given,
@@ -199,19 +172,6 @@ def step_from(
         calls=calls + used,
     )
     return point, moved
-
-
-def _on_branch(turned: float, moved: float, *, cornering: bool) -> bool:
-    """Whether a step whose tangent turns by so much (cosine), its corrector moving so far per length, keeps its branch.
-
-    Past a corner of the angle a in the distance d < size, the plane of the corrector is met (size - d) tan a beside
-    the predictor: a corner moves the corrector by no more than tan a of the step.  A jump moves it without the turn.
-    """
-    if not cornering:
-        return moved <= _FAR and turned >= _TURN
-    if turned <= 0:
-        return False
-    return moved <= max(_FAR, _CORNER_SLACK * float(np.sqrt(max(1 - turned**2, 0.0))) / turned)
 
 
 def corrected(
@@ -280,23 +240,21 @@ def _bordered(
     by_speed = (inverse(speed_derivative(given, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
-        """Product (1, 2 J n + 1) with the preconditioned bordered matrix."""
+        """Product (2 J n + 1,) with the preconditioned bordered matrix."""
         out = np.empty_like(x)
-        step, ds = x[0, :-1], x[0, -1]
-        out[0, :-1] = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
-        out[0, -1] = border @ step + tangent_speed * ds
+        step, ds = x[:-1], float(x[-1])
+        np.add(inverse(product(step.reshape(shape))).ravel(), ds * by_speed, out=out[:-1])
+        out[-1] = border @ step + tangent_speed * ds
         return out
 
     whole = np.append(inverse(right).ravel(), last)
     wanted = max(_FORCING * float(np.linalg.norm(whole)), target)
-    found, _, calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3)
-    return found[0, :-1].reshape(shape), float(found[0, -1]), calls
+    found, _, calls = gmres_of_one(apply, whole, target=wanted, restarts=3)
+    return found[:-1].reshape(shape), float(found[-1]), calls
 
 
 def branch(
-    refinement: Refinement,
     given: Problem,
-    harmonics: int,
     start: State,
     *,
     low: float,
@@ -313,26 +271,11 @@ def branch(
     score : what has a peak that must not be missed.  stop : ends the branch at a point before it leaves [low, high].
     """
     points = list[PathPoint]()
-    at = start_of_path(given, start, unit)
-    for own in _tries(stepping, len(given.grid.counts)):
-        points = points[:-1]
-        for point in follow(at, low, high, unit=unit, stepping=own):
-            points.append(point)
-            if stop is not None and stop(point):
-                break
-        at = points[-1]
-        if not low <= at.state.speed <= high or (stop is not None and stop(at)):
+    for point in follow(start_of_path(given, start, unit), low, high, unit=unit, stepping=stepping):
+        points.append(point)
+        if stop is not None and stop(point):
             break
-    points = _confirmed(refinement, harmonics, points, unit)
-    points = _with_folds(points, unit)
-    return _with_peak(points, unit, score)
-
-
-def _tries(stepping: Stepping, tones: int) -> list[Stepping]:
-    """Steps in turn, each from where the ones before end."""
-    if not stepping.guarded:
-        return [stepping]
-    return [stepping, replace(stepping, corners=True, points=min(stepping.points, _PAST_CORNERS[tones]))]
+    return _with_peak(_with_folds(points, unit), unit, score)
 
 
 def folds(points: list[PathPoint]) -> list[int]:
@@ -353,7 +296,7 @@ def _with_folds(points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]
     """The points, with one more at every fold."""
     result = points[:1]
     for before, after in pairwise(points):
-        if np.sign(before.tangent_speed) != np.sign(after.tangent_speed) and before.given is after.given:
+        if np.sign(before.tangent_speed) != np.sign(after.tangent_speed):
             at = located(before, after, _slope, unit=unit, tolerance=_FLAT, tries=_TRIES, bisect=_BISECT)
             result += [] if at is None else [at]
         result.append(after)
@@ -420,39 +363,3 @@ def _with_peak(points: list[PathPoint], unit: ArclengthUnit, score: Score) -> li
                 middle = step_from(points[place], half, unit) if half > 0 else None
                 points[place + 1 : place + 1] = [] if middle is None else [middle[0]]
     return points
-
-
-def _confirmed(refinement: Refinement, harmonics: int, points: list[PathPoint], unit: ArclengthUnit) -> list[PathPoint]:
-    """The points, pairs of folds so close that the samples may have made them followed again with twice the samples."""
-    turns = folds(points)
-    for first, second in pairwise(turns):
-        speeds = [points[i].state.speed for i in (first, second)]
-        if abs(speeds[1] - speeds[0]) > _CLOSE * speeds[0]:
-            continue
-        a, b = max(first - 2, 0), min(second + 2, len(points) - 1)
-        again = _refollowed(refinement, harmonics, points[a], points[b], unit)
-        if again is None:
-            return points
-        rest = _confirmed(refinement, harmonics, points[b + 1 :], unit)
-        return [*points[:a], *again, *rest]
-    return points
-
-
-def _refollowed(
-    refinement: Refinement, harmonics: int, first: PathPoint, last: PathPoint, unit: ArclengthUnit
-) -> list[PathPoint] | None:
-    """The branch between two points with twice the samples, None where it does not get there."""
-    given = refinement.problem(harmonics, cycles=first.given.cycles, samples=2 * refinement.samples(harmonics))
-    found = solve(given, first.state.y, first.state.speed)
-    if not found.converged or last.length <= first.length:
-        return None
-    start = replace(start_of_path(given, found.state, unit, upward=first.tangent_speed > 0), length=first.length)
-    step = (last.length - first.length) / _REFOLLOWED
-    points = []
-    for point in follow(
-        start, 0.0, np.inf, unit=unit, stepping=Stepping(first=step, longest=4 * step, shortest=step / 256)
-    ):
-        points.append(point)
-        if point.length > last.length:
-            break
-    return points if points[-1].length >= last.length else None

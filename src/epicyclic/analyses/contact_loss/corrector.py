@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
-from ..steady.gmres import gmres
+from ..steady.gmres import gmres_of_one
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, unknowns
 
 __all__ = [
@@ -61,10 +61,10 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
         inverse, product, shape = preconditioner(given, at), jacobian(given, at), right.shape
         start = inverse(right)
         size = float(np.linalg.norm(start))
-        found, _, calls = gmres(
-            lambda x: inverse(product(x.reshape(shape))).reshape(1, -1),
-            start.reshape(1, -1),
-            target=np.array([max(forcing * size, target)]),
+        found, _, calls = gmres_of_one(
+            lambda x: inverse(product(x.reshape(shape))).ravel(),
+            start.ravel(),
+            target=max(forcing * size, target),
             restarts=restarts,
         )
         return found.reshape(shape), calls
@@ -110,14 +110,22 @@ def preconditioner(given: Problem, at: State) -> Callable[[Array], Array]:
     T = tangent + 1j * np.multiply.outer(w, drag)
     soft, loop = _soft_points(at, gaps, pulls, T)
     small = T[soft][:, :, None] * np.linalg.inv(np.eye(len(tangent)) + loop)
+    # real form (k, 2 w, 2 w) of the complex matrices, for real and imaginary parts one after the other
+    real = np.concatenate(
+        [np.concatenate([small.real, -small.imag], axis=2), np.concatenate([small.imag, small.real], axis=2)], axis=1
+    )
+    from_mode, to_mode = np.ascontiguousarray(gaps.T), pulls
+    inverse = at.inverse[0][soft], np.ascontiguousarray(at.inverse[1][:, soft])
+    every = slice(None) if soft.size == len(w) else soft
+    k, c = soft.size, len(tangent)
 
     def apply(right: Array) -> Array:
         """Product (2, J, n) with the approximate inverse."""
-        gap = right[:, soft] @ gaps.T
-        force = np.matmul(small, (gap[0] + 1j * gap[1])[:, :, None])[:, :, 0]
-        pulled = np.stack([force.real, force.imag]) @ pulls
+        gap = (right[:, every] @ from_mode).transpose(1, 0, 2).reshape(k, 2 * c, 1)
+        force = np.matmul(real, gap).reshape(k, 2, c).transpose(1, 0, 2)
+        pulled = force @ to_mode
         result = right.copy()
-        result[:, soft] -= at.inverse[0][soft] * pulled + at.inverse[1][:, soft] * pulled[::-1]
+        result[:, every] -= inverse[0] * pulled + inverse[1] * pulled[::-1]
         return result
 
     return apply

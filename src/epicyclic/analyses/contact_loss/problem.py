@@ -1,4 +1,4 @@
-"""Harmonic balance of flanks that part and touch: residual, Jacobian, lattices of mesh and shaft tones.
+"""Harmonic balance of flanks that part and touch: residual and Jacobian.
 
 In energy-weighted modal coordinates (see `analyses.modes.basis`) the residual at lattice points a is
 
@@ -20,24 +20,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system.faces import Faces, faces
-from ...system.system import Array, Line
+from ...system.system import Array
 from ..modes.basis import Modal
-from ..steady.lattice import Point, kept_points
+from ..steady.lattice import kept_points
 from ..steady.response import FrameSpeed, Response
+from .edges import WidthTangents, edges
+from .lattice_points import PlacedLine
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
 from .transforms import Transforms, grid
 
 __all__ = [
-    "PlacedLine",
     "Problem",
-    "Size",
     "State",
     "dynamic_size",
     "elastic_forces",
@@ -46,78 +45,24 @@ __all__ = [
     "flank_force",
     "gap_forces",
     "gap_rows",
-    "half_lattice",
     "jacobian",
     "linearised_residual",
-    "mesh_points",
     "mesh_problem",
-    "order_weight",
-    "placed_line",
     "problem",
     "prolonged",
     "rate_rows",
     "speed_derivative",
-    "torus_points",
     "unknowns",
 ]
 
 
 Index = NDArray[np.int64]
-PlacedLine = tuple[Point, bool, Line]
-"""A line at a lattice point, and whether its conjugate counts there."""
-
+_T = TypeVar("_T", bound=np.generic)
 # Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
 # so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8
 # Part of the largest tangent of link rows within which one is constant: its rounding.
 _CONSTANT = 1e-9
-
-
-class Size(NamedTuple):
-    """Rows of a torus: harmonics of each mesh tone, order of their combinations, highest order of each shaft tone."""
-
-    harmonics: tuple[int, ...]
-    cross: int
-    orders: tuple[int, ...]
-
-
-def mesh_points(size: Size) -> Index:
-    """Lattice points (J, D) of the D mesh tones alone."""
-    return torus_points(size._replace(orders=()))
-
-
-def torus_points(size: Size) -> Index:
-    """Lattice points (J, D) of mesh and shaft tones, one of a and -a, the origin first.
-
-    Mesh points as of `kept_points`, each with all shaft orders |s_1| / H_1 + |s_2| / H_2 + .. <= 1 (derived here).
-    """
-    mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
-    reach = product(*(range(-order, order + 1) for order in size.orders))
-    of_shafts = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
-    every = [(*a, *s) for a in mesh for s in of_shafts]
-    return half_lattice(every)
-
-
-def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:
-    """|s_1| / H_1 + |s_2| / H_2 + .. of shaft orders (S,) and their highest (S,), without its rounding."""
-    return round(sum(abs(s) / order for s, order in zip(point, orders, strict=True)), 9)
-
-
-def half_lattice(points: Sequence[Point]) -> Index:
-    """The points (J, D) of a lattice that stand for a real signal: one of a and -a, the origin first."""
-    leading = [point for point in points if _leads(point)]
-    return np.array(sorted(leading, key=lambda point: (any(point), point)), dtype=np.int64)
-
-
-def placed_line(point: Point, line: Line) -> PlacedLine:
-    """A line at the point a, or as its conjugate at -a, whichever half of the lattice holds."""
-    leads = _leads(point)
-    return point if leads else tuple(-a for a in point), not leads, line
-
-
-def _leads(point: Point) -> bool:
-    """Whether a stands for itself and -a: its first order that is not 0 is positive."""
-    return next((a for a in point if a), 1) > 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -157,6 +102,7 @@ class State:
     unchanging : whether tangents keep one value at each phase: the motion is that of a linear system.
     acting : (N, F) part of its sample in which each damper acts.  edge : (N, F) how that part rises with the gap, times
         the gap rate [1/s]; both None without dampers of meshes.
+    width : tangents of samples at an edge of contact, by their width; None where there is none.
     """
 
     y: Array
@@ -169,6 +115,7 @@ class State:
     norm: float
     acting: Array | None = None
     edge: Array | None = None
+    width: WidthTangents | None = None
 
 
 def unknowns(problem: Problem) -> tuple[int, int, int]:
@@ -317,6 +264,7 @@ def evaluate(given: Problem, y: Array, speed: float, *, touching: NDArray[np.boo
         norm=float(np.linalg.norm(residual)),
         acting=law.acting,
         edge=law.edge,
+        width=law.width,
     )
 
 
@@ -328,26 +276,40 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
     rows, w = given.rows, at.speed * given.omega
     tangent, drag = at.tangent - rows.linear, None
     if at.acting is not None and at.edge is not None:
-        # where the contact opens or closes within a sample, c delta' a rises with both: a = 1/2 + delta / (|delta'| h)
-        rate = np.where((at.acting > 0) & (at.acting < 1), 0.5, at.acting)
+        # where contact opens or closes within a sample, its part closed rises with the gap
         tangent[:, : rows.count] += rows.damping * at.edge
         drag = np.zeros_like(tangent)
-        drag[:, : rows.count] = rows.damping * rate - rows.drag
+        drag[:, : rows.count] = rows.damping * at.acting - rows.drag
     live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
-    gaps, pulls, lag = np.ascontiguousarray(rows.gaps[live].T), rows.pulls[live], rows.lag[live]
-    tangent, drag = tangent[:, live], None if drag is None else drag[:, live]
+    pulls, lag = rows.pulls[live], rows.lag[live]
+    tangent, drag = np.ascontiguousarray(tangent[:, live]), None if drag is None else drag[:, live]
+    # one product takes a step to its gaps and to the couplings of modes
+    still, turning = _coupling(given, at.speed)
+    n, R = at.y.shape[2], len(pulls)
+    parts = [np.ascontiguousarray(rows.gaps[live].T), *(part for part in (still, turning) if part is not None)]
+    matrix = np.concatenate(parts, axis=1)
+    values, back, J = given.grid.values, given.grid.rows, w.size
+    width = None if at.width is None else at.width.of_rows(_places(live, len(rows.linear)))
+    column = w[:, None]
 
     def apply(step: Array) -> Array:
         """Jacobian-vector product of a step (2, J, n)."""
-        gap = step.reshape(-1, step.shape[2]) @ gaps
-        force = given.grid.values(gap)
-        force *= tangent
+        product = step.reshape(-1, n) @ matrix
+        gap = product[:, :R]
+        sampled = values(gap)
+        force = sampled * tangent
+        if width is not None:
+            width.add(force, sampled)
         if drag is not None:
-            force += drag * given.grid.values(rate_rows(gap, w))
-        back = _lagged(given.grid.rows(force), lag, w)
-        pulled = _couple(given, step, at.speed)
-        pulled += (back @ pulls).reshape(step.shape)
-        return step + _times(at.inverse, pulled)
+            force += drag * values(rate_rows(gap, w))
+        pulled = _lagged(back(force), lag, w) @ pulls
+        if still is not None:
+            pulled += product[:, R : R + n]
+        if turning is not None:
+            turned = product[:, -n:]
+            pulled[:J] -= column * turned[J:]
+            pulled[J:] += column * turned[:J]
+        return step + _times(at.inverse, pulled.reshape(step.shape))
 
     return apply
 
@@ -407,9 +369,12 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
     """
     rows, w, moved = given.rows, at.speed * given.omega, given.error - other.error
     F = rows.count
-    force = at.tangent * given.grid.values(moved)
+    sampled = given.grid.values(moved)
+    force = at.tangent * sampled
     if at.acting is not None:
         force[:, :F] += at.acting * rows.damping * given.grid.values(rate_rows(moved[:, :F], w))
+    if at.width is not None:
+        at.width.add(force, sampled)
     back = _lagged(given.grid.rows(force), rows.lag, w)
     # the mean system holds the tangents of link rows, whose errors are forces on it
     back[:, F:] -= _lagged(rows.linear[F:] * moved[:, F:], rows.lag[F:], w)
@@ -426,43 +391,50 @@ class _Forces(NamedTuple):
     unchanging: bool
     acting: Array | None
     edge: Array | None
+    width: WidthTangents | None
 
 
 def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
-    """Forces by the laws, from rows (2 J, R) of delta [m].
-
-    A damper that acts at once would make the force jump where teeth meet, and the sum over samples with it.  The damper
-    acts for the part of its sample in which the gap, continued linearly, is closed: the force stays continuous (derived
-    here).
-    """
+    """Forces by the laws, from rows (2 J, R) of delta [m]; samples at an edge of contact as of `edges`."""
     rows = given.rows
-    F, N = rows.count, len(given.tangent)
+    F = rows.count
     reaching = _reach(opened[:, :F]) > given.laws.least_touch
     near, columns = np.flatnonzero(reaching), _columns(reaching)
-    laws = given.laws.of(near)
+    laws, damping = given.laws.of(near), rows.damping[near]
     delta = given.grid.values(opened[:, columns])
-    force, tangent, touching = np.zeros((N, len(rows.linear))), np.zeros((N, len(rows.linear))), np.zeros((N, F), bool)
-    force[:, columns], tangent[:, columns] = laws.evaluate(delta)
     closed = laws.opening(delta)
-    touching[:, columns] = pressed = closed > 0
-    unchanging = bool(np.all(pressed == pressed[:1]))
+    pressed = closed > 0
+    edge = edges(closed, given.grid.counts, rows.axis[near])
+    if edge is not None:
+        edge.enter_penetration(delta, closed)
+    own, slope = laws.evaluate(delta)
+    change = None if edge is None else edge.enter_means(own, slope)
+    unchanging = edge is None and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
         unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
+    acting, opens = None, None
+    if damping.any():
+        rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
+        part, rise = pressed.astype(float), np.zeros_like(rate)
+        if edge is not None and change is not None:
+            part[edge.at], rise[edge.at] = edge.share, rate[edge.at] / edge.width
+            change -= damping[edge.at[1]] * rise[edge.at] * (edge.share - 0.5)
+        own += damping * rate * part
+        acting, opens = _spread(part, columns, F), _spread(rise, columns, F)
+    force, tangent = _spread(own, columns, len(rows.linear)), _spread(slope, columns, len(rows.linear))
     if rows.links is not None:
         unchanging &= _add_links(given, opened, force, tangent)
-    if not rows.damping.any():
-        return _Forces(force, tangent, touching, unchanging, None, None)
-    rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
-    sample = 2 * np.pi / (speed * given.tones * given.grid.counts)
-    own, moving = sample[rows.axis[near]], laws.drift(rate, sample)
-    travel = np.abs(moving) * own
-    place = np.divide(closed, travel, out=np.full_like(closed, np.inf), where=travel > 0)
-    inside = np.abs(place) < 0.5
-    acting, edge = np.zeros((N, F)), np.zeros((N, F))
-    acting[:, columns] = np.where(inside, 0.5 + np.where(inside, place, 0.0), pressed.astype(float))
-    edge[:, columns] = np.where(inside, np.divide(rate, travel, out=np.zeros_like(rate), where=travel > 0), 0.0)
-    force[:, columns] += rows.damping[near] * rate * acting[:, columns]
-    return _Forces(force, tangent, touching, unchanging, acting, edge)
+    width = None if edge is None or change is None else edge.tangents(change, near)
+    return _Forces(force, tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
+
+
+def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[_T]:
+    """Values (N, c) in some of so many columns, the rest 0."""
+    if values.shape[1] == count:
+        return values
+    result = np.zeros((len(values), count), values.dtype)
+    result[:, columns] = values
+    return result
 
 
 def _add_links(given: Problem, opened: Array, force: Array, tangent: Array) -> bool:
@@ -489,11 +461,11 @@ def _assumed(given: Problem, opened: Array, speed: float, pattern: NDArray[np.bo
         # the law at the mean load and the tangent from there on
         force[:, F : F + rows.links.rows.size] += rows.links.offset
     if not rows.damping.any():
-        return _Forces(force, tangent, touching, True, None, None)
+        return _Forces(force, tangent, touching, True, None, None, None)
     rate = given.grid.values(rate_rows(opened[:, :F], speed * given.omega))
     acting = touching.astype(float)
     force[:, :F] += np.where(touching, rows.damping * rate, 0.0)
-    return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting))
+    return _Forces(force, tangent, touching, True, acting, np.zeros_like(acting), None)
 
 
 def _excess_rows(given: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:
@@ -534,6 +506,13 @@ def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
     return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
 
 
+def _places(chosen: slice | Index, count: int) -> Index:
+    """Place of each of so many columns among the chosen ones, -1 elsewhere."""
+    result = np.full(count, -1)
+    result[chosen] = np.arange(len(result[chosen]))
+    return result
+
+
 def _reach(opened: Array) -> Array:
     """Value (c,) [m] above which delta, of rows (2 J, c), cannot rise: its mean and all amplitudes."""
     J = len(opened) // 2
@@ -566,16 +545,28 @@ def _force(given: Problem, speed: float) -> Array:
 
 def _couple(given: Problem, y: Array, speed: float) -> Array:
     """Coupling of modes (2, J, n) by G, Kg, Cskew and the dampers off the diagonal, at a relative speed."""
-    frame = speed if given.frame_speed == "kinematic" else 1.0
-    w = speed * given.omega[:, None]
-    result = np.zeros_like(y)
-    for name, matrix in given.modal.coupling.items():
-        if name in ("G", "C"):
-            factor = w * (frame if name == "G" else 1.0)
-            result += np.stack([-factor * y[1], factor * y[0]]) @ matrix
-        else:
-            result += (frame**2 if name == "Kg" else frame) * (y @ matrix)
+    still, turning = _coupling(given, speed)
+    result: Array = np.zeros_like(y) if still is None else y @ still
+    if turning is not None:
+        turned = y @ turning
+        w = speed * given.omega[:, None]
+        result[0] -= w * turned[1]
+        result[1] += w * turned[0]
     return result
+
+
+def _coupling(given: Problem, speed: float) -> tuple[Array | None, Array | None]:
+    """Matrices (n, n) that couple modes at a relative speed: by their amplitudes, and by their rates; None: nothing."""
+    frame = speed if given.frame_speed == "kinematic" else 1.0
+    factors = {"G": frame, "C": 1.0, "Kg": frame**2, "Cskew": frame}
+    still, turning = None, None
+    for name, matrix in given.modal.coupling.items():
+        part = factors[name] * matrix
+        if name in ("G", "C"):
+            turning = part if turning is None else turning + part
+        else:
+            still = part if still is None else still + part
+    return still, turning
 
 
 def _inverse(modal: Modal, w: Array) -> tuple[Array, Array]:

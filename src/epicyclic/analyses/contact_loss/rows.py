@@ -225,15 +225,13 @@ def _line_of(system: System, frequency: Fraction) -> Line | None:
 class _AxisLaws:
     """Laws of some flanks that follow one phase, at its samples.
 
-    columns : (c,) which of the F.  axis : the phase.  touch, drift : (P, c) first touch and its change a
-    sample [m]; None where all are zero.
+    columns : (c,) which of the F.  axis : the phase.  touch : (P, c) first touch [m]; None where all are zero.
     """
 
     laws: FlanksAt
     columns: Index
     axis: int
     touch: Array | None
-    drift: Array | None
 
     def chosen(self, columns: Index) -> _AxisLaws:
         """The same of some of the F columns."""
@@ -247,7 +245,6 @@ class _AxisLaws:
             columns=self.columns[mine],
             axis=self.axis,
             touch=None if self.touch is None else self.touch[:, pick],
-            drift=None if self.drift is None else self.drift[:, pick],
         )
 
 
@@ -305,11 +302,6 @@ class GridLaws:
         """delta less first touch (N, F) [m]: a flank presses where it is above zero."""
         return self._less(delta, [part.touch for part in self.parts])
 
-    def drift(self, rate: Array, sample: Array) -> Array:
-        """Rate of delta less that of first touch (N, F) [m/s]; sample : (D,) time a sample of each phase takes [s]."""
-        moved = [None if p.drift is None else p.drift / sample[p.axis] for p in self.parts]
-        return self._less(rate, moved)
-
     def constant(self, low: Array, high: Array) -> bool:
         """Whether every tangent keeps one value at each phase over the gaps low .. high (F,) [m]."""
         return all(bool(p.laws.constant(low[p.columns], high[p.columns]).all()) for p in self.parts)
@@ -358,14 +350,12 @@ def grid_laws(rows: GapRows, counts: tuple[int, ...], *, cycles: int) -> GridLaw
         every = columns.size == rows.count
         laws = rows.at(phases) if every else rows.at(phases).rows(columns)
         touch = laws.touch
-        drift = (np.roll(touch, -1, axis=0) - np.roll(touch, 1, axis=0)) / 2
         parts.append(
             _AxisLaws(
                 laws=laws,
                 columns=columns,
                 axis=axis,
                 touch=touch if touch.any() else None,
-                drift=drift if touch.any() else None,
             )
         )
     return GridLaws(parts=tuple(parts), counts=counts, count=rows.count)

@@ -16,20 +16,9 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray
 from ..steady.excitation import Shaft
 from .corrector import newton_step
+from .lattice_points import half_lattice, mesh_points, placed_line
 from .outputs import Measures, torus_amplitudes, torus_outputs
-from .problem import (
-    Problem,
-    dynamic_size,
-    elastic_forces,
-    embedded,
-    evaluate,
-    gap_rows,
-    half_lattice,
-    mesh_points,
-    placed_line,
-    problem,
-    rate_rows,
-)
+from .problem import Problem, dynamic_size, elastic_forces, embedded, evaluate, gap_rows, problem, rate_rows
 from .refinement import Solution
 from .torus import Torus, TorusPoint, respond_torus
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..steady.excitation import LineExcitation, Shaft
 from ..steady.lattice import Point
 from ..steady.response import Response
-from .problem import PlacedLine, placed_line
+from .lattice_points import PlacedLine, placed_line
 
 __all__ = ["ShaftTones", "shaft_tones"]
 

@@ -417,6 +417,9 @@ def _warnings(
     if branches.ended:
         at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.ended[:4])
         notes.append(f"a branch ended before it was through, near {at}: motions may be missing there")
+    if branches.cut:
+        at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.cut[:4])
+        notes.append(f"a branch that winds through unstable motions was cut near {at}: unstable motions may be missing")
     if ready.lines.shaft and "superposed_error" not in curves[0]:
         notes.append("run-outs and other shaft orders are left out")
     elif ready.lines.shaft:

@@ -108,7 +108,7 @@ def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices
     if here is None and last is None:
         return Reached(motion=None, part=None)
     start, harmonics = _start_beside(here, last)
-    found = attractor(refinement, start, speed, harmonics=harmonics)
+    found = attractor(refinement, start, speed, harmonics=harmonics, settled=isinstance(last, IntegratedMotion))
     return Reached(motion=found, part=None if here is None else here.part, instability=instability, jumped=jumped)
 
 
@@ -139,8 +139,9 @@ def _on_branch(
         return Reached(motion=here, part=at.part, instability=instability)
     other: Solution | IntegratedMotion | None = switched(refinement, here)
     if other is None:
-        start = last.last if isinstance(last, IntegratedMotion) else initial_state(here)
-        other = attractor(refinement, _perturbed(start), speed, harmonics=here.harmonics)
+        settled = isinstance(last, IntegratedMotion)
+        start = last.last if isinstance(last, IntegratedMotion) else _perturbed(initial_state(here))
+        other = attractor(refinement, start, speed, harmonics=here.harmonics, settled=settled)
         if isinstance(other, Solution) and other.kind == "periodic" and instability == "symmetry breaking":
             other = replace(other, kind="symmetry broken")
     return Reached(motion=other, part=at.part, instability=instability)
@@ -201,7 +202,7 @@ def _off_branch(
         return _on_branch_set(refinement, found, choices, jumped=False)
     start = last.last if isinstance(last, IntegratedMotion) else initial_state(last)
     harmonics = _HARMONICS if isinstance(last, IntegratedMotion) else last.harmonics
-    reached = attractor(refinement, start, speed, harmonics=harmonics)
+    reached = attractor(refinement, start, speed, harmonics=harmonics, settled=isinstance(last, IntegratedMotion))
     return _on_branch_set(refinement, reached, choices, jumped=True)
 
 

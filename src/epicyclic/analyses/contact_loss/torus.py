@@ -17,18 +17,8 @@ from ...system.system import Array
 from ..steady.excitation import Shaft
 from ..steady.response import Response
 from .corrector import TOLERANCE, WORK, NewtonResult, linear_start, newton_step, solve
-from .problem import (
-    Problem,
-    Size,
-    State,
-    dynamic_size,
-    embedded,
-    evaluate,
-    linearised_residual,
-    order_weight,
-    problem,
-    torus_points,
-)
+from .lattice_points import Size, order_weight, torus_points
+from .problem import Problem, State, dynamic_size, embedded, evaluate, linearised_residual, problem
 from .shaft_tones import ShaftTones, shaft_tones
 from .truncation import TruncatedOrders, truncated_orders, truncation_residual
 

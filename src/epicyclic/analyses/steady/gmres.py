@@ -1,14 +1,18 @@
-"""GMRES on many linear systems at once: one array, one operator call an iteration [saad1986]."""
+"""GMRES on many linear systems at once: one array, one operator call an iteration [saad1986].
+
+One system alone has a form of its own: its arrays are so small that calls of NumPy are what it costs.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import hypot
 
 import numpy as np
 
 from ...system.system import Array
 
-__all__ = ["gmres"]
+__all__ = ["gmres", "gmres_of_one"]
 
 _TINY = 1e-300
 
@@ -72,6 +76,72 @@ def _cycle(
         if not np.any(np.abs(g[:, k]) > 0.5 * target):
             break
     return _combine(V[:k], R[:, :k, :k], g[:, :k]), k
+
+
+def gmres_of_one(
+    apply: Callable[[Array], Array], right: Array, *, target: float, basis: int = 60, restarts: int = 6
+) -> tuple[Array, float, int]:
+    """Solve A x = b (N,), from x = 0, until |b - A x| <= target: `gmres` for one system.
+
+    Parameters
+    ----------
+    apply : (N,) -> (N,).  right, target, basis, restarts : as of `gmres`.
+
+    Returns
+    -------
+    (x (N,), true residual norm, operator calls); not finite where the numbers of the system are not.
+    """
+    x, residual, norm, calls = np.zeros_like(right), right, _length(right), 0
+    for _ in range(restarts):
+        if not norm > target:
+            break
+        step, used = _cycle_of_one(apply, residual, norm, target=target, basis=basis)
+        trial = x + step
+        left = right - apply(trial)
+        calls += used + 1
+        last, new = norm, _length(left)
+        if not new >= last:
+            x, residual, norm = trial, left, new
+        if not target < norm < 0.9 * last:
+            break
+    return x, norm, calls
+
+
+def _cycle_of_one(
+    apply: Callable[[Array], Array], residual: Array, norm: float, *, target: float, basis: int
+) -> tuple[Array, int]:
+    """One Arnoldi cycle with classical Gram-Schmidt from a residual (N,): step (N,) and vectors used."""
+    V = np.empty((basis + 1, residual.size))
+    V[0] = residual / max(norm, _TINY)
+    R, g = np.zeros((basis, basis)), np.zeros(basis + 1)
+    rotations, last, k = list[tuple[float, float]](), norm, 0
+    while k < basis:
+        w = apply(V[k])
+        known = V[: k + 1]
+        along = known @ w
+        w = w - along @ known
+        left = _length(w)
+        np.divide(w, max(left, _TINY), out=V[k + 1])
+        column: list[float] = along.tolist()
+        for i, (c, s) in enumerate(rotations):
+            column[i], column[i + 1] = c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]
+        length = max(hypot(column[k], left), _TINY)
+        c, s = column[k] / length, left / length
+        rotations.append((c, s))
+        column[k], g[k], last = length, c * last, -s * last
+        R[: k + 1, k] = column
+        k += 1
+        if not abs(last) > 0.5 * target:
+            break
+    y = np.zeros(k)
+    for i in reversed(range(k)):
+        y[i] = (g[i] - R[i, i + 1 : k] @ y[i + 1 :]) / (R[i, i] or 1.0)
+    return y @ V[:k], k
+
+
+def _length(x: Array) -> float:
+    """Euclidean norm of x (N,)."""
+    return float(np.sqrt(x @ x))
 
 
 def _orthogonal(w: Array, V: Array) -> tuple[Array, Array]:

@@ -172,9 +172,9 @@ def relief(
 
 def relief_model(result: xr.Dataset) -> str:
     """Model file (TOML) of a result of `relief`: that of the source with the flanks of the answer."""
-    from ...model.toml_writer import to_toml
+    from ...model.model_writer import model_text
 
-    return to_toml(json.loads(str(result.attrs["relieved_model"])))
+    return model_text(json.loads(str(result.attrs["relieved_model"])))
 
 
 def _modified_train(source: Source, train: Train, whole: Mapping[str, Any], changes: Mapping[str, Any]) -> Train:
