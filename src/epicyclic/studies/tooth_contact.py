@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..analyses.cost import require_memory
 from ..assemble.tooth_pairs import End, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
 from ..model.bare_numbers import stated
@@ -27,6 +28,8 @@ FACTORS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 """Loads by default, relative to the operating one [1]."""
 # mesh orders of the transmission error, and places along the path of contact of a flank map
 _ORDERS, _PLACES = 10, 161
+# numbers of a strip of the face at a phase and a load: 3 or so contact lines with their influence on each other
+_STRIP = 10
 
 
 def contact(
@@ -74,6 +77,12 @@ def contact(
     loads = force * np.array(sorted({1.0, *(float(f) for f in factors)}))
     if samples < 3 or slices < 1 or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
+    require_memory(
+        float(samples) * slices * loads.size * _STRIP,
+        path="samples, slices, loads",
+        given=f"{samples} phases of {slices} slices at {loads.size} loads",
+        allowed="fewer of one of them",
+    )
     phase = np.arange(samples) / samples
     angle = in_radians(misalignment)
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])

@@ -200,7 +200,7 @@ def test_a_report_goes_on_to_the_same_page(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
         run_report(DOCUMENT, folder=folder, progress=stop)
-    assert (folder / "sweep.nc").is_file()
+    assert (folder / "sweep.kept.nc").is_file()
     again = run_report(DOCUMENT, folder=folder, resume=True)
     assert report(again) == report(run_report(DOCUMENT))
 
