@@ -54,7 +54,7 @@ class FaceLoad:
     """Load on g meshes at T instants, K slices of the face, J lines.
 
     force : (T, g, J, K) along the normal [N].  per_length : (T, g, J, K) of contact line [N/m], nan out of contact and
-    of slivers, as of `LoadedContact.whole`.  sigma : (T, g, J, K) places on the path of contact [base pitches].
+    of slivers, parts of less than half a slice.  sigma : (T, g, J, K) places on the path of contact [base pitches].
     """
 
     force: Array

@@ -237,9 +237,15 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "mesh_load": ("N", "mesh force of one helix along the tooth normal"),
     "load_torque": ("N m", "torque that all helices of the mesh put on its first gear"),
     "shared_face": ("m", "width that both faces share"),
-    "load_per_length": ("N/m", "largest force per length of the contact lines there, at the operating load"),
+    "load_per_length": (
+        "N/m",
+        "largest force per length of the contact lines there (averaging_length), operating load",
+    ),
     "contact_pressure": ("Pa", "largest contact pressure of the contact lines there, at the operating load"),
-    "flank_load_per_length": ("N/m", "force per length of contact line where a flank is touched, operating load"),
+    "flank_load_per_length": (
+        "N/m",
+        "mean force per length of contact line (averaging_length) on a flank, operating load",
+    ),
     "flank_pressure": ("Pa", "largest contact pressure where a flank is touched, at the operating load"),
     "line_place": ("1", "place of the contact line on the path of contact, base pitches"),
     "pair_share": ("1", "part of the mesh force on each pair of teeth, at the operating load"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,17 +16,23 @@ from ..assemble.tooth_pairs import End, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..results.dataset import dataset
+from ..tooth_contact.line_load import averaging_length
 from ..tooth_contact.loaded_contact import LoadedContact, harmonics, loaded_contact
+from ..tooth_contact.phases import cycle_harmonics, cycle_mean
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
+from .contact_resolution import Resolution, resolution, sigma_at
 
-__all__ = ["FACTORS", "contact", "flank_map", "helices_of", "in_radians", "normal_force"]
+__all__ = ["FACTORS", "TOLERANCE", "contact", "flank_map", "helices_of", "in_radians", "normal_force", "unresolved"]
 
 Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 FACTORS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 """Loads by default, relative to the operating one [1]."""
+TOLERANCE = 0.01
+"""Relative error by default: far below what models of teeth differ by."""
 # mesh orders of the transmission error, and places along the path of contact of a flank map
 _ORDERS, _PLACES = 10, 161
 # numbers of a strip of the face at a phase and a load: 3 or so contact lines with their influence on each other
@@ -38,12 +45,14 @@ def contact(
     mesh: str | None = None,
     torque: float | str | None = None,
     factors: Sequence[float] = FACTORS,
-    samples: int = 64,
-    slices: int = 20,
+    samples: int | None = None,
+    slices: int | None = None,
+    tolerance: float = TOLERANCE,
     linear_at: float | None = None,
     corner: bool = False,
     misalignment: float | str = 0.0,
     torque_ends: tuple[str | None, str | None] = (None, None),
+    cut: Resolution | None = None,
 ) -> xr.Dataset:
     """Loaded tooth contact of one mesh over its mesh cycle, both helices.
 
@@ -54,19 +63,24 @@ def contact(
     train : resolved train.
     mesh : name, ``main/sun-planet/2``, or pair, ``sun-planet``; None: the first mesh.
     torque : of the mesh on its first gear [N m], or a text with its unit; None: that of the train.
-    factors : loads beside the operating one, relative to it [1].  samples : phases of a mesh cycle.
-    slices : segments of each face.
+    factors : loads beside the operating one, relative to it [1].
+    samples, slices : even phases of a mesh cycle, segments of each face; None: doubled until the numbers of the
+        operating load hold within the tolerance, with the corners of contact among the phases.
+    tolerance : relative, of the peak to peak of the transmission error, of largest load and largest pressure [1].
     linear_at : load per length [N/m] at which the contact of the flanks is linearised; None: Hertz.
     corner : solve corner contact, tips that bear beyond the path of contact.
     misalignment : of the flanks, in the plane of action [rad], or a text with its unit; positive opens the right end.
     torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear, whose
         bodies then twist along the face; None: rigid.
+    cut : phases and slices as they are, in place of samples, slices and tolerance.
 
     Returns
     -------
     Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
         pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
-        and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).
+        and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).  Loads per
+        length and pressures are means over a length of contact line (`line_load`).  Attributes: samples, slices,
+        averaging_length [m], tolerance, estimated_error (of the three numbers, largest; nan where both are given).
 
     Raises
     ------
@@ -75,61 +89,69 @@ def contact(
     helices = helices_of(train, mesh)
     force = normal_force(train, helices, torque)
     loads = force * np.array(sorted({1.0, *(float(f) for f in factors)}))
-    if samples < 3 or slices < 1 or not (np.isfinite(loads).all() and (loads >= 0).all()):
+    few = (samples is not None and samples < 3) or (slices is not None and slices < 1)
+    if few or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
-    require_memory(
-        float(samples) * slices * loads.size * _STRIP,
-        path="samples, slices, loads",
-        given=f"{samples} phases of {slices} slices at {loads.size} loads",
-        allowed="fewer of one of them",
-    )
-    phase = np.arange(samples) / samples
+    _require_room(samples or 1, slices or 1, loads.size)
     angle = in_radians(misalignment)
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
-    settings = {"slices": slices, "corner": corner, "misalignment": angle}
-    pairs = [
-        pair_of(
-            train,
-            one,
-            slices=slices,
-            linear_at=linear_at,
-            corner=corner,
-            misalignment=angle,
-            torque_ends=ends,
-        )
-        for one in helices
-    ]
-    results = [
-        loaded_contact(pair, loads, one.sense * (phase + float(one.lead)))
-        for pair, one in zip(pairs, helices, strict=True)
-    ]
+    more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
+    pairs = [pair_of(train, one, **more) for one in helices]
+    if cut is None:
+        cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices)
+    _require_room(cut.phase.size, cut.slices, loads.size)
+    pairs = [replace(pair, slices=cut.slices) for pair in pairs]
+    results = [loaded_contact(pair, loads, sigma_at(one, cut.phase)) for pair, one in zip(pairs, helices, strict=True)]
     operating = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
+    place = _path_places(results, operating)
     result = dataset(
         {
-            **_load_columns(results),
+            **_load_columns(results, cut),
             **_phase_columns(results, operating),
-            **_face_columns(results, operating),
+            **_face_columns(results, operating, place),
             **_mesh_columns(helices, results, loads),
         },
         coords={
             "side": [one.side or "face" for one in helices],
             "mesh_load": loads,
-            "mesh_phase": phase,
-            "width": (np.arange(slices) + 0.5) / slices,
-            "path_place": _path_places(results),
+            "mesh_phase": cut.phase,
+            "width": (np.arange(cut.slices) + 0.5) / cut.slices,
+            "path_place": place,
             "harmonic": np.arange(_ORDERS + 1),
             "end": ["before", "behind"],
         },
         verb="contact",
-        options={"samples": samples, "linear_at": linear_at, "torque_ends": torque_ends, **settings},
-        warnings=[*train.warnings, *dict.fromkeys(messages), *_warnings(results, operating, corner)],
+        options={"samples": samples, "slices": slices, "tolerance": tolerance, **more, "torque_ends": torque_ends},
+        warnings=[
+            *train.warnings,
+            *dict.fromkeys(messages),
+            *_warnings(results, operating, corner),
+            *unresolved(cut, tolerance),
+        ],
         provenance=train_provenance(train),
     )
     name = helices[0].name if helices[0].side is None or len(helices) == 1 else helices[0].name.rsplit("/", 1)[0]
     gears = (body.split("/")[1] for body in (helices[0].a, helices[0].b))
     result.attrs |= {"mesh": name, "force": force, **dict(zip(("gear_a", "gear_b"), gears, strict=True))}
+    result.attrs |= {
+        "samples": cut.samples,
+        "slices": cut.slices,
+        "averaging_length": averaging_length(pairs[0].plane),
+        "tolerance": tolerance,
+        "estimated_error": float(cut.error.max()),
+    }
     return result
+
+
+def _require_room(samples: int, slices: int, loads: int) -> None:
+    """Refuse what memory does not hold."""
+    require_memory(
+        float(samples) * slices * loads * _STRIP,
+        path="samples, slices, loads",
+        given=f"{samples} phases of {slices} slices at {loads} loads",
+        allowed="fewer of one of them",
+    )
 
 
 def helices_of(train: Train, name: str | None) -> tuple[Mesh, ...]:
@@ -198,29 +220,38 @@ def _face_end(name: str | None) -> End | None:
     return "left" if name == "left" else "right"
 
 
-def _load_columns(results: Sequence[LoadedContact]) -> dict[str, tuple[Any, Array]]:
+def _load_columns(results: Sequence[LoadedContact], cut: Resolution) -> dict[str, tuple[Any, Array]]:
     """Variables over side and load; results : one a helix."""
+    orders = cycle_harmonics if cut.graded else _even_harmonics
+
+    def average(values: Array) -> Array:
+        return cycle_mean(values, cut.phase)
+
     whole = np.mean([one.transmission_error for one in results], axis=0)
     sided = ("side", "mesh_load")
     return {
         "loaded_transmission_error": (("mesh_load", "mesh_phase"), whole),
         "transmission_error_peak_to_peak": ("mesh_load", np.ptp(whole, axis=1)),
-        "transmission_error_harmonic": (("mesh_load", "harmonic"), harmonics(whole, _ORDERS)),
+        "transmission_error_harmonic": (("mesh_load", "harmonic"), orders(whole, cut.phase, _ORDERS)),
         "tangent_stiffness": ((*sided, "mesh_phase"), np.array([one.tangent for one in results])),
         "secant_stiffness": ((*sided, "mesh_phase"), np.array([one.secant for one in results])),
-        "average_stiffness": (sided, np.array([one.mean_stiffness for one in results])),
-        "average_secant_stiffness": (sided, np.array([one.secant.mean(axis=1) for one in results])),
+        "average_stiffness": (sided, np.array([average(one.tangent) for one in results])),
+        "average_secant_stiffness": (sided, np.array([average(one.secant) for one in results])),
         "largest_load_per_length": (sided, np.array([one.largest_load for one in results])),
         "largest_pressure": (sided, np.array([one.largest_pressure for one in results])),
-        "face_factor": (sided, np.array([_face_factor(one) for one in results])),
+        "face_factor": (sided, np.array([_face_factor(one, cut.phase) for one in results])),
         "corner_overlap": ((*sided, "end"), np.array([one.corner for one in results])),
         "contact_residual": (sided, np.array([one.residual.max(axis=1) for one in results])),
     }
 
 
-def _face_factor(result: LoadedContact) -> Array:
-    """Largest over mean load per width, loads averaged over the phases, (F,) [1]; nan without load."""
-    over = result.force.sum(axis=2).mean(axis=1)
+def _even_harmonics(values: Array, phase: Array, count: int) -> ComplexArray:
+    return harmonics(values, count)
+
+
+def _face_factor(result: LoadedContact, phase: Array) -> Array:
+    """Largest over mean load per width, loads averaged over the phases (T,), (F,) [1]; nan without load."""
+    over = cycle_mean(np.moveaxis(result.force.sum(axis=2), 1, 2), phase)
     mean = over.mean(axis=1)
     return np.where(mean > 0, over.max(axis=1) / np.where(mean > 0, mean, 1.0), np.nan)
 
@@ -240,39 +271,40 @@ def _phase_columns(results: Sequence[LoadedContact], operating: int) -> dict[str
     }
 
 
-def _face_columns(results: Sequence[LoadedContact], operating: int) -> dict[str, tuple[Any, Array]]:
-    """Variables over the face and the flank; operating : index of the operating load."""
-    load = [np.where(one.whole, one.load_per_length()[operating], 0.0) for one in results]
-    stress = [np.where(one.whole, one.pressure()[operating], 0.0) for one in results]
-    place = _path_places(results)
+def _face_columns(results: Sequence[LoadedContact], operating: int, place: Array) -> dict[str, tuple[Any, Array]]:
+    """Variables over the face and the flank; operating : index of the operating load; place : (P,) [base pitches]."""
+    load = [one.mean_load[operating] for one in results]
+    stress = [one.mean_pressure[operating] for one in results]
     sided = ("side", "width", "mesh_phase")
+
+    def maps(values: Sequence[Array]) -> Array:
+        """Values of every helix on the flank of one tooth, (side, width, path_place)."""
+        lines = [one.segments.lines for one in results]
+        return np.array([flank_map(one.sigma, p, one.length > 0, place) for one, p in zip(lines, values, strict=True)])
+
     return {
         "load_per_length": (sided, np.array([p.max(axis=1).T for p in load])),
         "contact_pressure": (sided, np.array([p.max(axis=1).T for p in stress])),
-        "flank_load_per_length": (
-            ("side", "width", "path_place"),
-            np.array(
-                [flank_map(one.segments.lines.sigma, p, one.whole, place) for one, p in zip(results, load, strict=True)]
-            ),
-        ),
-        "flank_pressure": (
-            ("side", "width", "path_place"),
-            np.array(
-                [
-                    flank_map(one.segments.lines.sigma, p, one.whole, place)
-                    for one, p in zip(results, stress, strict=True)
-                ]
-            ),
-        ),
+        "flank_load_per_length": (("side", "width", "path_place"), maps(load)),
+        "flank_pressure": (("side", "width", "path_place"), maps(stress)),
         "line_place": (("side", "line", "width"), np.array([_first_lines(one) for one in results])),
     }
 
 
-def _path_places(results: Sequence[LoadedContact]) -> Array:
-    """Evenly spaced places along the path of contact of a flank map, (P,) [base pitches]."""
+def _path_places(results: Sequence[LoadedContact], operating: int) -> Array:
+    """Places along the path of contact of a flank map, (P,) [base pitches]: even ones, and those of the largest values.
+
+    With them the largest value of a map is the largest of all phases.
+    """
     lines = results[0].segments.lines
     touched = lines.sigma[lines.length > 0]
-    return np.linspace(float(touched.min()), float(touched.max()), _PLACES)
+    even = np.linspace(float(touched.min()), float(touched.max()), _PLACES)
+    largest = [
+        float(one.segments.lines.sigma.ravel()[np.argmax(values[operating])])
+        for one in results
+        for values in (one.mean_load, one.mean_pressure)
+    ]
+    return np.unique(np.concatenate([even, largest]))
 
 
 def flank_map(sigma: Array, values: Array, loaded: NDArray[np.bool_], place: Array) -> Array:
@@ -306,6 +338,18 @@ def _mesh_columns(
         "load_torque": ("mesh_load", loads * len(helices) * _lever(helices[0])),
         "shared_face": ("side", np.array([result.segments.pair.plane.width for result in results])),
     }
+
+
+def unresolved(cut: Resolution, tolerance: float) -> list[str]:
+    """Warning where phases and slices are not enough for the tolerance."""
+    if not (cut.error > tolerance).any():
+        return []
+    names = ("peak to peak of the transmission error", "largest load", "largest pressure")
+    worst = int(np.argmax(cut.error))
+    return [
+        f"{cut.samples} phases and {cut.slices} slices are not enough: estimated error {100 * cut.error[worst]:.2g} % "
+        f"of the {names[worst]}, asked {100 * tolerance:.2g} %"
+    ]
 
 
 def _warnings(results: Sequence[LoadedContact], operating: int, corner: bool) -> list[str]:

@@ -1,80 +1,119 @@
 """Coupling along the face: Green's function of a tooth as a clamped plate with free ends.
 
-Along its width a load per length p deflects a tooth like a beam on an elastic foundation,
+Along its width a load per length p twists and bends a tooth like a beam on an elastic foundation (derived here),
 
-    -lambda^2 u'' + u = q p,   u' = 0 at both ends
-    G(z, s) = cosh(z/lambda) cosh((W - s)/lambda)/(lambda sinh(W/lambda)),   0 <= z <= s <= W
+    kappa^4 lambda^4 u'''' - lambda^2 u'' + u = q p,    u'' = 0 and kappa^4 lambda^2 u''' = u' at both ends
 
-G is symmetric and positive, and its integral over the face is 1: a uniform load has the plane compliance.  At the free
-edge of a long cantilever plate of height c a single load P deflects its own place by 0.1665 P c^2/D (0.168 is printed
-[timoshenko1959, art. 49]) and a line load p by p c^3/(3 D), so that G(0) = 1/(2 lambda) asks for lambda = c.
+The second derivative is torsion about an axis along the face; the fourth is bending along the face, which spreads the
+load of a point and lets the free ends tilt.  Green's function G is symmetric and positive definite, and its integral
+over the face is 1: a uniform load has the plane compliance.  With the roots r of kappa^4 r^4 - r^2 + 1 = 0 it is a sum
+of exp(-r |z - s|/lambda), one wide and one local, and of what both ends return.
+
+A thin cantilever plate of height h that deflects over its height like a beam under an end load has lambda = 0.71 h and
+kappa = 0.75 (nu = 0.3).  A tooth is as thick as it is high and stands on an elastic body: `face_decay`.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PLATE_DECAY", "face_coupling"]
+__all__ = ["face_coupling", "face_decay"]
 
 Array = NDArray[np.float64]
 
-# lambda over the height of a long cantilever plate (nu = 0.3) loaded at its free edge
-PLATE_DECAY = 1 / (6 * 0.1665)
+# Fitted to finite elements of teeth on their gear bodies (docs/teeth/face.json; docs/contact.md has the table): lambda
+# per height, its powers of the depth of the body and of the thickness of the tooth, each per height, and kappa.  A deep
+# body spreads the load further; a thick tooth yields more by shear and by its body than by bending.
+_PER_HEIGHT, _BODY, _THICKNESS, _BENDING = 0.65, 0.12, -0.37, 0.6
 
-# Below this share of the decay length a segment counts as a point: the closed mean over it would cancel.
-_POINT = 1e-6
+_ROOTS = np.sqrt((1 + np.array([-1, 1]) * math.sqrt(1 - 4 * _BENDING**4)) / (2 * _BENDING**4))
+# of the endless face: G = sum of _SHARES exp(-_ROOTS |z - s|/lambda)/lambda
+_SHARES = np.array([1, -1]) / (2 * _BENDING**4 * (_ROOTS[1] ** 2 - _ROOTS[0] ** 2) * _ROOTS)
+
+# A face narrower than this many lambda tilts by less than 4e-3 of its deflection; a wider lambda changes nothing there,
+# and the waves of both ends would cancel with the fourth power.
+_NARROW = 0.2
+# Below this the mean over the own segment cancels; the series to the fourth power is exact to rounding.
+_SHORT = 1e-3
+
+
+def face_decay(height: float, thickness: float, body: float, width: float) -> float:
+    """Decay length lambda of a tooth along its face [m]; fitted to finite elements in three dimensions.
+
+    lambda^2 goes with the torsional stiffness of the tooth, a bar whose section is a rectangle of width and thickness.
+
+    Parameters
+    ----------
+    height : of the tooth above its critical section [m].  thickness : there [m].  body : depth of the gear body, from
+        the root circle to where it is held [m].  width : of the face [m].
+    """
+    shape = (body / height) ** _BODY * (thickness / height) ** _THICKNESS
+    return float(_PER_HEIGHT * height * shape * math.sqrt(_torsion_share(width / thickness)))
 
 
 def face_coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Array:
     """Coupling matrix K: mean of G over pairs of segments of the face, (n, n) [1/m], symmetric, positive definite.
 
     Under loads P_j = p_j l_j on segments of plane compliance q [m^2/N] the mean deflection is u_i = q K_ij P_j.  Where
-    the segments cover the face, K l = 1.  Derived here from the plate of [timoshenko1959].
+    the segments cover the face, K l = 1.  Derived here.
 
     Parameters
     ----------
     zeta : (n,) middles of the segments from the middle of the face [m].  lengths : (n,) of the segments, within the
         face and disjoint [m].  width : of the face [m].  decay : lambda [m].
     """
-    half = np.asarray(lengths, dtype=float) / (2 * decay)
+    decay = min(decay, width / _NARROW)
     total = width / decay
-    place = np.clip(np.asarray(zeta, dtype=float) / decay + total / 2, 0.0, total)
-    low = np.minimum(place[:, None], place[None, :])
-    high = np.maximum(place[:, None], place[None, :])
-    spread = _log_mean_cosh(half)
-    matrix = _product(low, total - high, total, spread[:, None] + spread[None, :])
-    own = np.diag(_own(place, half, total) - np.diag(matrix))
-    return np.asarray((matrix + own) / decay, dtype=np.float64)
+    length = np.asarray(lengths, dtype=float) / decay
+    edge = 0.5 * (total - length)
+    place = np.clip(np.asarray(zeta, dtype=float) / decay, -edge, edge)
+    apart = np.maximum(np.abs(place[:, None] - place) - 0.5 * (length[:, None] + length), 0.0)
+    found = np.zeros(apart.shape)
+    for share, root in zip(_SHARES, _ROOTS, strict=True):
+        mean = _mean(root * length)
+        term = np.exp(-root * apart) * mean[:, None] * mean
+        np.fill_diagonal(term, _own(root * length))
+        found += share * term
+    for sense in (1, -1):
+        right, left = (np.exp(-_ROOTS[:, None] * (edge + side * place)) for side in (-1, 1))
+        waves = 0.5 * (right + sense * left) * _mean(_ROOTS[:, None] * length)
+        found += waves.T @ _returned(total, sense) @ waves
+    return np.asarray(0.5 * (found + found.T) / decay)
 
 
-def _own(place: Array, half: Array, total: float) -> Array:
-    """Diagonal (n,) of lambda K [1]: 1 less the deflection that the load of a segment causes elsewhere.
+def _returned(total: float, sense: int) -> Array:
+    """Amplitudes of the free waves that make both ends free, per wave of the load at the ends, (2, 2) [1].
 
-    place, half, total : centres (n,), half lengths (n,) and width of the face, in decay lengths [1].
+    Even waves (sense 1) are cosh(r z), odd ones (-1) sinh(r z), both over exp(r W/2); total : W, lengths in lambda.
+    Both conditions at the end, moment and shear, read r^2 and 1/r of a wave (kappa^4 r^2 - 1 = -1/r^2).
     """
-    point = 2 * half < _POINT
-    wide = np.where(point, 1.0, half)
-    spread = _log_mean_cosh(wide)
-    before = _ratio(place - wide, total - place, total, spread)
-    behind = _ratio(total - place - wide, place, total, spread)
-    return np.where(point, _product(place, total - place, total, 0.0), (1 - before - behind) / (2 * wide))
+    same, other = (0.5 * (1 + s * np.exp(-_ROOTS * total)) for s in (sense, -sense))
+    free = np.stack([_ROOTS**2 * same, -other / _ROOTS])
+    return -np.linalg.solve(free, np.stack([_ROOTS**2, 1 / _ROOTS]) * _SHARES)
 
 
-def _log_mean_cosh(half: Array) -> Array:
-    """Logarithm (n,) [1] of the mean of cosh(c + t) over |t| <= half (n,), relative to cosh c."""
-    wide = np.maximum(half, 1e-3)
-    return np.asarray(np.where(half > 1e-3, wide + np.log(-np.expm1(-2 * wide) / (2 * wide)), half**2 / 6))
+def _mean(x: Array) -> Array:
+    """Mean of exp(-s) over 0 <= s <= x (...) [1]."""
+    safe = np.where(x > 0, x, 1.0)
+    return np.asarray(np.where(x > 0, -np.expm1(-safe) / safe, 1.0))
 
 
-def _product(a: Array, b: Array, total: float, more: Array | float) -> Array:
-    """cosh a cosh b / sinh(total) exp(more) (...) [1] for a, b >= 0 (...), bounded against overflow."""
-    scale = np.exp(np.minimum(a + b - total + more, 0.0)) / (2 * -np.expm1(-2 * total))
-    return np.asarray(scale * (1 + np.exp(-2 * a)) * (1 + np.exp(-2 * b)))
+def _own(x: Array) -> Array:
+    """Mean of exp(-|s - t|) over 0 <= s, t <= x (...) [1]."""
+    safe = np.maximum(x, _SHORT)
+    series = 1 - x / 3 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6)))
+    return np.asarray(np.where(x > _SHORT, 2 * (safe + np.expm1(-safe)) / safe**2, series))
 
 
-def _ratio(a: Array, b: Array, total: float, more: Array) -> Array:
-    """sinh a cosh b / sinh(total) exp(more) (...) [1] for b >= 0 (...), bounded against overflow; 0 where a <= 0."""
-    a = np.maximum(a, 0.0)
-    scale = np.exp(np.minimum(a + b - total + more, 0.0)) / (2 * -np.expm1(-2 * total))
-    return np.asarray(scale * -np.expm1(-2 * a) * (1 + np.exp(-2 * b)))
+def _torsion_share(ratio: float) -> float:
+    """Torsional stiffness of a bar of rectangular section b, t over that of a thin one, b t^3/3 [1]; ratio : b/t.
+
+    Saint-Venant's series: 1 - 0.63 t/b for b > 2 t.
+    """
+    if ratio < 1:
+        return ratio**2 * _torsion_share(1 / ratio)
+    n = np.arange(1, 20, 2)
+    return float(1 - 192 / (math.pi**5 * ratio) * np.sum(np.tanh(0.5 * math.pi * n * ratio) / n**5))

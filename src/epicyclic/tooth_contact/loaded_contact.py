@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import ModelError
 from . import hertz
 from .corner import corner_reach, tip_separation
+from .line_load import LineWindows, line_windows
 from .lines import contact_lines
 from .pair import ContactPair
 from .segments import ContactSegments, contact_segments, initial_gap
@@ -92,28 +93,42 @@ class LoadedContact:
         return np.asarray(self.force / np.where(length > 0, length, np.inf))
 
     @property
-    def whole(self) -> NDArray[np.bool_]:
-        """Segments of which at least half is on the path of contact, (T, J, K).
+    def mean_load(self) -> Array:
+        """Force per length of contact line, mean over a length about each segment (`line_load`), (F, T, J, K) [N/m].
 
-        A line that begins at a corner of the flank is short and its tooth is not yet deflected: the load per length of
-        such slivers depends on the discretisation, and they carry a negligible force.
+        The mean over a stated length converges with the slices where a line begins at a corner of the flank.
         """
-        lines = self.segments.lines
-        full = lines.span / math.cos(self.segments.pair.plane.base_helix)
-        return np.asarray(lines.length >= 0.5 * full * (1 - 1e-9))
+        return np.where(self._touched, self._windows.mean(self.force), 0.0)
+
+    @property
+    def mean_pressure(self) -> Array:
+        """Largest contact pressure of `mean_load`, (F, T, J, K) [Pa] [weber1953]."""
+        segments, windows = self.segments, self._windows
+        plane = segments.pair.plane
+        radius = plane.curvature_radius(np.clip(windows.sigma, *plane.limits))
+        line = hertz.LineContact(A=segments.contact.A, B=np.zeros_like(radius), radius=radius)
+        return hertz.pressure(line, self.mean_load)
 
     @property
     def largest_load(self) -> Array:
-        """Largest force per length of the phases, (F,) [N/m], slivers left out (`whole`)."""
-        return np.asarray(np.where(self.whole, self.load_per_length(), 0.0).max(axis=(1, 2, 3)))
+        """Largest of `mean_load` over the phases, (F,) [N/m]."""
+        return np.asarray(self.mean_load.max(axis=(1, 2, 3)))
 
     @property
     def largest_pressure(self) -> Array:
-        """Largest contact pressure of the phases, (F,) [Pa], slivers left out (`whole`)."""
-        return np.asarray(np.where(self.whole, self.pressure(), 0.0).max(axis=(1, 2, 3)))
+        """Largest of `mean_pressure` over the phases, (F,) [Pa]."""
+        return np.asarray(self.mean_pressure.max(axis=(1, 2, 3)))
+
+    @property
+    def _touched(self) -> NDArray[np.bool_]:
+        return np.asarray(self.segments.lines.length > 0)
+
+    @property
+    def _windows(self) -> LineWindows:
+        return line_windows(self.segments.pair.plane, self.segments.lines)
 
     def pressure(self) -> Array:
-        """Largest contact pressure, (F, T, J, K) [Pa] [weber1953]."""
+        """Largest contact pressure of `load_per_length`, (F, T, J, K) [Pa] [weber1953]."""
         segments = self.segments
         places = np.take_along_axis(
             self.load_per_length().reshape(*self.load.shape, -1),
@@ -176,7 +191,10 @@ def _solution(segments: ContactSegments, load: Array, start: Array | None) -> Co
     model = (segments.compliance, segments.gap, segments.valid)
     if segments.line is None:
         return solve_linear(*model, load)
-    return solve_hertzian(*model, load, segments.law, start=start)
+    phases = np.arange(len(load))
+    return solve_hertzian(
+        *model, load, segments.law, start=start, inverse=lambda force: segments.own_approach(force, phases)
+    )
 
 
 def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .line_load import line_windows
 from .pair import ContactPair
 from .segments import ContactSegments, with_microgeometry
 from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffness
@@ -26,7 +27,7 @@ class MicrogeometryContact:
     """Loaded contact of S micro-geometries at F loads and T phases.
 
     approach : (S, F, T) along the normal [m].  tangent : (S, F, T) dF/dd [N/m]; nan where not requested.
-    largest_load : (S, F) force per length [N/m], slivers left out as in `LoadedContact.whole`.
+    largest_load : (S, F) force per length [N/m], means over a length as of `LoadedContact.largest_load`.
     residual : (S, F) of the contact conditions [1].  solved : (S, F) whether every phase converged.
     """
 
@@ -66,10 +67,13 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
     compliance = np.broadcast_to(segments.compliance, (S, T, n, n)).reshape(-1, n, n)
     valid = np.broadcast_to(segments.valid, (S, T, n)).reshape(-1, n)
     gap, phase = gaps.reshape(-1, n), np.tile(np.arange(T), S)
-    length = np.where(_whole(segments), segments.length, np.inf)[phase]
+    windows = line_windows(segments.pair.plane, segments.lines)
 
     def law(u: Array, index: Index) -> tuple[Array, Array]:
         return segments.law(u, phase[index])
+
+    def inverse(force: Array) -> Array:
+        return segments.own_approach(force, phase)
 
     found: list[tuple[ContactSolution, Array]] = []
     start: Array | None = None
@@ -79,7 +83,7 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
             one = solve_linear(compliance, gap, valid, wanted)
             tangent = tangent_stiffness(compliance, one.active) if tangents else np.full(S * T, np.nan)
         else:
-            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start)
+            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start, inverse=inverse)
             start = one.approach[:, None] - gap - np.matmul(compliance, one.force[:, :, None])[:, :, 0]
             tangent = np.full(S * T, np.nan)
             if tangents:
@@ -89,17 +93,14 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
     def shaped(values: list[Array]) -> Array:
         return np.moveaxis(np.array(values).reshape(len(loads), S, T), 0, 1)
 
+    def largest(force: Array) -> Array:
+        """Largest load per length (S T,) [N/m] of forces (S T, n) [N]."""
+        return np.asarray(windows.mean(segments.spread(force.reshape(S, T, n))).max(axis=(2, 3)).ravel())
+
     return {
         "approach": shaped([one.approach for one, _ in found]),
         "tangent": shaped([tangent for _, tangent in found]),
-        "largest_load": shaped([(one.force / length).max(axis=1) for one, _ in found]).max(axis=2),
+        "largest_load": shaped([largest(one.force) for one, _ in found]).max(axis=2),
         "residual": shaped([one.residual for one, _ in found]).max(axis=2),
         "solved": shaped([one.status == "" for one, _ in found]).all(axis=2),
     }
-
-
-def _whole(segments: ContactSegments) -> NDArray[np.bool_]:
-    """Segments (T, n) of which at least half is on the path of contact, the others being slivers."""
-    plane = segments.pair.plane
-    full = segments.lines.span / np.cos(plane.base_helix)
-    return np.asarray(segments.valid & (segments.length >= 0.5 * full * (1 - 1e-9)))

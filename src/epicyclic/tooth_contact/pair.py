@@ -24,14 +24,15 @@ Array = NDArray[np.float64]
 class ElasticTooth(Protocol):
     """Compliance of the teeth of one gear; `tooth.ToothCompliance` implements it, tests use closed forms.
 
-    height : of the tooth [m].  shared : compliance common to all teeth, the winding of the body [m^2/N].
+    shared : compliance common to all teeth, the winding of the body [m^2/N].
     """
 
     @property
-    def height(self) -> float: ...
-
-    @property
     def shared(self) -> float: ...
+
+    def face_decay(self, width: float) -> float:
+        """Decay length of the coupling along a face of a width [m] (`kernel`)."""
+        ...
 
     def bending(self, radius: ArrayLike) -> Array:
         """Compliance of tooth and body per load per length (...) [m^2/N] at radii of the load (...) [m]."""

@@ -22,9 +22,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..gears.flank import lead_modification, profile_modification
 from . import hertz
 from .corner import corner_reach, tip_separation
-from .kernel import PLATE_DECAY, face_coupling
+from .kernel import face_coupling
 from .lines import ContactLines, contact_lines
 from .pair import ContactPair, ElasticTooth, check_pair
+from .partial_slices import CELLS, between_parts, part_weights
 
 __all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeometry"]
 
@@ -70,6 +71,14 @@ class ContactSegments:
         own = self.contact
         p, slope = hertz.load(hertz.LineContact(A=own.A, B=own.B[phases], radius=own.radius[phases]), approach)
         return p * self.length[phases], slope * self.length[phases]
+
+    def own_approach(self, force: Array, phases: Index) -> Array:
+        """Own approach (t, n) [m] of the line contacts under forces (t, n) > 0 [N] at phases (t,): inverse of `law`.
+
+        Beyond the load per length at which that of [weber1953] is largest it goes on in proportion to the load.
+        """
+        p = force / self.length[phases]
+        return np.asarray(self.contact.A * p * np.maximum(self.contact.B[phases] - np.log(p), 1.0))
 
     def spread(self, values: Array) -> Array:
         """Values (..., T, n) of the segments spread over all lines, (..., T, J, K); 0 elsewhere."""
@@ -157,26 +166,27 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     plane, count = pair.plane, lines.length.shape[2]
     slant = math.cos(plane.base_helix)
     on = np.clip(place, *plane.limits)
-    tooth, segment = index // count, index % count
+    tooth = index // count
     ahead = tooth[:, None, :] - tooth[:, :, None]
-    along, across = segment[:, :, None], segment[:, None, :]
+    parts = _parts(lines, index, slant)
+    centre, cell = _cells(lines)
     whole = np.zeros(ahead.shape)
     for gear, face, radius, sense in (
         (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
         (pair.tooth_b, plane.face_b, plane.radius_b(on), -1),
     ):
         width = (face[1] - face[0]) / slant
-        middle = (lines.centre - 0.5 * (face[0] + face[1])) / slant
-        spans = np.full(count, lines.span / slant)
-        kernel = face_coupling(middle, width, PLATE_DECAY * gear.height, spans)
+        middle = (centre - 0.5 * (face[0] + face[1])) / slant
+        spans = np.full(len(centre), cell / slant)
+        kernel = face_coupling(middle, width, gear.face_decay(width), spans)
         body = _body_compliance(gear, radius, sense * ahead)
         # at the root of a ring no tooth remains between the load and the body
         root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
         own = np.where(ahead == 0, root[:, :, None] * root[:, None, :], 0.0)
-        whole += (own + body - gear.shared) * kernel[along, across] + gear.shared / width
-    twist = _twisted(pair, lines)
+        whole += (own + body - gear.shared) * between_parts(kernel, parts) + gear.shared / width
+    twist = _twisted(pair, centre)
     if twist is not None:
-        whole += twist[along, across]
+        whole += between_parts(twist, parts)
     return whole
 
 
@@ -190,8 +200,23 @@ def _body_compliance(gear: ElasticTooth, radius: Array, ahead: Array) -> Array:
     return np.concatenate([gear.cross(radius[at, :, None], radius[at, None, :], ahead[at]) for at in parts])
 
 
-def _twisted(pair: ContactPair, lines: ContactLines) -> Array | None:
-    """Compliance of segments of the face by the twist of both bodies, (K, K) [m/N]; None where both are rigid."""
+def _cells(lines: ContactLines) -> tuple[Array, float]:
+    """Middles (C,) [m] and width [m] of the cells of the face."""
+    count = len(lines.centre) * CELLS
+    width = lines.span / CELLS
+    return lines.centre[0] - 0.5 * lines.span + width * (np.arange(count) + 0.5), width
+
+
+def _parts(lines: ContactLines, index: Index, slant: float) -> Array:
+    """Weights (T, n, C) of the cells of the face in the mean over the part of a slice that is on the path."""
+    width = lines.span / CELLS
+    zeta = np.take_along_axis(lines.zeta.reshape(len(index), -1), index, axis=1)
+    length = np.take_along_axis(lines.length.reshape(len(index), -1), index, axis=1) * slant
+    return part_weights((zeta - lines.centre[0] + 0.5 * lines.span) / width, length / width, len(lines.centre) * CELLS)
+
+
+def _twisted(pair: ContactPair, centre: Array) -> Array | None:
+    """Compliance of cells of the face by the twist of both bodies, (C, C) [m/N]; None where both are rigid."""
     plane, whole = pair.plane, None
     for torsion, face, base in (
         (pair.torsion_a, plane.face_a, plane.base_a),
@@ -199,7 +224,7 @@ def _twisted(pair: ContactPair, lines: ContactLines) -> Array | None:
     ):
         if torsion is None:
             continue
-        away = lines.centre - face[0] if torsion.end == "left" else face[1] - lines.centre
+        away = centre - face[0] if torsion.end == "left" else face[1] - centre
         lever = (base * math.cos(plane.base_helix)) ** 2 / torsion.rigidity
         own = lever * np.minimum(away[:, None], away[None, :])
         whole = own if whole is None else whole + own
@@ -210,7 +235,9 @@ def initial_gap(pair: ContactPair, lines: ContactLines) -> Array:
     """Initial gap between the flanks (T, J, K) [m]: micro-geometry of both, misalignment, given gaps, corner."""
     plane = pair.plane
     on = np.clip(lines.sigma, *plane.limits)
-    total = pair.misalignment * lines.zeta + tip_separation(plane, lines.sigma) * (pair.corner)
+    total = pair.misalignment * lines.zeta
+    if pair.corner:
+        total = total + tip_separation(plane, lines.sigma)
     if pair.gap:
         total = total + np.interp(lines.zeta, *np.array(pair.gap).T)
     for flank, gear, radius in ((pair.flank_a, 0, plane.radius_a), (pair.flank_b, 1, plane.radius_b)):

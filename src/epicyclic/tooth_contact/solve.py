@@ -127,6 +127,7 @@ def solve_hertzian(
     *,
     approach: Array | None = None,
     start: Array | None = None,
+    inverse: Callable[[Array], Array] | None = None,
 ) -> ContactSolution:
     """Contact with a load-dependent law of every segment beside the shared compliance, by Newton's method.
 
@@ -135,9 +136,10 @@ def solve_hertzian(
     compliance : (T, n, n) shared [m/N].  gap : (T, n) [m].  valid : (T, n).
     load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
     law : own approach and phases (t,) -> forces and slopes.  start : (T, n) own approaches of a near load or phase.
+    inverse : forces (T, n) [N] -> own approaches (T, n) [m] of the law, for the first estimate; None: sought.
     """
     load, given = _load_or_approach(len(gap), load, approach)
-    u, d = _first_estimate(compliance, gap, valid, load, given, law, start)
+    u, d = _first_estimate(compliance, gap, valid, load, given, law, start, inverse)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
     for _ in range(_STEPS):
         at = _estimate(compliance, gap, valid, load, law, u[todo], d[todo], todo)
@@ -215,7 +217,14 @@ def _newton_step(
 
 
 def _first_estimate(
-    compliance: Array, gap: Array, valid: Mask, load: Array, d: Array, law: Law, start: Array | None
+    compliance: Array,
+    gap: Array,
+    valid: Mask,
+    load: Array,
+    d: Array,
+    law: Law,
+    start: Array | None,
+    inverse: Callable[[Array], Array] | None,
 ) -> tuple[Array, Array]:
     """First estimate u (T, n), d (T,) [m]: linear contact with the secant of an evenly shared load."""
     held = np.isnan(load)
@@ -230,7 +239,7 @@ def _first_estimate(
     even = np.broadcast_to(mean[:, None], (T, n))
     rows = np.arange(n)
     whole = compliance.copy()
-    whole[:, rows, rows] += _approach_at_force(law, even) / even
+    whole[:, rows, rows] += (_approach_at_force(law, even) if inverse is None else inverse(even)) / even
     found = solve_linear(whole, gap, valid, np.where(held, 0.0, load))
     u = found.approach[:, None] - gap - np.matmul(compliance, found.force[:, :, None])[:, :, 0]
     return np.where(held[:, None], np.where(way > 0, way / 2, way), u), np.where(held, d, found.approach)

@@ -21,8 +21,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from ..errors import ModelError
+from ..gears import geometry
 from ..gears.outline import GearForm, Outline, tooth_outline
 from . import foundation
+from .kernel import face_decay
 
 __all__ = ["NEIGHBOURS", "ComplianceParts", "ToothCompliance", "tooth_compliance"]
 
@@ -53,7 +55,8 @@ class ToothCompliance:
     table : over them bending, shear, compression [m^2/N], depth [m], and the load of 1 N/m on the root (3,) in the
         components of `foundation`.  roots : (NEIGHBOURS + 1, 3, 3) compliance of the roots, see `root_compliance`.
     shared : winding of the body, common to all teeth of the gear and part of the body compliance [m^2/N].
-    height : of the tooth above its root [m].  warnings : of formulas outside their limits.
+    height : of the tooth above its critical section [m].  thickness : of the tooth there [m].
+    warnings : of formulas outside their limits.
     """
 
     gear: GearForm
@@ -63,12 +66,22 @@ class ToothCompliance:
     roots: Array
     shared: float
     height: float
+    thickness: float
     warnings: tuple[str, ...]
 
     @property
     def limits(self) -> tuple[float, float]:
         """Least and largest radius of the involute [m]."""
         return float(self.knots[0]), float(self.knots[-1])
+
+    def face_decay(self, width: float) -> float:
+        """Decay length of the coupling along the face, along the tooth [m], see `kernel`.
+
+        width : of the face along the tooth [m].  Load spreads along the axis: on an inclined tooth it reaches further.
+        """
+        gear = self.gear
+        slant = math.cos(geometry.base_helix_angle(gear.pressure_angle, gear.helix_angle))
+        return face_decay(self.height, self.thickness, abs(gear.bore - gear.root), width) / slant
 
     def bending(self, radius: ArrayLike) -> Array:
         """Whole compliance q of the tooth and its body, without contact, (...) [m^2/N] at radii (...) [m].
@@ -139,6 +152,7 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
         roots=roots,
         shared=shared,
         height=float(shape.depth[section]),
+        thickness=root.thickness,
         warnings=messages,
     )
 

@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from .options import Corner, LinearAt, LoadPoints, Misalignment, Slices
+from .options import ChosenSlices, Corner, LinearAt, LoadPoints, Misalignment, Tolerance
 from .parsing import load_per_length, loads_of
 from .record import Option, Verb, bounded, former, refuse_without
 
@@ -37,8 +37,12 @@ def contact(
         Option('Further loads, relative to the operating one: "0..1.5" or "0.5, 2".', default="0.1 to 1.5"),
     ] = None,
     load_points: LoadPoints = None,
-    samples: Annotated[int, Option("Phases of a mesh cycle.", least=3, most=100_000)] = 64,
-    slices: Slices = 20,
+    samples: Annotated[
+        int | None,
+        Option("Even phases of a mesh cycle.", least=3, most=100_000, default="doubled until the tolerance holds"),
+    ] = None,
+    slices: ChosenSlices = None,
+    tolerance: Tolerance = 0.01,
     misalignment: Misalignment = 0.0,
     torque_end_a: Annotated[
         str | None, Option("Where torque leaves the first gear: left or right; it twists.", default="nowhere")
@@ -67,13 +71,14 @@ def contact(
             overrides=overrides,
             loads=loads,
             load_points=load_points,
-            samples=samples,
-            slices=slices,
+            samples=32 if samples is None else samples,
+            slices=20 if slices is None else slices,
             corner=corner,
             linear_at=linear_at,
         )
     factors = loads_of(loads, load_points, _LOADS)
     from ..studies.source import train_of
+    from ..studies.tooth_contact import FACTORS
     from ..studies.tooth_contact import contact as run
 
     return run(
@@ -82,11 +87,12 @@ def contact(
         torque=torque,
         samples=samples,
         slices=slices,
+        tolerance=tolerance,
         linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
         corner=corner,
         misalignment=misalignment,
         torque_ends=(torque_end_a, torque_end_b),
-        **({} if factors is None else {"factors": factors}),
+        factors=FACTORS if factors is None else factors,
     )
 
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOST_SPEED",
+    "ChosenSlices",
     "Corner",
     "Cycles",
     "Folder",
@@ -31,6 +32,7 @@ __all__ = [
     "Slices",
     "Start",
     "Stop",
+    "Tolerance",
     "Turns",
 ]
 
@@ -92,6 +94,16 @@ ShaftTones = Annotated[
 # loaded teeth
 LoadPoints = Annotated[int | None, Option("Number of loads in a range (--loads).", least=1, most=10_000, default="7")]
 Slices = Annotated[int, Option("Pieces of each face.", least=1, most=1000)]
+ChosenSlices = Annotated[
+    int | None, Option("Pieces of each face.", least=1, most=1000, default="doubled until the tolerance holds")
+]
+Tolerance = Annotated[
+    float,
+    Option(
+        "Relative error of transmission error (peak to peak), largest load and pressure, where phases or slices "
+        "are not given."
+    ),
+]
 Corner = Annotated[bool, Option("Let tips bear beyond the path of contact.")]
 LinearAt = Annotated[
     float | str | None,

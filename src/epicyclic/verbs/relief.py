@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import Corner, Folder, Misalignment, Slices
+from .options import ChosenSlices, Corner, Folder, Misalignment, Tolerance
 from .parsing import ends, loads_of, settings
 from .record import Option, Progress, Verb, bounded, former
 
@@ -75,8 +75,12 @@ def relief(
     pick: Annotated[
         int | None, Option("Number of the solution to take, from 0.", least=0, default="nearest to all best")
     ] = None,
-    samples: Annotated[int, Option("Phases of a mesh cycle.", least=3, most=10_000)] = 64,
-    slices: Slices = 20,
+    samples: Annotated[
+        int | None,
+        Option("Even phases of a mesh cycle.", least=3, most=10_000, default="few, then doubled for the best"),
+    ] = None,
+    slices: ChosenSlices = None,
+    tolerance: Tolerance = 0.01,
     misalignment: Misalignment = 0.0,
     corner: Corner = False,
     progress: Progress | None = None,
@@ -120,6 +124,7 @@ def relief(
             pick=pick,
             samples=samples,
             slices=slices,
+            tolerance=tolerance,
             corner=corner,
             misalignment=misalignment,
             progress=progress,

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 
 from epicyclic.gears.outline import GearForm, Outline, tooth_outline
 
-__all__ = ["SOLVER", "Answer", "Load", "solve"]
+__all__ = ["SOLVER", "Answer", "Load", "graded", "solve", "tip_bulge", "with_middles"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -109,14 +109,14 @@ def _pitch(gear: GearForm, shape: Outline, loads: Sequence[Load]) -> tuple[Array
     tooth = np.empty((len(marks), len(across), 2))
     tooth[..., 0] = side[:, None, 0] * across
     tooth[..., 1] = side[:, None, 1]
-    tooth[..., 1] += _tip_bulge(shape, across, side) * np.exp(-((marks / (0.3 * marks[-1])) ** 2))[:, None]
+    tooth[..., 1] += tip_bulge(shape, across, side) * np.exp(-((marks / (0.3 * marks[-1])) ** 2))[:, None]
     floor = along[corner] + (along[-1] - along[corner]) * np.linspace(0, 1, 2 * gap + 1)[1:]
     right = np.column_stack([np.interp(floor, along, line[:, axis]) for axis in (0, 1)])
     top = np.concatenate([right[::-1] * [-1, 1], tooth[-1], right])
     angle = np.arctan2(top[:, 0], top[:, 1])
     edge = 1e3 * gear.bore
     bottom = np.linspace(-1, 1, len(angle)) * 0.4 * angle[-1] + 0.6 * angle  # the crowded columns open towards it
-    grade = _grade(2 * _BODY_ROWS, abs(edge - np.hypot(*top[-1])), np.pi * gear.module * 1e3 / 12)
+    grade = graded(2 * _BODY_ROWS, abs(edge - np.hypot(*top[-1])), np.pi * gear.module * 1e3 / 12)
     start, end = np.hypot(*top.T), np.full(len(top), edge)
     radius = start + np.outer(grade, end - start)
     theta = angle + np.outer(np.minimum(1.0, 3 * grade), bottom - angle)
@@ -140,7 +140,7 @@ def _marks(length: float, rows: int, spots: Sequence[tuple[float, float]]) -> Ar
     total = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(dense))])
     count = int(np.ceil(total[-1]))
     ends = np.interp(np.linspace(0, total[-1], count + 1), total, dense)
-    return _with_middles(ends)
+    return with_middles(ends)
 
 
 def _across(columns: int, halves: Sequence[float], half_root: float) -> Array:
@@ -156,16 +156,16 @@ def _across(columns: int, halves: Sequence[float], half_root: float) -> Array:
         left = steps[-1]
         n = max(2, int(np.ceil(left / (2 / columns))))
         even = np.concatenate([np.linspace(-1, 0, columns // 2 + 1), np.linspace(0, left, n + 1)[1:], steps[-2::-1]])
-    return _with_middles(even)
+    return with_middles(even)
 
 
-def _tip_bulge(shape: Outline, across: Array, side: Array) -> Array:
+def tip_bulge(shape: Outline, across: Array, side: Array) -> Array:
     """How far the tip circle stands off the straight cross line at the tip [mm]."""
     tip = shape.tip * 1e3
     return np.asarray(np.sqrt(tip**2 - (side[0, 0] * across) ** 2) - side[0, 1])
 
 
-def _grade(rows: int, length: float, first: float) -> Array:
+def graded(rows: int, length: float, first: float) -> Array:
     """Shares 0 .. 1 of the way, element sizes growing from the first."""
     elements = rows // 2
     low, high = 1.0 + 1e-9, 3.0
@@ -173,10 +173,10 @@ def _grade(rows: int, length: float, first: float) -> Array:
         ratio = 0.5 * (low + high)
         low, high = (low, ratio) if first * (ratio**elements - 1) / (ratio - 1) > length else (ratio, high)
     ends = np.concatenate([[0.0], np.cumsum(ratio ** np.arange(elements))])
-    return _with_middles(ends / ends[-1])
+    return with_middles(ends / ends[-1])
 
 
-def _with_middles(ends: Array) -> Array:
+def with_middles(ends: Array) -> Array:
     found = np.empty(2 * len(ends) - 1)
     found[::2] = ends
     found[1::2] = 0.5 * (ends[1:] + ends[:-1])

@@ -24,11 +24,14 @@ class Cantilever:
 
     root: float
     tip: float
-    height: float = 8e-3
+    decay: float = 8e-3
     shared: float = 0.5e-12
 
     def _part(self, radius: ArrayLike) -> Array:
         return np.asarray((np.asarray(radius, dtype=float) - self.root) / (self.tip - self.root))
+
+    def face_decay(self, width: float) -> float:
+        return self.decay
 
     def bending(self, radius: ArrayLike) -> Array:
         return self.cross(radius, radius, 0) + 2e-12 + 12e-12 * self._part(radius) ** 3

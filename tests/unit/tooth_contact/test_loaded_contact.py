@@ -238,8 +238,12 @@ def test_tangent_is_the_slope_and_secant_the_chord(pair_of: Build, linear_at: fl
     load, step = 8e3, 2.0
     found = loaded_contact(pair, [load - step, load, load + step], PHASES)
     slope = 2 * step / (found.approach[2] - found.approach[0])
+    # a segment that begins to bear between the loads makes a kink: there is no one slope
+    pressed = found.force > 0
+    smooth = (pressed[0] == pressed[2]).all(axis=(1, 2))
+    assert smooth.sum() >= len(PHASES) - 1
     # the difference of approaches is known to 1e-12 of them, its curvature is (step/load)^2
-    assert found.tangent[1] == pytest.approx(slope, rel=1e-5)
+    assert found.tangent[1, smooth] == pytest.approx(slope[smooth], rel=1e-5)
     assert found.secant[1] == pytest.approx(load / (found.approach[1] - found.no_load), rel=1e-12)
     assert found.mean_stiffness[1] == pytest.approx(found.tangent[1].mean(), rel=1e-15)
 

@@ -16,9 +16,10 @@ from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ..steady.response import Response, response
 from .branch_set import branch_set
+from .floquet import Stability
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
-from .problem import gap_forces
-from .refinement import Refinement, with_stability
+from .problem import embedded, gap_forces
+from .refinement import Refinement, solution, with_stability
 from .rows import largest_link_forces, law_warnings
 from .shaft_orders import (
     NEGLIGIBLE,
@@ -34,7 +35,11 @@ if TYPE_CHECKING:
 
     from ...system.system import System
 
-__all__ = ["contact_steady", "steady_motion"]
+__all__ = ["contact_steady", "mesh_order_stability", "steady_motion"]
+
+# Least harmonics of the motion whose stability is asked for, by the number of mesh tones: with 14 a multiplier of
+# ren2021 is off by 3e-3, a force by 2e-5.
+_HARMONICS = {1: 24, 2: 8}
 
 
 def contact_steady(
@@ -48,7 +53,8 @@ def contact_steady(
 
     Curves over the mesh phase are of each mesh's own tone: the mean over all other phases, and least and most.  The RMS
     is that of all time; peak and minimum are those over all relative phases, which teeth meet at discrete values.
-    Where there are several solutions, the one next to the linear response is found.  Stability is not looked at.
+    Where there are several solutions, the one next to the linear response is found.  Its stability is that of the
+    motion of mesh orders there; one that is not stable comes with a warning.
 
     Parameters
     ----------
@@ -85,7 +91,22 @@ def contact_steady(
             f"frequency ({point.status}, residual {point.residual:.2g}): try a slightly different speed or more damping"
         )
     options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
-    return _labelled(given, point, lines, options)
+    return _labelled(given, point, lines, mesh_order_stability(given, point), options)
+
+
+def mesh_order_stability(given: Torus, point: TorusPoint) -> Stability | None:
+    """Stability of the motion of mesh orders next to a point of the torus; None where it is not known.
+
+    That is with more than two mesh frequencies, and where Newton's method finds no motion of mesh orders there.
+    """
+    if given.mesh_tones > 2:
+        return None
+    refinement, harmonics = Refinement(ready=given.ready), max(*point.size.harmonics, _HARMONICS[given.mesh_tones])
+    made, phases = refinement.problem(harmonics), point.problem.grid.points
+    mesh = ~phases[:, given.mesh_tones :].any(axis=1)
+    start = embedded(phases[mesh, : given.mesh_tones], point.state.y[:, mesh], made)
+    found = solution(refinement, start, point.state.speed, given=made, harmonics=harmonics)
+    return None if found is None else with_stability(refinement, found).stability
 
 
 def steady_motion(
@@ -132,7 +153,13 @@ def _from_branch_set(given: Torus, speed: float) -> tuple[NDArray[np.int64], Arr
     return at.given.grid.points, at.state.y
 
 
-def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], options: dict[str, Any]) -> xr.Dataset:
+def _labelled(
+    given: Torus,
+    point: TorusPoint,
+    lines: Sequence[SuperposedLine],
+    stability: Stability | None,
+    options: dict[str, Any],
+) -> xr.Dataset:
     """The Dataset of a point of the torus and of the lines superposed on it."""
     from ...results.dataset import dataset
 
@@ -164,7 +191,9 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], 
             "amplitude": ("dof", torus_amplitudes(given, point, lines)),
             **along,
             **combined,
-            "status": ((), point.status),
+            "status": ((), point.status if stability is None or stability.stable else "unstable"),
+            "instability": ((), "" if stability is None else stability.kind or "stable"),
+            "largest_multiplier": ((), np.nan if stability is None else abs(stability.multiplier)),
             "residual": ((), point.residual),
             "residual_dropped": ((), point.truncation_residual),
         },
@@ -181,6 +210,7 @@ def _labelled(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine], 
         provenance=system.provenance,
         warnings=[
             *law_warnings(ready, point.problem.rows),
+            *_instability(stability),
             *_warnings(point, lines),
             *past_the_end(system, point.problem.rows.flanks, found.flank),
             *_links_past_the_end(ready, point),
@@ -251,6 +281,18 @@ def _along_the_face(
         "slice_force_peak": ("mesh_slice", found.row_peak[face.cut]),
         "slice_open_share": ("mesh_slice", found.row_open[face.cut]),
     }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
+
+
+def _instability(stability: Stability | None) -> list[str]:
+    """A warning of a motion that is not stable, or whose stability is not known."""
+    if stability is None:
+        return ["the stability of this motion is not known"]
+    if stability.stable:
+        return []
+    return [
+        f"this motion is not stable ({stability.kind}, multiplier {abs(stability.multiplier):.3g} a cycle): no train "
+        "stays on it, and what takes its place may be larger; sweep --contact-loss or transient finds that"
+    ]
 
 
 def _warnings(point: TorusPoint, lines: Sequence[SuperposedLine]) -> list[str]:

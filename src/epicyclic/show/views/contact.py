@@ -52,7 +52,20 @@ def _sides(result: xr.Dataset) -> Table:
         "tip overlap before [um]": list(at.corner_overlap.sel(end="before").values * 1e6),
         "tip overlap behind [um]": list(at.corner_overlap.sel(end="behind").values * 1e6),
     }
-    return Table(title=title, columns=columns)
+    return Table(title=title, columns=columns, lead=_resolution(result))
+
+
+def _resolution(result: xr.Dataset) -> str:
+    """Phases and slices, and the error they leave; empty of a result of an earlier version."""
+    attrs = result.attrs
+    if "averaging_length" not in attrs:
+        return ""
+    error = float(attrs["estimated_error"])
+    left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
+    return (
+        f"{attrs['samples']} phases and {attrs['slices']} slices{left}; loads and pressures are means over "
+        f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line."
+    )
 
 
 def _loads(result: xr.Dataset) -> Table:

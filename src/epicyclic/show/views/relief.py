@@ -50,7 +50,17 @@ def _answer(result: xr.Dataset) -> Table:
         "from": [_bound(name, value) for name, value in zip(names, result.lower_bound.values, strict=True)],
         "to": [_bound(name, value) for name, value in zip(names, result.upper_bound.values, strict=True)],
     }
-    return Table(title=title, columns=columns)
+    return Table(title=title, columns=columns, lead=_resolution(result))
+
+
+def _resolution(result: xr.Dataset) -> str:
+    """Phases and slices of the answer, and the error they leave; empty of a result of an earlier version."""
+    attrs = result.attrs
+    if "estimated_error" not in attrs:
+        return ""
+    error = float(attrs["estimated_error"])
+    left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
+    return f"Before and after: {attrs['samples']} phases and {attrs['slices']} slices{left}."
 
 
 def _bound(name: str, value: float) -> str:

@@ -24,6 +24,7 @@ from ...tooth_contact.pair import ContactPair, uniform_along_face
 from ...tooth_contact.segments import ContactSegments, contact_segments
 from ...train.connections import Mesh
 from ...train.train import Train
+from ..contact_resolution import Resolution, mesh_phases, sigma_at
 from .variables import DesignVariable, FlankSettings, modified_flank, settings_of, varies_along_face
 
 __all__ = [
@@ -32,14 +33,20 @@ __all__ = [
     "ContactSettings",
     "HelixContact",
     "ReliefProblem",
+    "coarse_resolution",
     "contact_histories",
     "force_curves",
     "helix_contacts",
     "objectives_of",
     "relative_speeds",
+    "with_resolution",
 ]
 
 Array = NDArray[np.float64]
+
+# Phases and slices of a search where none are given.  With the corners of contact among the phases, and parts of slices
+# coupled as parts, objectives are then known to some per cent; the best candidates are solved again (`verification`).
+_PHASES, _SLICES = 64, 10
 
 OBJECTIVES = {
     "lte": ("m", "peak to peak of the loaded transmission error, largest over the loads, mean over the meshes"),
@@ -57,12 +64,12 @@ DYNAMIC = {"force_rms": "mesh_force_rms", "force_peak": "mesh_force_peak"}
 class ContactSettings:
     """Discretisation and misalignment of the loaded contact, as of `contact`.
 
-    samples : phases of a mesh cycle.  slices : segments of the face.  corner : solve corner contact.
+    samples : phases of a mesh cycle.  slices : segments of the face.  None: chosen.  corner : solve corner contact.
     misalignment : of the flanks, in the plane of action [rad].
     """
 
-    samples: int
-    slices: int
+    samples: int | None
+    slices: int | None
     corner: bool
     misalignment: float
 
@@ -89,6 +96,7 @@ class ReliefProblem:
 
     objectives : names, of `OBJECTIVES`.  variables : (v,).  fixed : settings that do not vary, by path of the flank.
     meshes : the helices of each mesh.  factors : (F,) loads relative to the operating one [1].
+    resolution : phases and slices of these contacts.
     train, system, speeds : the train, and for dynamic objectives its System and (P,) relative speeds [1], else None.
     """
 
@@ -97,6 +105,7 @@ class ReliefProblem:
     fixed: Mapping[str, FlankSettings]
     meshes: tuple[tuple[HelixContact, ...], ...]
     factors: Array
+    resolution: Resolution
     train: Train
     system: System | None
     speeds: Array | None
@@ -106,10 +115,31 @@ class ReliefProblem:
         return objectives_of(self, [settings_of(self.variables, self.fixed, candidate) for candidate in candidates])
 
 
+def coarse_resolution(
+    train: Train, meshes: Sequence[Sequence[tuple[Mesh, float]]], contact: ContactSettings
+) -> Resolution:
+    """Phases and slices of a search: those given, else few, since the best candidates are solved again."""
+    samples = _PHASES if contact.samples is None else contact.samples
+    helices = [mesh for one in meshes for mesh, _ in one]
+    return Resolution(
+        phase=_phases(helices, [pair_of(train, mesh) for mesh in helices], samples, contact),
+        samples=samples,
+        slices=_SLICES if contact.slices is None else contact.slices,
+        graded=contact.samples is None,
+        error=np.full(3, np.nan),
+    )
+
+
+def _phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int, contact: ContactSettings) -> Array:
+    """Phases (T,) of all meshes: even ones where their number is given, else the corners of all of them too."""
+    return mesh_phases(helices, pairs, samples) if contact.samples is None else np.arange(samples) / samples
+
+
 def helix_contacts(
     train: Train,
     meshes: Sequence[Sequence[tuple[Mesh, float]]],
     contact: ContactSettings,
+    cut: Resolution,
     *,
     variables: Sequence[DesignVariable],
     fixed: Mapping[str, FlankSettings],
@@ -118,24 +148,33 @@ def helix_contacts(
 
     Parameters
     ----------
-    meshes : helices of each mesh with their operating loads [N].
+    meshes : helices of each mesh with their operating loads [N].  cut : phases and slices.
 
     Raises
     ------
     ModelError : as of `pair_of`; a relief that does not fit a flank at the bounds.
     """
-    phase = np.arange(contact.samples) / contact.samples
     result = []
     for helices in meshes:
         contacts = []
         for mesh, force in helices:
-            pair = pair_of(train, mesh, slices=contact.slices, corner=contact.corner, misalignment=contact.misalignment)
+            pair = pair_of(train, mesh, slices=cut.slices, corner=contact.corner, misalignment=contact.misalignment)
             if uniform_along_face(pair) and not varies_along_face(variables, fixed):
                 pair = replace(pair, slices=1)
-            segments = contact_segments(pair, mesh.sense * (phase + float(mesh.lead)))
+            segments = contact_segments(pair, sigma_at(mesh, cut.phase))
             contacts.append(HelixContact(mesh=mesh, segments=segments, force=force))
         result.append(tuple(contacts))
     return tuple(result)
+
+
+def with_resolution(problem: ReliefProblem, contact: ContactSettings, cut: Resolution) -> ReliefProblem:
+    """Problem with other phases and slices; of `cut` the numbers of both count, the phases are those of all meshes."""
+    helices = [helix for one in problem.meshes for helix in one]
+    pairs = [helix.segments.pair for helix in helices]
+    common = replace(cut, phase=_phases([helix.mesh for helix in helices], pairs, cut.samples, contact))
+    meshes = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
+    parts = helix_contacts(problem.train, meshes, contact, common, variables=problem.variables, fixed=problem.fixed)
+    return replace(problem, meshes=parts, resolution=common)
 
 
 def relative_speeds(system: System, mesh_frequencies: tuple[float, float] | None, points: int) -> Array:
@@ -212,9 +251,12 @@ def contact_histories(problem: ReliefProblem, settings: Mapping[str, FlankSettin
 def _histories(
     problem: ReliefProblem, contacts: Sequence[Sequence[MicrogeometryContact]], i: int
 ) -> dict[str, ContactHistory]:
-    """Name of each helix -> its contact history at the last load, of the i-th set of settings."""
+    """Name of each helix -> its contact history at the last load and the even phases, of the i-th set of settings."""
+    even = problem.resolution.even
     return {
-        helix.mesh.name: ContactHistory(force=helix.force, approach=one.approach[i, -1], tangent=one.tangent[i, -1])
+        helix.mesh.name: ContactHistory(
+            force=helix.force, approach=one.approach[i, -1, even], tangent=one.tangent[i, -1, even]
+        )
         for helices, solved in zip(problem.meshes, contacts, strict=True)
         for helix, one in zip(helices, solved, strict=True)
     }

@@ -23,14 +23,16 @@ from ...tooth_contact.pair import check_pair
 from ...train.connections import Mesh
 from ...train.train import Train
 from ..check import train_provenance
+from ..contact_resolution import check_tolerance
 from ..source import Source, train_of
-from ..tooth_contact import contact, helices_of, in_radians, normal_force
+from ..tooth_contact import TOLERANCE, contact, helices_of, in_radians, normal_force, unresolved
 from .objectives import (
     DYNAMIC,
     OBJECTIVES,
     ContactSettings,
     HelixContact,
     ReliefProblem,
+    coarse_resolution,
     contact_histories,
     force_curves,
     helix_contacts,
@@ -39,6 +41,7 @@ from .objectives import (
 )
 from .search import SearchResult, genetic_search
 from .variables import DesignVariable, FlankSettings, length_text, overrides_of, read_variables, settings_of
+from .verification import Finalists, verified
 
 __all__ = ["relief", "relief_model"]
 
@@ -47,6 +50,8 @@ Columns = dict[str, tuple[Any, Any]]
 
 # loads of the Harris maps before and after, relative to the operating one
 _MAP_LOADS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
+# places along the path of contact
+_PATH_POINTS = 161
 # evaluations kept in a result, so that its file stays below some ten megabytes
 _MOST_EVALUATIONS = 200_000
 # part of a range from its bound within which an answer counts as on it: a short search comes that close
@@ -69,8 +74,9 @@ def relief(
     seed: int = 1,
     resume: str | Path | None = None,
     pick: int | None = None,
-    samples: int = 64,
-    slices: int = 20,
+    samples: int | None = None,
+    slices: int | None = None,
+    tolerance: float = TOLERANCE,
     corner: bool = False,
     misalignment: float | str = 0.0,
     progress: Callable[[float], None] | None = None,
@@ -92,7 +98,9 @@ def relief(
     population, generations, seed : of the search; equal seeds give equal bits.
     resume : record of the evaluations, written after every generation; an existing one is resumed.
     pick : index of the solution that is the answer, from 0; None: nearest to the best of each objective.
-    samples, slices, corner, misalignment : as of `contact`; a uniform face of spur teeth is one slice.
+    samples, slices, tolerance, corner, misalignment : as of `contact`; a uniform face of spur teeth is one slice.
+        Where phases or slices are not given, the search takes few, and its best candidates are solved again with as
+        many as the tolerance needs (`verification`).
     progress : called with the share done, 0..1.
 
     Returns
@@ -108,18 +116,20 @@ def relief(
     """
     train = train_of(source, overrides=overrides)
     settings = ContactSettings(samples=samples, slices=slices, corner=corner, misalignment=in_radians(misalignment))
-    _check_options(objectives, factors, torque, settings)
+    _check_options(objectives, factors, torque, settings, tolerance)
     meshes = _meshes(train, mesh)
     flanks = {path: flank for helices in meshes for helix in helices for path, flank in _flanks(helix)}
     variables, fixed = read_variables(vary, flanks)
     forces = [[(helix, normal_force(train, helices, torque)) for helix in helices] for helices in meshes]
     dynamic = any(name in DYNAMIC for name in objectives)
     system = assemble(train) if dynamic else None
+    coarse = coarse_resolution(train, forces, settings)
     problem = ReliefProblem(
         objectives=tuple(objectives),
         variables=variables,
         fixed=fixed,
-        meshes=helix_contacts(train, forces, settings, variables=variables, fixed=fixed),
+        meshes=helix_contacts(train, forces, settings, coarse, variables=variables, fixed=fixed),
+        resolution=coarse,
         factors=np.array(factors, dtype=float),
         train=train,
         system=system,
@@ -145,25 +155,29 @@ def relief(
     )
     if not result.best.size:
         raise ModelError("no candidate could be computed", path="vary", given=dict(vary))
-    answer = _answer(result, pick)
-    best = settings_of(variables, fixed, result.candidates[answer])
+    solved = verified(problem, result, settings, tolerance=tolerance, pick=pick)
+    best = solved.settings
     changes = overrides_of(best, flanks)
     after = _modified_train(source, train, {**(overrides or {}), **changes}, changes)
     search_options = {"population": population, "generations": generations, "seed": seed}
     labelled = dataset(
         {
-            **_solutions(problem, result, answer, flanks),
-            **_before_and_after(problem, (train, after), torque, settings),
-            **(_forces_over_speed(problem, best) if dynamic else {}),
+            **_solutions(solved, result, flanks),
+            **_before_and_after(solved, (train, after), torque, settings),
+            **(_forces_over_speed(solved.problem, best) if dynamic else {}),
         },
-        coords=_coords(problem, result),
+        coords=_coords(solved),
         verb="relief",
         options=options | search_options,
-        warnings=_warnings(train, after, problem, result, answer, generations),
+        warnings=[*_warnings(train, after, solved, result, generations), *unresolved(solved.resolution, tolerance)],
         provenance=train_provenance(train),
     )
     labelled.attrs |= {
-        "picked": int(np.flatnonzero(result.best == answer)[0]),
+        "picked": solved.answer,
+        "samples": solved.resolution.samples,
+        "slices": solved.resolution.slices,
+        "tolerance": tolerance,
+        "estimated_error": float(solved.resolution.error.max()),
         "overrides": json.dumps(changes),
         "relieved_model": json.dumps(dict(after.document), default=str),
         "stopped": int(result.stopped),
@@ -191,9 +205,10 @@ def _modified_train(source: Source, train: Train, whole: Mapping[str, Any], chan
 
 
 def _check_options(
-    objectives: Sequence[str], factors: Sequence[float], torque: object, settings: ContactSettings
+    objectives: Sequence[str], factors: Sequence[float], torque: object, settings: ContactSettings, tolerance: float
 ) -> None:
-    if settings.samples < 3 or settings.slices < 1:
+    check_tolerance(tolerance)
+    if (settings.samples is not None and settings.samples < 3) or (settings.slices is not None and settings.slices < 1):
         given = settings.samples, settings.slices
         raise ModelError("out of range", path="samples, slices", given=given, allowed="3 or more, 1 or more")
     unknown = [name for name in objectives if name not in OBJECTIVES]
@@ -280,29 +295,15 @@ def _fingerprint(train: Train, options: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _answer(result: SearchResult, pick: int | None) -> int:
-    """Index among the evaluations of the answer: the picked solution, else the least distance to the ideal point.
-
-    The distance is Euclidean, each objective scaled by its range over the Pareto set.
-    """
-    values = result.objectives[result.best]
-    if pick is not None:
-        if not 0 <= pick < len(result.best):
-            raise ModelError("no such solution", path="pick", given=pick, allowed=f"0 .. {len(result.best) - 1}")
-        return int(result.best[pick])
-    span = np.ptp(values, axis=0)
-    distance = (values - values.min(axis=0)) / np.where(span > 0, span, 1.0)
-    return int(result.best[np.argmin((distance**2).sum(axis=1))])
-
-
 # Dataset -------------------------------------------------------------------------------------------------------------
 
 
-def _coords(problem: ReliefProblem, result: SearchResult) -> dict[Any, Any]:
+def _coords(solved: Finalists) -> dict[Any, Any]:
+    problem = solved.problem
     return {
         "variable": [one.name for one in problem.variables],
         "objective": list(problem.objectives),
-        "solution": np.arange(len(result.best)),
+        "solution": np.arange(len(solved.candidates)),
         "state": ["before", "after"],
         "relieved_mesh": [_mesh_name(helices) for helices in problem.meshes],
         **({} if problem.speeds is None else {"speed": problem.speeds}),
@@ -315,10 +316,10 @@ def _mesh_name(helices: Sequence[HelixContact]) -> str:
     return name if len(helices) == 1 else name.rsplit("/", 1)[0]
 
 
-def _solutions(problem: ReliefProblem, result: SearchResult, answer: int, flanks: Mapping[str, Flank]) -> Columns:
+def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Flank]) -> Columns:
     """Variables of the solutions (solution, ...), of before and after (objective), and of the evaluations."""
+    problem, candidates = solved.problem, solved.candidates
     variables, objectives = problem.variables, problem.objectives
-    candidates = result.candidates[result.best]
     values = [[one.value(at) for one, at in zip(variables, row, strict=True)] for row in candidates.tolist()]
     numeric = [[one.numeric(value) for one, value in zip(variables, row, strict=True)] for row in values]
     texts = [[_value_text(one, value) for one, value in zip(variables, row, strict=True)] for row in values]
@@ -328,9 +329,9 @@ def _solutions(problem: ReliefProblem, result: SearchResult, answer: int, flanks
         "upper_bound": ("variable", np.array([one.high for one in variables])),
         "solution_value": (("solution", "variable"), np.array(numeric)),
         "solution_text": (("solution", "variable"), np.array(texts, dtype=object)),
-        "solution_objective": (("solution", "objective"), result.objectives[result.best]),
+        "solution_objective": (("solution", "objective"), solved.objectives),
         "objective_before": ("objective", drawn),
-        "objective_after": ("objective", result.objectives[answer]),
+        "objective_after": ("objective", solved.objectives[solved.answer]),
         "objective_meaning": ("objective", np.array([OBJECTIVES[name][1] for name in objectives], dtype=object)),
         "objective_unit": ("objective", np.array([OBJECTIVES[name][0] for name in objectives], dtype=object)),
         "evaluated_place": (("evaluation", "variable"), result.candidates[:_MOST_EVALUATIONS]),
@@ -356,13 +357,22 @@ def _best_so_far(result: SearchResult) -> Array:
 
 
 def _before_and_after(
-    problem: ReliefProblem, trains: Sequence[Train], torque: float | str | None, settings: ContactSettings
+    solved: Finalists, trains: Sequence[Train], torque: float | str | None, settings: ContactSettings
 ) -> Columns:
     """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
+    problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
     results = [
         [
-            contact(train, mesh=_mesh_name(helices), torque=torque, factors=factors.tolist(), **asdict(settings))
+            contact(
+                train,
+                mesh=_mesh_name(helices),
+                torque=torque,
+                factors=factors.tolist(),
+                corner=settings.corner,
+                misalignment=settings.misalignment,
+                cut=cut,
+            )
             for helices in problem.meshes
         ]
         for train in trains
@@ -375,19 +385,26 @@ def _before_and_after(
     over = ("state", "relieved_mesh", "load_factor")
     return {
         "load_factor": ("load_factor", factors),
-        "mesh_phase": ("mesh_phase", np.arange(settings.samples) / settings.samples),
+        "mesh_phase": ("mesh_phase", cut.phase),
         "relieved_force": ("relieved_mesh", np.array([float(one.attrs["force"]) for one in results[0]])),
         "relieved_error": ((*over, "mesh_phase"), stacked(lambda one: one.loaded_transmission_error.values)),
         "relieved_peak_to_peak": (over, stacked(lambda one: one.transmission_error_peak_to_peak.values)),
         "relieved_largest_load": (over, stacked(lambda one: one.largest_load_per_length.values.max(axis=0))),
-        "relieved_place": (("relieved_mesh", "path_point"), np.array([one.path_place.values for one in results[0]])),
+        "relieved_place": (("relieved_mesh", "path_point"), np.array([_even_places(one) for one in results[0]])),
         "relieved_load": (("state", "relieved_mesh", "path_point"), stacked(_largest_along_path)),
     }
 
 
+def _even_places(result: xr.Dataset) -> Array:
+    """Even places on the path of contact of a result of `contact`, (P,) [base pitches]."""
+    ends = result.path_place.values
+    return np.linspace(float(ends[0]), float(ends[-1]), _PATH_POINTS)
+
+
 def _largest_along_path(result: xr.Dataset) -> Array:
-    """Largest load per length over face and helices at places of the path of contact [N/m]; 0 out of contact."""
-    return np.asarray(np.nan_to_num(result.flank_load_per_length.values).max(axis=(0, 1)))
+    """Largest load per length over face and helices at even places of the path of contact [N/m]; 0 out of contact."""
+    largest = np.nan_to_num(result.flank_load_per_length.values).max(axis=(0, 1))
+    return np.asarray(np.interp(_even_places(result), result.path_place.values, largest))
 
 
 def _forces_over_speed(problem: ReliefProblem, settings: Mapping[str, FlankSettings]) -> Columns:
@@ -397,10 +414,8 @@ def _forces_over_speed(problem: ReliefProblem, settings: Mapping[str, FlankSetti
     return {DYNAMIC[name]: (("state", "speed"), np.array([one[name] for one in curves])) for name in DYNAMIC}
 
 
-def _warnings(
-    train: Train, after: Train, problem: ReliefProblem, result: SearchResult, answer: int, generations: int
-) -> list[str]:
-    """Warnings of the trains and of the search; answer : index of the candidate that is picked."""
+def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResult, generations: int) -> list[str]:
+    """Warnings of the trains, of the search, and of the answer that is picked."""
     messages = [*train.warnings, *(text for text in after.warnings if text not in train.warnings)]
     completed = int(result.generation.max()) + 1
     if result.stopped:
@@ -408,10 +423,10 @@ def _warnings(
     failed = int((~np.isfinite(result.objectives)).any(axis=1).sum())
     if failed:
         messages.append(f"{failed} of {len(result.objectives)} candidates could not be computed")
-    for variable, at in zip(problem.variables, result.candidates[answer], strict=True):
+    for variable, at in zip(solved.problem.variables, solved.candidates[solved.answer], strict=True):
         if not variable.shapes and min(at, 1 - at) < _AT_BOUND:
             side, bound = ("lower", variable.low) if at < 0.5 else ("upper", variable.high)
-            best = "the best" if len(result.best) == 1 else "the solution picked"
+            best = "the best" if len(solved.candidates) == 1 else "the solution picked"
             beyond = "" if at < 0.5 and bound <= 0 and variable.key != "slope" else "; a better one may lie beyond"
             messages.append(f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} um{beyond}")
     return messages

@@ -21,7 +21,7 @@ from ...errors import ModelError
 from ...input_files import read_text
 from ...results.whole_file import require_writable, write_text
 
-__all__ = ["SearchResult", "genetic_search"]
+__all__ = ["SearchResult", "genetic_search", "non_dominated"]
 
 Array = NDArray[np.float64]
 
@@ -116,7 +116,7 @@ def genetic_search(
         candidates=np.concatenate([candidates for candidates, _ in evaluated]),
         objectives=values,
         generation=np.repeat(np.arange(len(evaluated)), [len(candidates) for candidates, _ in evaluated]),
-        best=_non_dominated(values),
+        best=non_dominated(values),
         stopped=stopped,
     )
 
@@ -159,7 +159,7 @@ def _assign(algorithm: Any, offspring: Any, values: Array) -> None:
     algorithm.tell(infills=offspring)
 
 
-def _non_dominated(values: Array) -> NDArray[np.int64]:
+def non_dominated(values: Array) -> NDArray[np.int64]:
     """Indices of the Pareto set of objectives (E, o), equal rows once, the first objective rising."""
     finite = np.flatnonzero(np.isfinite(values).all(axis=1))
     if not finite.size:

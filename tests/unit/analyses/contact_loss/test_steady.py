@@ -161,3 +161,21 @@ def test_command_line(tmp_path: Any) -> None:
     table = CliRunner().invoke(app, ["steady", "ren2021", "--contact-loss"])
     assert table.exit_code == 0
     assert "apart" in table.stdout
+
+
+def test_a_motion_that_no_train_stays_on_is_named() -> None:
+    """ren2021 at 38.75 times its speed: time integration leaves the periodic motion."""
+    found = epicyclic.steady("ren2021", contact_loss=True, relative_speed=38.75)
+    assert found.status.item() == "unstable"
+    assert found.instability.item() == "quasi-periodic"
+    assert found.largest_multiplier.item() == pytest.approx(1.51, abs=0.02)
+    assert sum("this motion is not stable" in text for text in json.loads(found.attrs["warnings"])) == 1
+
+
+def test_stability_is_that_of_the_sweep() -> None:
+    found = epicyclic.steady("ren2021", contact_loss=True, relative_speed=5.75, shaft_orders=False)
+    swept = epicyclic.sweep(
+        "ren2021", contact_loss=True, relative_speed=[5.0, 5.75], unstable="report", shaft_orders=False
+    )
+    assert found.status.item() == "ok"
+    assert found.largest_multiplier.item() == pytest.approx(swept.largest_multiplier.values[0, 1], rel=1e-4)

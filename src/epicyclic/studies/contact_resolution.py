@@ -1,0 +1,175 @@
+"""Phases and slices of a loaded tooth contact, doubled until its printed numbers hold within a tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from ..tooth_contact.loaded_contact import LoadedContact, loaded_contact
+from ..tooth_contact.pair import ContactPair, uniform_along_face
+from ..tooth_contact.phases import corner_phases, graded_phases
+from ..train.connections import Mesh
+
+__all__ = ["Resolution", "check_tolerance", "estimated_error", "mesh_phases", "resolution", "sigma_at"]
+
+Array = NDArray[np.float64]
+
+# First and most phases and slices.  The first are as coarse as the estimate of an error bears; the most bound the time
+# of a mesh to a minute and its memory to a gigabyte.
+_PHASES, _SLICES = (32, 1024), (10, 160)
+# Fewest that are kept: a curve over the mesh cycle and a map of the flank are drawn through them.
+_FEWEST = (64, 20)
+# Share of the tolerance for the phases; that of the slices, which cost more, is the larger one.
+_PHASE_SHARE = 0.25
+# Errors of a peak to peak are relative to it, or to this share of the deflection where that is larger: with a default
+# tolerance a ten-thousandth of the deflection, which optimal reliefs come near and no tooth is known to.
+_LEAST_SWING = 1e-2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Resolution:
+    """Discretisation of a mesh.
+
+    phase : (T,) of the mesh cycle.  samples : even ones among them.  slices : of each face.
+    graded : whether the corners of contact are among the phases.
+    error : (3,) estimated relative errors of the peak to peak of the transmission error (of a hundredth of the
+        deflection where that is larger), largest load and largest pressure at the operating load, from what was not
+        given; nan where nothing was estimated.
+    """
+
+    phase: Array
+    samples: int
+    slices: int
+    graded: bool
+    error: Array
+
+    @property
+    def even(self) -> NDArray[np.int64]:
+        """Indices (S,) of the even phases."""
+        wanted = np.arange(self.samples) / self.samples
+        return np.asarray(np.abs(self.phase - wanted[:, None]).argmin(axis=1))
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse a tolerance that is no relative error.
+
+    Raises
+    ------
+    ModelError : not above 0 and below 1.
+    """
+    if not 0 < tolerance < 1:
+        raise ModelError("a relative error", path="tolerance", given=tolerance, allowed="above 0, below 1")
+
+
+def sigma_at(mesh: Mesh, phase: Array) -> Array:
+    """Places sigma (T,) [base pitches] of one pair of teeth of a helix at phases (T,) of the mesh cycle."""
+    return np.asarray(mesh.sense * (phase + float(mesh.lead)))
+
+
+def mesh_phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int) -> Array:
+    """Even phases of the mesh cycle and the corners of contact of every helix, (T,)."""
+    corners = [
+        mesh.sense * corner_phases(pair.plane) - float(mesh.lead) for mesh, pair in zip(helices, pairs, strict=True)
+    ]
+    return graded_phases(np.concatenate(corners), samples)
+
+
+def resolution(
+    helices: Sequence[Mesh],
+    pairs: Sequence[ContactPair],
+    force: float,
+    *,
+    tolerance: float,
+    samples: int | None = None,
+    slices: int | None = None,
+) -> Resolution:
+    """Phases and slices with which the operating load is solved within a tolerance.
+
+    Parameters
+    ----------
+    pairs : of the helices, of any number of slices.  force : of a helix [N].  tolerance : of each number [1].
+    samples, slices : given ones, even phases; None: doubled until the tolerance holds, or to a limit.
+
+    Raises
+    ------
+    ModelError : a tolerance that is not above zero.
+    """
+    check_tolerance(tolerance)
+
+    def phases(count: int) -> Array:
+        return mesh_phases(helices, pairs, count) if samples is None else np.arange(count) / count
+
+    def numbers(count: int, cut: int) -> Array:
+        return _numbers(helices, [replace(pair, slices=cut) for pair in pairs], force, phases(count))
+
+    error = np.zeros(3)
+    coarse = _FEWEST[1] if slices is None else slices
+    chosen = samples
+    if chosen is None:
+        reached, missed = _doubled(lambda count: numbers(count, coarse), _PHASES, _PHASE_SHARE * tolerance)
+        chosen, error = max(reached, _FEWEST[0]), error + missed
+    cut = slices
+    if cut is None and all(uniform_along_face(pair) for pair in pairs):
+        cut = _FEWEST[1]  # one would do
+    elif cut is None:
+        fewest = _PHASES[0] if samples is None else samples
+        reached, missed = _doubled(lambda count: numbers(fewest, count), _SLICES, (1 - _PHASE_SHARE) * tolerance)
+        cut, error = max(reached, _FEWEST[1]), error + missed
+    given = samples is not None and (slices is not None or all(uniform_along_face(pair) for pair in pairs))
+    return Resolution(
+        phase=phases(chosen),
+        samples=chosen,
+        slices=cut,
+        graded=samples is None,
+        error=np.full(3, np.nan) if given else error,
+    )
+
+
+def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, phase: Array) -> Array:
+    """Peak to peak of the transmission error [m], largest load [N/m] and pressure [Pa] under a force [N], and scales.
+
+    Rows : the numbers, and what their errors are relative to, (2, 3).
+    """
+    found = [loaded_contact(pair, [force], sigma_at(mesh, phase)) for mesh, pair in zip(helices, pairs, strict=True)]
+    swing, deflection = _swing(found)
+    load = max(float(one.largest_load[0]) for one in found)
+    pressure = max(float(one.largest_pressure[0]) for one in found)
+    return np.array([[swing, load, pressure], [max(swing, _LEAST_SWING * deflection), load, pressure]])
+
+
+def _swing(found: Sequence[LoadedContact]) -> tuple[float, float]:
+    """Peak to peak and mean of the transmission error under load, helices together [m]."""
+    error = np.mean([one.transmission_error[0] for one in found], axis=0)
+    none = np.mean([one.no_load_error for one in found], axis=0)
+    return float(np.ptp(error)), float(np.mean(error - none))
+
+
+def _doubled(numbers: Callable[[int], Array], limits: tuple[int, int], tolerance: float) -> tuple[int, Array]:
+    """Count, doubled until the numbers (2, m) of `_numbers` hold, or to a limit, and the estimated errors (m,) [1]."""
+    count, found = limits[0], []
+    found.append(numbers(count))
+    while True:
+        count *= 2
+        found.append(numbers(count))
+        error = estimated_error([one[0] for one in found]) / found[-1][1]
+        if not (error > tolerance).any() or 2 * count > limits[1]:
+            return count, error
+
+
+def estimated_error(values: Sequence[Array]) -> Array:
+    """Error (m,) of the last of values (m,) at counts doubled each time, in their unit.
+
+    Changes that fall by a ratio r at every doubling leave the last change times r/(1 - r): of the ratio seen, but
+    neither below the 1/4 of second order nor above the 1/2 of first order, which a first change is taken for.
+    """
+    last = np.abs(values[-1] - values[-2])
+    if len(values) < 3:
+        return last
+    before = np.abs(values[-2] - values[-3])
+    ratio = np.clip(last / np.where(before > 0, before, np.inf), 0.25, 0.5)
+    ratio = np.where(before > 0, ratio, 0.5)
+    return np.asarray(last * ratio / (1 - ratio))
