@@ -278,7 +278,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "sharing .nc": ("sharing", "ren2021", "--cycles", "2", "-o", "out.nc"),
     "stiffness .nc": ("stiffness", "ren2021", "-o", "out.nc"),
     "contact .json": ("contact", "ren2021", "--samples", "4", "--slices", "4", "-o", "out.json"),
-    "sweep .nc": ("sweep", "ren2021", "--points", "2", "-o", "out.nc"),
+    "sweep .nc": ("sweep", "ren2021", "--points", "40", "-o", "out.nc"),
+    "stability .nc": ("stability", "ren2021", "--points", "20", "-o", "out.nc"),
     "steady .nc": ("steady", "ren2021", "-o", "out.nc"),
     "transient .nc": ("transient", "ren2021", "--cycles", "40", "-o", "out.nc"),
     "relief --resume": (
@@ -324,7 +325,8 @@ def _prepared(folder: Path, arguments: tuple[str, ...]) -> Path:
 
 def _again(arguments: tuple[str, ...], folder: Path) -> tuple[str, ...]:
     """The arguments of a command that goes on where another was killed."""
-    return (*arguments, "--resume") if arguments[0] == "transient" and (folder / "out.nc.parts").exists() else arguments
+    known = "--resume" in arguments or not (folder / f"{arguments[-1]}.parts").exists()
+    return arguments if known else (*arguments, "--resume")
 
 
 def kills(count: int, seed: int = 1) -> Counter[str]:
@@ -380,7 +382,7 @@ def races(count: int) -> Counter[str]:
             whole = _whole(target) and target.read_bytes() != _BEFORE and mine
             found["damaged"] += not whole
             found["temporary files left"] += len([path for path in folder.rglob("*.part") if path.name.startswith(".")])
-            found["folders left"] += (folder / "out.nc.parts").exists()
+            found["folders left"] += (folder / f"{target.name}.parts").exists()
             if codes[1] not in (0, 2) or codes[0] != 0 or not whole:
                 found["trouble"] += 1
                 print(name, codes, *(text[-300:] for text in said))

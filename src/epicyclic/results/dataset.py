@@ -109,7 +109,7 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
     kind = target.suffix.lower()
     if kind not in SUFFIXES:
         allowed = f"{' or '.join(SUFFIXES)}; .html by write_report, .csv of one variable by its to_series().to_csv(...)"
-        raise ModelError("no such kind of result file", path="path", given=str(path), allowed=allowed)
+        raise ModelError("no such kind of result file", path="path", given=target.name, allowed=allowed)
     content = (to_json(result) + "\n").encode() if kind == ".json" else _netcdf(result)
     with whole_file(target) as file:
         file.write(content)

@@ -48,7 +48,7 @@ def _locked(folder: Path) -> int | None:
                 return None
             handle = os.open(folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
         except FileExistsError:
-            raise ModelError("is no folder", path=str(folder), allowed="a new or empty folder") from None
+            raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder") from None
         except OSError as error:
             raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
         try:
