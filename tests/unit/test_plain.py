@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import dataclass
 from fractions import Fraction
@@ -99,6 +100,21 @@ def test_only_data_of_the_package(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
     for name in (["os", "system"], ["epicyclic.cli.main", "main"]):
         head = {"value": {"object": 0}, "objects": [{"class": name, "fields": {}}]}
-        (tmp_path / "x.kept").write_bytes(json.dumps(head).encode() + b"\n")
+        raw = json.dumps(head).encode() + b"\n"
+        (tmp_path / "x.kept").write_bytes(raw + hashlib.sha256(raw).digest())
         with pytest.raises(ModelError, match="is no data"):
             read_plain(tmp_path / "x.kept")
+
+
+def test_other_bytes_than_were_written_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "x.kept"
+    write_plain(path, {"a": np.arange(4.0), "b": 3})
+    raw = path.read_bytes()
+    for place in range(len(raw)):
+        path.write_bytes(raw[:place] + bytes([raw[place] ^ 1]) + raw[place + 1 :])
+        with pytest.raises(ModelError, match="damaged, its bytes are others than were written"):
+            read_plain(path)
+    for broken in (b"", raw[:-1], raw + b"0", raw[: len(raw) // 2]):
+        path.write_bytes(broken)
+        with pytest.raises(ModelError, match="not a segment of a run"):
+            read_plain(path)

@@ -17,11 +17,13 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..errors import ModelError
+from ..input_files import read_text
 from ..verbs.record import verbs
 
 __all__ = ["AUDITED", "Audit", "Claim", "Label", "Row", "Run", "Value", "audited_drives", "claim_of", "read_audit"]
 
 AUDITED = ".audit.toml"
+_MAX_BYTES = 4_000_000  # as of a model file
 Verdict = Literal["reproduced", "under a reading", "not reproducible"]
 Label = str | bool | int | float
 Text = Annotated[str, Field(min_length=1)]
@@ -269,7 +271,7 @@ def read_audit(source: str | Path) -> tuple[str, Audit]:
     name, text = _text(source)
     try:
         table = tomllib.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ModelError(f"not TOML: {error}", path=str(source), allowed="an audit file") from None
     try:
         audit = Audit.model_validate(table)
@@ -290,7 +292,7 @@ def _text(source: str | Path) -> tuple[str, str]:
         raise ModelError(problem, path=str(source), allowed=", ".join(drives) + f", or the path of a file *{AUDITED}")
     name = path.name.removesuffix(AUDITED)
     beside = path.with_name(f"{name}.toml")
-    return (str(beside) if beside.is_file() else name), path.read_text(encoding="utf-8")
+    return (str(beside) if beside.is_file() else name), read_text(path, most=_MAX_BYTES)
 
 
 def _check_step(step: str, read: str | None) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from .console import complain, progress_bar, reported, target_of, write_result
+from .console import complain, on_stdout, progress_bar, reported, require_stdout, target_of, write_result
 
 __all__ = ["audit"]
 
@@ -40,6 +40,8 @@ def audit(
 def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
     if output is not None:
         target_of(output, (".nc", ".json"))
+    if as_json or output is None:
+        require_stdout()
     from ..audits.audit import HOLDS, NOT_COMPUTED
     from ..audits.audit import audit as run
 
@@ -51,11 +53,13 @@ def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
     if as_json:
         from ..results.dataset import to_json
 
-        typer.echo(to_json(result))
+        with on_stdout():
+            typer.echo(to_json(result))
     elif output is None:
         from ..show.console import show, stdout_console
 
-        show(result, stdout_console())
+        with on_stdout():
+            show(result, stdout_console())
     for text in said if as_json or output is not None else ():
         complain(text)
     if any(outcome != HOLDS and not str(outcome).startswith(NOT_COMPUTED) for outcome in result.outcome.values):

@@ -1,34 +1,99 @@
-"""Streams and files of all commands: overrides, progress, files that appear whole or not at all, errors as text."""
+"""Streams and files of all commands: overrides, progress, results on stdout or in whole files, errors as text."""
 
 from __future__ import annotations
 
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from ..errors import ConvergenceError, ModelError
+from ..results.whole_file import require_writable
 
 __all__ = [
     "complain",
+    "on_stdout",
+    "open_streams",
     "parsed_overrides",
     "progress_bar",
     "reported",
+    "require_stdout",
     "target_of",
     "write_result",
 ]
 
 Step = Callable[[str | float], None]
+# what a terminal would take as an order, in names of files and texts that are quoted in messages
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def open_streams() -> None:
+    """Make the standard streams safe to write to, before anything else is opened.
+
+    Where one is closed its number would go to the next file that is opened, and what a library prints would go into it.
+    What the encoding of a stream cannot say is escaped, not a fault.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None and hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def complain(text: str) -> None:
-    """Write one line on stderr."""
-    typer.echo(text, err=True)
+    """Write one line on stderr; control characters are escaped, and a stderr that takes no line is no fault."""
+    try:
+        typer.echo(_CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text), err=True)
+    except OSError:
+        _drop(sys.stderr)
+
+
+def require_stdout() -> None:
+    """Make sure, before the work, that there is a stdout.
+
+    Raises
+    ------
+    ModelError : it is closed.
+    """
+    if sys.stdout is None:
+        raise ModelError("is closed", path="stdout", allowed="an open stream, or -o FILE")
+
+
+@contextmanager
+def on_stdout() -> Iterator[None]:
+    """The block writes on stdout, all of it: a reader that has seen enough ends the command without an error.
+
+    Raises
+    ------
+    ModelError : stdout is closed, or its disk is full.
+    """
+    require_stdout()
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _drop(sys.stdout)
+        raise typer.Exit(0) from None
+    except OSError as error:
+        _drop(sys.stdout)
+        raise ModelError(f"cannot be written: {error.strerror or error}", path="stdout") from None
+
+
+def _drop(stream: Any) -> None:
+    """Let what a stream still holds go nowhere, so that it does not raise again at the end."""
+    with suppress(OSError, ValueError, AttributeError):
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, stream.fileno())
+        os.close(null)
 
 
 @contextmanager
@@ -42,7 +107,6 @@ def reported() -> Iterator[None]:
             warnings.filterwarnings("always", category=DeprecationWarning, module=r"epicyclic\.(cli|audits)")
             warnings.showwarning = lambda message, *_, **__: complain(f"warning: {message}")
             yield
-        sys.stdout.flush()
     except typer.Exit:
         raise
     except ModelError as error:
@@ -54,9 +118,6 @@ def reported() -> Iterator[None]:
     except KeyboardInterrupt:
         complain("stopped")
         raise typer.Exit(130) from None
-    except BrokenPipeError:  # the reader has seen enough; what is still buffered must not raise again at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise typer.Exit(0) from None
     except Exception as error:
         if os.environ.get("EPICYCLIC_DEBUG"):
             raise
@@ -84,20 +145,14 @@ def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
 
     Raises
     ------
-    ModelError : another suffix, a directory, or no directory to write it into.
+    ModelError : another suffix, or as of `require_writable`.
     """
     if path.suffix.lower() not in suffixes:
         raise ModelError("no such kind of output", path="--output", given=str(path), allowed=" or ".join(suffixes))
-    if path.is_dir():
-        raise ModelError("is a directory", path="--output", given=str(path), allowed="a file")
-    if not path.absolute().parent.is_dir():
-        raise ModelError(
-            "its directory does not exist", path="--output", given=str(path), allowed="a file in a directory"
-        )
-    if not os.access(path.absolute().parent, os.W_OK):
-        raise ModelError(
-            "its directory cannot be written", path="--output", given=str(path), allowed="a writable place"
-        )
+    try:
+        require_writable(path)
+    except ModelError as error:
+        raise ModelError(error.problem, path="--output", given=str(path), allowed=error.allowed) from None
 
 
 def write_result(result: Any, path: Path) -> None:
@@ -125,7 +180,7 @@ def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
 
     Yields a function to call with the name of the step that starts (``steps`` of them), or with the share done, 0..1.
     """
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         yield lambda done: complain(f"{title}: {done}") if isinstance(done, str) else None
         return
     from rich.console import Console

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..errors import ModelError
 from .console import complain
 
 __all__ = ["kept"]
@@ -17,7 +18,8 @@ __all__ = ["kept"]
 def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path | None]:
     """The folder beside the output that keeps what is done until the run is whole; None without one.
 
-    On Ctrl-C, says what is kept and names the command that goes on.  A folder with nothing to go on from is deleted.
+    On Ctrl-C and on a full disk, says what is kept and names the command that goes on.  A folder with nothing to go on
+    from is deleted.
 
     Parameters
     ----------
@@ -40,8 +42,8 @@ def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path
 
     try:
         yield folder
-    except KeyboardInterrupt:
-        if begun(folder):
+    except (KeyboardInterrupt, ModelError) as error:
+        if begun(folder) and (isinstance(error, KeyboardInterrupt) or error.problem.startswith("cannot be written")):
             command = _command(str(folder / record)) if record else _command()
             complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
         raise

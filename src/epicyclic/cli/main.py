@@ -19,7 +19,7 @@ from ..results.whole_file import write_text
 from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command
-from .console import parsed_overrides, progress_bar, reported, target_of
+from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
 
 __all__ = ["app", "main"]
@@ -38,6 +38,7 @@ def main() -> None:
     """Run the command line.  Its matrices are small: other cores compute other points, not parts of one product."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MKL_NUM_THREADS", "1")
+    open_streams()
     app()
 
 
@@ -72,12 +73,19 @@ def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> 
     from ..resolve import load
     from ..resolve.resolved_document import resolved_document
 
+    if output is not None:
+        target_of(output, (".toml",))
     text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets))))
     if output is None:
-        typer.echo(text, nl=False)
+        _print_file(text)
     else:
-        target_of(output, (".toml",))
         write_text(output, text)
+
+
+def _print_file(text: str) -> None:
+    """Print the text of a file, in UTF-8 whatever the encoding of stdout: escapes of a terminal are none of TOML."""
+    with on_stdout():
+        typer.echo(text.encode("utf-8"), nl=False)
 
 
 for _verb in verbs().values():
@@ -103,6 +111,7 @@ def report(
 def _report(model: str, sets: list[str] | None, output: Path, resume: bool) -> None:
     with reported(), kept(output, keeps=True) as folder:
         target_of(output, (".html",))
+        require_stdout()
         from ..show.report import write_report
         from ..verbs.report import STUDIES, report_verbs, run_report
 
@@ -110,7 +119,8 @@ def _report(model: str, sets: list[str] | None, output: Path, resume: bool) -> N
             results = run_report(model, overrides=parsed_overrides(sets), folder=folder, resume=resume, progress=step)
             step("figures")
             write_report(output, results)
-        _print_report(results, output)
+        with on_stdout():
+            _print_report(results, output)
 
 
 def _print_report(results: dict[str, Any], output: Path) -> None:
@@ -135,7 +145,7 @@ def schema(
 
         text = json_schema_text()
         if output is None:
-            typer.echo(text, nl=False)
+            _print_file(text)
         else:
             target_of(output, (".json",))
             write_text(output, text)
@@ -149,8 +159,10 @@ def systems(as_json: Annotated[bool, typer.Option("--json", help="Print names an
 
         titles = drive_titles()
         if as_json:
-            typer.echo(json.dumps(titles))
+            with on_stdout():
+                typer.echo(json.dumps(titles))
         else:
             from ..show.console import show_pairs, stdout_console
 
-            show_pairs(titles, stdout_console())
+            with on_stdout():
+                show_pairs(titles, stdout_console())

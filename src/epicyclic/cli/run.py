@@ -15,7 +15,16 @@ from ..errors import ModelError
 from ..results.whole_file import write_text
 from ..verbs.record import Verb, keywords
 from ..verbs.relief import RECORD
-from .console import complain, parsed_overrides, progress_bar, reported, target_of, write_result
+from .console import (
+    complain,
+    on_stdout,
+    parsed_overrides,
+    progress_bar,
+    reported,
+    require_stdout,
+    target_of,
+    write_result,
+)
 from .kept import kept
 
 if TYPE_CHECKING:
@@ -52,6 +61,8 @@ def run_verb(
     with reported(), _flagged(flags), kept(output if keeps else None, keeps=keeps, record=record) as folder:
         if output is not None:
             target_of(output, (*FILES, *((".toml",) if verb.model_text else ())))
+        if as_json or output is None:
+            require_stdout()
         overrides = parsed_overrides(sets)
         with progress_bar(f"{verb.name} {model}") as step:
             more: dict[str, Any] = {} if folder is None else {"folder": folder}
@@ -78,14 +89,16 @@ def _put(verb: Verb, result: xr.Dataset, *, as_json: bool, output: Path | None) 
     if not as_json and (output is None or output.suffix.lower() == ".toml"):
         from ..show.console import show, stdout_console
 
-        show(result, stdout_console())
+        with on_stdout():
+            show(result, stdout_console())
         return
     for text in json.loads(result.attrs["warnings"]):
         complain(f"warning: {text}")
     if as_json:
         from ..results.dataset import to_json
 
-        typer.echo(to_json(result))
+        with on_stdout():
+            typer.echo(to_json(result))
 
 
 @contextmanager

@@ -28,11 +28,15 @@ _ALLOWED: dict[str, set[str]] = {
     "carrier": _COMMON | {"support", "pin_radius"},
 }
 
+# 50 stages take a second; 500 bodies have 3000 coordinates, matrices of 72 MB and minutes for their modes
+_MOST_STAGES, _MOST_BODIES, _MOST_ROWS = 50, 500, 20_000
+
 
 def check(model: ModelFile) -> None:
     """Raise ModelError for the first contradiction between tables."""
     if not model.stages:
         raise ModelError("missing", path="stages", allowed="at least one stage, [stages.NAME]")
+    _check_size(model)
     for name, stage in model.stages.items():
         _check_stage(name, stage)
     for name, body in model.bodies.items():
@@ -45,6 +49,25 @@ def check(model: ModelFile) -> None:
         _check_coupling(f"couplings.{name}", coupling)
     _check_operation(model)
     _check_deviations(model)
+
+
+def _check_size(model: ModelFile) -> None:
+    """Raise ModelError for a train whose matrices no memory holds, or whose exact speeds take minutes."""
+    if len(model.stages) > _MOST_STAGES:
+        problem = f"{len(model.stages)} stages, whose exact speeds take time as the cube of their number"
+        raise ModelError(problem, path="stages", allowed=f"at most {_MOST_STAGES}")
+    bodies, rows = len(model.bodies), 0
+    for stage in model.stages.values():
+        own = sum(max(1, stage.branches) if member.kind == "planet" else 1 for member in stage.members.values())
+        bodies += own
+        rows += own * max((mesh.slices or 1 for mesh in stage.meshes.values()), default=1)
+    size = (6 * bodies) ** 2 * 8e-9
+    if bodies > _MOST_BODIES:
+        problem = f"{bodies} bodies, whose matrices need {size:.2g} GB each"
+        raise ModelError(problem, path="stages", allowed=f"at most {_MOST_BODIES} bodies")
+    if rows > _MOST_ROWS:
+        problem = f"some {rows} slices of meshes, whose rows need {rows * 6 * bodies * 8e-9:.2g} GB each time"
+        raise ModelError(problem, path="stages", allowed=f"at most {_MOST_ROWS} in all")
 
 
 def _check_stage(name: str, stage: StageTable) -> None:

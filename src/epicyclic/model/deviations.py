@@ -19,9 +19,12 @@ from pydantic import Field, GetJsonSchemaHandler, ValidationInfo, model_validato
 from pydantic_core import CoreSchema
 
 from ..errors import ModelError
+from ..input_files import read_text
 from .bare_numbers import SMALL
 from .schema_fields import PerPlanet, SchemaTable, Unit, key
 from .units import factor
+
+_MAX_BYTES = 4_000_000  # of a file of pitch deviations, as of a model file
 
 __all__ = [
     "DeviationKind",
@@ -148,10 +151,7 @@ def _is_file(value: object) -> bool:
 def _read_csv(name: str, path: str, folder: Path | None) -> str:
     """Return the last column of a CSV file as a list in m; a heading like `pitch [um]` names its unit."""
     allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
-    try:
-        lines = ((folder or Path()) / name).read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError):
-        raise ModelError("cannot be read", path=path, given=name, allowed=allowed) from None
+    lines = read_text((folder or Path()) / name, most=_MAX_BYTES, path=path, given=name, allowed=allowed).splitlines()
     cells = [line.split(",")[-1].strip() for line in lines if line.strip() and not line.startswith("#")]
     scale: float | None = 1.0
     if cells and cells[0].endswith("]") and "[" in cells[0]:

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Literal
 
 from ..errors import ModelError
+from ..input_files import read_bytes
 from .assumptions import check_assumed, still_assumed
 from .force_files import with_files
 from .names import check_names, collect, nearest
 from .overrides import check_alternatives, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import ModelFile
 from .shorthand import expand
-from .tables import PlainTable, clean, leaves, merge
+from .tables import PlainTable, clean, dotted_line, leaves, merge
 from .unit_rule import WrittenLayers, checked_model
 
 __all__ = ["Document", "Source", "read", "ready_drives"]
@@ -121,14 +122,11 @@ def _text(path: Path) -> str:
             raise ModelError("a folder", path=name, allowed=allowed)
         if not path.exists():
             raise ModelError(f"no such file or ready drive{nearest(path.stem, drives)}", path=name, allowed=allowed)
-        if not path.is_file() or path.stat().st_size > MAX_BYTES:
-            raise ModelError("not a text file of reasonable size", path=name, allowed=f"at most {MAX_BYTES} bytes")
-        raw = path.read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, ModelError):
             raise
         raise ModelError(f"cannot be read ({error})", path=name[:80], allowed=allowed) from None
-    return _decoded(raw, name)
+    return _decoded(read_bytes(path, most=MAX_BYTES, allowed=allowed), name)
 
 
 def _decoded(raw: bytes, name: str) -> str:
@@ -147,6 +145,8 @@ def _decoded(raw: bytes, name: str) -> str:
 
 def _parse(text: str, name: str) -> PlainTable:
     """Return the tables of a TOML text. Raises ModelError with the line."""
+    if (line := dotted_line(text)) is not None:
+        raise ModelError(f"nested too deeply (line {line})", path=name, allowed="tables a few levels deep")
     try:
         table = tomllib.loads(text, parse_float=_float)
     except RecursionError:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
+from ..input_files import read_text
 from .force_tables import curve_fault
 from .tables import PlainTable
 
@@ -68,14 +69,7 @@ def _lines(name: str, path: str, folder: Path | None) -> list[tuple[int, str]]:
     """Return the lines of a file with their numbers, empty and # lines left out."""
     file = (folder or Path()) / name
     allowed = f"a CSV file beside the model file: {_HEADING}"
-    try:
-        if file.stat().st_size > _MAX_BYTES:
-            raise ModelError("too large", path=path, given=name, allowed=f"{_MAX_BYTES} bytes")
-        text = file.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ModelError(f"cannot be read: {error.strerror or error}", path=path, given=name, allowed=allowed) from None
-    except ValueError:
-        raise ModelError("is not a text file (UTF-8)", path=path, given=name, allowed=allowed) from None
+    text = read_text(file, most=_MAX_BYTES, path=path, given=name, allowed=allowed)
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1)]
     kept = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if not kept:

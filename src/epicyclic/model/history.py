@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import ModelError
+from ..input_files import read_text
 from .units import COMMON, KINDS, factor
 
 __all__ = ["TorqueTable", "read_history"]
@@ -34,22 +35,17 @@ def read_history(path: str | Path) -> TorqueTable:
     ModelError : no such file, a header without time, names or units, a hole, a text that is no finite number, times
         that do not rise, fewer than two rows; with the number of the line.
     """
-    source = Path(path)
-    try:
-        if source.stat().st_size > _MAX_BYTES:
-            raise ModelError("too large for a torque history", path=str(path), allowed=f"{_MAX_BYTES} bytes")
-        text = source.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise ModelError(f"cannot be read: {error.strerror or error}", path=str(path)) from error
-    except UnicodeDecodeError as error:
-        raise ModelError("is not a text file (UTF-8)", path=str(path)) from error
+    text = read_text(path, most=_MAX_BYTES)
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if _counts(line)]
     if not lines:
         raise ModelError("holds no line", path=str(path), allowed="time [s], sun [N m]")
     header, *rows = lines
     separator = ";" if ";" in header[1] else ","
-    columns = _columns(_cells(header[1], separator), f"{path}, line {header[0]}")
-    table = [_row(_cells(line, separator), columns, f"{path}, line {number}") for number, line in rows]
+    columns = _columns(_cells(header[1], separator, f"{path}, line {header[0]}"), f"{path}, line {header[0]}")
+    places = [f"{path}, line {number}" for number, _ in rows]
+    table = [
+        _row(_cells(line, separator, place), columns, place) for (_, line), place in zip(rows, places, strict=True)
+    ]
     if len(table) < 2:
         raise ModelError("too few rows", path=str(path), given=len(table), allowed="two or more")
     names = [name for name, _ in columns]
@@ -67,8 +63,11 @@ def _counts(line: str) -> bool:
     return bool(line.strip()) and not line.lstrip().startswith("#")
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+def _cells(line: str, separator: str, where: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    except csv.Error as error:  # a cell of more than 131072 characters
+        raise ModelError(f"no row of a table: {error}", path=where) from None
 
 
 def _columns(cells: list[str], where: str) -> list[tuple[str, float]]:

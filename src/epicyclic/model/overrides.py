@@ -12,7 +12,7 @@ from itertools import permutations
 from ..errors import ModelError
 from .bare_numbers import is_typed, typed
 from .names import nearest
-from .tables import REMOVE, PlainTable, clean, leaves, nested, split_path, union
+from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union
 
 __all__ = [
     "ALTERNATIVES",
@@ -45,7 +45,7 @@ def parse_setting(text: str) -> tuple[str, object]:
 
 def _toml_value(text: str) -> object:
     """Return a TOML value, or the text itself where it is none."""
-    if "\n" in text or len(text) > 100_000:
+    if "\n" in text or len(text) > 100_000 or dotted_line(text) is not None:
         return text
     try:
         table = tomllib.loads(f"value = {text}")

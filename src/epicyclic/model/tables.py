@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from ..errors import ModelError
 
-__all__ = ["REMOVE", "PlainTable", "clean", "leaves", "merge", "nested", "split_path", "union"]
+__all__ = ["REMOVE", "PlainTable", "clean", "dotted_line", "leaves", "merge", "nested", "split_path", "union"]
 
 PlainTable = dict[str, Any]
 MAX_DEPTH = 24
+# points of dotted keys in one line: tomllib takes time as the square of their number, and there are 24 levels at most
+_MAX_POINTS = 300
+_POINT = re.compile(r"""\.[ \t]*["'A-Za-z_-]|\.[ \t]*\d+[ \t]*\.""")
+# no line of text needs them, and a terminal takes them as orders
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
+# numbers above are no input; in a message or a file Python takes long over their digits, or refuses
+_MAX_BITS = 1024
 
 
 class _Remove:
@@ -27,19 +35,26 @@ REMOVE: Final = _Remove()
 def clean(value: object, path: str = "", depth: int = 0) -> Any:
     """Return a value as plain JSON: tables with text keys, lists, texts, numbers; infinity as "inf".
 
-    numpy scalars and arrays become numbers and lists. Raises ModelError for anything else, nan, and deep nesting.
+    numpy scalars and arrays become numbers and lists. Raises ModelError for anything else, nan, numbers of hundreds of
+    digits, control characters in texts, and deep nesting.
     """
     if depth > MAX_DEPTH:
         raise ModelError("nested too deeply", path=path[:80], allowed=f"at most {MAX_DEPTH} levels")
-    if value is REMOVE or isinstance(value, (bool, str)):
+    if isinstance(value, str):
+        return _clean_text(value, path)
+    if value is REMOVE or isinstance(value, bool):
         return value
     if isinstance(value, int):
+        if value.bit_length() > _MAX_BITS:
+            raise ModelError("too large", path=path, given="a number of hundreds of digits", allowed="a number")
         return int(value)  # not the mark of a number typed on the command line
     if isinstance(value, float):
         return _clean_float(value, path)
     if isinstance(value, Mapping):
         return {
-            str(k): clean(v, f"{path}.{k}" if path else str(k), depth + 1) for k, v in value.items() if v is not None
+            _clean_text(str(k), path): clean(v, f"{path}.{k}" if path else str(k), depth + 1)
+            for k, v in value.items()
+            if v is not None
         }
     if isinstance(value, (list, tuple)):
         return [clean(v, path, depth + 1) for v in value]
@@ -47,6 +62,23 @@ def clean(value: object, path: str = "", depth: int = 0) -> Any:
         return clean(value.tolist(), path, depth + 1)
     kinds = "a text, a number, true or false, a list or a table"
     raise ModelError(f"a {type(value).__name__} cannot stand here", path=path, given=value, allowed=kinds)
+
+
+def _clean_text(text: str, path: str) -> str:
+    """Return a text without control characters but tab and line breaks."""
+    found = _CONTROL.search(text)
+    if found is not None:
+        problem = f"holds a control character, U+{ord(found[0]):04X}"
+        raise ModelError(problem, path=path, given=ascii(text), allowed="a text")
+    return text
+
+
+def dotted_line(text: str) -> int | None:
+    """Return the number of the first line of a TOML text with more points of dotted keys than a parser can bear."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.count(".") > _MAX_POINTS and sum(1 for _ in _POINT.finditer(line)) > _MAX_POINTS:
+            return number
+    return None
 
 
 def _clean_float(value: float, path: str) -> float | str:
@@ -57,7 +89,12 @@ def _clean_float(value: float, path: str) -> float | str:
 
 
 def split_path(text: str, *, path: str = "") -> tuple[str, ...]:
-    """Return the segments of a path; quotes round a segment are dropped. Raises ModelError for an empty one."""
+    """Return the segments of a path; quotes round a segment are dropped.
+
+    Raises ModelError for an empty one, and for more than any table has levels.
+    """
+    if text.count(".") > MAX_DEPTH:
+        raise ModelError("nested too deeply", path=path[:80], given=text, allowed=f"at most {MAX_DEPTH} levels")
     segments = tuple(part.strip().strip("\"'").strip() for part in text.replace('"', "").split("."))
     if not all(segments):
         raise ModelError("not a path", path=path, given=text, allowed="names joined by points, stages.main.sun.mass")

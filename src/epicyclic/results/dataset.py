@@ -17,6 +17,8 @@ import pandas as pd
 import xarray as xr
 
 from ..errors import ModelError
+from ..input_files import read_text
+from .sealed_file import require_contained, seal, sealed_file
 from .variables import OF_KIND, VARIABLES
 from .whole_file import whole_file
 
@@ -24,6 +26,10 @@ __all__ = ["SUFFIXES", "dataset", "load_result", "save_result", "to_json"]
 
 SUFFIXES = (".nc", ".json")
 """Files a result is written to and reopened from."""
+
+
+# 200 million numbers, as many as a run may hold, in 20 characters each
+_MAX_JSON = 4_000_000_000
 
 
 def dataset(
@@ -92,7 +98,8 @@ def to_json(result: xr.Dataset) -> str:
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
     """Write a Dataset by the suffix of the file: ``.nc`` netCDF-4, ``.json`` `Dataset.to_dict()`, as ``-o`` does.
 
-    Complex variables become a trailing ``part`` dimension (real, imaginary).  The file appears whole or not at all.
+    Complex variables become a trailing ``part`` dimension (real, imaginary).  The file appears whole or not at all; one
+    of netCDF ends with a digest of what is in it.
 
     Raises
     ------
@@ -116,7 +123,8 @@ def _netcdf(result: xr.Dataset) -> Any:
         values = flat[name]
         if values.dtype == bool:
             flat[name] = (values.dims, values.values.astype(np.int8), {**values.attrs, "boolean": "1"})
-    return flat.to_netcdf(engine="h5netcdf")
+    image = flat.to_netcdf(engine="h5netcdf")
+    return bytes(image) + seal(image)
 
 
 def _real(result: xr.Dataset) -> xr.Dataset:
@@ -131,13 +139,21 @@ def _real(result: xr.Dataset) -> xr.Dataset:
 
 
 def load_result(path: str | Path) -> xr.Dataset:
-    """Reopen what `save_result` wrote, equal to the Dataset that was saved."""
-    if not Path(path).is_file():
-        raise ModelError("no such file", path=str(path))
+    """Reopen what `save_result` wrote, equal to the Dataset that was saved.
+
+    Raises
+    ------
+    ModelError : no such file, no result, a damaged one, or one whose data lie in other files.
+    """
+    flat = _from_json(path) if Path(path).suffix.lower() == ".json" else _from_netcdf(path)
     try:
-        flat = _from_json(Path(path)) if Path(path).suffix.lower() == ".json" else _from_netcdf(path)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        return _as_saved(flat)
+    except Exception as error:  # a mark of a complex variable on one that is none
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
+
+
+def _as_saved(flat: xr.Dataset) -> xr.Dataset:
+    """The Dataset with its complex numbers and truth values again."""
     result = flat.copy()
     for name in list(flat.variables):
         attrs = dict(flat[name].attrs)
@@ -150,12 +166,26 @@ def load_result(path: str | Path) -> xr.Dataset:
 
 
 def _from_netcdf(path: str | Path) -> xr.Dataset:
-    with xr.open_dataset(path, engine="h5netcdf") as file:
-        return file.load()
+    with sealed_file(path) as file:
+        # a file of an earlier version has no digest: whatever a library meets in a damaged one is the file's fault
+        try:
+            require_contained(file)
+            with xr.open_dataset(file, engine="h5netcdf") as opened:
+                return opened.load()
+        except ModelError as error:
+            raise ModelError(error.problem, path=str(path), allowed=error.allowed) from None
+        except Exception as error:
+            raise ModelError(f"not a result file: {error}", path=str(path)) from error
 
 
-def _from_json(path: Path) -> xr.Dataset:
-    return xr.Dataset.from_dict(json.loads(path.read_text(encoding="utf-8")))
+def _from_json(path: str | Path) -> xr.Dataset:
+    if not Path(path).exists():
+        raise ModelError("no such file", path=str(path))
+    text = read_text(path, most=_MAX_JSON)
+    try:
+        return xr.Dataset.from_dict(json.loads(text))
+    except Exception as error:  # whatever xarray meets in a table that is no Dataset
+        raise ModelError(f"not a result file: {error}", path=str(path)) from error
 
 
 @cache

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,10 +97,11 @@ def read_numbers(path: Path) -> dict[str, Values]:
     ------
     ModelError : it cannot be read.
     """
+    # every member of the archive has a checksum; a damaged one raises errors of many kinds, MemoryError too
     try:
         with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             return dict(file)
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
+    except Exception as error:
         raise ModelError(f"not the numbers of a run: {error}", path=str(path)) from error
 
 

@@ -1,11 +1,13 @@
 """Frozen data as plain numbers in one file, and back to the same bits: no pickle, nothing that runs when it is read.
 
-A file is a line of JSON, which says how the parts hang together, and the numbers of all arrays behind it.  Dataclasses
-of this package are known by their names; an object that stands in several places is one object again.
+A file is a line of JSON, which says how the parts hang together, the numbers of all arrays behind it, and at the end
+the SHA-256 of all bytes before.  Dataclasses of this package are known by their names; an object that stands in several
+places is one object again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
@@ -17,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ModelError
+from ..input_files import read_bytes
 from .whole_file import whole_file
 
 __all__ = ["Refer", "Restore", "read_plain", "write_plain"]
@@ -29,6 +32,9 @@ Restore = Callable[[Any], object]
 _PACKAGE = __name__.partition(".")[0]
 # Kinds of arrays whose bytes are numbers or texts.
 _KINDS = "fciubU"
+_DIGEST = hashlib.sha256().digest_size
+# bytes: a run may hold 1.6 GB of numbers
+_MAX_BYTES = 4_000_000_000
 
 
 class _Writer:
@@ -165,10 +171,12 @@ def write_plain(path: Path, value: object, *, refer: Refer | None = None) -> Non
     writer = _Writer(refer)
     tree = writer.tree(value)
     head = json.dumps({"value": tree, "objects": writer.objects}).encode("utf-8")
+    digest = hashlib.sha256()
     with whole_file(path) as file:
-        file.write(head + b"\n")
-        for blob in writer.blobs:
-            file.write(blob)
+        for piece in (head, b"\n", *writer.blobs):
+            digest.update(piece)
+            file.write(piece)
+        file.write(digest.digest())
 
 
 def read_plain(path: Path, *, restore: Restore | None = None) -> Any:
@@ -180,11 +188,15 @@ def read_plain(path: Path, *, restore: Restore | None = None) -> Any:
 
     Raises
     ------
-    ModelError : the file cannot be read.
+    ModelError : the file cannot be read, or its bytes are others than were written.
     """
+    raw = memoryview(read_bytes(path, most=_MAX_BYTES))
+    written, digest = raw[:-_DIGEST], raw[-_DIGEST:]
+    if hashlib.sha256(written).digest() != digest:
+        raise ModelError("not a segment of a run: damaged, its bytes are others than were written", path=str(path))
     try:
-        head, _, blob = path.read_bytes().partition(b"\n")
+        head, _, blob = bytes(written).partition(b"\n")
         parts = json.loads(head)
         return _Reader(parts["objects"], blob, restore).value(parts["value"])
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, ImportError) as error:
+    except Exception as error:  # whole, but written by another program
         raise ModelError(f"not a segment of a run: {error}", path=str(path)) from error

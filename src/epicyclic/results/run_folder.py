@@ -1,14 +1,14 @@
 """What a run has done so far, in a folder: whatever stops it, the same command goes on from there to the same bits.
 
 `run.json` says which run it is.  Results of independent points stand in numbered segments, `000000.kept`, ..., and what
-replaces itself in files of its own.  Every file is written aside and renamed, so that none is ever partly there.
+replaces itself in files of its own.  Every file is written aside and renamed, so that none is ever partly there, and
+bears a digest.  One run at a time has the folder.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -20,7 +20,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..errors import ModelError
+from ..input_files import read_text
 from .kept_numbers import read_numbers, structure, with_numbers, write_numbers
+from .locked_folder import is_left_over, locked_folder
 from .plain import Refer, Restore, read_plain, write_plain
 from .whole_file import write_text
 
@@ -43,6 +45,11 @@ MODEL_FILE = "model.npz"
 _ABOUT = "run.json"
 # Endings of files with results.
 _RESULTS = (".kept", ".latest", ".nc", ".json")
+# Names of all files a run writes, with those of its sections and of a search; others in the folder are the user's.
+_SEGMENTS = "[0-9][0-9][0-9][0-9][0-9][0-9].kept"
+_OWN = ("*.latest", "*.kept.nc", "search.json", _SEGMENTS)
+# Bytes of run.json, which says every option in a few letters.
+_MAX_ABOUT = 1_000_000
 # Seconds between two segments: what a power cut takes at most, beside the points at work.
 _EVERY = 1.0
 
@@ -57,8 +64,11 @@ def begun(folder: Path) -> bool:
     return any(path.suffix in _RESULTS and path.name != _ABOUT for path in folder.rglob("*.*"))
 
 
-def open_folder(folder: Path, *, verb: str, model: object, options: Mapping[str, object], resume: bool) -> None:
-    """Make the folder of a run, or take it up again.
+@contextmanager
+def open_folder(
+    folder: Path, *, verb: str, model: object, options: Mapping[str, object], resume: bool
+) -> Iterator[None]:
+    """The folder of a run, made or taken up again, which no other run may have while the block runs.
 
     Parameters
     ----------
@@ -67,8 +77,16 @@ def open_folder(folder: Path, *, verb: str, model: object, options: Mapping[str,
 
     Raises
     ------
-    ModelError : what lies there is not asked for, or is of another run; or the folder cannot be written.
+    ModelError : another run has it; what lies there is not asked for, or is of another run; or the folder cannot be
+        written.
     """
+    with locked_folder(folder):
+        _begin(folder, verb, model, options, resume=resume)
+        yield
+
+
+def _begin(folder: Path, verb: str, model: object, options: Mapping[str, object], *, resume: bool) -> None:
+    """Say in a locked folder which run it is, or make sure that it is the one that lies there."""
     about = folder / _ABOUT
     question = {
         "verb": verb,
@@ -80,11 +98,10 @@ def open_folder(folder: Path, *, verb: str, model: object, options: Mapping[str,
         if not resume:
             raise ModelError("an interrupted run lies there", path=str(folder), allowed="resume, or delete the folder")
         _require_same(about, question)
-    elif folder.exists() and not about.is_file() and (not folder.is_dir() or any(folder.iterdir())):
+    elif not about.is_file() and not all(map(is_left_over, folder.iterdir())):
         raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder")
     else:
         try:
-            folder.mkdir(exist_ok=True)
             (folder / MODEL_FILE).unlink(missing_ok=True)  # of a run that has not come to its first segment
             write_text(about, json.dumps(question))
         except OSError as error:
@@ -99,10 +116,10 @@ def _require_same(about: Path, question: Mapping[str, Any]) -> None:
     ModelError : it is that of another verb, version, model or of other options, which are named.
     """
     try:
-        known = json.loads(about.read_text(encoding="utf-8"))
+        known = json.loads(read_text(about, most=_MAX_ABOUT))
         options = dict(known["options"])
         differs = [name for name in ("verb", "version", "model") if known[name] != question[name]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ModelError("not a run that can be continued", path=str(about)) from error
     own = question["options"]
     others = [name for name in {**own, **options} if own.get(name) != options.get(name)]
@@ -255,31 +272,50 @@ def run_folder(
         yield model, None
         return
     place = Path(folder)
-    open_folder(place, verb=verb, model=model, options=options, resume=resume)
-    numbers = place / MODEL_FILE
-    if numbers.is_file():
-        model = with_numbers(model, read_numbers(numbers), compared="", path=numbers)
-    else:
-        write_numbers(numbers, model)
-    kept = RunFolder(folder=place)
-    try:
-        yield model, kept
-    finally:
-        kept.write()
+    with open_folder(place, verb=verb, model=model, options=options, resume=resume):
+        numbers = place / MODEL_FILE
+        if numbers.is_file():
+            model = with_numbers(model, read_numbers(numbers), compared="", path=numbers)
+        else:
+            write_numbers(numbers, model)
+        kept = RunFolder(folder=place)
+        try:
+            yield model, kept
+        finally:
+            kept.write()
 
 
 def remove_folder(folder: Path) -> None:
-    """Delete the folder of a run that is whole; any other folder stays."""
-    if (folder / _ABOUT).is_file():
-        shutil.rmtree(folder, ignore_errors=True)
+    """Delete the folder of a run that is whole, and those of its parts.
+
+    Any other folder stays, and so does one that another run has, or in which something else lies.
+    """
+    if not (folder / _ABOUT).is_file():
+        return
+    with suppress(ModelError, OSError), locked_folder(folder):
+        for part in folder.iterdir():
+            if part.is_dir() and not part.is_symlink():
+                remove_folder(part)
+        own = [path for pattern in _OWN for path in sorted(folder.glob(pattern), reverse=True)]
+        # a kill between leaves segments without a gap
+        _remove(folder, own)
 
 
 def remove_without_results(folder: Path) -> None:
     """Delete the folder of a run, and those of its parts, that have nothing to go on from; any other stays."""
-    if begun(folder):
+    if not (folder / _ABOUT).is_file():
         return
-    for about in sorted(folder.rglob(_ABOUT), reverse=True):
-        about.unlink(missing_ok=True)
-        (about.parent / MODEL_FILE).unlink(missing_ok=True)
-        with suppress(OSError):
-            about.parent.rmdir()
+    with suppress(ModelError, OSError), locked_folder(folder):
+        if not begun(folder):
+            for part in folder.iterdir():
+                if part.is_dir() and not part.is_symlink():
+                    remove_without_results(part)
+            _remove(folder, [])
+
+
+def _remove(folder: Path, own: Sequence[Path]) -> None:
+    """Delete files of a locked folder, then what says which run it is, and the folder where nothing else lies in it."""
+    left = [path for path in folder.iterdir() if is_left_over(path)]
+    for path in (*own, *left, folder / MODEL_FILE, folder / _ABOUT):
+        path.unlink(missing_ok=True)
+    folder.rmdir()

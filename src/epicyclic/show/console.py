@@ -24,10 +24,18 @@ _STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
 _PLAIN = str.maketrans("\u00a0\u2011", " -")
 
 
+class _Console(Console):
+    """A console that leaves a reader who has seen enough to the command; rich would end it with status 1."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise the error again."""
+        raise BrokenPipeError
+
+
 def stdout_console() -> Console:
     """The console for results: as wide as the terminal, or 160 columns in a pipe."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=160)
+    console = _Console(highlight=False)
+    return console if console.is_terminal else _Console(highlight=False, width=160)
 
 
 def show(result: xr.Dataset, console: Console) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from ..analyses.cost import require_time
 from ..analyses.stability.combinations import Combination
 from ..analyses.stability.scan import (
     FloquetScan,
@@ -39,6 +40,10 @@ FACTORS = ("variation", "damping")
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
+
+
+# Cells of a map, whose multipliers take 1 kB each, and the time of one, as measured on trains of 30 coordinates [s].
+_CELLS, _CELL = 1_000_000, 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -87,6 +92,14 @@ def stability_map(
     """
     if not len(values) or not len(mesh_frequency):
         raise ModelError("nothing to go over", path=path, given=f"{len(values)} values, {len(mesh_frequency)} speeds")
+    cells = len(values) * len(mesh_frequency)
+    require_time(
+        _CELL * cells,
+        _CELL * _CELLS,
+        path="value_points, points",
+        given=f"{len(values)} values of {len(mesh_frequency)} speeds",
+        allowed=f"at most {_CELLS} cells in all",
+    )
     if path in FACTORS:  # assembled once for all of them
         source, overrides = system_of(source, overrides=overrides), None
     frequency = np.asarray(mesh_frequency, dtype=float)

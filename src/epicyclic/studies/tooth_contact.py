@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..analyses.cost import require_memory
 from ..assemble.tooth_pairs import End, mean_force, pair_of, tooth_warnings
 from ..errors import ModelError
 from ..model.bare_numbers import stated
@@ -34,6 +35,8 @@ TOLERANCE = 0.01
 """Relative error by default: far below what models of teeth differ by."""
 # mesh orders of the transmission error, and places along the path of contact of a flank map
 _ORDERS, _PLACES = 10, 161
+# numbers of a strip of the face at a phase and a load: 3 or so contact lines with their influence on each other
+_STRIP = 10
 
 
 def contact(
@@ -89,12 +92,14 @@ def contact(
     few = (samples is not None and samples < 3) or (slices is not None and slices < 1)
     if few or not (np.isfinite(loads).all() and (loads >= 0).all()):
         raise ModelError("not a number of samples, slices or factors", path="contact", given=(samples, slices, factors))
+    _require_room(samples or 1, slices or 1, loads.size)
     angle = in_radians(misalignment)
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
     more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
     pairs = [pair_of(train, one, **more) for one in helices]
     if cut is None:
         cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices)
+    _require_room(cut.phase.size, cut.slices, loads.size)
     pairs = [replace(pair, slices=cut.slices) for pair in pairs]
     results = [loaded_contact(pair, loads, sigma_at(one, cut.phase)) for pair, one in zip(pairs, helices, strict=True)]
     operating = int(np.argmin(np.abs(loads - force)))
@@ -137,6 +142,16 @@ def contact(
         "estimated_error": float(cut.error.max()),
     }
     return result
+
+
+def _require_room(samples: int, slices: int, loads: int) -> None:
+    """Refuse what memory does not hold."""
+    require_memory(
+        float(samples) * slices * loads * _STRIP,
+        path="samples, slices, loads",
+        given=f"{samples} phases of {slices} slices at {loads} loads",
+        allowed="fewer of one of them",
+    )
 
 
 def helices_of(train: Train, name: str | None) -> tuple[Mesh, ...]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from ..errors import ModelError
-from .record import Option, Progress, Verb
+from .record import Option, Progress, Verb, bounded
 from .speeds import SPEED_HINT
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "campbell"]
 
 
+@bounded
 def campbell(
     source: "Source",
     *,

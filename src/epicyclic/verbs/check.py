@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from .record import Verb
+from .record import Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "check"]
 
 
+@bounded
 def check(source: "Source", *, overrides: "Overrides | None" = None) -> "xr.Dataset":
     """Speeds, torques, geometry, phases; every derived value and where it came from.
 

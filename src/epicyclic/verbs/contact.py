@@ -4,9 +4,9 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from .options import ChosenSlices, Corner, LinearAt, Misalignment, Tolerance
+from .options import ChosenSlices, Corner, LinearAt, LoadPoints, Misalignment, Tolerance
 from .parsing import load_per_length, loads_of
-from .record import Option, Verb, former, refuse_without
+from .record import Option, Verb, bounded, former, refuse_without
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,8 +15,11 @@ if TYPE_CHECKING:
 
 __all__ = ["VERB", "contact"]
 
+_LOADS = 7  # in a range
+
 
 @former(factors="loads", torque_ends=("torque_end_a", "torque_end_b"))
+@bounded
 def contact(
     source: "Source",
     *,
@@ -33,7 +36,7 @@ def contact(
         Sequence[float] | str | None,
         Option('Further loads, relative to the operating one: "0..1.5" or "0.5, 2".', default="0.1 to 1.5"),
     ] = None,
-    load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=10_000)] = 7,
+    load_points: LoadPoints = None,
     samples: Annotated[
         int | None,
         Option("Even phases of a mesh cycle.", least=3, most=100_000, default="doubled until the tolerance holds"),
@@ -57,7 +60,7 @@ def contact(
     """
     if train:
         warnings.warn(
-            "contact with train is now train_contact, epicyclic train-contact", DeprecationWarning, stacklevel=3
+            "contact with train is now train_contact, epicyclic train-contact", DeprecationWarning, stacklevel=4
         )
         from .train_contact import train_contact
 
@@ -73,6 +76,7 @@ def contact(
             corner=corner,
             linear_at=linear_at,
         )
+    factors = loads_of(loads, load_points, _LOADS)
     from ..studies.source import train_of
     from ..studies.tooth_contact import FACTORS
     from ..studies.tooth_contact import contact as run
@@ -88,7 +92,7 @@ def contact(
         corner=corner,
         misalignment=misalignment,
         torque_ends=(torque_end_a, torque_end_b),
-        factors=FACTORS if loads is None else loads_of(loads, load_points),
+        factors=FACTORS if factors is None else factors,
     )
 
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from .options import RelativeSpeed
 from .parsing import share
-from .record import Option, Verb
+from .record import Option, Verb, bounded
 from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "modes"]
 
 
+@bounded
 def modes(
     source: "Source",
     *,

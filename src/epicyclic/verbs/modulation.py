@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import RelativeSpeed
-from .record import Option, Verb
+from .record import Option, Verb, bounded
 from .sensor_files import quantity, read_transfer, read_window
 from .speeds import relative, train_and_system
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "modulation"]
 
 
+@bounded
 def modulation(
     source: "Source",
     *,
@@ -38,7 +39,9 @@ def modulation(
         "Transfer | str | Path | None",
         Option("CSV file of frequency, gain or accelerance, and phase.", default="1 at every frequency"),
     ] = None,
-    through_planet: Annotated[float, Option("Share of the sun mesh's force that reaches the ring.")] = 0.0,
+    through_planet: Annotated[
+        float, Option("Share of the sun mesh's force that reaches the ring.", least=0, most=1000)
+    ] = 0.0,
     mean_load: Annotated[bool, Option("Hear the mean load passing, too.")] = False,
     radius: Annotated[
         float | str | None,

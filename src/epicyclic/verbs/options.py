@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 __all__ = [
+    "MOST_SPEED",
     "ChosenSlices",
     "Corner",
     "Cycles",
     "Folder",
     "FrameSpeed",
     "LinearAt",
+    "LoadPoints",
     "MeshFrequencies",
     "Misalignment",
     "Of",
@@ -34,12 +36,19 @@ __all__ = [
     "Turns",
 ]
 
+# beyond any drive; squares of much more are no numbers
+MOST_SPEED = 10_000
+# mesh cycles or turns, and instants of one: what they cost together is asked where the train is known
+_MOST_CYCLES, _MOST_SAMPLES = 10**12, 1_000_000
+
 # one speed
 RelativeSpeed = Annotated[
     float | str,
     Option(
         "Speed per operating speed, 0 standstill, 1 the operating point; or a mesh frequency or speed with its unit: "
-        '"20 Hz", "50 rpm", "50 %".'
+        '"20 Hz", "50 rpm", "50 %".',
+        least=0,
+        most=MOST_SPEED,
     ),
 ]
 
@@ -66,10 +75,14 @@ Folder = Annotated[str | Path | None, Option("Folder that keeps what is done whi
 Resume = Annotated[bool, Option("Continue a run that was stopped; needs the same -o and options.")]
 
 # records
-Cycles = Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, default="chosen")]
-Turns = Annotated[int | None, Option("Length in turns of a body (--of).", least=1, default="chosen")]
+Cycles = Annotated[
+    int | None, Option("Length of the record in mesh cycles.", least=1, most=_MOST_CYCLES, default="chosen")
+]
+Turns = Annotated[int | None, Option("Length in turns of a body (--of).", least=1, most=_MOST_CYCLES, default="chosen")]
 Of = Annotated[str | None, Option("Count turns of this body, e.g. main/sun.", metavar="BODY")]
-Samples = Annotated[int | None, Option("Instants per mesh cycle or turn.", least=1, default="chosen")]
+Samples = Annotated[
+    int | None, Option("Instants per mesh cycle or turn.", least=1, most=_MOST_SAMPLES, default="chosen")
+]
 
 # shaft orders
 ShaftOrders = Annotated[bool, Option("Count run-outs and other shaft orders between the mesh orders.")]
@@ -79,6 +92,7 @@ ShaftTones = Annotated[
 ]
 
 # loaded teeth
+LoadPoints = Annotated[int | None, Option("Number of loads in a range (--loads).", least=1, most=10_000, default="7")]
 Slices = Annotated[int, Option("Pieces of each face.", least=1, most=1000)]
 ChosenSlices = Annotated[
     int | None, Option("Pieces of each face.", least=1, most=1000, default="doubled until the tolerance holds")
@@ -93,6 +107,10 @@ Tolerance = Annotated[
 Corner = Annotated[bool, Option("Let tips bear beyond the path of contact.")]
 LinearAt = Annotated[
     float | str | None,
-    Option('Load per length [N/m], or e.g. "200 N/mm", at which the flanks\' contact is made linear.', default="Hertz"),
+    Option(
+        'Load per length [N/m], or e.g. "200 N/mm", at which the flanks\' contact is made linear.',
+        above=0,
+        default="Hertz",
+    ),
 ]
 Misalignment = Annotated[float | str, Option('Of the flanks [rad], or e.g. "0.1 mrad"; positive opens the right end.')]

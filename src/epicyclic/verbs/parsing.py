@@ -30,6 +30,7 @@ __all__ = [
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
 _SPEED = 'a positive mesh frequency, speed or share of the operating speed: "20 Hz", "0.6 kHz", "100 rpm", "50 %"'
+_MOST_LOAD = 10_000  # per operating load: beyond any drive; squares of much more are no numbers
 # short circuits of generators and jammed mills reach some ten times the rated torque; a hundred times that is a slip
 _LARGEST_FACTOR = 1000.0
 _HERTZ = {"Hz": 1.0, "kHz": 1e3}
@@ -198,18 +199,30 @@ def spread(text: str, points: int, path: str = "values") -> list[Any]:
     return [f"{value:.12g} {unit}" for value in numbers] if unit else numbers
 
 
-def loads_of(value: Sequence[float] | str, points: int) -> tuple[float, ...]:
-    """Relative loads [1] from numbers, or from a text ``0..1.5`` or ``0.5, 2``.
+def loads_of(value: Sequence[float] | str | None, points: int | None, default: int) -> tuple[float, ...] | None:
+    """Relative loads [1] from numbers, or from a text ``0..1.5`` or ``0.5, 2``; None stays None.
+
+    Parameters
+    ----------
+    points : number of loads of a range, `default` where None.
 
     Raises
     ------
-    ModelError : a text that is neither a range nor a list of numbers, or that has negative ones.
+    ModelError : a text that is neither a range nor a list of numbers, or that has negative ones; points without range.
     """
+    if points is not None and not (isinstance(value, str) and ".." in value):
+        raise ModelError(
+            "is the number of loads in a range", path="load_points", given=points, allowed='loads "0..1.5"'
+        )
+    if value is None:
+        return None
+    points = default if points is None else points
     if not isinstance(value, str):
         return tuple(value)
     found = spread(value, points, path="loads")
-    if any(isinstance(one, str) or one < 0 for one in found):
-        raise ModelError("relative loads", path="loads", given=value, allowed='"0..1.5" or "0.5, 2", 0 or more')
+    if any(isinstance(one, str) or not 0 <= one <= _MOST_LOAD for one in found):
+        allowed = f'"0..1.5" or "0.5, 2", 0 to {_MOST_LOAD}'
+        raise ModelError("relative loads", path="loads", given=value, allowed=allowed)
     return tuple(float(one) for one in found)
 
 

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from functools import cache, wraps
 from importlib import import_module
 from inspect import Parameter, signature
+from math import isfinite
+from numbers import Real
 from pkgutil import iter_modules
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin
@@ -28,6 +30,7 @@ __all__ = [
     "Option",
     "Progress",
     "Verb",
+    "bounded",
     "former",
     "given",
     "help_of",
@@ -48,7 +51,8 @@ class Option:
     """What help, documentation and command line say of a keyword.
 
     help : one sentence.  flag : of the command line; empty: the keyword with dashes; None: keyword of Python alone.
-    least, most : bounds of a number.  default : in words, where the default is None.  metavar : of the value.
+    least, most : bounds of a number, above : what it must be above.
+    default : in words, where the default is None.  metavar : of the value.
     former : an old spelling of the flag, understood for one version with a warning.  hidden : left out of the help.
     """
 
@@ -56,6 +60,7 @@ class Option:
     flag: str | None = ""
     least: float | None = None
     most: float | None = None
+    above: float | None = None
     default: str = ""
     metavar: str = ""
     former: str = ""
@@ -141,6 +146,38 @@ def former(**spelling: str | tuple[str, ...]) -> Callable[[Run], Run]:
         return cast(Run, understood)
 
     return decorate
+
+
+def bounded(run: Run) -> Run:
+    """Let a verb refuse numbers that are not finite, or outside the bounds of their option, before any work.
+
+    It stands right above the function, below `former`.
+
+    Raises
+    ------
+    ModelError : such a number; of the verb.
+    """
+
+    @wraps(run)
+    def within(*arguments: Any, **options: Any) -> Any:
+        for name, (_, _, option) in keywords(run).items():
+            _check_bounds(name, options.get(name), option)
+        return run(*arguments, **options)
+
+    return cast(Run, within)
+
+
+def _check_bounds(name: str, value: object, option: Option) -> None:
+    """Raise ModelError where a value is a number outside the bounds of its option."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return
+    number, least, most = float(value), option.least, option.most
+    if not isfinite(number) or (least is not None and number < least) or (most is not None and number > most):
+        low = "" if least is None else f"{least:g} or more" if most is None else f"{least:g} to {most:g}"
+        high = f"at most {most:g}" if least is None and most is not None else ""
+        raise ModelError("out of range", path=name, given=value, allowed=low or high or "a finite number")
+    if (option.above is not None) and number <= option.above:
+        raise ModelError("out of range", path=name, given=value, allowed=f"above {option.above:g}")
 
 
 def given(**options: Any) -> dict[str, Any]:

@@ -1,12 +1,13 @@
 """The verb relief."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from .options import ChosenSlices, Corner, Folder, Misalignment, Tolerance
 from .parsing import ends, loads_of, settings
-from .record import Option, Progress, Verb, former
+from .record import Option, Progress, Verb, bounded, former
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +21,7 @@ RECORD = "search.json"
 
 
 @former(factors="loads", speeds=("start", "stop"), speed_points="points")
+@bounded
 def relief(
     source: "Source",
     *,
@@ -46,7 +48,9 @@ def relief(
     loads: Annotated[
         Sequence[float] | str, Option('Loads of lte and load, relative: "0.5..1.25" or "0.5, 1".', default="1")
     ] = (1.0,),
-    load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=1000)] = 4,
+    load_points: Annotated[
+        int | None, Option("Number of loads in a range (--loads).", least=1, most=1000, default="4")
+    ] = None,
     start: Annotated[
         float | str | None,
         Option(
@@ -95,33 +99,36 @@ def relief(
     """
     from ..studies.relief.optimisation import relief as run
 
+    keeping: AbstractContextManager[None] = nullcontext()
     if folder is not None:
         from ..results.run_folder import open_folder
 
-        open_folder(Path(folder), verb="relief", model=(), options={}, resume=resume is not None)
+        keeping = open_folder(Path(folder), verb="relief", model=(), options={}, resume=resume is not None)
         resume = Path(folder) / RECORD if resume is None else resume
-    return run(
-        source,
-        overrides=overrides,
-        vary=settings(vary, "vary"),
-        mesh=mesh,
-        torque=torque,
-        objectives=objectives,
-        factors=loads_of(loads, load_points),
-        speeds=ends(start, stop),
-        speed_points=points,
-        population=population,
-        generations=generations,
-        seed=seed,
-        resume=resume,
-        pick=pick,
-        samples=samples,
-        slices=slices,
-        tolerance=tolerance,
-        corner=corner,
-        misalignment=misalignment,
-        progress=progress,
-    )
+    factors = loads_of(loads, load_points, 4) or ()
+    with keeping:
+        return run(
+            source,
+            overrides=overrides,
+            vary=settings(vary, "vary"),
+            mesh=mesh,
+            torque=torque,
+            objectives=objectives,
+            factors=factors,
+            speeds=ends(start, stop),
+            speed_points=points,
+            population=population,
+            generations=generations,
+            seed=seed,
+            resume=resume,
+            pick=pick,
+            samples=samples,
+            slices=slices,
+            tolerance=tolerance,
+            corner=corner,
+            misalignment=misalignment,
+            progress=progress,
+        )
 
 
 def _model_text(result: "xr.Dataset") -> str:

@@ -88,7 +88,7 @@ def _kept(folder: Path, name: str, step: Callable[[], xr.Dataset]) -> xr.Dataset
     from ..results.dataset import load_result, save_result
     from ..results.run_folder import remove_folder
 
-    path = folder / f"{name}.nc"
+    path = folder / f"{name}.kept.nc"
     if path.is_file():
         return load_result(path)
     result = step()

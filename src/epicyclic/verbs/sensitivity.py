@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Literal
 
+from .options import MOST_SPEED
 from .parsing import frequency
-from .record import Option, Progress, Verb
+from .record import Option, Progress, Verb, bounded
 from .speeds import relative
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "sensitivity"]
 
 
+@bounded
 def sensitivity(
     source: "Source",
     *,
@@ -36,11 +38,15 @@ def sensitivity(
         float | str | None,
         Option('Mesh frequency for forces [Hz], e.g. "0.6 kHz".', default="operating speed", former="--at"),
     ] = None,
-    harmonic: Annotated[int | None, Option("Amplitude of this mesh order in place of the RMS.", default="RMS")] = None,
+    harmonic: Annotated[
+        int | None, Option("Amplitude of this mesh order in place of the RMS.", least=1, most=1_000_000, default="RMS")
+    ] = None,
     relative_speed: Annotated[
         float | str | None,
         Option(
             'Speed per operating speed, or e.g. "20 Hz", "50 rpm", "50 %"; gyroscopic terms for frequencies.',
+            least=0,
+            most=MOST_SPEED,
             default="standstill; of forces 1",
         ),
     ] = None,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import ModelError
+from ..input_files import read_text
 from ..model.bare_numbers import stated
 from ..model.units import factor
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["quantity", "read_transfer", "read_window"]
 
+# a measured path of 100 000 frequencies is some 4 MB
+_MAX_BYTES = 20_000_000
 Columns = dict[str, tuple[str, list[float]]]
 
 
@@ -73,9 +76,9 @@ def quantity(value: float | str | None, kind: str, path: str) -> float | None:
 def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:
     """Columns of a CSV file by name: unit and numbers."""
     try:
-        with Path(path).open(newline="", encoding="utf-8-sig") as file:
-            lines = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_text(path, most=_MAX_BYTES)
+        lines = [row for row in csv.reader(text.splitlines(keepends=True)) if any(cell.strip() for cell in row)]
+    except csv.Error as error:
         raise ModelError(f"cannot be read: {error}", path=str(path)) from error
     heads = [re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\])?\s*", cell) for cell in lines[0]] if lines else []
     names = [head[1].lower() if head else "" for head in heads]

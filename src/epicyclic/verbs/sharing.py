@@ -2,8 +2,9 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from .options import Cycles, Of, RelativeSpeed, Samples, Turns
-from .record import Option, Progress, Verb
+from ..errors import ModelError
+from .options import MOST_SPEED, Cycles, Of, Samples, Turns
+from .record import Option, Progress, Verb, bounded
 from .speeds import relative, train_and_system
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "sharing"]
 
 
+@bounded
 def sharing(
     source: "Source",
     *,
@@ -25,9 +27,18 @@ def sharing(
     turns: Turns = None,
     of: Of = None,
     samples: Samples = None,
-    relative_speed: RelativeSpeed = 1.0,
+    relative_speed: Annotated[
+        float | str | None,
+        Option(
+            'Speed per operating speed, or e.g. "20 Hz", "50 rpm", "50 %"; of a train that vibrates.',
+            least=0,
+            most=MOST_SPEED,
+            default="1",
+        ),
+    ] = None,
     stored_cycles: Annotated[
-        int | None, Option("Mesh cycles of the forces kept in the result.", least=1, default="at most 64")
+        int | None,
+        Option("Mesh cycles of the forces kept in the result.", least=1, most=1_000_000, default="at most 64"),
     ] = None,
     progress: Progress | None = None,
 ) -> "xr.Dataset":
@@ -37,6 +48,8 @@ def sharing(
     ------
     ModelError : the model or an option is wrong; no load; no damping.  ConvergenceError : the method did not converge.
     """
+    if method == "static" and relative_speed is not None:
+        raise ModelError("moves nothing at rest", path="relative_speed", given=relative_speed, allowed="another method")
     from ..analyses.sharing.sharing import sharing as run
 
     train, system = train_and_system(source, overrides)
@@ -47,7 +60,7 @@ def sharing(
         turns=turns,
         of=of,
         samples=samples,
-        relative_speed=relative(relative_speed, system, train),
+        relative_speed=1.0 if relative_speed is None else relative(relative_speed, system, train),
         stored_cycles=stored_cycles,
         progress=progress,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import ModelError
+from .options import MOST_SPEED
 from .parsing import mesh_frequency
 
 if TYPE_CHECKING:
@@ -38,14 +39,22 @@ def relative(speed: float | str, system: System, train: Train | None) -> float:
 
     Raises
     ------
-    ModelError : no such text, or one with a unit where the model has no speed.
+    ModelError : no such text, a speed out of range, or one with a unit where the model has no speed.
     """
     if not isinstance(speed, str):
         return speed
     try:
-        return float(speed)
+        share = float(speed)
     except ValueError:
-        pass
+        share = _of_operation(speed, system, train)
+    if not 0 <= share <= MOST_SPEED:
+        allowed = f"0 to {MOST_SPEED} times the operating speed"
+        raise ModelError("out of range", path="relative_speed", given=speed, allowed=allowed)
+    return share
+
+
+def _of_operation(speed: str, system: System, train: Train | None) -> float:
+    """Speed per operating speed [1] of a mesh frequency or speed with its unit."""
     if not system.tones:
         raise ModelError("is relative to an operating speed", path="operation.speed", given=speed, allowed=SPEED_HINT)
     from ..analyses.static.record import reference_tone

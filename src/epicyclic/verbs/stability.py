@@ -7,7 +7,7 @@ from ..errors import ModelError
 from ..model.bare_numbers import typed
 from .options import Folder, FrameSpeed, MeshFrequencies, RelativeSpeeds, Resume, Start, Stop
 from .parsing import spread
-from .record import Option, Verb, given, refuse_without, require_folder
+from .record import Option, Verb, bounded, given, refuse_without, require_folder
 from .speeds import mesh_frequencies, train_and_system
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "stability"]
 
 
+@bounded
 def stability(
     source: "Source",
     *,
@@ -37,9 +38,9 @@ def stability(
     relative_speed: RelativeSpeeds = None,
     frame_speed: FrameSpeed = "kinematic",
     variation: Annotated[
-        float | None, Option("Factor of the stiffness variation of all meshes.", least=0, default="1")
+        float | None, Option("Factor of the stiffness variation of all meshes.", least=0, most=1000, default="1")
     ] = None,
-    damping: Annotated[float | None, Option("Factor of all damping.", least=0, default="1")] = None,
+    damping: Annotated[float | None, Option("Factor of all damping.", least=0, most=1000, default="1")] = None,
     over: Annotated[
         str | None,
         Option(

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from .options import Cycles, Of, Samples, Turns
-from .record import Progress, Verb
+from .record import Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "static"]
 
 
+@bounded
 def static(
     source: "Source",
     *,

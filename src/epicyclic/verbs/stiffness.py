@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from .record import Option, Verb
+from .record import Option, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "stiffness"]
 
 
+@bounded
 def stiffness(
     source: "Source",
     *,

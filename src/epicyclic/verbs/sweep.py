@@ -15,7 +15,7 @@ from .options import (
     Start,
     Stop,
 )
-from .record import Option, Verb, former, given, refuse_without, require_folder
+from .record import Option, Verb, bounded, former, given, refuse_without, require_folder
 from .speeds import mesh_frequencies, train_and_system
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ __all__ = ["VERB", "sweep"]
 
 
 @former(slow_tones="shaft_tones")
+@bounded
 def sweep(
     source: "Source",
     *,
@@ -46,7 +47,8 @@ def sweep(
         Option("Mesh orders whose amplitudes are reported, of linear contact.", least=1, most=100, default="12"),
     ] = None,
     tolerance: Annotated[
-        float | None, Option("Relative residual of the harmonics kept, of linear contact.", default="1e-6")
+        float | None,
+        Option("Relative residual of the harmonics kept, of linear contact.", least=1e-14, most=0.1, default="1e-6"),
     ] = None,
     compiled: Annotated[
         bool | None, Option("Solve by numba, of linear contact.", default="by the size of the job")
@@ -85,7 +87,7 @@ def sweep(
     refuse_without(contact_loss, "contact loss", unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones)
     refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance, compiled=compiled)
     if unstable == "tell":
-        warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=3)
+        warnings.warn("sweep: unstable='tell' is now 'report'", DeprecationWarning, stacklevel=4)
         unstable = "report"
     from ..results.run_folder import run_folder
 

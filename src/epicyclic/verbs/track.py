@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated
 
-from .record import Option, Progress, Verb
+from .record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "track"]
 
 
+@bounded
 def track(
     source: "Source",
     *,

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from .options import Corner, LinearAt, Of, Slices, Turns
+from .options import Corner, LinearAt, LoadPoints, Of, Slices, Turns
 from .parsing import load_per_length, loads_of
-from .record import Option, Progress, Verb, former
+from .record import Option, Progress, Verb, bounded, former
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,8 +14,11 @@ if TYPE_CHECKING:
 
 __all__ = ["VERB", "train_contact"]
 
+_LOADS = 7  # in a range
+
 
 @former(factors="loads")
+@bounded
 def train_contact(
     source: "Source",
     *,
@@ -24,11 +27,11 @@ def train_contact(
         Sequence[float] | str | None,
         Option('Further torques, relative to the operating ones: "0..1.5" or "0.5, 2".', default="0.1 to 1.5"),
     ] = None,
-    load_points: Annotated[int, Option("Number of loads in a range.", least=1, most=10_000)] = 7,
-    cycles: Annotated[int | None, Option("Length of the record in mesh cycles.", least=1)] = 1,
+    load_points: LoadPoints = None,
+    cycles: Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, most=1_000_000)] = 1,
     turns: Turns = None,
     of: Of = None,
-    samples: Annotated[int, Option("Instants per mesh cycle or turn.", least=1)] = 32,
+    samples: Annotated[int, Option("Instants per mesh cycle or turn.", least=1, most=100_000)] = 32,
     slices: Slices = 20,
     corner: Corner = False,
     linear_at: LinearAt = None,
@@ -42,6 +45,7 @@ def train_contact(
     ------
     ModelError : the model or an option is wrong; no torque, no face width.  ConvergenceError : no equilibrium.
     """
+    factors = loads_of(loads, load_points, _LOADS)
     from ..studies.source import train_of
     from ..studies.train_tooth_contact import train_contact as run
 
@@ -55,7 +59,7 @@ def train_contact(
         linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
         corner=corner,
         progress=progress,
-        **({} if loads is None else {"factors": loads_of(loads, load_points)}),
+        **({} if factors is None else {"factors": factors}),
     )
 
 

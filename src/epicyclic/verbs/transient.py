@@ -8,7 +8,7 @@ from ..errors import ModelError
 from .options import Folder, Resume
 from .parsing import frequency, seconds
 from .parsing import torque_step as step_of
-from .record import Option, Progress, Verb, require_folder
+from .record import Option, Progress, Verb, bounded, require_folder
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,6 +23,7 @@ __all__ = ["VERB", "transient"]
 _STATES = ("equilibrium", "rest")
 
 
+@bounded
 def transient(
     source: "Source",
     *,
@@ -30,7 +31,7 @@ def transient(
     duration: Annotated[
         float | str | None, Option('Length of the run [s], or e.g. "0.5 s".', default="100 mesh cycles")
     ] = None,
-    cycles: Annotated[float | None, Option("Length in mesh cycles instead.", default="100")] = None,
+    cycles: Annotated[float | None, Option("Length in mesh cycles instead.", above=0, default="100")] = None,
     start: Annotated[
         float | str | None,
         Option('Mesh frequency at the beginning [Hz], or e.g. "20 Hz".', former="--from", default="operating"),
@@ -61,7 +62,7 @@ def transient(
             "result, or q and its rate (2, n) [m, m/s].",
         ),
     ] = "equilibrium",
-    samples: Annotated[int, Option("Instants per mesh cycle at the highest speed.", least=1)] = 32,
+    samples: Annotated[int, Option("Instants per mesh cycle at the highest speed.", least=1, most=1_000_000)] = 32,
     decimate: Annotated[int, Option("Keep every so many of them.", least=1)] = 1,
     contact: Annotated[Literal["unilateral", "linear"], Option("Teeth that part, or a linear model.")] = "unilateral",
     method: Annotated[Literal["rk4", "dop853", "radau"], Option("Fixed steps, or scipy's variable ones.")] = "rk4",
@@ -79,7 +80,7 @@ def transient(
     from ..studies.source import system_of
 
     if _is_state(start):
-        warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=2)
+        warnings.warn("transient: start is now initial, where it is a state", DeprecationWarning, stacklevel=3)
         start, initial = None, start  # type: ignore[assignment]
     require_folder(resume, folder)
     return run(

@@ -207,7 +207,7 @@ def test_a_value_the_model_can_not_go_below() -> None:
         ({"mesh": "main/sun-planet/1/left"}, "goes with forces"),
         ({"of": "force", "mode": 1}, "goes with frequencies"),
         ({"of": "force", "mesh": "main/sun-planet/9/left"}, "no such mesh; did you mean"),
-        ({"of": "force", "harmonic": 0}, "no mesh order"),
+        ({"of": "force", "harmonic": 0}, "harmonic = 0: out of range"),
         ({"of": "force", "mesh_frequency": 20.0, "relative_speed": 1.0}, "not both"),
     ],
 )
@@ -257,7 +257,7 @@ def test_track() -> None:
         ({"over": "stages.main.sun.mass", "start": "1 m"}, "not a value of this parameter"),
         ({"over": "stages.main.sun.mass", "start": "1 kg", "stop": "1 kg"}, "range is empty"),
         ({"over": "stages.main.sun.mass", "start": "-1 kg"}, "out of range"),
-        ({"over": "stages.main.sun.mass", "points": 2}, "too few"),
+        ({"over": "stages.main.sun.mass", "points": 2}, "points = 2: out of range; allowed: 3 to"),
     ],
 )
 def test_track_bad_input(options: dict[str, Any], message: str) -> None:

@@ -114,8 +114,16 @@ def test_spread() -> None:
 
 
 def test_loads_are_ranges_or_lists() -> None:
-    assert loads_of("0..1", 3) == (0.0, 0.5, 1.0)
-    assert loads_of("0.5, 2", 3) == (0.5, 2.0)
-    for text in ("-1..1", "a", "1 kN"):
+    assert loads_of("0..1", 3, 7) == (0.0, 0.5, 1.0)
+    assert loads_of("0..1", None, 2) == (0.0, 1.0)
+    assert loads_of("0.5, 2", None, 7) == (0.5, 2.0)
+    assert loads_of(None, None, 7) is None
+    for text in ("-1..1", "a", "1 kN", "1, 1e300"):
         with pytest.raises(ModelError, match="loads"):
-            loads_of(text, 3)
+            loads_of(text, None, 7)
+
+
+@pytest.mark.parametrize("loads", [None, "0.5, 2", (0.5, 2.0)])
+def test_a_number_of_loads_without_a_range_is_refused(loads: object) -> None:
+    with pytest.raises(ModelError, match="load_points = 3: is the number of loads in a range"):
+        loads_of(loads, 3, 7)  # type: ignore[arg-type]

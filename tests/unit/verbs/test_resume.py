@@ -20,6 +20,7 @@ from epicyclic.analyses.contact_loss import sweep as contact_module
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.results import run_folder
+from epicyclic.results.locked_folder import locked_folder
 from epicyclic.show.report import report
 from epicyclic.verbs.report import run_report
 
@@ -192,6 +193,38 @@ def test_another_run_is_refused(tmp_path: Path) -> None:
         epicyclic.sweep(DOCUMENT, folder=tmp_path / "mine")
 
 
+@pytest.mark.parametrize("name", ["sweep", "contact loss", "stability", "stability map", "relief", "report"])
+def test_one_run_at_a_time_has_a_folder(name: str, tmp_path: Path) -> None:
+    relief = {"mesh": "sun-planet", "vary": {"tip_relief.amount": "0..40 um"}}
+    begin = RUNS | {
+        "relief": lambda **more: epicyclic.relief("ren2021", **relief, **more),
+        "report": lambda **more: run_report(DOCUMENT, **more),
+    }
+    folder = tmp_path / "run"
+    with locked_folder(folder), pytest.raises(ModelError, match="another run writes there"):
+        begin[name](folder=folder)
+    assert not list(folder.iterdir())
+
+
+def test_only_files_of_a_run_are_deleted(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    RUNS["sweep"](folder=folder)
+    (folder / "mine.nc").touch()
+    (folder / "notes").mkdir()
+    with locked_folder(folder):  # another run has it
+        run_folder.remove_folder(folder)
+        run_folder.remove_without_results(folder)
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "000000.kept",
+        "mine.nc",
+        "model.npz",
+        "notes",
+        "run.json",
+    ]
+    run_folder.remove_folder(folder)
+    assert sorted(path.name for path in folder.iterdir()) == ["mine.nc", "notes"]
+
+
 def test_a_report_goes_on_to_the_same_page(tmp_path: Path) -> None:
     def stop(name: str) -> None:
         if name == "stability" or name == "support stiffness":
@@ -200,7 +233,7 @@ def test_a_report_goes_on_to_the_same_page(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
         run_report(DOCUMENT, folder=folder, progress=stop)
-    assert (folder / "sweep.nc").is_file()
+    assert (folder / "sweep.kept.nc").is_file()
     again = run_report(DOCUMENT, folder=folder, resume=True)
     assert report(again) == report(run_report(DOCUMENT))
 

@@ -14,6 +14,9 @@ from .free_motions import NOISE, SOFT, free_motions, soft_modes, stiffness_rows
 
 __all__ = ["Modal", "mean_modes", "modal_form", "modal_weights"]
 
+# Squared frequencies above are of no train [rad^2/s^2]; products of shapes with so little mass are no numbers.
+_HIGHEST = 1e40
+
 
 def mean_modes(system: System) -> tuple[Array, Array]:
     """Squared natural frequencies and mass-normalised shapes of the undamped mean system at standstill.
@@ -30,7 +33,8 @@ def mean_modes(system: System) -> tuple[Array, Array]:
 
     Raises
     ------
-    ModelError : a mass or inertia is missing, a coordinate has none, or the mean stiffness has a negative eigenvalue.
+    ModelError : a mass or inertia is missing, a coordinate has none, or next to none; the mean stiffness has a negative
+        eigenvalue.
     """
     system.require_inertia()
     stiffness = system.mean_stiffness
@@ -40,6 +44,9 @@ def mean_modes(system: System) -> tuple[Array, Array]:
         raise _massless(system) from error
     except ValueError as error:
         raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
+    if not (np.isfinite(shapes).all() and np.all(np.abs(squared) < _HIGHEST)):
+        lightest = system.dofs.names[int(np.argmin(np.diag(system.M)))]
+        raise ModelError(f"masses and stiffnesses are too far apart for modes; least mass or inertia on {lightest}")
     largest = float(np.max(np.abs(squared), initial=0.0))
     if squared.size and squared[0] < -NOISE * largest:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")

@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
+from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
 from ..static.static import OPEN_RATIO
 from ..static.tangent import linear
@@ -29,6 +30,9 @@ __all__ = ["sharing"]
 # Numbers worked on at once (8 bytes each): about 2 MB.
 _PIECE = 250_000
 _STORED = 64
+# Forces of a record worked out in a second, and the longest time that one may take [s]: whoever asks for more has
+# mistaken an order of magnitude, or wants the hunting period again and again.
+_RATE, _LONGEST = 2e7, 4 * 3600.0
 # Instants with laws that a record may have by default, each some 50 us.
 _SOLVED = 100_000
 # Instants per mesh cycle or turn of a record that is solved instant by instant.
@@ -81,6 +85,10 @@ def sharing(
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
     if method != "static":  # at rest the laws of flanks are asked; links without laws are here in either case
         system = linear(system)
+    if samples is not None:  # the waves of every line
+        waves = len(system.meshes.name) * max(1, len(system.lines))
+        allowed = f"1 to {MOST_NUMBERS // (2 * waves)}"
+        require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
     reference, names = by_tone[0], faces(system.meshes).name
     mean = np.empty(len(names))
@@ -91,6 +99,11 @@ def sharing(
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
     cycles = min(reference.period, share) if given is None else given
     stored = min(positive_count("stored_cycles", stored_cycles, _STORED), cycles)
+    numbers = reference.samples * len(names)
+    longest = f"at most {int(_LONGEST * _RATE / numbers)}, and {reference.period} are the hunting period"
+    require_time(cycles * numbers / _RATE, _LONGEST, path="cycles", given=cycles, allowed=longest)
+    most = f"at most {MOST_NUMBERS // (2 * numbers)}"
+    require_memory(2.0 * stored * numbers, path="stored_cycles", given=stored, allowed=most)
     values = np.full((len(DEFINITIONS), len(names)), np.nan)
     least, top, bottom, largest = (np.full(len(names), np.nan) for _ in range(4))
     how = ""

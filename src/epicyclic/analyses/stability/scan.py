@@ -41,6 +41,8 @@ Progress = Callable[[int, int], None] | None
 _CIRCLE = 1e-7
 # A multiplier is real within this part of its magnitude: those of equal modes scatter by the root of the rounding.
 _REAL = 1e-6
+# Factor of a variation or of damping: beyond it nothing is a gear, and powers of 1e300 are no numbers.
+_MOST_FACTOR = 1000
 # Steps are doubled where the largest multiplier is this close to the circle.
 _NEAR = 0.01
 # Steps of one product, states times rows: beyond it a common period of several mesh frequencies is too long.
@@ -96,8 +98,8 @@ def parametric_system(
     if frame_speed not in ("kinematic", "operating"):
         raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
     for name, factor in (("variation", variation), ("damping", damping)):
-        if not (np.isfinite(factor) and factor >= 0):
-            raise ModelError("out of range", path=name, given=factor, allowed="a factor of 0 or more")
+        if not 0 <= factor <= _MOST_FACTOR:
+            raise ModelError("out of range", path=name, given=factor, allowed=f"a factor of 0 to {_MOST_FACTOR}")
     tones = mesh_tones(system)
     system.require_inertia()
     system = _scaled(linear(system), variation, damping)

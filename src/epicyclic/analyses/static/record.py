@@ -15,6 +15,7 @@ from ...system.faces import faces
 from ...system.gaps import FlanksAt, flanks
 from ...system.laws.linear import LinearLaw
 from ...system.system import Array, ComplexArray, Line, MeshRows, System
+from ..cost import MOST_NUMBERS, require_memory
 
 __all__ = [
     "MeshGroup",
@@ -145,7 +146,8 @@ def record_of(
 
     Raises
     ------
-    ModelError : a length that is no positive whole number, both lengths, a body that does not turn.
+    ModelError : a length that is no positive whole number, both lengths, a body that does not turn, more instants than
+        memory may hold.
     """
     if cycles is not None and (turns is not None or of is not None):
         raise ModelError("a record has one length", path="cycles, turns", allowed="cycles, or turns of a body")
@@ -160,7 +162,15 @@ def record_of(
     tones = [system.tones[i] for i in np.unique(system.meshes.tone[varying])] if system.tones else []
     period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
     length = cycles if turns is None else turns
-    count = positive_count("cycles" if turns is None else "turns", length, min(period, max(1, most // samples)))
+    path = "cycles" if turns is None else "turns"
+    count = positive_count(path, length, min(period, max(1, most // samples)))
+    width = len(system.meshes.name) + len(system.force) + len(system.links.name)
+    require_memory(
+        float(count) * samples * width,
+        path=f"{path}, samples",
+        given=f"{count} {name} of {samples} instants",
+        allowed=f"{MOST_NUMBERS // width} instants or fewer",
+    )
     return Record(unit=unit, name=name, count=count, samples=samples, period=period)
 
 

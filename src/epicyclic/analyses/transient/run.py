@@ -1,7 +1,6 @@
 """A run in pieces with checkpoints: bounded memory, whole segments on disk, resumed to the same bits.
 
-Every segment is written aside and renamed, so that none is ever partly there.  A state is flat here: modal y, y' and
-the sliders of Coulomb friction.
+A state is flat here: modal y, y' and the sliders of Coulomb friction.
 """
 
 from __future__ import annotations
@@ -12,15 +11,12 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...errors import ModelError
-from ...results.kept_numbers import read_numbers, with_numbers, write_numbers
-from ...results.plain import read_plain, write_plain
-from ...results.run_folder import MODEL_FILE, open_folder, segment_path
+from ...results.run_folder import open_folder
 from ...system.system import Array
 from .integrators import adaptive_states, modal_scale, rk4_states
 from .motion import Motion
+from .store import Begun, Store
 from .tally import Tally, empty_tally
 
 __all__ = ["METHODS", "Method", "RunPlan", "RunRecord", "run"]
@@ -72,17 +68,6 @@ class RunRecord:
     tally: Tally
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Begun:
-    """All numbers a run depends on: equation, start (2, n) modal and sliders (R,), and lengths of its plan."""
-
-    moving: Motion
-    state: Array
-    slider: Array
-    step: float
-    steps: NDArray[np.int64]
-
-
 def run(
     moving: Motion,
     plan: RunPlan,
@@ -104,22 +89,31 @@ def run(
 
     Raises
     ------
-    ModelError : as of `open_folder` and `with_numbers`.
+    ModelError : as of `open_folder`, `with_numbers` and `Store.segments`.
     """
-    begun = _Begun(moving=moving, state=state, slider=slider, step=plan.step, steps=np.array([plan.keep, plan.count]))
-    store, parts = None, list[tuple[Array, Array]]()
-    if folder is not None:
-        options = {"method": plan.method, **(asked or {})}
-        open_folder(folder, verb="transient", model=moving.system, options=options, resume=resume)
-        store = Store(folder=folder)
-        begun, parts = store.begun(begun), store.segments()
+    begun = Begun(moving=moving, state=state, slider=slider, step=plan.step, steps=np.array([plan.keep, plan.count]))
+    if folder is None:
+        return _run(begun, plan, None, progress)
+    options = {"method": plan.method, **(asked or {})}
+    with open_folder(folder, verb="transient", model=moving.system, options=options, resume=resume):
+        return _run(begun, plan, Store(folder=folder), progress)
+
+
+def _run(begun: Begun, plan: RunPlan, store: Store | None, progress: Callable[[float], None] | None) -> RunRecord:
+    """`run` from its beginning, or from where its store ends."""
+    moving, parts = begun.moving, list[tuple[Array, Array]]()
+    if store is not None:
+        begun = store.begun(begun)
         keep, count = map(int, begun.steps)
         moving, plan = begun.moving, replace(plan, step=begun.step, keep=keep, count=count)
+    done, tally = 0, empty_tally(moving)
+    if store is not None:
+        width, tallied = begun.state.size + begun.slider.size, tally.flat().size
+        parts = store.segments(width=width, most=plan.count, tallied=tallied)
     begin = np.concatenate([begun.state.ravel(), begun.slider])
     size = max(1, min(plan.piece, _NUMBERS // begin.size))
     out = np.full((plan.count + 1, begin.size), np.nan)
     out[0] = begin
-    done, tally = 0, empty_tally(moving)
     for part, seen in parts:
         out[done + 1 : done + 1 + len(part)] = part
         done, tally = done + len(part), tally.of(seen)
@@ -152,17 +146,7 @@ def _pieces(moving: Motion, plan: RunPlan, out: Array, begun_at: _Piece, size: i
         last, tally = min(plan.count, (done // size + 1) * size), tally.copy()
         state, slider = out[done, : 2 * n].reshape(2, n), out[done, 2 * n :]
         if plan.method == "rk4" or scale is None:
-            found, sliders = rk4_states(
-                moving,
-                state,
-                slider=slider,
-                first=done * plan.keep,
-                begin=0.0,
-                step=plan.step,
-                keep=plan.keep,
-                samples=last - done,
-                tally=tally,
-            )
+            found, sliders = _fixed_steps(moving, plan, state, slider, done, last, tally)
         else:
             found, sliders = adaptive_states(
                 moving, state, plan.times(done, last), slider=slider, method=plan.method, scale=scale, tally=tally
@@ -171,6 +155,41 @@ def _pieces(moving: Motion, plan: RunPlan, out: Array, begun_at: _Piece, size: i
         out[done + 1 : last + 1, 2 * n :] = sliders
         done = last
         yield _Piece(done=done, tally=tally)
+
+
+def _fixed_steps(
+    moving: Motion, plan: RunPlan, state: Array, slider: Array, done: int, last: int, tally: Tally
+) -> tuple[Array, Array]:
+    """Modal states (last - done, 2, n) and sliders (last - done, R) of samples done + 1 .. last, as of `rk4_states`.
+
+    Ctrl-C is heard between calls: where a sample alone has more steps than a piece, so is it within the sample.
+    """
+    first = done * plan.keep
+    if plan.keep <= _STEPS:
+        return rk4_states(
+            moving,
+            state,
+            slider=slider,
+            first=first,
+            begin=0.0,
+            step=plan.step,
+            keep=plan.keep,
+            samples=last - done,
+            tally=tally,
+        )
+    found, sliders = np.full((last - done, *state.shape), np.nan), np.full((last - done, slider.size), np.nan)
+    for sample in range(last - done):
+        for begun in range(0, plan.keep, _STEPS):
+            steps = min(_STEPS, plan.keep - begun)
+            at = first + sample * plan.keep + begun
+            states, slid = rk4_states(
+                moving, state, slider=slider, first=at, begin=0.0, step=plan.step, keep=steps, samples=1, tally=tally
+            )
+            state, slider = states[0], slid[0]
+            if not np.isfinite(state).all():
+                return found, sliders
+        found[sample], sliders[sample] = state, slider
+    return found, sliders
 
 
 def _run_pieces(
@@ -198,42 +217,3 @@ def _run_pieces(
         if store is not None and piece.done > written:
             store.add(number, out[written + 1 : piece.done + 1], piece.tally.flat())
     return piece
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Store:
-    """The folder of a run with its numbers and its segments: flat states (K, 2 n + R) and the tally at their end."""
-
-    folder: Path
-
-    def begun(self, given: _Begun) -> _Begun:
-        """The numbers the run was begun with: those kept in the folder, else the given ones, which are written there.
-
-        Raises
-        ------
-        ModelError : the kept ones are of another model, or cannot be read.
-        """
-        path = self.folder / MODEL_FILE
-        if path.is_file():
-            return with_numbers(given, read_numbers(path), compared=".moving.system.", path=path)
-        if segment_path(self.folder, 0).is_file():
-            raise ModelError("not a run that can be continued", path=str(path))
-        write_numbers(path, given)
-        return given
-
-    def segments(self) -> list[tuple[Array, Array]]:
-        """The segments that are there without a gap: states (K, 2 n + R) and the flat tally each.
-
-        Raises
-        ------
-        ModelError : one of them cannot be read.
-        """
-        found: list[tuple[Array, Array]] = []
-        while (path := segment_path(self.folder, len(found))).is_file():
-            states, tally = read_plain(path)
-            found.append((states, tally))
-        return found
-
-    def add(self, number: int, states: Array, tally: Array) -> None:
-        """Write a segment of states (K, 2 n + R) and the flat tally whole or not at all."""
-        write_plain(segment_path(self.folder, number), (states, tally))

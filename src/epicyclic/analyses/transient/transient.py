@@ -13,6 +13,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array, System
+from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import positive_count, reference_tone
 from .integrators import starting_slider, steps_for
 from .motion import Contact, Motion, from_modal, to_modal
@@ -31,8 +32,9 @@ __all__ = ["Start", "transient"]
 Start = Literal["equilibrium", "rest"]
 
 _CYCLES = 100
-# Numbers that a result may hold: 1.6 GB.
-_MOST = 200_000_000
+# Time of a Runge-Kutta step of one coordinate, as measured on trains of 30 [s], and the longest that a run may take
+# [s]: a run of weeks can be stopped and resumed, a longer one is a slip in a speed or a time.
+_STEP_TIME, _LONGEST = 3e-7, 30 * 86_400.0
 # Samples whose forces are worked out at a time.
 _BLOCK = 4096
 
@@ -191,17 +193,29 @@ def _planned(
         raise ModelError("no such method", path="method", given=method, allowed=", ".join(METHODS))
     width = len(faces(system.meshes).name) + 3 * len(system.force) + len(system.links.name) + 2
     # so many that the last one falls on the end
+    instants = scenario.duration / fine
+    if decimate > max(1.0, instants):
+        raise ModelError(
+            f"keeps none of {instants:.0f} instants but the ends", path="decimate", given=decimate,
+            allowed=f"1 to {max(1.0, instants):.0f}",
+        )  # fmt: skip
     count = max(1, math.ceil(scenario.duration / (fine * decimate) * (1 - 1e-12)))
     fine = scenario.duration / (count * decimate)
-    if (count + 1) * width > _MOST:
-        raise ModelError(
-            f"a result of {count + 1} instants is too large",
-            path="decimate",
-            given=decimate,
-            allowed=f"{math.ceil(decimate * (count + 1) * width / _MOST)} or more, or a shorter run",
-        )
+    require_memory(
+        (count + 1) * width,
+        path="decimate",
+        given=decimate,
+        allowed=f"{math.ceil(decimate * (count + 1) * width / MOST_NUMBERS)} or more, or a shorter run",
+    )
     trial = scenario_motion(system, scenario, contact=contact, step=fine)
     steps = steps_for(trial, fine)
+    require_time(
+        _STEP_TIME * steps * decimate * count * len(system.force),
+        _LONGEST,
+        path="duration",
+        given=f"{scenario.duration:g} s in {steps * decimate * count:.3g} steps",
+        allowed="a shorter run, fewer samples, or a higher mesh frequency",
+    )
     moving = trial if scenario.step is None else scenario_motion(system, scenario, contact=contact, step=fine / steps)
     return moving, RunPlan(method=method, step=fine / steps, keep=steps * decimate, count=count)
 

@@ -18,13 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...results.whole_file import write_text
+from ...input_files import read_text
+from ...results.whole_file import require_writable, write_text
 
 __all__ = ["SearchResult", "genetic_search", "non_dominated"]
 
 Array = NDArray[np.float64]
 
 _FORMAT = 1
+# 100 bytes of each of a million candidates with ten variables are 1 GB
+_MAX_BYTES = 1_000_000_000
 # objective of a candidate that could not be computed: worse than any that could, and finite, as pymoo needs
 _PENALTY = 1e30
 
@@ -80,6 +83,8 @@ def genetic_search(
             raise ModelError("out of range", path=name, given=number, allowed=f"{least} or more")
     identity = {"format": _FORMAT, "problem": problem, "seed": seed, "population": population}
     recorded = [] if record is None else _read_record(record, identity)
+    if record is not None:
+        require_writable(record)
     evaluated: list[tuple[Array, Array]] = []
     algorithm = _algorithm(_first_generation(variables, population, seed, start), variables, objectives, seed)
     stopped = False
@@ -92,6 +97,8 @@ def genetic_search(
             if generation < len(recorded):
                 _require_equal(candidates, recorded[generation][0], record)
                 values = recorded[generation][1]
+                if values.shape != (len(candidates), objectives):
+                    raise ModelError("not the record of a search: other objectives", path=str(record))
             else:
                 values = np.asarray(evaluate(candidates), dtype=float).reshape(len(candidates), objectives)
             evaluated.append((candidates, values))
@@ -179,10 +186,12 @@ def _read_record(record: Path, identity: dict[str, Any]) -> list[tuple[Array, Ar
     if not record.exists():
         return []
     try:
-        data = json.loads(record.read_text(encoding="utf-8"))
+        data = json.loads(read_text(record, most=_MAX_BYTES))
         stored = {name: data[name] for name in identity}
         evaluated = [(np.array(one["place"], float), np.array(one["objective"], float)) for one in data["generations"]]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except ModelError:
+        raise
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ModelError(f"not the record of a search: {error!r}", path=str(record)) from None
     for name, value in identity.items():
         if stored[name] != value:

@@ -1,0 +1,74 @@
+"""Files of the user, read whole: regular files up to a size, never a device, a pipe or a folder."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from .errors import ModelError
+
+__all__ = ["read_bytes", "read_text"]
+
+_TOO_LARGE = "too large"
+
+
+def read_bytes(file: str | Path, *, most: int, path: str = "", given: str = "", allowed: str = "") -> bytes:
+    """The bytes of a regular file.
+
+    Parameters
+    ----------
+    file : the file.  most : bytes it may have.
+    path : where it is named, for an error; the file itself where empty.  given : how it is named there.
+    allowed : what may stand there.
+
+    Raises
+    ------
+    ModelError : no such file, no regular file (a device or a pipe may never end), too large, or it cannot be read.
+    """
+
+    raw, problem = b"", ""
+    try:
+        # asked before it is opened: opening a pipe waits, opening a device may do something
+        problem = _unfit(os.stat(file), most)
+        if not problem:
+            with open(file, "rb") as opened:
+                problem = _unfit(os.fstat(opened.fileno()), most)
+                raw = b"" if problem else opened.read(most + 1)  # a file of the system says no size, another may grow
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        problem = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+    if len(raw) > most:
+        problem = _TOO_LARGE
+    if problem:
+        raise _refused(problem, given or file, path, f"at most {most} bytes" if problem == _TOO_LARGE else allowed)
+    return raw
+
+
+def _unfit(found: os.stat_result, most: int) -> str:
+    """What is wrong with a file before it is read; nothing where it may be."""
+    if stat.S_ISDIR(found.st_mode):
+        return "cannot be read: is a folder"
+    if not stat.S_ISREG(found.st_mode):
+        return "cannot be read: is no regular file"
+    return _TOO_LARGE if found.st_size > most else ""
+
+
+def _refused(problem: str, file: str | Path, path: str, allowed: str) -> ModelError:
+    if path:
+        return ModelError(problem, path=path, given=str(file), allowed=allowed)
+    return ModelError(problem, path=str(file), allowed=allowed)
+
+
+def read_text(file: str | Path, *, most: int, path: str = "", given: str = "", allowed: str = "") -> str:
+    """The text of a regular file in UTF-8, with or without byte order mark; parameters as of `read_bytes`.
+
+    Raises
+    ------
+    ModelError : as of `read_bytes`, or no UTF-8.
+    """
+    raw = read_bytes(file, most=most, path=path, given=given, allowed=allowed)
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        raise _refused(f"is not a text file (UTF-8), line {line}", given or file, path, allowed) from None
