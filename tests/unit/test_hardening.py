@@ -304,7 +304,7 @@ def test_a_nested_record_is_refused(tmp_path: Path) -> None:
         ("transient ren2021 --start 1e-9Hz", "would take some 674 years"),
         ("transient ren2021 --decimate 100000000", "1 to 3200"),
         ("transient ren2021 --cycles nan", "--cycles"),
-        ("transient ren2021 --torque-step 1e300@0s", "a torque beyond all machines"),
+        ("transient ren2021 --torque-step 1e300@0s", "no torque of a machine"),
         ("stability ren2021 --over damping --values 0..1 --value-points 10000 --points 100000", "some 579 days"),
         ("stability ren2021 --variation 1e300", "--variation"),
         ("sweep ren2021 --tolerance -1", "--tolerance"),

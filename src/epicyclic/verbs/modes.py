@@ -40,7 +40,7 @@ def modes(
     ModelError : the model is wrong; mass or inertia missing; no damping where it is asked for; no such band.
     """
     from ..analyses.modes.modal import modal
-    from ..analyses.modes.resonances import with_resonances
+    from ..analyses.steady.resonances import with_resonances
 
     width = None if band is None else share(band, "band")
     train, system = train_and_system(source, overrides)

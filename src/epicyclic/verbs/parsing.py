@@ -164,7 +164,7 @@ def _real_step(factor: float, time: float, given: object) -> tuple[float, float]
     if not abs(factor) <= _LARGEST_FACTOR:
         reason = "the worst short circuits are ten times the rated torque"
         allowed = f"a factor from -{_LARGEST_FACTOR:g} to {_LARGEST_FACTOR:g}; {reason}"
-        raise ModelError("a torque beyond all machines", path="torque_step", given=given, allowed=allowed)
+        raise ModelError("no torque of a machine", path="torque_step", given=given, allowed=allowed)
     return factor, time
 
 

@@ -32,7 +32,7 @@ def test_the_mean_over_a_part_of_a_parabola() -> None:
 
 
 def test_parts_of_the_face_couple_as_those_cut_finely() -> None:
-    """Two parts of 20 cells, beside the same parts as whole cells of a division eight times as fine."""
+    """Parts of 20 and of 40 cells, beside the same parts as whole cells of a division of 320."""
     width, decay = 40e-3, 6e-3
 
     def coupling(count: int) -> np.ndarray:
@@ -40,14 +40,19 @@ def test_parts_of_the_face_couple_as_those_cut_finely() -> None:
         return face_coupling(middle, width, decay, np.full(count, width / count))
 
     start, end = np.array([0.0, 7.375, 12.0, 7.625]), np.array([0.25, 8.0, 12.125, 11.5])
-    weight = part_weights(0.5 * (start + end), end - start, 20)
-    fine = part_weights(8 * 0.5 * (start + end), 8 * (end - start), 160)
-    found = between_parts(coupling(20), weight[None])[0]
-    exact = between_parts(coupling(160), fine[None])[0]
+
+    def parts(count: int) -> np.ndarray:
+        times = count / 20
+        weight = part_weights(0.5 * times * (start + end), times * (end - start), count)
+        return between_parts(coupling(count), weight[None])[0]
+
+    found, exact = parts(20), parts(320)
     # what stays is the cusp of a load within its own cell, a third of a decay length wide
     assert np.abs(found - exact).max() < 0.1 * exact.max()
     apart = np.ix_([0, 2], [1, 3])
-    assert found[apart] == pytest.approx(exact[apart], rel=5e-3)
+    # cells of a third of a decay length; where an end of the face is near, its slope does not vanish
+    assert found[apart] == pytest.approx(exact[apart], rel=2e-2)
+    assert parts(40)[apart] == pytest.approx(exact[apart], rel=5e-3)
     assert np.linalg.eigvalsh(found).min() > 0
 
 

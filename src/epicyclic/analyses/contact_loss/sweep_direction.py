@@ -35,6 +35,8 @@ Unstable = Literal["replace", "report", "ignore"]
 # Perturbation of every coordinate, per its own size, from which an unstable motion is left: one that grows 1 % a cycle
 # is left within the cycles run.
 _PERTURBATION = 0.05
+# Change of speed, as a part of it, that leaves hardly a transient of a motion over time.
+_NEAR = 0.02
 # What is looked for in place of a motion, by how it is left.
 _SEARCH: dict[str, Callable[[Refinement, Solution], Iterator[Solution]]] = {
     "symmetry breaking": symmetry_broken_motions,
@@ -108,7 +110,7 @@ def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices
     if here is None and last is None:
         return Reached(motion=None, part=None)
     start, harmonics = _start_beside(here, last)
-    found = attractor(refinement, start, speed, harmonics=harmonics, settled=isinstance(last, IntegratedMotion))
+    found = attractor(refinement, start, speed, harmonics=harmonics, settled=_settled(last, speed))
     return Reached(motion=found, part=None if here is None else here.part, instability=instability, jumped=jumped)
 
 
@@ -139,9 +141,8 @@ def _on_branch(
         return Reached(motion=here, part=at.part, instability=instability)
     other: Solution | IntegratedMotion | None = switched(refinement, here)
     if other is None:
-        settled = isinstance(last, IntegratedMotion)
         start = last.last if isinstance(last, IntegratedMotion) else _perturbed(initial_state(here))
-        other = attractor(refinement, start, speed, harmonics=here.harmonics, settled=settled)
+        other = attractor(refinement, start, speed, harmonics=here.harmonics, settled=_settled(last, speed))
         if isinstance(other, Solution) and other.kind == "periodic" and instability == "symmetry breaking":
             other = replace(other, kind="symmetry broken")
     return Reached(motion=other, part=at.part, instability=instability)
@@ -202,7 +203,7 @@ def _off_branch(
         return _on_branch_set(refinement, found, choices, jumped=False)
     start = last.last if isinstance(last, IntegratedMotion) else initial_state(last)
     harmonics = _HARMONICS if isinstance(last, IntegratedMotion) else last.harmonics
-    reached = attractor(refinement, start, speed, harmonics=harmonics, settled=isinstance(last, IntegratedMotion))
+    reached = attractor(refinement, start, speed, harmonics=harmonics, settled=_settled(last, speed))
     return _on_branch_set(refinement, reached, choices, jumped=True)
 
 
@@ -241,6 +242,11 @@ def _nearest(
 def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Unstable) -> Solution:
     """The same with its Floquet stability, unless that is ignored."""
     return at if unstable == "ignore" else with_stability(refinement, at)
+
+
+def _settled(last: Solution | IntegratedMotion | None, speed: float) -> bool:
+    """Whether the last motion is a record at a speed so near that its end is as good as on the attractor."""
+    return isinstance(last, IntegratedMotion) and abs(last.speed - speed) < _NEAR * speed
 
 
 def _perturbed(start: Array) -> Array:

@@ -25,13 +25,16 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     force = result.mesh_force.transpose("mesh", "time").values
     time, frequency = result.time.values, result.mesh_frequency.values
     late = time >= time[-1] - _LAST * (time[-1] - time[0])
-    at = result.mesh_force_peak_time.values
+    whole = "mesh_force_peak_time" in result.variables
     with np.errstate(over="ignore", invalid="ignore"):  # of a motion that grows without bound
         mean, rms = force[:, late].mean(axis=1), force[:, late].std(axis=1)
+        least = result.mesh_force_minimum.values if whole else force.min(axis=1)
+        most = result.mesh_force_peak.values if whole else force.max(axis=1)
+    at = result.mesh_force_peak_time.values if whole else time[force.argmax(axis=1)]
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
-        "least [N]": list(result.mesh_force_minimum.values),
-        "most [N]": list(result.mesh_force_peak.values),
+        "least [N]": list(least),
+        "most [N]": list(most),
         "at [s]": list(at),
         "mesh frequency there [Hz]": list(np.interp(at, time, frequency)),
         "mean, last fifth [N]": list(mean),
@@ -43,6 +46,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         columns["impacts"] = list(map(int, result.impacts.values))
     title = f"{number(float(time[-1]))} s, {len(time)} samples kept, status {result.status.item()}"
     words = "Least, most and contact over every step of the integration; the last fifth over the samples kept."
+    if not whole:  # a result of an earlier version
+        words = "Over the samples kept: between them forces may be larger."
     return [Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words)]
 
 

@@ -73,10 +73,10 @@ def test_a_missing_end_is_that_of_the_range() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"speed_range": "wide"}, "operation, modes"),
-        ({"speed_range": "modes", "relative_speed": [1.0]}, "speed_range"),
+        ({"range": "wide"}, "operation, modes"),
+        ({"range": "modes", "relative_speed": [1.0]}, "range"),
         ({"points": 3, "mesh_frequency": [20.0]}, "points"),
-        ({"speed_range": "modes", "start": 10.0, "stop": 20.0}, "speed_range"),
+        ({"range": "modes", "start": 10.0, "stop": 20.0}, "range"),
     ],
 )
 def test_ranges_refused(options: dict[str, Any], words: str) -> None:

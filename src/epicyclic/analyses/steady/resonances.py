@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
-from .mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
+from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,7 +142,7 @@ def _enter_forces(
     forces: _Forces, system: System, found: MeshCrossings, place_of_tone: int, tones: tuple[Fraction, ...]
 ) -> None:
     """Enter the forces at the crossings of one mesh frequency."""
-    from ..steady.sweep import sweep
+    from .sweep import sweep
 
     tone, one = tones[place_of_tone], len(tones) == 1
     places = np.flatnonzero(found.tone == place_of_tone)
