@@ -44,7 +44,8 @@ def test_parts_of_the_face_couple_as_those_cut_finely() -> None:
     def parts(count: int) -> np.ndarray:
         times = count / 20
         weight = part_weights(0.5 * times * (start + end), times * (end - start), count)
-        return between_parts(coupling(count), weight[None])[0]
+        result: np.ndarray = between_parts(coupling(count), weight[None])[0]
+        return result
 
     found, exact = parts(20), parts(320)
     # what stays is the cusp of a load within its own cell, a third of a decay length wide

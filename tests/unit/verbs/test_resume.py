@@ -195,7 +195,7 @@ def test_another_run_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["sweep", "contact loss", "stability", "stability map", "relief", "report"])
 def test_one_run_at_a_time_has_a_folder(name: str, tmp_path: Path) -> None:
-    relief = {"mesh": "sun-planet", "vary": {"tip_relief.amount": "0..40 um"}}
+    relief: dict[str, Any] = {"mesh": "sun-planet", "vary": {"tip_relief.amount": "0..40 um"}}
     begin = RUNS | {
         "relief": lambda **more: epicyclic.relief("ren2021", **relief, **more),
         "report": lambda **more: run_report(DOCUMENT, **more),

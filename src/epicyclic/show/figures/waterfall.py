@@ -68,7 +68,7 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     for ray in shown:
         _draw(drawn, ray, x, top, highest)
     _natural(drawn, modes, highest)
-    _label(drawn, crests(shown, x, modes), x, highest)
+    _label(drawn, crests(shown, x, modes, highest=highest), x, highest)
     mark_operating(drawn, sweep, x)
     if len(x):
         drawn.update_xaxes(range=[float(x.min()), float(x.max())])
@@ -117,10 +117,11 @@ def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray
             yield order, label, (rows, np.arange(len(rows)))
 
 
-def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[Crest]:
+def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highest: float = 0.0) -> list[Crest]:
     """Local maxima along the rays over mesh frequency x (P,) [Hz], the strongest first, neighbours left out.
 
     modes : Dataset of `modes`; only maxima within 5 % of a natural frequency count then.
+    highest : end of the axis of frequencies [Hz]; labels side by side on it would overlap.
     """
     natural = np.array([one.frequency for one in mode_groups(modes)]) if modes is not None else None
     found = []
@@ -133,9 +134,15 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None) -> list[
             if natural is None or np.any(np.abs(natural - ray.order * at) < 0.05 * natural):
                 found.append(Crest(x=at, y=ray.order * at, amplitude=value, label=ray.label, mesh=ray.mesh[place]))
     kept: list[Crest] = []
-    reach = 0.04 * float(np.ptp(x)) if len(x) else 0.0
+    width = float(np.ptp(x)) if len(x) else 0.0
+
+    def apart(one: Crest, other: Crest) -> bool:
+        """Whether there is room for both labels, a sixth of the figure wide."""
+        beside = abs(one.x - other.x)
+        return beside > 0.2 * width or (beside > 0.04 * width and abs(one.y - other.y) > 0.05 * highest)
+
     for one in sorted(found, key=lambda crest: -crest.amplitude):
-        if len(kept) < _MARKS and all(abs(one.x - other.x) > reach for other in kept):
+        if len(kept) < _MARKS and all(apart(one, other) for other in kept):
             kept.append(one)
     return kept
 
