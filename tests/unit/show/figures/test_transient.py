@@ -18,8 +18,16 @@ def run(first: float, last: float) -> xr.Dataset:
     frequency = np.linspace(first, last, time.size)
     phase = 2 * np.pi * np.cumsum(frequency) / 2000
     wave = 1e3 * np.cos(phase) + 100 * np.cos(2 * np.pi * 300 * time)
+    force = np.stack([5e3 + wave, 5e3 + 3 * wave])
+    extremes = {
+        "mesh_force_minimum": ("mesh", force.min(axis=1)),
+        "mesh_force_peak": ("mesh", force.max(axis=1)),
+        "mesh_force_peak_time": ("mesh", time[force.argmax(axis=1)]),
+        "contact_lost": ("mesh", np.zeros(2, dtype=bool)),
+        "status": ((), "ok"),
+    }
     return xr.Dataset(
-        {"mesh_force": (("mesh", "time"), np.stack([5e3 + wave, 5e3 + 3 * wave]))},
+        {"mesh_force": (("mesh", "time"), force), **extremes},
         {"mesh": ["main/sun-planet/1", "main/planet-ring/1"], "time": time, "mesh_frequency": ("time", frequency)},
         {"verb": "transient", "title": "a ramp", "warnings": "[]"},
     )
