@@ -164,7 +164,7 @@ def _enter_forces(
             values = np.where(known, factor[:, column], -np.inf)
             # of equal branches the first: rounding does not choose
             most = int(np.argmax(values >= (1 - _EQUAL) * values.max()))
-            forces.factor[place], forces.mesh[place] = factor[most, column], str(swept["mesh"].values[most])
+            forces.factor[place], forces.mesh[place] = values.max(), str(swept["mesh"].values[most])
 
 
 def _of_one_tone(system: System, tone: Fraction, own: NDArray[np.bool_]) -> System:
