@@ -248,7 +248,8 @@ def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:
     place = (*body.centre, body.station)
     rows = [link_row(link, direction, place) for direction in range(6) if link.stiffness[direction]]
     # rounding of cosines is no lever; a lever is in m, or 1 of an angle
-    return np.any(np.abs(np.array(rows).reshape(-1, 6)) > 1e-12, axis=0)
+    held: NDArray[np.bool_] = np.any(np.abs(np.array(rows).reshape(-1, 6)) > 1e-12, axis=0)
+    return held
 
 
 def _components(
