@@ -130,7 +130,9 @@ def test_slices_share_the_tangent_in_step(train: Train) -> None:
     """Summed over the face, the rows of a cut mesh are those of the whole one: nothing of xu2020 tilts."""
     cut = epicyclic.load("xu2020", {"stages.main.meshes.sun-planet.slices": 3})
     whole = epicyclic.load("xu2020")
-    history = ContactHistory(force=1e3, approach=1e-6 + 1e-7 * np.sin(np.arange(8)), tangent=np.linspace(1e9, 1.07e9, 8))
+    history = ContactHistory(
+        force=1e3, approach=1e-6 + 1e-7 * np.sin(np.arange(8)), tangent=np.linspace(1e9, 1.07e9, 8)
+    )
     own = {whole.meshes[0].name: history, whole.meshes[-1].name: history}
     one, several = (with_contact_tangent(one, assemble(one), own) for one in (whole, cut))
     assert len(several.meshes.name) == len(one.meshes.name) + 2 * 8  # eight meshes of the sun in three rows each
