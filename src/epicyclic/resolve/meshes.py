@@ -60,13 +60,13 @@ def meshes_of_stage(
         log.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
     found: list[Mesh] = []
     for p in plan.pairs:
+        count = _slice_count(plan, p, shape.meshes[p.name].width, tilting, log)
         for side in shape.meshes[p.name].width:
             teeth = tooth_pair(shape, p, side, model, log)
             lean = flanks[p.name] * _hand(shape, p, side)
             law = mesh_law(shape, p, side, model, kinematics.mesh_torque, log, teeth=teeth, lean=lean)
             leads = _leads(plan, p, side, phases, sense, log)
             width = shape.meshes[p.name].width[side]
-            count = _slice_count(plan, p, side, width, tilting, log)
             for branch in range(len(plan.angles)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
                 mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth, table=law.table)
@@ -264,11 +264,11 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
 
 
 def _slice_count(
-    plan: Plan, p: GearPair, side: str | None, width: float, tilting: Mapping[str, str], log: ResolutionLog
+    plan: Plan, p: GearPair, width: Mapping[str | None, float], tilting: Mapping[str, str], log: ResolutionLog
 ) -> int:
-    """Slices of a mesh: given, else `SLICES` where its bodies may tilt against each other, else 1.
+    """Slices of each helix of a pair: given, else `SLICES` where bodies of it may tilt against each other, else 1.
 
-    width : of the helix [m].  tilting : as of `meshes_of_stage`.
+    width : of the helices, by side [m].  tilting : as of `meshes_of_stage`.
 
     Raises
     ------
@@ -276,7 +276,8 @@ def _slice_count(
     """
     given, path = p.keys.slices, f"{p.path}.slices"
     numbers = range(1, plan.branches + 1) or (None,)
-    tilts = any(tilting[_body(plan, p.a, i, side)] != tilting[_body(plan, p.b, i, side)] for i in numbers)
+    ends = [(_body(plan, p.a, i, side), _body(plan, p.b, i, side)) for i in numbers for side in width]
+    tilts, unknown = any(tilting[a] != tilting[b] for a, b in ends), any(map(math.isnan, width.values()))
     if given is not None:
         log.note(path, given)
         if given == 1 and tilts:
@@ -284,7 +285,7 @@ def _slice_count(
                 f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
                 f"against tilt and shows no load along the face; left out, it is {SLICES}"
             )
-        if given > 1 and math.isnan(width):
+        if given > 1 and unknown:
             raise ModelError(
                 "is missing: slices of a mesh need it",
                 path=f"{plan.path}.face_width",
@@ -294,7 +295,7 @@ def _slice_count(
         return given
     if not tilts:
         return 1
-    if math.isnan(width):
+    if unknown:
         log.warn(
             f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
             f"against tilt, although {p.a} and {p.b} may tilt against each other"

@@ -14,6 +14,7 @@ from scipy.linalg import eigh
 import epicyclic
 from epicyclic.model.document import ready_drives
 from epicyclic.resolve import load
+from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.resolve.tilt import SLICES
 from epicyclic.train.train import Train
 
@@ -245,6 +246,14 @@ def test_a_tilted_seat_of_two_bearings_has_its_effect() -> None:
     # tilt that is free has no seat: `tilt = 0` in a bearing in the middle
     data["stages"]["main"]["planet"]["bearing"] = {"radial": RADIAL, "tilt": 0}
     assert any("has no effect" in text and "rx and ry" in text for text in load(data).warnings)
+
+
+def test_a_resolved_file_states_what_was_left_open() -> None:
+    data = resolved_document(load(pair_of_bearings()))
+    assert data["stages"]["main"]["meshes"]["sun-planet"]["slices"] == SLICES
+    assert data["stages"]["main"]["planet"]["bearing"]["front"]["rx"] == 0.0
+    plain, again = (epicyclic.assemble(load(model)) for model in (pair_of_bearings(), data))
+    np.testing.assert_allclose(again.mean_stiffness, plain.mean_stiffness, rtol=1e-12)
 
 
 # what check says ------------------------------------------------------------------------------------------------------
