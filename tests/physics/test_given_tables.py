@@ -34,7 +34,7 @@ BASE: dict[str, Any] = {
             "planet": {"teeth": 23, "bearing": {"radial": "4e8 N/m", "z": "1e8 N/m"}},
             "ring": {"teeth": 68, "rim": "25 mm", "support": {"radial": "1e9 N/m"}},
             "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2", "support": {"radial": "3e8 N/m"}},
-            "meshes": {pair: {"stiffness": "6e8 N/m"} for pair in PAIRS},
+            "meshes": {pair: {"stiffness": "6e8 N/m", "slices": 1} for pair in PAIRS},
         }
     },
     "operation": {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}},

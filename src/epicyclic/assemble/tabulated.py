@@ -37,6 +37,8 @@ class ContactHistory:
 def with_contact_tangent(train: Train, system: System, histories: Mapping[str, ContactHistory]) -> System:
     """System whose meshes have the tangent stiffness of loaded contact and the error that belongs to its load.
 
+    The slices of a mesh share its tangent equally and have its error, in step: the history is that of the whole mesh.
+
         f = F + k(t) (delta - d_F(t)) = k(t) (delta - e(t)),    e(t) = d_F(t) - F/k(t)
 
     At vanishing speed the train has the displacement d_F, the loaded transmission error, and no dynamic force.
@@ -48,28 +50,29 @@ def with_contact_tangent(train: Train, system: System, histories: Mapping[str, C
 
     Raises
     ------
-    ModelError : meshes in slices, no mesh frequency, a tangent that is not above zero.
+    ModelError : no mesh frequency, a tangent that is not above zero.
     """
-    if any(system.meshes.slice):
-        raise ModelError("the dynamic force needs whole meshes", path="meshes.slices", given="slices", allowed="none")
     if not system.tones:
         raise ModelError("the dynamic force needs a speed", path="operation.speed", allowed="the speed of one member")
     given = {(mesh.pair, mesh.side): (mesh, histories[mesh.name]) for mesh in train.meshes if mesh.name in histories}
     stiffness, variation = system.meshes.stiffness.copy(), [*system.meshes.variation]
     gaps: dict[Fraction, ComplexArray] = {}
-    for i, mesh in enumerate(train.meshes):
+    row = 0
+    for mesh in train.meshes:
+        rows = slice(row, row + max(len(mesh.slices), 1))
+        row = rows.stop
         if (mesh.pair, mesh.side) not in given:
             continue
         first, history = given[mesh.pair, mesh.side]
         mean, series, errors = _series(history)
-        stiffness[i] = mean
-        variation[i] = _moved(series, first, mesh)
-        tone = system.tones[int(system.meshes.tone[i])]
+        stiffness[rows] = mean / (rows.stop - rows.start)
+        variation[rows] = [_moved(series, first, mesh)] * (rows.stop - rows.start)
+        tone = system.tones[int(system.meshes.tone[rows.start])]
         for order, error in enumerate([errors[0], *_moved(errors[1:], first, mesh)]):
-            gaps.setdefault(tone * order, np.zeros(len(train.meshes), complex))[i] += error
-    L = max(len(row) for row in variation)
-    rows = np.array([np.pad(row, (0, L - len(row))) for row in variation])
-    meshes = replace(system.meshes, stiffness=stiffness, variation=rows, laws=())
+            gaps.setdefault(tone * order, np.zeros(len(variation), complex))[rows] += error
+    L = max(len(own) for own in variation)
+    padded = np.array([np.pad(own, (0, L - len(own))) for own in variation])
+    meshes = replace(system.meshes, stiffness=stiffness, variation=padded, laws=())
     return replace(system, meshes=meshes, lines=_lines(system, gaps))
 
 

@@ -275,7 +275,9 @@ class MeshTable(MeshSideTable):
     """A mesh `A-B`."""
 
     centre_distance: Radius | None = key(None, "centre distance of this mesh")
-    slices: Annotated[int, Field(ge=1, le=200)] | None = key(None, "equal pieces along the face, each a row; default 1")
+    slices: Annotated[int, Field(ge=1, le=200)] | None = key(
+        None, "equal pieces along the face, each a row; default 10 where the gears may tilt, else 1"
+    )
     left: MeshSideTable | None = key(None, "keys of the left side that differ")
     right: MeshSideTable | None = key(None, "keys of the right side that differ")
 

@@ -25,8 +25,9 @@ from ..train.kinematics import Kinematics
 from ..train.train import Displacement, Load, MeshError
 from .inheritance import Level, Levels, stated
 from .resolution_log import ResolutionLog, per_branch
+from .tilt import link_row
 
-__all__ = ["MEMBER_KINDS", "MESH_KINDS", "DeviationEffects", "DeviationScope", "deviations_of"]
+__all__ = ["MEMBER_KINDS", "MESH_KINDS", "DeviationEffects", "DeviationScope", "deviations_of", "misaligned_bodies"]
 
 NEGLIGIBLE = 1e-9  # of the largest pitch harmonic
 
@@ -140,6 +141,12 @@ def deviations_of(
     return effects
 
 
+def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:
+    """Names of the bodies whose seat the file tilts: they stand askew even where no freedom lets them tilt."""
+    members = model.deviations.members
+    return frozenset(b.name for b in bodies if stated(_levels(members, b.member, b.side), "tilt") is not None)
+
+
 def _levels(tables: Mapping[str, object], name: str, side: str | None) -> Levels:
     """The tables that may state a deviation of a member or mesh, nearest first."""
     own = (Level("side", f"deviations.{name}.{side}", tables.get(f"{name}.{side}")),) if side else ()
@@ -227,13 +234,22 @@ def _warn_unheld(
     """Warn where nothing holds a member (or the half that `path` names) in the direction its seat is displaced in."""
     whole = f".{body.side}." not in path
     own = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == (body.member, body.branch))]
-    held = [link.stiffness for b in own for link in scope.seats(b)]
+    rows = [_held_rows(link, b) for b in own for link in scope.seats(b)]
     first = 3 if tilt else 0
     components = _components(scope, body, path, table)
     for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
-        if value and not any(stiffness[i] for stiffness in held for i in directions):
+        if value and not any(row[i] for row in rows for i in directions):
             names = " and ".join(DIRECTIONS[i] for i in directions)
             scope.log.warn(f"{path} has no effect: no support or bearing holds {body.member} in {names}")
+
+
+def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:
+    """Which of the six motions of a body about its centre a link resists, (6,): off its centre also tilt."""
+    place = (*body.centre, body.station)
+    rows = [link_row(link, direction, place) for direction in range(6) if link.stiffness[direction]]
+    # rounding of cosines is no lever; a lever is in m, or 1 of an angle
+    held: NDArray[np.bool_] = np.any(np.abs(np.array(rows).reshape(-1, 6)) > 1e-12, axis=0)
+    return held
 
 
 def _components(

@@ -19,6 +19,7 @@ from .materials import elastic_constants, file_material, member_material
 from .plan import Plan, gear_below, sides_of
 from .resolution_log import ResolutionLog
 from .shaft_stiffness import solid_stiffness
+from .tilt import held_by_distance
 
 __all__ = ["couplings", "links_of_bodies", "links_of_stage"]
 
@@ -143,6 +144,7 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
 def _bearings(site: LinkSite, support: tables.SupportTable | None, rz: float, log: ResolutionLog) -> list[Link]:
     """One link for every bearing; a direction that none names is rigid (rz: `rz` [N m/rad]), in the first one.
 
+    Tilt that none names is rigid too, but where two bearings at a distance hold it by their own stiffness.
     Bolts hold in every direction, so that beside them no other direction is rigid unless named.  Of two carrier plates
     a bearing sits in the one on its side of the planet's centre, in the middle half in each.
     """
@@ -154,6 +156,7 @@ def _bearings(site: LinkSite, support: tables.SupportTable | None, rz: float, lo
     named = {d for _, link in listed for d in link.directions()}
     if any(link.bolts is not None for _, link in listed):
         named = set(DIRECTIONS)
+    named |= held_by_distance([link for _, link in listed], site.branch)
     found: list[Link] = []
     for i, (name, link) in enumerate(listed):
         rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}

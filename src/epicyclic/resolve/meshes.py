@@ -24,6 +24,7 @@ from .inheritance import stated, stated_value
 from .mesh_laws import MeshLaw, mesh_law, overlap_of
 from .plan import GearPair, Plan, gear_below
 from .resolution_log import Number, ResolutionLog, per_branch, turns_of
+from .tilt import SLICES
 
 __all__ = ["meshes_of_stage"]
 
@@ -35,11 +36,12 @@ def meshes_of_stage(
     model: ModelFile,
     kinematics: Kinematics,
     tones: Mapping[str, str],
+    tilting: Mapping[str, str],
     log: ResolutionLog,
 ) -> list[Mesh]:
     """All meshes of a stage.
 
-    tones : mesh frequency each pair follows, by its path.
+    tones : mesh frequency each pair follows, by its path.  tilting : group of every body, see `tilt_groups`.
 
     Raises
     ------
@@ -58,15 +60,13 @@ def meshes_of_stage(
         log.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
     found: list[Mesh] = []
     for p in plan.pairs:
-        if p.keys.slices is not None:
-            log.note(f"{p.path}.slices", p.keys.slices)
+        count = _slice_count(plan, p, shape.meshes[p.name].width, tilting, log)
         for side in shape.meshes[p.name].width:
             teeth = tooth_pair(shape, p, side, model, log)
             lean = flanks[p.name] * _hand(shape, p, side)
             law = mesh_law(shape, p, side, model, kinematics.mesh_torque, log, teeth=teeth, lean=lean)
             leads = _leads(plan, p, side, phases, sense, log)
-            width, count = shape.meshes[p.name].width[side], p.keys.slices or 1
-            _require_width(width, count, plan.path)
+            width = shape.meshes[p.name].width[side]
             for branch in range(len(plan.angles)):
                 mesh = _mesh(shape, p, side, branch, law, (flanks[p.name], phases.sense[p.name]))
                 mesh = replace(mesh, lead=leads[branch], stage=tones[p.path], teeth=teeth, table=law.table)
@@ -263,12 +263,46 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
 # slices ---------------------------------------------------------------------------------------------------------------
 
 
-def _require_width(width: float, count: int, path: str) -> None:
-    """Raise ModelError where a mesh is to be cut whose face width [m] is not known; path of the stage."""
-    if count > 1 and math.isnan(width):
-        raise ModelError(
-            "is missing: slices of a mesh need it", path=f"{path}.face_width", given=f"slices = {count}", allowed="m"
+def _slice_count(
+    plan: Plan, p: GearPair, width: Mapping[str | None, float], tilting: Mapping[str, str], log: ResolutionLog
+) -> int:
+    """Slices of each helix of a pair: given, else `SLICES` where bodies of it may tilt against each other, else 1.
+
+    width : of the helices, by side [m].  tilting : as of `meshes_of_stage`.
+
+    Raises
+    ------
+    ModelError : a mesh is to be cut whose face width is not known.
+    """
+    given, path = p.keys.slices, f"{p.path}.slices"
+    numbers = range(1, plan.branches + 1) or (None,)
+    ends = [(_body(plan, p.a, i, side), _body(plan, p.b, i, side)) for i in numbers for side in width]
+    tilts, unknown = any(tilting[a] != tilting[b] for a, b in ends), any(map(math.isnan, width.values()))
+    if given is not None:
+        log.note(path, given)
+        if given == 1 and tilts:
+            log.warn(
+                f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
+                f"against tilt and shows no load along the face; left out, it is {SLICES}"
+            )
+        if given > 1 and unknown:
+            raise ModelError(
+                "is missing: slices of a mesh need it",
+                path=f"{plan.path}.face_width",
+                given=f"slices = {given}",
+                allowed="m",
+            )
+        return given
+    if not tilts:
+        return 1
+    if unknown:
+        log.warn(
+            f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
+            f"against tilt, although {p.a} and {p.b} may tilt against each other"
         )
+        return 1
+    log.note(path, SLICES, "", "default")
+    return SLICES
 
 
 def _slices_of(mesh: Mesh, count: int, width: float, narrow: NDArray[np.complex128] | None) -> tuple[MeshSlice, ...]:

@@ -14,7 +14,7 @@ from ..train.train import Damping, Train
 from .bodies import bodies_of_stage, coaxial, frames_of, free_bodies
 from .centres import StageShape, shape_stage
 from .deviation_sizes import check_sizes
-from .deviations import deviations_of
+from .deviations import deviations_of, misaligned_bodies
 from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .meshes import meshes_of_stage
@@ -22,6 +22,7 @@ from .operation import body_torques, external_loads, gearings_of, gravity_of, ki
 from .plan import plan_stages
 from .resolution_log import ResolutionLog
 from .stage_checks import check_stage
+from .tilt import tilt_groups
 
 __all__ = ["load", "resolve"]
 
@@ -59,7 +60,8 @@ def resolve(document: Document) -> Train:
     links = _links(shapes, model, bodies, log)
     kinematics = kinematics_of(model, plans, log)
     named = tones(gearings_of(plans), kinematics.ratio)
-    meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, log)]
+    tilting = tilt_groups(bodies, links, misaligned_bodies(model, bodies))
+    meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, tilting, log)]
     check_sizes(document, bodies, meshes, log)
     planets = {plan.name: len(plan.angles) for plan in plans}  # one branch on fixed axes
     deviated = deviations_of(

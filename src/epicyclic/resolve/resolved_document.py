@@ -16,7 +16,7 @@ _GEAR = (
     *("teeth", "base_radius", "module", "pressure_angle", "helix_angle", "hand", "profile_shift", "herringbone"),
     *("split", "gap", "face_width", "tip_diameter", "root_diameter", "mass", "inertia", "tilt_inertia", "pin_radius"),
 )
-_MESH = ("pressure_angle", "centre_distance", "stiffness", "phase", "variation")
+_MESH = ("pressure_angle", "centre_distance", "stiffness", "phase", "variation", "slices")
 _BODY = ("mass", "inertia", "tilt_inertia", "station")
 
 

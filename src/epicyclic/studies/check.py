@@ -17,6 +17,7 @@ from ..results.dataset import dataset
 from ..train.bodies import DIRECTIONS, Body, GearData
 from ..train.connections import Mesh
 from ..train.train import Train
+from .choices import choices
 from .readiness import Readiness
 
 __all__ = ["check", "train_provenance"]
@@ -38,7 +39,8 @@ def check(train: Train) -> xr.Dataset:
         through every coupling, shaft and pair (from the first to the second member, seen from the housing), geometry
         [m, rad] of every gear, lead [mesh cycles], contact ratio and backlash [m] of every mesh, and the force at which
         its stiffness is the tangent of a table [N], stiffness [N/m, N m/rad] and clearance [m] of every link; nan where
-        the model gives no value.  What every verb still needs; "" where it is ready.  Attributes ``values`` (path,
+        the model gives no value.  Choices that matter (see `choices`), with their origin and effect.  What every verb
+        still needs; "" where it is ready.  Attributes ``values`` (path,
         value, unit, origin of each resolved value) and ``assumed``.
     """
     columns = {
@@ -52,7 +54,7 @@ def check(train: Train) -> xr.Dataset:
     variables = {name: column for name, column in columns.items() if name != column[0]}
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
     links, ready = train.links, Readiness(train)
-    lacking = ready.lacking()
+    lacking, chosen = ready.lacking(), choices(train)
     result = dataset(
         {
             **variables,
@@ -60,12 +62,16 @@ def check(train: Train) -> xr.Dataset:
             "link_second": ("link", _texts(link.second or "" for link in links)),
             "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
             "link_clearance": ("link", _numbers(link.clearance for link in links)),
+            "choice_value": ("choice", _texts(choice.value for choice in chosen)),
+            "choice_origin": ("choice", _texts(choice.origin for choice in chosen)),
+            "choice_effect": ("choice", _texts(choice.effect for choice in chosen)),
             "verb_needs": ("verb_name", _texts("\n".join(texts) for texts in lacking.values())),
         },
         coords={
             **coords,
             "link": ("link", _texts(link.name for link in links)),
             "direction": list(DIRECTIONS),
+            "choice": ("choice", _texts(choice.path for choice in chosen)),
             "verb_name": ("verb_name", _texts(lacking)),
         },
         verb="check",
@@ -205,6 +211,7 @@ def _mesh_columns(train: Train) -> Columns:
         "mean_mesh_stiffness": column(lambda mesh: mesh.stiffness),
         "tangent_load": column(lambda mesh: None if mesh.table is None else mesh.table.load),
         "backlash": column(lambda mesh: mesh.backlash),
+        "mesh_slices": ("mesh", _whole(max(len(mesh.slices), 1) for mesh in meshes)),
         "mesh_station": column(lambda mesh: mesh.station),
         "mesh_direction": column(lambda mesh: mesh.direction),
     }

@@ -124,6 +124,23 @@ def test_what_cannot_be_is_named(train: Train) -> None:
         with_contact_tangent(train, assemble(train), {mesh.name: lost})
     with pytest.raises(ModelError, match="speed"):
         with_contact_tangent(train, replace(assemble(train), tones=()), {mesh.name: lost})
+
+
+def test_slices_share_the_tangent_in_step(train: Train) -> None:
+    """Summed over the face, the rows of a cut mesh are those of the whole one: nothing of xu2020 tilts."""
     cut = epicyclic.load("xu2020", {"stages.main.meshes.sun-planet.slices": 3})
-    with pytest.raises(ModelError, match="slices"):
-        with_contact_tangent(cut, assemble(cut), {})
+    whole = epicyclic.load("xu2020")
+    history = ContactHistory(
+        force=1e3, approach=1e-6 + 1e-7 * np.sin(np.arange(8)), tangent=np.linspace(1e9, 1.07e9, 8)
+    )
+    own = {whole.meshes[0].name: history, whole.meshes[-1].name: history}
+    one, several = (with_contact_tangent(one, assemble(one), own) for one in (whole, cut))
+    assert len(several.meshes.name) == len(one.meshes.name) + 2 * 8  # eight meshes of the sun in three rows each
+    K = [s.mean_stiffness for s in (one, several)]
+    np.testing.assert_allclose(K[1], K[0], atol=1e-12 * np.abs(K[0]).max())
+    for order in (0, 3):
+        k = [(s.meshes.B * (s.meshes.stiffness * s.meshes.variation[:, order])) @ s.meshes.B.T for s in (one, several)]
+        np.testing.assert_allclose(k[1], k[0], atol=1e-12 * np.abs(K[0]).max())
+    for before, after in zip(one.lines, several.lines, strict=True):
+        forces = [s.meshes.B @ (s.meshes.stiffness * line.gap) for s, line in ((one, before), (several, after))]
+        np.testing.assert_allclose(forces[1], forces[0], atol=1e-12 * 1e9)

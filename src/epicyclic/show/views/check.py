@@ -54,7 +54,7 @@ _PATHS = {
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
-    """Stages, bodies, gears, meshes; frequencies, power paths, links; what verbs still need; every resolved value."""
+    """Stages, bodies, gears, meshes; frequencies, power paths, links; choices; needs of verbs; every resolved value."""
     found = [
         _stages(result),
         Table(title="Bodies", columns=columns_of(result, "body", _BODIES)),
@@ -67,7 +67,14 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     if "path_power" in result.variables and numbers(result, "path_power").any():
         title = "Power paths (from first to second, seen from the housing; rolling: seen from the carrier)"
         found.append(Table(title=title, columns=columns_of(result, "path", _PATHS)))
-    return [*found, _links(result), *_readiness(result), *assumed_tables(result), *value_tables(result)]
+    return [
+        *found,
+        _links(result),
+        *_choices(result),
+        *_readiness(result),
+        *assumed_tables(result),
+        *value_tables(result),
+    ]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -224,6 +231,16 @@ def _links(result: xr.Dataset) -> Table:
     if "link_clearance" in result.variables:
         columns["clearance [µm]"] = [1e6 * value or np.nan for value in result["link_clearance"].values]
     return Table(title="Supports, bearings, couplings (inf = rigid)", columns=columns)
+
+
+def _choices(result: xr.Dataset) -> list[Table]:
+    """What the file says, or leaves to a default, of tilt and slices, and what that does."""
+    if "choice_value" not in result.variables:
+        return []
+    names = {"choice_value": "is", "choice_origin": "from", "choice_effect": "what it does"}
+    columns: dict[str, Any] = {"key": texts(result, "choice")}
+    columns |= {heading: texts(result, name, "choice") for name, heading in names.items()}
+    return [Table(title="Choices that matter", columns=columns)]
 
 
 def _readiness(result: xr.Dataset) -> list[Table]:
