@@ -21,6 +21,7 @@ from .corner import corner_reach, tip_separation
 from .line_load import LineWindows, line_windows
 from .lines import contact_lines
 from .pair import ContactPair
+from .positive import products
 from .segments import ContactSegments, contact_segments, initial_gap
 from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffness, with_residuals
 
@@ -218,7 +219,7 @@ def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
 
 def _own_approach(segments: ContactSegments, found: ContactSolution) -> Array:
     """Approach of the line contacts themselves, (T, n) [m]."""
-    shared = np.matmul(segments.compliance, found.force[:, :, None])[:, :, 0]
+    shared = products(segments.compliance, np.arange(len(found.force)), found.force)
     return np.asarray(found.approach[:, None] - segments.gap - shared)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .line_load import line_windows
 from .pair import ContactPair
+from .positive import products
 from .segments import ContactSegments, with_microgeometry
 from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffness
 
@@ -64,7 +65,7 @@ def microgeometry_contact(
 def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bool) -> dict[str, Array]:
     """Fields of `MicrogeometryContact` of initial gaps (S, T, n) [m] at rising loads (F,) [N]."""
     S, T, n = gaps.shape
-    compliance = np.broadcast_to(segments.compliance, (S, T, n, n)).reshape(-1, n, n)
+    compliance = segments.compliance
     valid = np.broadcast_to(segments.valid, (S, T, n)).reshape(-1, n)
     gap, phase = gaps.reshape(-1, n), np.tile(np.arange(T), S)
     windows = line_windows(segments.pair.plane, segments.lines)
@@ -80,14 +81,14 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
     for load in loads:
         wanted = np.full(S * T, load)
         if segments.line is None:
-            one = solve_linear(compliance, gap, valid, wanted)
-            tangent = tangent_stiffness(compliance, one.active) if tangents else np.full(S * T, np.nan)
+            one = solve_linear(compliance, gap, valid, wanted, phase=phase)
+            tangent = tangent_stiffness(compliance, one.active, phase=phase) if tangents else np.full(S * T, np.nan)
         else:
-            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start, inverse=inverse)
-            start = one.approach[:, None] - gap - np.matmul(compliance, one.force[:, :, None])[:, :, 0]
+            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start, inverse=inverse, phase=phase)
+            start = one.approach[:, None] - gap - products(compliance, phase, one.force)
             tangent = np.full(S * T, np.nan)
             if tangents:
-                tangent = tangent_stiffness(compliance, one.active, law(start, np.arange(S * T))[1])
+                tangent = tangent_stiffness(compliance, one.active, law(start, np.arange(S * T))[1], phase=phase)
         found.append((one, tangent))
 
     def shaped(values: list[Array]) -> Array:
