@@ -10,7 +10,7 @@ import pytest
 from epicyclic.tooth_contact.kernel import face_coupling
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.tooth_contact.pair import ContactPair
-from epicyclic.tooth_contact.partial_slices import between_parts, part_weights
+from epicyclic.tooth_contact.partial_slices import CELLS, between_parts, face_parts, part_weights
 
 Build = Callable[..., ContactPair]
 
@@ -33,22 +33,43 @@ def test_the_mean_over_a_part_of_a_parabola() -> None:
 
 def test_parts_of_the_face_couple_as_those_cut_finely() -> None:
     """Two parts of 20 cells, beside the same parts as whole cells of a division eight times as fine."""
-    width, decay = 40e-3, 6e-3
+    width, decay = 40e-3, 15e-3
 
     def coupling(count: int) -> np.ndarray:
         middle = ((np.arange(count) + 0.5) / count - 0.5) * width
         return face_coupling(middle, width, decay, np.full(count, width / count))
 
     start, end = np.array([0.0, 7.375, 12.0, 7.625]), np.array([0.25, 8.0, 12.125, 11.5])
-    weight = part_weights(0.5 * (start + end), end - start, 20)
-    fine = part_weights(8 * 0.5 * (start + end), 8 * (end - start), 160)
-    found = between_parts(coupling(20), weight[None])[0]
-    exact = between_parts(coupling(160), fine[None])[0]
-    # what stays is the cusp of a load within its own cell, a third of a decay length wide
+    found = matrices(coupling(20), part_weights(0.5 * (start + end), end - start, 20))
+    exact = matrices(coupling(160), part_weights(8 * 0.5 * (start + end), 8 * (end - start), 160))
+    # what stays is the cusp of a load within its own cell, a third of the shorter decay length of the kernel wide
     assert np.abs(found - exact).max() < 0.1 * exact.max()
     apart = np.ix_([0, 2], [1, 3])
     assert found[apart] == pytest.approx(exact[apart], rel=5e-3)
     assert np.linalg.eigvalsh(found).min() > 0
+
+
+def matrices(coupling: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Coupling between parts of weights (n, C) as a product of matrices."""
+    return weight @ coupling @ weight.T
+
+
+def test_parts_couple_as_by_the_whole_product() -> None:
+    """Whole slices, cut ones and none, beside W C W' of the dense weights of all parts."""
+    slices, random = 6, np.random.default_rng(3)
+    cells = slices * CELLS
+    full = random.normal(size=(cells, cells))
+    coupling = full @ full.T
+    place = np.array([[0, 1, 2, 2, 5], [1, 2, 3, 4, 5], [5, 0, 3, 4, 1]])
+    start, end = np.zeros(place.shape), np.full(place.shape, float(CELLS))
+    start[0, 0], end[0, 3], end[2, 0], start[2, 3] = 1.25, 0.5, 3.999, 2.0
+    end[2, 4] = 0.0  # padding
+    middle, length = CELLS * place + 0.5 * (start + end), end - start
+    found = list(between_parts(coupling, face_parts(slices, place, middle, length)))
+    for t in range(3):
+        there = length[t] > 0
+        weight = part_weights(middle[t, there], length[t, there], cells)
+        assert found[t][np.ix_(there, there)] == pytest.approx(matrices(coupling, weight), rel=1e-12, abs=1e-12)
 
 
 def test_slices_leave_no_saw_in_the_stiffness(pair_of: Build) -> None:
