@@ -167,10 +167,10 @@ def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, compiled: bo
     if compiled and segments.line is None and given.ndim == 1:
         return _result(segments, _compiled(segments, given))
     found: dict[int, ContactSolution] = {}
-    start: Array | None = None
+    solved: list[tuple[Array, Array]] = []
     for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
-        found[i] = _solution(segments, wanted[i], start)
-        start = _own_approach(segments, found[i]) if (wanted[i] > 0).all() else None
+        found[i] = _solution(segments, wanted[i], _extrapolated(solved, wanted[i]))
+        solved = [*solved[-1:], (wanted[i], _own_approach(segments, found[i]))] if (wanted[i] > 0).all() else []
     return _result(segments, [found[i] for i in range(len(wanted))])
 
 
@@ -196,6 +196,21 @@ def _solution(segments: ContactSegments, load: Array, start: Array | None) -> Co
     return solve_hertzian(
         *model, load, segments.law, start=start, inverse=lambda force: segments.own_approach(force, phases)
     )
+
+
+def _extrapolated(solved: list[tuple[Array, Array]], load: Array) -> Array | None:
+    """Own approaches (T, n) [m] to start from at a load (T,) [N], from those at the one or two loads before.
+
+    They are nearly linear in the load while no segment enters contact.
+    """
+    if not solved:
+        return None
+    last, own = solved[-1]
+    if len(solved) < 2:
+        return own
+    first, before = solved[0]
+    step = np.where(last > first, last - first, np.inf)
+    return np.asarray(own + ((load - last) / step)[:, None] * (own - before))
 
 
 def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:

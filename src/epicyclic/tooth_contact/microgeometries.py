@@ -58,12 +58,22 @@ def microgeometry_contact(
     T, n = segments.gap.shape
     gaps = np.array([with_microgeometry(segments, pair).gap for pair in pairs]).reshape(-1, T, n)
     count = max(1, _AT_ONCE // (T * n * n))
-    parts = [_solution(segments, gaps[i : i + count], force, tangents) for i in range(0, len(gaps), count)]
+    parts: list[dict[str, Array]] = []
+    near: list[Array] = []
+    for i in range(0, len(gaps), count):
+        part, near = _solution(segments, gaps[i : i + count], force, tangents, near)
+        parts.append(part)
     return MicrogeometryContact(**{name: np.concatenate([part[name] for part in parts])[:, order] for name in parts[0]})
 
 
-def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bool) -> dict[str, Array]:
-    """Fields of `MicrogeometryContact` of initial gaps (S, T, n) [m] at rising loads (F,) [N]."""
+def _solution(
+    segments: ContactSegments, gaps: Array, loads: Array, tangents: bool, near: list[Array]
+) -> tuple[dict[str, Array], list[Array]]:
+    """Fields of `MicrogeometryContact` of initial gaps (S, T, n) [m] at rising loads (F,) [N].
+
+    near : own approaches (T, n) [m] at each load of another micro-geometry, to start from, or none; those of the last
+    one here are returned.
+    """
     S, T, n = gaps.shape
     compliance = segments.compliance
     valid = np.broadcast_to(segments.valid, (S, T, n)).reshape(-1, n)
@@ -78,7 +88,10 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
 
     found: list[tuple[ContactSolution, Array]] = []
     start: Array | None = None
-    for load in loads:
+    states: list[Array] = []
+    for place, load in enumerate(loads):
+        if near:
+            start = np.tile(near[place], (S, 1))
         wanted = np.full(S * T, load)
         if segments.line is None:
             one = solve_linear(compliance, gap, valid, wanted, phase=phase)
@@ -89,6 +102,8 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
             tangent = np.full(S * T, np.nan)
             if tangents:
                 tangent = tangent_stiffness(compliance, one.active, law(start, np.arange(S * T))[1], phase=phase)
+            if not one.status.any():
+                states.append(start[-T:])
         found.append((one, tangent))
 
     def shaped(values: list[Array]) -> Array:
@@ -98,10 +113,11 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
         """Largest load per length (S T,) [N/m] of forces (S T, n) [N]."""
         return np.asarray(windows.mean(segments.spread(force.reshape(S, T, n))).max(axis=(2, 3)).ravel())
 
-    return {
+    fields = {
         "approach": shaped([one.approach for one, _ in found]),
         "tangent": shaped([tangent for _, tangent in found]),
         "largest_load": shaped([largest(one.force) for one, _ in found]).max(axis=2),
         "residual": shaped([one.residual for one, _ in found]).max(axis=2),
         "solved": shaped([one.status == "" for one, _ in found]).all(axis=2),
     }
+    return fields, states if len(states) == len(loads) else []

@@ -196,7 +196,9 @@ def solve_hertzian(
     idle = load <= 0
     u[idle] = d[idle, None] - gap[idle]
     force = np.where(valid & ~idle[:, None], law(u, np.arange(len(load)))[0], 0.0)
-    return with_residuals(compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo, phase=phase)
+    return with_residuals(
+        compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo, phase=phase
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
