@@ -49,15 +49,15 @@ def solved(matrix: Array, right: Array) -> Array:
     A matrix that rounding leaves indefinite is solved by Gauss's method.
     """
     found = np.empty_like(right)
+    diagonal = matrix.reshape(len(matrix), -1)[:, :: matrix.shape[1] + 1].copy()
     for i, one in enumerate(matrix):
-        kept = np.diagonal(one).copy()
         factor, info = dpotrf(one.T, lower=1, clean=0, overwrite_a=1)
         if info == 0:
             found[i] = dpotrs(factor, right[i], lower=1)[0]
             continue
         # the factor has taken the place of one triangle and of the diagonal
         whole = np.tril(one, -1)
-        found[i] = np.linalg.solve(whole + whole.T + np.diag(kept), right[i])
+        found[i] = np.linalg.solve(whole + whole.T + np.diag(diagonal[i]), right[i])
     return found
 
 

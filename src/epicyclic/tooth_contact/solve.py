@@ -185,13 +185,14 @@ def solve_hertzian(
     at_phase = np.arange(len(gap)) if phase is None else phase
     u, d = _first_estimate(compliance, at_phase, gap, valid, load, given, law, start, inverse)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
+    at = _estimate(compliance, at_phase, gap, valid, load, law, u[todo], d[todo], todo)
     for _ in range(_STEPS):
-        at = _estimate(compliance, at_phase, gap, valid, load, law, u[todo], d[todo], todo)
         left = at.merit > _TOLERANCE
         todo = todo[left]
         if not todo.size:
             break
-        u[todo], d[todo] = _newton_step(compliance, at_phase, gap, valid, load, law, at.take(left), todo)
+        at = _newton_step(compliance, at_phase, gap, valid, load, law, at.take(left), todo)
+        u[todo], d[todo] = at.u, at.d
     _set_first_touch(gap, valid, load, d)
     idle = load <= 0
     u[idle] = d[idle, None] - gap[idle]
@@ -238,8 +239,8 @@ def _estimate(
 
 def _newton_step(
     compliance: Array, phase: Index, gap: Array, valid: Mask, load: Array, law: Law, at: _Estimate, index: Index
-) -> tuple[Array, Array]:
-    """u (t, n) and d (t,) [m] after one Newton step, halved until the residual falls."""
+) -> _Estimate:
+    """Estimate after one Newton step, halved until the residual falls."""
     root = np.sqrt(at.slope)
     right = np.stack([root, root * at.miss], axis=2)
     one, miss = np.moveaxis(scaled_solution(compliance, phase[index], root, right), 2, 0)
@@ -253,11 +254,15 @@ def _newton_step(
         u = at.u[waiting] + factor[waiting, None] * du[waiting]
         d = at.d[waiting] + factor[waiting] * dd[waiting]
         trial = _estimate(compliance, phase, gap, valid, load, law, u, d, index[waiting])
-        waiting = waiting[~(trial.merit <= (1 - 1e-4 * factor[waiting]) * at.merit[waiting])]
+        accepted = trial.merit <= (1 - 1e-4 * factor[waiting]) * at.merit[waiting]
+        if accepted.all() and len(waiting) == len(dd):
+            return trial
+        waiting = waiting[~accepted]
         if not waiting.size:
             break
         factor[waiting] /= 2
-    return at.u + factor[:, None] * du, at.d + factor * dd
+    u, d = at.u + factor[:, None] * du, at.d + factor * dd
+    return _estimate(compliance, phase, gap, valid, load, law, u, d, index)
 
 
 def _first_estimate(
