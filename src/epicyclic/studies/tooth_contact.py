@@ -52,6 +52,7 @@ def contact(
     torque_ends: tuple[str | None, str | None] = (None, None),
     cut: Resolution | None = None,
     segments: Sequence[ContactSegments] | None = None,
+    tangents: bool = True,
 ) -> xr.Dataset:
     """Loaded tooth contact of one mesh over its mesh cycle, both helices.
 
@@ -72,8 +73,9 @@ def contact(
     torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear, whose
         bodies then twist along the face; None: rigid.
     cut : phases and slices as they are, in place of samples, slices and tolerance.
-    segments : of every helix at these phases and slices, whose compliance is taken over: that of pairs that differ in
-        their micro-geometry alone.
+    segments : of every helix at these phases and slices, of a pair that differs in its micro-geometry alone; its
+        compliance is taken over.
+    tangents : compute the tangent stiffness; else it is nan.
 
     Returns
     -------
@@ -104,7 +106,7 @@ def contact(
         segments = [contact_segments(pair, sigma_at(one, cut.phase)) for pair, one in zip(pairs, helices, strict=True)]
     else:
         segments = [with_microgeometry(one, pair) for one, pair in zip(segments, pairs, strict=True)]
-    results = [loaded_segments(one, loads) for one in segments]
+    results = [loaded_segments(one, loads, tangents=tangents) for one in segments]
     operating = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
     place = _path_places(results, operating)

@@ -88,7 +88,7 @@ def _one_solution(matrix: Array, root: Array, right: Array) -> Array:
         whole = matrix * root
         whole *= root[:, None]
         whole.reshape(-1)[:: len(root) + 1] += 1.0
-        return solved(whole[None], right[None])[0]
+        return np.asarray(solved(whole[None], right[None])[0])
     found = right.copy()
     if len(on):
         part = matrix[np.ix_(on, on)]

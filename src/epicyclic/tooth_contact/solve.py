@@ -90,7 +90,7 @@ def solve_linear(
         todo = todo[(changed != on).any(axis=1) & (changed.any(axis=1) | held[todo])]
     for t in todo:  # the sets cycle: one segment at a time, from first touch on
         have = np.flatnonzero(valid[t])
-        found = principal_pivoting(matrices.whole(t)[np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
+        found = principal_pivoting(matrices.whole(int(t))[np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
         force[t] = 0.0
         force[t, have], d[t] = found[0][0], found[1][0]
     pressed = None if own is None else own * force
@@ -108,7 +108,7 @@ class _Matrices:
     def whole(self, t: int) -> Array:
         """Compliance of one phase (n, n) [m/N]."""
         matrix = self.shared[self.phase[t]]
-        return matrix if self.own is None else matrix + np.diag(self.own[t])
+        return np.asarray(matrix if self.own is None else matrix + np.diag(self.own[t]))
 
     def opened(self, index: Index, force: Array) -> Array:
         """Deflections (t, n) [m] under forces (t, n) [N] at phases (t,)."""

@@ -374,6 +374,7 @@ def _before_and_after(
                 misalignment=settings.misalignment,
                 cut=cut,
                 segments=_shared_segments(helices, cut),
+                tangents=False,
             )
             for helices in problem.meshes
         ]
