@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..tooth_contact.loaded_contact import LoadedContact, loaded_contact
+from ..tooth_contact.loaded_contact import LoadedContact, loaded_segments
 from ..tooth_contact.pair import ContactPair, uniform_along_face
 from ..tooth_contact.phases import corner_phases, graded_phases
+from ..tooth_contact.segments import contact_segments
 from ..train.connections import Mesh
 
 __all__ = ["Resolution", "check_tolerance", "estimated_error", "mesh_phases", "resolution", "sigma_at"]
@@ -117,7 +118,8 @@ def resolution(
         cut = _FEWEST[1]  # one would do
     elif cut is None:
         fewest = _PHASES[0] if samples is None else samples
-        reached, missed = _doubled(lambda count: numbers(fewest, count), _SLICES, (1 - _PHASE_SHARE) * tolerance)
+        share = (1 - _PHASE_SHARE) * tolerance
+        reached, missed = _doubled(lambda count: numbers(fewest, count), _SLICES, share, checked=True)
         cut, error = max(reached, _FEWEST[1]), error + missed
     given = samples is not None and (slices is not None or all(uniform_along_face(pair) for pair in pairs))
     return Resolution(
@@ -134,7 +136,8 @@ def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float
 
     Rows : the numbers, and what their errors are relative to, (2, 3).
     """
-    found = [loaded_contact(pair, [force], sigma_at(mesh, phase)) for mesh, pair in zip(helices, pairs, strict=True)]
+    segments = [contact_segments(pair, sigma_at(mesh, phase)) for mesh, pair in zip(helices, pairs, strict=True)]
+    found = [loaded_segments(one, [force], tangents=False) for one in segments]
     swing, deflection = _swing(found)
     load = max(float(one.largest_load[0]) for one in found)
     pressure = max(float(one.largest_pressure[0]) for one in found)
@@ -148,15 +151,28 @@ def _swing(found: Sequence[LoadedContact]) -> tuple[float, float]:
     return float(np.ptp(error)), float(np.mean(error - none))
 
 
-def _doubled(numbers: Callable[[int], Array], limits: tuple[int, int], tolerance: float) -> tuple[int, Array]:
-    """Count, doubled until the numbers (2, m) of `_numbers` hold, or to a limit, and the estimated errors (m,) [1]."""
+def _doubled(
+    numbers: Callable[[int], Array], limits: tuple[int, int], tolerance: float, *, checked: bool = False
+) -> tuple[int, Array]:
+    """Count, doubled until the numbers (2, m) of `_numbers` hold, or to a limit, and the estimated errors (m,) [1].
+
+    checked : a first change that is small may be so by accident, where lead modifications end within a slice; the
+    next count then has to confirm it.
+    """
     count, found = limits[0], []
     found.append(numbers(count))
     while True:
         count *= 2
         found.append(numbers(count))
         error = estimated_error([one[0] for one in found]) / found[-1][1]
-        if not (error > tolerance).any() or 2 * count > limits[1]:
+        if 2 * count > limits[1]:
+            return count, error
+        if (error > tolerance).any():
+            continue
+        if not checked or len(found) > 2:
+            return count, error
+        following = numbers(2 * count)
+        if not (np.abs(following[0] - found[-1][0]) / following[1] > tolerance).any():
             return count, error
 
 

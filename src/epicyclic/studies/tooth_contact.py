@@ -17,8 +17,9 @@ from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..results.dataset import dataset
 from ..tooth_contact.line_load import averaging_length
-from ..tooth_contact.loaded_contact import LoadedContact, harmonics, loaded_contact
+from ..tooth_contact.loaded_contact import LoadedContact, harmonics, loaded_segments
 from ..tooth_contact.phases import cycle_harmonics, cycle_mean
+from ..tooth_contact.segments import ContactSegments, contact_segments, with_microgeometry
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
@@ -53,6 +54,8 @@ def contact(
     misalignment: float | str = 0.0,
     torque_ends: tuple[str | None, str | None] = (None, None),
     cut: Resolution | None = None,
+    segments: Sequence[ContactSegments] | None = None,
+    tangents: bool = True,
 ) -> xr.Dataset:
     """Loaded tooth contact of one mesh over its mesh cycle, both helices.
 
@@ -73,6 +76,9 @@ def contact(
     torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear, whose
         bodies then twist along the face; None: rigid.
     cut : phases and slices as they are, in place of samples, slices and tolerance.
+    segments : of every helix at these phases and slices, of a pair that differs in its micro-geometry alone; its
+        compliance is taken over.
+    tangents : compute the tangent stiffness; else it is nan.
 
     Returns
     -------
@@ -101,7 +107,11 @@ def contact(
         cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices)
     _require_room(cut.phase.size, cut.slices, loads.size)
     pairs = [replace(pair, slices=cut.slices) for pair in pairs]
-    results = [loaded_contact(pair, loads, sigma_at(one, cut.phase)) for pair, one in zip(pairs, helices, strict=True)]
+    if segments is None:
+        segments = [contact_segments(pair, sigma_at(one, cut.phase)) for pair, one in zip(pairs, helices, strict=True)]
+    else:
+        segments = [with_microgeometry(one, pair) for one, pair in zip(segments, pairs, strict=True)]
+    results = [loaded_segments(one, loads, tangents=tangents) for one in segments]
     operating = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
     place = _path_places(results, operating)

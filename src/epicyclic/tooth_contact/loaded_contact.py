@@ -21,6 +21,7 @@ from .corner import corner_reach, tip_separation
 from .line_load import LineWindows, line_windows
 from .lines import contact_lines
 from .pair import ContactPair
+from .positive import products
 from .segments import ContactSegments, contact_segments, initial_gap
 from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffness, with_residuals
 
@@ -154,23 +155,26 @@ def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike, *, co
     return loaded_segments(contact_segments(pair, phases), loads, compiled=compiled)
 
 
-def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, compiled: bool = False) -> LoadedContact:
+def loaded_segments(
+    segments: ContactSegments, loads: ArrayLike, *, compiled: bool = False, tangents: bool = True
+) -> LoadedContact:
     """Loaded contact of given segments at loads (F,) or (F, T) [N], as `loaded_contact`.
 
-    Segments of `with_microgeometry` share the compliance of those they were made from.
+    Segments of `with_microgeometry` share the compliance of those they were made from.  tangents : compute the tangent
+    stiffness; else it is nan.
     """
     given = np.atleast_1d(np.asarray(loads, dtype=float))
     wanted = np.broadcast_to(given.reshape(len(given), -1), (len(given), len(segments.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
         raise ModelError("a load on the teeth", path="loads", given=given.tolist(), allowed="0 or more [N]")
     if compiled and segments.line is None and given.ndim == 1:
-        return _result(segments, _compiled(segments, given))
+        return _result(segments, _compiled(segments, given), tangents)
     found: dict[int, ContactSolution] = {}
-    start: Array | None = None
+    solved: list[tuple[Array, Array]] = []
     for i in np.argsort(wanted.max(axis=1), kind="stable").tolist():
-        found[i] = _solution(segments, wanted[i], start)
-        start = _own_approach(segments, found[i]) if (wanted[i] > 0).all() else None
-    return _result(segments, [found[i] for i in range(len(wanted))])
+        found[i] = _solution(segments, wanted[i], _extrapolated(solved, wanted[i]))
+        solved = [*solved[-1:], (wanted[i], _own_approach(segments, found[i]))] if (wanted[i] > 0).all() else []
+    return _result(segments, [found[i] for i in range(len(wanted))], tangents)
 
 
 def harmonics(values: Array, count: int) -> NDArray[np.complex128]:
@@ -197,6 +201,21 @@ def _solution(segments: ContactSegments, load: Array, start: Array | None) -> Co
     )
 
 
+def _extrapolated(solved: list[tuple[Array, Array]], load: Array) -> Array | None:
+    """Own approaches (T, n) [m] to start from at a load (T,) [N], from those at the one or two loads before.
+
+    They are nearly linear in the load while no segment enters contact.
+    """
+    if not solved:
+        return None
+    last, own = solved[-1]
+    if len(solved) < 2:
+        return own
+    first, before = solved[0]
+    step = np.where(last > first, last - first, np.inf)
+    return np.asarray(own + ((load - last) / step)[:, None] * (own - before))
+
+
 def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
     """Contact at loads (F,) [N] of a linear law, by numba."""
     try:
@@ -218,11 +237,11 @@ def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
 
 def _own_approach(segments: ContactSegments, found: ContactSolution) -> Array:
     """Approach of the line contacts themselves, (T, n) [m]."""
-    shared = np.matmul(segments.compliance, found.force[:, :, None])[:, :, 0]
+    shared = products(segments.compliance, np.arange(len(found.force)), found.force)
     return np.asarray(found.approach[:, None] - segments.gap - shared)
 
 
-def _result(segments: ContactSegments, found: list[ContactSolution]) -> LoadedContact:
+def _result(segments: ContactSegments, found: list[ContactSolution], tangents: bool) -> LoadedContact:
     force = np.array([one.force for one in found])
     approach = np.array([one.approach for one in found])
     return LoadedContact(
@@ -231,7 +250,7 @@ def _result(segments: ContactSegments, found: list[ContactSolution]) -> LoadedCo
         force=segments.spread(force),
         approach=approach,
         no_load=segments.no_load,
-        tangent=np.array([_tangent(segments, one) for one in found]),
+        tangent=np.array([_tangent(segments, one) for one in found]) if tangents else np.full(approach.shape, np.nan),
         residual=np.array([one.residual for one in found]),
         status=np.array([one.status for one in found]),
         corner=_corner(segments, approach),

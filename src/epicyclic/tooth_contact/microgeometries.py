@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .line_load import line_windows
 from .pair import ContactPair
+from .positive import products
 from .segments import ContactSegments, with_microgeometry
 from .solve import ContactSolution, solve_hertzian, solve_linear, tangent_stiffness
 
@@ -57,14 +58,24 @@ def microgeometry_contact(
     T, n = segments.gap.shape
     gaps = np.array([with_microgeometry(segments, pair).gap for pair in pairs]).reshape(-1, T, n)
     count = max(1, _AT_ONCE // (T * n * n))
-    parts = [_solution(segments, gaps[i : i + count], force, tangents) for i in range(0, len(gaps), count)]
+    parts: list[dict[str, Array]] = []
+    near: list[Array] = []
+    for i in range(0, len(gaps), count):
+        part, near = _solution(segments, gaps[i : i + count], force, tangents, near)
+        parts.append(part)
     return MicrogeometryContact(**{name: np.concatenate([part[name] for part in parts])[:, order] for name in parts[0]})
 
 
-def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bool) -> dict[str, Array]:
-    """Fields of `MicrogeometryContact` of initial gaps (S, T, n) [m] at rising loads (F,) [N]."""
+def _solution(
+    segments: ContactSegments, gaps: Array, loads: Array, tangents: bool, near: list[Array]
+) -> tuple[dict[str, Array], list[Array]]:
+    """Fields of `MicrogeometryContact` of initial gaps (S, T, n) [m] at rising loads (F,) [N].
+
+    near : own approaches (T, n) [m] at each load of another micro-geometry, to start from, or none; those of the last
+    one here are returned.
+    """
     S, T, n = gaps.shape
-    compliance = np.broadcast_to(segments.compliance, (S, T, n, n)).reshape(-1, n, n)
+    compliance = segments.compliance
     valid = np.broadcast_to(segments.valid, (S, T, n)).reshape(-1, n)
     gap, phase = gaps.reshape(-1, n), np.tile(np.arange(T), S)
     windows = line_windows(segments.pair.plane, segments.lines)
@@ -77,17 +88,22 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
 
     found: list[tuple[ContactSolution, Array]] = []
     start: Array | None = None
-    for load in loads:
+    states: list[Array] = []
+    for place, load in enumerate(loads):
+        if near:
+            start = np.tile(near[place], (S, 1))
         wanted = np.full(S * T, load)
         if segments.line is None:
-            one = solve_linear(compliance, gap, valid, wanted)
-            tangent = tangent_stiffness(compliance, one.active) if tangents else np.full(S * T, np.nan)
+            one = solve_linear(compliance, gap, valid, wanted, phase=phase)
+            tangent = tangent_stiffness(compliance, one.active, phase=phase) if tangents else np.full(S * T, np.nan)
         else:
-            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start, inverse=inverse)
-            start = one.approach[:, None] - gap - np.matmul(compliance, one.force[:, :, None])[:, :, 0]
+            one = solve_hertzian(compliance, gap, valid, wanted, law, start=start, inverse=inverse, phase=phase)
+            start = one.approach[:, None] - gap - products(compliance, phase, one.force)
             tangent = np.full(S * T, np.nan)
             if tangents:
-                tangent = tangent_stiffness(compliance, one.active, law(start, np.arange(S * T))[1])
+                tangent = tangent_stiffness(compliance, one.active, law(start, np.arange(S * T))[1], phase=phase)
+            if not one.status.any():
+                states.append(start[-T:])
         found.append((one, tangent))
 
     def shaped(values: list[Array]) -> Array:
@@ -97,10 +113,11 @@ def _solution(segments: ContactSegments, gaps: Array, loads: Array, tangents: bo
         """Largest load per length (S T,) [N/m] of forces (S T, n) [N]."""
         return np.asarray(windows.mean(segments.spread(force.reshape(S, T, n))).max(axis=(2, 3)).ravel())
 
-    return {
+    fields = {
         "approach": shaped([one.approach for one, _ in found]),
         "tangent": shaped([tangent for _, tangent in found]),
         "largest_load": shaped([largest(one.force) for one, _ in found]).max(axis=2),
         "residual": shaped([one.residual for one, _ in found]).max(axis=2),
         "solved": shaped([one.status == "" for one, _ in found]).all(axis=2),
     }
+    return fields, states if len(states) == len(loads) else []

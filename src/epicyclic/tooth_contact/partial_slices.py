@@ -8,12 +8,16 @@ their loads to the cells with the same work, resultant and moment.  It is as pos
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CELLS", "between_parts", "part_weights"]
+__all__ = ["CELLS", "FaceParts", "between_parts", "face_parts", "part_weights"]
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 CELLS = 4
 # a shorter part, in cells, is as good as a point: its own length would round
@@ -57,7 +61,50 @@ def _of_cells(share: Array, offset: Array, length: Array) -> Array:
     return weight
 
 
-def between_parts(coupling: Array, weight: Array) -> Array:
-    """Coupling (T, n, n) between parts, of that between cells (C, C), in its unit; weight : (T, n, C)."""
-    T, n, C = weight.shape
-    return np.asarray((weight.reshape(-1, C) @ coupling).reshape(T, n, C) @ weight.transpose(0, 2, 1))
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FaceParts:
+    """Parts of K slices at T phases, n in each: nearly all are whole slices, so few differ.
+
+    slices : K.  weight : (R, C) of the cells in every different part [1], the K whole slices first.  row : (T, n) of
+    each part among those.  column : (T, m) indices among the n of the parts that are cut, padded with n.
+    """
+
+    slices: int
+    weight: Array
+    row: Index
+    column: Index
+
+
+def face_parts(slices: int, place: Index, middle: Array, length: Array) -> FaceParts:
+    """Parts of the slices of a face.
+
+    Parameters
+    ----------
+    slices : K.  place : (T, n) slice of each part.  middle, length : (T, n) of the part, from the left end of the face,
+        in widths of a cell [1]; a length of zero is none, and counts as a whole slice.
+    """
+    cells = slices * CELLS
+    cut = (length > 0) & (length < CELLS - _POINT)
+    edge = CELLS * (np.arange(slices) + 0.5)
+    middles, lengths = np.append(edge, middle[cut]), np.append(np.full(slices, float(CELLS)), length[cut])
+    row = place.astype(np.int64)
+    row[cut] = slices + np.arange(int(cut.sum()))
+    most = int(cut.sum(axis=1).max(initial=0))
+    column = np.argsort(~cut, axis=1, kind="stable")[:, :most]
+    column = np.where(np.take_along_axis(cut, column, axis=1), column, place.shape[1])
+    return FaceParts(slices=slices, weight=part_weights(middles, lengths, cells), row=row, column=column)
+
+
+def between_parts(coupling: Array, parts: FaceParts) -> Iterator[Array]:
+    """Coupling (n, n) between the parts of each phase in turn, W C W' of that between cells (C, C), in its unit."""
+    K, n = parts.slices, parts.row.shape[1]
+    moved = parts.weight @ coupling
+    # of every different part with the whole slices, which are nearly all
+    sliced = moved @ parts.weight[:K].T
+    for row, column in zip(parts.row, parts.column, strict=True):
+        found = np.take(sliced[row], np.minimum(row, K - 1), axis=1)
+        at = column[column < n]
+        if at.size:
+            found[:, at] = found[at].T
+            found[np.ix_(at, at)] = moved[row[at]] @ parts.weight[row[at]].T
+        yield found

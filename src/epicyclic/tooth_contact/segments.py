@@ -25,7 +25,7 @@ from .corner import corner_reach, tip_separation
 from .kernel import face_coupling
 from .lines import ContactLines, contact_lines
 from .pair import ContactPair, ElasticTooth, check_pair
-from .partial_slices import CELLS, between_parts, part_weights
+from .partial_slices import CELLS, FaceParts, between_parts, face_parts
 
 __all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeometry"]
 
@@ -35,8 +35,6 @@ Index = NDArray[np.int64]
 # Corner contact is considered up to this separation of tip and flank, in modules of the base pitch: far above the
 # deflection of teeth.
 _CORNER = 0.02
-# Pairs of segments in one product: some 0.05 s.
-_PAIRS = 200_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -167,10 +165,9 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     slant = math.cos(plane.base_helix)
     on = np.clip(place, *plane.limits)
     tooth = index // count
-    ahead = tooth[:, None, :] - tooth[:, :, None]
     parts = _parts(lines, index, slant)
     centre, cell = _cells(lines)
-    whole = np.zeros(ahead.shape)
+    whole = np.zeros((*index.shape, index.shape[1]))
     for gear, face, radius, sense in (
         (pair.tooth_a, plane.face_a, plane.radius_a(on), 1),
         (pair.tooth_b, plane.face_b, plane.radius_b(on), -1),
@@ -179,25 +176,29 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
         middle = (centre - 0.5 * (face[0] + face[1])) / slant
         spans = np.full(len(centre), cell / slant)
         kernel = face_coupling(middle, width, gear.face_decay(width), spans)
-        body = _body_compliance(gear, radius, sense * ahead)
-        # at the root of a ring no tooth remains between the load and the body
-        root = np.sqrt(np.maximum(gear.bending(radius) - np.diagonal(body, axis1=1, axis2=2), 0.0))
-        own = np.where(ahead == 0, root[:, :, None] * root[:, None, :], 0.0)
-        whole += (own + body - gear.shared) * between_parts(kernel, parts) + gear.shared / width
+        bending = gear.bending(radius)
+        for t, coupled in enumerate(between_parts(kernel, parts)):  # by phases: (n, n) stays in the cache
+            coupled *= _plane_compliance(gear, radius[t], bending[t], sense * (tooth[t] - tooth[t, :, None]))
+            whole[t] += coupled
+        whole += gear.shared / width
     twist = _twisted(pair, centre)
     if twist is not None:
-        whole += between_parts(twist, parts)
+        for matrix, coupled in zip(whole, between_parts(twist, parts), strict=True):
+            matrix += coupled
     return whole
 
 
-def _body_compliance(gear: ElasticTooth, radius: Array, ahead: Array) -> Array:
-    """Cross compliance of a body (T, n, n) [m^2/N] between radii (T, n) [m], a few instants at a time.
+def _plane_compliance(gear: ElasticTooth, radius: Array, bending: Array, ahead: Index) -> Array:
+    """Compliance of tooth and body in one plane without the winding, (n, n) [m^2/N].
 
-    One product of all instants would take seconds, in which Ctrl-C is not heard.
+    radius : (n,) of the segments [m].  bending : (n,) of tooth and body at these [m^2/N].  ahead : (n, n) pitches.
     """
-    size = max(1, _PAIRS // max(ahead[0].size, 1))
-    parts = [slice(first, first + size) for first in range(0, len(ahead), size)]
-    return np.concatenate([gear.cross(radius[at, :, None], radius[at, None, :], ahead[at]) for at in parts])
+    found = gear.cross(radius[:, None], radius[None, :], ahead)
+    # at the root of a ring no tooth remains between the load and the body
+    root = np.sqrt(np.maximum(bending - np.diagonal(found), 0.0))
+    found += (ahead == 0) * (root[:, None] * root)
+    found -= gear.shared
+    return found
 
 
 def _cells(lines: ContactLines) -> tuple[Array, float]:
@@ -207,12 +208,13 @@ def _cells(lines: ContactLines) -> tuple[Array, float]:
     return lines.centre[0] - 0.5 * lines.span + width * (np.arange(count) + 0.5), width
 
 
-def _parts(lines: ContactLines, index: Index, slant: float) -> Array:
-    """Weights (T, n, C) of the cells of the face in the mean over the part of a slice that is on the path."""
+def _parts(lines: ContactLines, index: Index, slant: float) -> FaceParts:
+    """Parts (T, n) of the slices that are on the path, in cells of the face."""
     width = lines.span / CELLS
     zeta = np.take_along_axis(lines.zeta.reshape(len(index), -1), index, axis=1)
     length = np.take_along_axis(lines.length.reshape(len(index), -1), index, axis=1) * slant
-    return part_weights((zeta - lines.centre[0] + 0.5 * lines.span) / width, length / width, len(lines.centre) * CELLS)
+    K = len(lines.centre)
+    return face_parts(K, index % K, (zeta - lines.centre[0] + 0.5 * lines.span) / width, length / width)
 
 
 def _twisted(pair: ContactPair, centre: Array) -> Array | None:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .pivoting import principal_pivoting
+from .positive import products, scaled_solution, solved, taken
 
 __all__ = ["ContactSolution", "solve_hertzian", "solve_linear", "tangent_stiffness", "with_residuals"]
 
@@ -50,7 +51,14 @@ class ContactSolution:
 
 
 def solve_linear(
-    compliance: Array, gap: Array, valid: Mask, load: Array | None, *, approach: Array | None = None
+    compliance: Array,
+    gap: Array,
+    valid: Mask,
+    load: Array | None,
+    *,
+    approach: Array | None = None,
+    own: Array | None = None,
+    phase: Index | None = None,
 ) -> ContactSolution:
     """Contact with a linear compliance, own and shared together, by active sets.
 
@@ -58,9 +66,12 @@ def solve_linear(
     ----------
     compliance : (T, n, n) [m/N], symmetric positive definite on the valid segments.  gap : (T, n) g [m].
     valid : (T, n) segments that exist in a phase.  load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
+    own : (T, n) compliance of every segment beside the shared one [m/N]; None: it is in `compliance`.
+    phase : (T,) places of the matrices in `compliance` (P, n, n), which several T may share; None: each its own.
     """
     load, d = _load_or_approach(len(gap), load, approach)
     T, n = gap.shape
+    matrices = _Matrices(shared=compliance, phase=np.arange(T) if phase is None else phase, own=own)
     held = np.isnan(load)
     active = valid.copy()
     force = np.zeros((T, n))
@@ -71,18 +82,40 @@ def solve_linear(
             break
         on = active[todo]
         force[todo], d[todo] = _active_set_solution(
-            compliance[todo], gap[todo], on, np.where(held[todo], np.nan, load[todo]), d[todo]
+            matrices, todo, gap[todo], on, np.where(held[todo], np.nan, load[todo]), d[todo]
         )
-        pulls, overlaps = _violations(compliance[todo], gap[todo], valid[todo], on, force[todo], d[todo])
+        pulls, overlaps = _violations(matrices, todo, gap[todo], valid[todo], on, force[todo], d[todo])
         changed = (on & ~pulls) | overlaps
         active[todo] = changed
         todo = todo[(changed != on).any(axis=1) & (changed.any(axis=1) | held[todo])]
     for t in todo:  # the sets cycle: one segment at a time, from first touch on
         have = np.flatnonzero(valid[t])
-        found = principal_pivoting(compliance[t][np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1])
+        found = principal_pivoting(
+            matrices.whole(int(t))[np.ix_(have, have)], gap[t, have], load[t : t + 1], d[t : t + 1]
+        )
         force[t] = 0.0
         force[t, have], d[t] = found[0][0], found[1][0]
-    return with_residuals(compliance, gap, valid, load, force, d, own=None)
+    pressed = None if own is None else own * force
+    return with_residuals(compliance, gap, valid, load, force, d, own=pressed, phase=phase)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Matrices:
+    """Linear compliances of T phases: the shared ones (P, n, n) at places `phase` (T,), and own ones (T, n) or None."""
+
+    shared: Array
+    phase: Index
+    own: Array | None
+
+    def whole(self, t: int) -> Array:
+        """Compliance of one phase (n, n) [m/N]."""
+        matrix = self.shared[self.phase[t]]
+        return np.asarray(matrix if self.own is None else matrix + np.diag(self.own[t]))
+
+    def opened(self, index: Index, force: Array) -> Array:
+        """Deflections (t, n) [m] under forces (t, n) [N] at phases (t,)."""
+        shared = products(self.shared, self.phase[index], force)
+        return shared if self.own is None else shared + self.own[index] * force
 
 
 def _load_or_approach(count: int, load: Array | None, approach: Array | None) -> tuple[Array, Array]:
@@ -100,20 +133,30 @@ def _set_first_touch(gap: Array, valid: Mask, load: Array, d: Array) -> None:
     d[idle] = np.where(valid[idle], gap[idle], np.inf).min(axis=1, initial=np.inf)
 
 
-def _active_set_solution(compliance: Array, gap: Array, on: Mask, load: Array, d: Array) -> tuple[Array, Array]:
-    """Forces (t, n) [N] on the active set, tension included, and approach (t,) [m]."""
-    matrix = np.where(on[:, :, None] & on[:, None, :], compliance, np.eye(on.shape[1]))
+def _active_set_solution(
+    matrices: _Matrices, index: Index, gap: Array, on: Mask, load: Array, d: Array
+) -> tuple[Array, Array]:
+    """Forces (t, n) [N] on the active set, tension included, and approach (t,) [m], at phases (t,)."""
+    n = on.shape[1]
     right = np.stack([on.astype(float), np.where(on, gap, 0.0)], axis=2)
-    unit, held = np.moveaxis(np.linalg.solve(matrix, right), 2, 0)
+    found = np.empty_like(right)
+    for at, part in taken(index, n):
+        matrix = np.where(on[at, :, None] & on[at, None, :], matrices.shared[matrices.phase[part]], 0.0)
+        own = 0.0 if matrices.own is None else matrices.own[part]
+        matrix.reshape(len(part), -1)[:, :: n + 1] += np.where(on[at], own, 1.0)
+        found[at] = solved(matrix, right[at])
+    unit, held = np.moveaxis(found, 2, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        found = (load + held.sum(axis=1)) / unit.sum(axis=1)
-    d = np.where(np.isnan(load), d, found)
+        whole = (load + held.sum(axis=1)) / unit.sum(axis=1)
+    d = np.where(np.isnan(load), d, whole)
     return np.where(on, unit * d[:, None] - held, 0.0), d
 
 
-def _violations(compliance: Array, gap: Array, valid: Mask, on: Mask, force: Array, d: Array) -> tuple[Mask, Mask]:
-    """Active segments in tension (t, n), and inactive segments that overlap (t, n)."""
-    open_ = np.matmul(compliance, np.maximum(force, 0.0)[:, :, None])[:, :, 0] + gap - d[:, None]
+def _violations(
+    matrices: _Matrices, index: Index, gap: Array, valid: Mask, on: Mask, force: Array, d: Array
+) -> tuple[Mask, Mask]:
+    """Active segments in tension (t, n), and inactive segments that overlap (t, n), at phases (t,)."""
+    open_ = matrices.opened(index, np.maximum(force, 0.0)) + gap - d[:, None]
     slack = _TOLERANCE * np.maximum(np.abs(d), np.abs(gap).max(axis=1))[:, None]
     return on & (force < 0), valid & ~on & (open_ < -slack)
 
@@ -128,6 +171,7 @@ def solve_hertzian(
     approach: Array | None = None,
     start: Array | None = None,
     inverse: Callable[[Array], Array] | None = None,
+    phase: Index | None = None,
 ) -> ContactSolution:
     """Contact with a load-dependent law of every segment beside the shared compliance, by Newton's method.
 
@@ -137,22 +181,27 @@ def solve_hertzian(
     load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
     law : own approach and phases (t,) -> forces and slopes.  start : (T, n) own approaches of a near load or phase.
     inverse : forces (T, n) [N] -> own approaches (T, n) [m] of the law, for the first estimate; None: sought.
+    phase : (T,) places of the matrices in `compliance` (P, n, n), which several T may share; None: each its own.
     """
     load, given = _load_or_approach(len(gap), load, approach)
-    u, d = _first_estimate(compliance, gap, valid, load, given, law, start, inverse)
+    at_phase = np.arange(len(gap)) if phase is None else phase
+    u, d = _first_estimate(compliance, at_phase, gap, valid, load, given, law, start, inverse)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
+    at = _estimate(compliance, at_phase, gap, valid, load, law, u[todo], d[todo], todo)
     for _ in range(_STEPS):
-        at = _estimate(compliance, gap, valid, load, law, u[todo], d[todo], todo)
         left = at.merit > _TOLERANCE
         todo = todo[left]
         if not todo.size:
             break
-        u[todo], d[todo] = _newton_step(compliance, gap, valid, load, law, at.take(left), todo)
+        at = _newton_step(compliance, at_phase, gap, valid, load, law, at.take(left), todo)
+        u[todo], d[todo] = at.u, at.d
     _set_first_touch(gap, valid, load, d)
     idle = load <= 0
     u[idle] = d[idle, None] - gap[idle]
     force = np.where(valid & ~idle[:, None], law(u, np.arange(len(load)))[0], 0.0)
-    return with_residuals(compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo)
+    return with_residuals(
+        compliance, gap, valid, load, force, d, own=np.where(idle[:, None], 0.0, u), todo=todo, phase=phase
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -172,13 +221,13 @@ class _Estimate:
 
 
 def _estimate(
-    compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, u: Array, d: Array, index: Index
+    compliance: Array, phase: Index, gap: Array, valid: Mask, load: Array, law: Law, u: Array, d: Array, index: Index
 ) -> _Estimate:
     """Residuals of an estimate u (t, n), d (t,) [m] at the phases `index` (t,)."""
     force, slope = law(u, index)
     on = valid[index]
     force, slope = np.where(on, force, 0.0), np.where(on, slope, 0.0)
-    shared = np.matmul(compliance[index], force[:, :, None])[:, :, 0]
+    shared = products(compliance, phase[index], force)
     miss = np.where(on, u + shared + gap[index] - d[:, None], 0.0)
     wanted = load[index]
     held = np.isnan(wanted)
@@ -191,33 +240,36 @@ def _estimate(
 
 
 def _newton_step(
-    compliance: Array, gap: Array, valid: Mask, load: Array, law: Law, at: _Estimate, index: Index
-) -> tuple[Array, Array]:
-    """u (t, n) and d (t,) [m] after one Newton step, halved until the residual falls."""
+    compliance: Array, phase: Index, gap: Array, valid: Mask, load: Array, law: Law, at: _Estimate, index: Index
+) -> _Estimate:
+    """Estimate after one Newton step, halved until the residual falls."""
     root = np.sqrt(at.slope)
-    C = compliance[index]
-    matrix = root[:, :, None] * C * root[:, None, :] + np.eye(root.shape[1])
     right = np.stack([root, root * at.miss], axis=2)
-    one, miss = np.moveaxis(np.linalg.solve(matrix, right), 2, 0)
+    one, miss = np.moveaxis(scaled_solution(compliance, phase[index], root, right), 2, 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         dd = (at.short + (root * miss).sum(axis=1)) / (root * one).sum(axis=1)
     dd = np.where(np.isnan(load[index]), 0.0, dd)
     pressed = root * (one * dd[:, None] - miss)
-    du = np.where(valid[index], dd[:, None] - at.miss - np.matmul(C, pressed[:, :, None])[:, :, 0], 0.0)
+    du = np.where(valid[index], dd[:, None] - at.miss - products(compliance, phase[index], pressed), 0.0)
     factor, waiting = np.ones(len(dd)), np.arange(len(dd))
     for _ in range(_HALVINGS):
         u = at.u[waiting] + factor[waiting, None] * du[waiting]
         d = at.d[waiting] + factor[waiting] * dd[waiting]
-        trial = _estimate(compliance, gap, valid, load, law, u, d, index[waiting])
-        waiting = waiting[~(trial.merit <= (1 - 1e-4 * factor[waiting]) * at.merit[waiting])]
+        trial = _estimate(compliance, phase, gap, valid, load, law, u, d, index[waiting])
+        accepted = trial.merit <= (1 - 1e-4 * factor[waiting]) * at.merit[waiting]
+        if accepted.all() and len(waiting) == len(dd):
+            return trial
+        waiting = waiting[~accepted]
         if not waiting.size:
             break
         factor[waiting] /= 2
-    return at.u + factor[:, None] * du, at.d + factor * dd
+    u, d = at.u + factor[:, None] * du, at.d + factor * dd
+    return _estimate(compliance, phase, gap, valid, load, law, u, d, index)
 
 
 def _first_estimate(
     compliance: Array,
+    phase: Index,
     gap: Array,
     valid: Mask,
     load: Array,
@@ -229,7 +281,7 @@ def _first_estimate(
     """First estimate u (T, n), d (T,) [m]: linear contact with the secant of an evenly shared load."""
     held = np.isnan(load)
     if start is not None:
-        return start.copy(), np.where(held, d, _approach_of(compliance, gap, valid, law, start))
+        return start.copy(), np.where(held, d, _approach_of(compliance, phase, gap, valid, law, start))
     T, n = gap.shape
     way = d[:, None] - gap
     if held.all():  # half of it in the flanks
@@ -237,18 +289,16 @@ def _first_estimate(
     count = np.maximum(valid.sum(axis=1), 1)
     mean = np.where(held, 1.0, np.maximum(load, np.finfo(float).tiny)) / count
     even = np.broadcast_to(mean[:, None], (T, n))
-    rows = np.arange(n)
-    whole = compliance.copy()
-    whole[:, rows, rows] += (_approach_at_force(law, even) if inverse is None else inverse(even)) / even
-    found = solve_linear(whole, gap, valid, np.where(held, 0.0, load))
-    u = found.approach[:, None] - gap - np.matmul(compliance, found.force[:, :, None])[:, :, 0]
+    own = (_approach_at_force(law, even) if inverse is None else inverse(even)) / even
+    found = solve_linear(compliance, gap, valid, np.where(held, 0.0, load), own=own, phase=phase)
+    u = found.approach[:, None] - gap - products(compliance, phase, found.force)
     return np.where(held[:, None], np.where(way > 0, way / 2, way), u), np.where(held, d, found.approach)
 
 
-def _approach_of(compliance: Array, gap: Array, valid: Mask, law: Law, u: Array) -> Array:
+def _approach_of(compliance: Array, phase: Index, gap: Array, valid: Mask, law: Law, u: Array) -> Array:
     """Approach d (T,) [m] that belongs to own approaches u (T, n) [m], mean weighted by the forces."""
     force = np.where(valid, law(u, np.arange(len(u)))[0], 0.0)
-    level = u + gap + np.matmul(compliance, force[:, :, None])[:, :, 0]
+    level = u + gap + products(compliance, phase, force)
     weight = np.where(force > 0, force, 0.0) + np.where(valid, 1e-300, 0.0)
     result: Array = (weight * level).sum(axis=1) / weight.sum(axis=1)
     return result
@@ -283,13 +333,15 @@ def with_residuals(
     *,
     own: Array | None = None,
     todo: Index | None = None,
+    phase: Index | None = None,
 ) -> ContactSolution:
     """Solution with the residuals of the contact conditions and a status a phase.
 
     load : (T,) [N], nan where the approach was given.  force : (T, n) [N].  d : (T,) [m].  own : (T, n) own approaches
-    [m]; None: they are in the compliance.  todo : phases that did not converge.
+    [m]; None: they are in the compliance.  todo : phases that did not converge.  phase : (T,) places of the matrices in
+    `compliance`; None: each its own.
     """
-    shared = np.matmul(compliance, force[:, :, None])[:, :, 0]
+    shared = products(compliance, np.arange(len(force)) if phase is None else phase, force)
     level = shared + gap - d[:, None] + (0.0 if own is None else np.maximum(own, 0.0))
     active = valid & (force > 0)
     size = np.maximum(np.abs(d), np.abs(np.where(valid, gap, 0.0)).max(axis=1, initial=0.0))
@@ -306,18 +358,20 @@ def with_residuals(
     return ContactSolution(force=force, approach=d, active=active, residual=np.maximum(gaps, sums), status=status)
 
 
-def tangent_stiffness(compliance: Array, active: Mask, slope: Array | None = None) -> Array:
+def tangent_stiffness(
+    compliance: Array, active: Mask, slope: Array | None = None, *, phase: Index | None = None
+) -> Array:
     """Tangent stiffness dF/dd of a contact, (T,) [N/m]: 1' C_t^-1 1 over the segments in contact.
 
     compliance : (T, n, n) [m/N].  active : (T, n).  slope : (T, n) of the own law [N/m]; None where `compliance` is the
-    whole compliance.
+    whole compliance.  phase : (T,) places of the matrices in `compliance` (P, n, n); None: each its own.
     """
-    one = active.astype(float)
+    index = np.arange(len(active)) if phase is None else phase
     if slope is None:
-        matrix = np.where(active[:, :, None] & active[:, None, :], compliance, np.eye(active.shape[1]))
-        closed: Array = np.einsum("ti,ti->t", one, np.linalg.solve(matrix, one[:, :, None])[:, :, 0])
-        return closed
+        matrices = _Matrices(shared=compliance, phase=index, own=None)
+        pressed, each = np.ones(len(active)), np.arange(len(active))  # forces under an approach of 1
+        unit, _ = _active_set_solution(matrices, each, np.zeros(active.shape), active, np.nan * pressed, pressed)
+        return np.asarray(unit.sum(axis=1))
     root = np.sqrt(np.where(active, slope, 0.0))
-    matrix = root[:, :, None] * compliance * root[:, None, :] + np.eye(active.shape[1])
-    result: Array = np.einsum("ti,ti->t", root, np.linalg.solve(matrix, root[:, :, None])[:, :, 0])
-    return result
+    found = scaled_solution(compliance, index, root, root[:, :, None])[:, :, 0]
+    return np.asarray((root * found).sum(axis=1))

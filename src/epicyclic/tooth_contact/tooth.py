@@ -110,10 +110,13 @@ class ToothCompliance:
         """
         count = np.clip(np.asarray(ahead, dtype=np.int64), -NEIGHBOURS, NEIGHBOURS)
         moved, loaded = self._at(radius)[..., 4:], self._at(other)[..., 4:]
-        matrix = np.where(
-            count[..., None, None] >= 0, self.roots[abs(count)], np.swapaxes(self.roots[abs(count)], -1, -2)
-        )
-        return np.asarray(np.einsum("...i,...ij,...j->...", moved, matrix, loaded))
+        found = np.zeros(np.broadcast_shapes(moved.shape[:-1], loaded.shape[:-1], count.shape))
+        # one matrix for each number of pitches: no array of matrices, of which there are as many as results
+        for pitches in range(int(count.min()), int(count.max()) + 1):
+            turned = moved @ (self.roots[pitches] if pitches >= 0 else self.roots[-pitches].T)
+            work = turned[..., 0] * loaded[..., 0] + turned[..., 1] * loaded[..., 1] + turned[..., 2] * loaded[..., 2]
+            np.copyto(found, work, where=count == pitches)
+        return found
 
     def _at(self, radius: ArrayLike) -> Array:
         """Columns of the table (..., 7) at radii (...) [m]."""

@@ -147,3 +147,20 @@ def test_relief_solves_its_best_again() -> None:
     assert float(found.objective_after[0]) == pytest.approx(swing, abs=0.01 * max(swing, 0.01 * deflection))
     assert found.attrs["estimated_error"] < 0.01
     assert found.attrs["slices"] >= 20
+
+
+def test_a_small_first_change_of_the_slices_is_confirmed() -> None:
+    """From 10 to 20 slices the peak to peak changes by 0.1 %, to 80 by 9 %: the end relief ends within a slice."""
+    document = pair("spur")
+    stage: Any = document["stages"]["main"]
+    stage |= {"helix_angle": "27 deg", "face_width": "60 mm"}
+    stage["flank"] = {"crown": "12 um", "end_relief": {"amount": "10 um", "length": "6 mm"}}
+    stage["pinion"] |= {"teeth": 21}
+    stage["wheel"] |= {"teeth": 55}
+    document["operation"]["torque"]["pinion"] = "700 N m"
+    train = epicyclic.load(document)
+    found, fine = contact(train, factors=[1.0]), contact(train, factors=[1.0], samples=128, slices=160)
+    assert found.attrs["slices"] > 20
+    assert float(found.transmission_error_peak_to_peak[0]) == pytest.approx(
+        float(fine.transmission_error_peak_to_peak[0]), rel=0.01
+    )

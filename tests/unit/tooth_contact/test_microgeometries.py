@@ -44,11 +44,18 @@ def pair(helix: str = "0 deg", **options: Any) -> ContactPair:
 
 @pytest.mark.parametrize("helix", ["0 deg", "15 deg"])
 @pytest.mark.parametrize("linear_at", [None, 1e5])
-def test_many_are_each_alone(helix: str, linear_at: float | None, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("at_once", [1, 2, 3])
+def test_many_are_each_alone(
+    helix: str, linear_at: float | None, at_once: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     one = pair(helix, linear_at=linear_at)
     shapes = [replace(one, flank_a=a, flank_b=b) for a, b in zip(FLANKS, FLANKS[::-1], strict=True)]
-    monkeypatch.setattr("epicyclic.tooth_contact.microgeometries._AT_ONCE", 12 * 12**2 * 2)  # in more than one part
-    many = microgeometry_contact(contact_segments(one, PHASES), shapes, LOADS, tangents=True)
+    segments = contact_segments(one, PHASES)
+    # one by one, each from the solution before, or in parts
+    monkeypatch.setattr("epicyclic.tooth_contact.microgeometries._AT_ONCE", segments.compliance.size * at_once)
+    if at_once == 1:
+        monkeypatch.setattr("epicyclic.tooth_contact.positive._ENTRIES", 1)
+    many = microgeometry_contact(segments, shapes, LOADS, tangents=True)
     assert many.solved.all()
     assert many.residual.max() < 1e-11
     for i, shape in enumerate(shapes):

@@ -10,7 +10,7 @@ import pytest
 from epicyclic.tooth_contact.kernel import face_coupling
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.tooth_contact.pair import ContactPair
-from epicyclic.tooth_contact.partial_slices import between_parts, part_weights
+from epicyclic.tooth_contact.partial_slices import CELLS, between_parts, face_parts, part_weights
 
 Build = Callable[..., ContactPair]
 
@@ -44,7 +44,7 @@ def test_parts_of_the_face_couple_as_those_cut_finely() -> None:
     def parts(count: int) -> np.ndarray:
         times = count / 20
         weight = part_weights(0.5 * times * (start + end), times * (end - start), count)
-        result: np.ndarray = between_parts(coupling(count), weight[None])[0]
+        result: np.ndarray = weight @ coupling(count) @ weight.T
         return result
 
     found, exact = parts(20), parts(320)
@@ -55,6 +55,30 @@ def test_parts_of_the_face_couple_as_those_cut_finely() -> None:
     assert found[apart] == pytest.approx(exact[apart], rel=2e-2)
     assert parts(40)[apart] == pytest.approx(exact[apart], rel=5e-3)
     assert np.linalg.eigvalsh(found).min() > 0
+
+
+def matrices(coupling: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Coupling between parts of weights (n, C) as a product of matrices."""
+    result: np.ndarray = weight @ coupling @ weight.T
+    return result
+
+
+def test_parts_couple_as_by_the_whole_product() -> None:
+    """Whole slices, cut ones and none, beside W C W' of the dense weights of all parts."""
+    slices, random = 6, np.random.default_rng(3)
+    cells = slices * CELLS
+    full = random.normal(size=(cells, cells))
+    coupling = full @ full.T
+    place = np.array([[0, 1, 2, 2, 5], [1, 2, 3, 4, 5], [5, 0, 3, 4, 1]])
+    start, end = np.zeros(place.shape), np.full(place.shape, float(CELLS))
+    start[0, 0], end[0, 3], end[2, 0], start[2, 3] = 1.25, 0.5, 3.999, 2.0
+    end[2, 4] = 0.0  # padding
+    middle, length = CELLS * place + 0.5 * (start + end), end - start
+    found = list(between_parts(coupling, face_parts(slices, place, middle, length)))
+    for t in range(3):
+        there = length[t] > 0
+        weight = part_weights(middle[t, there], length[t, there], cells)
+        assert found[t][np.ix_(there, there)] == pytest.approx(matrices(coupling, weight), rel=1e-12, abs=1e-12)
 
 
 def test_slices_leave_no_saw_in_the_stiffness(pair_of: Build) -> None:

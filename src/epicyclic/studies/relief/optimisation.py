@@ -20,10 +20,11 @@ from ...resolve import load
 from ...results.dataset import dataset
 from ...system.system import System
 from ...tooth_contact.pair import check_pair
+from ...tooth_contact.segments import ContactSegments
 from ...train.connections import Mesh
 from ...train.train import Train
 from ..check import train_provenance
-from ..contact_resolution import check_tolerance
+from ..contact_resolution import Resolution, check_tolerance, sigma_at
 from ..source import Source, train_of
 from ..tooth_contact import TOLERANCE, contact, helices_of, in_radians, normal_force, unresolved
 from .objectives import (
@@ -372,6 +373,8 @@ def _before_and_after(
                 corner=settings.corner,
                 misalignment=settings.misalignment,
                 cut=cut,
+                segments=_shared_segments(helices, cut),
+                tangents=False,
             )
             for helices in problem.meshes
         ]
@@ -393,6 +396,16 @@ def _before_and_after(
         "relieved_place": (("relieved_mesh", "path_point"), np.array([_even_places(one) for one in results[0]])),
         "relieved_load": (("state", "relieved_mesh", "path_point"), stacked(_largest_along_path)),
     }
+
+
+def _shared_segments(helices: Sequence[HelixContact], cut: Resolution) -> list[ContactSegments] | None:
+    """Contact segments of the helices where they have these phases and slices, so that `contact` needs no others."""
+    found = [helix.segments for helix in helices]
+    same = [
+        one.pair.slices == cut.slices and np.array_equal(one.sigma, sigma_at(helix.mesh, cut.phase))
+        for one, helix in zip(found, helices, strict=True)
+    ]
+    return found if all(same) else None
 
 
 def _even_places(result: xr.Dataset) -> Array:
