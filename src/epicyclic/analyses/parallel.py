@@ -344,6 +344,11 @@ def _starting(method: str) -> Iterator[None]:
     main = sys.modules["__main__"]
     if method == "spawn":
         sys.modules["__main__"] = ModuleType("__main__")
+    if method == "spawn" and hasattr(signal, "pthread_sigmask"):
+        # its start lets Ctrl-C in again, so it comes before Ctrl-C is held back
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()
     held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
     try:
         with warnings.catch_warnings():
