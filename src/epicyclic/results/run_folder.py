@@ -304,6 +304,11 @@ def remove_folder(folder: Path) -> None:
 def remove_without_results(folder: Path) -> None:
     """Delete the folder of a run, and those of its parts, that have nothing to go on from; any other stays."""
     if not (folder / _ABOUT).is_file():
+        if folder.is_dir():  # stopped before it was said which run it is
+            with suppress(ModelError, OSError), locked_folder(folder):
+                for path in filter(is_left_over, folder.iterdir()):
+                    path.unlink()
+                folder.rmdir()
         return
     with suppress(ModelError, OSError), locked_folder(folder):
         if not begun(folder):

@@ -309,3 +309,15 @@ def test_control_c_is_heard_at_once(tmp_path: Path) -> None:
     subprocess.run([*command, str(tmp_path / "b.nc")], check=True, stderr=subprocess.PIPE)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "b.nc"]
     xr.testing.assert_identical(epicyclic.load_result(tmp_path / "a.nc"), epicyclic.load_result(tmp_path / "b.nc"))
+
+
+def test_a_folder_of_a_run_that_had_not_begun_goes(tmp_path: Path) -> None:
+    empty, other = tmp_path / "a.parts", tmp_path / "b.parts"
+    for folder in (empty, other):
+        folder.mkdir()
+        (folder / ".run.json.0123.part").write_text("")
+    (other / "letter.txt").write_text("")
+    for folder in (empty, other):
+        run_folder.remove_without_results(folder)
+    assert not empty.exists()
+    assert [path.name for path in other.iterdir()] == ["letter.txt"]
