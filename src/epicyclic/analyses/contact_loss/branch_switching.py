@@ -38,11 +38,16 @@ _PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
 _KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
 # Least and largest of random kicks, per the whole size of the motion.
 _RANDOM_KICKS = (0.3, 3.0)
-# Mesh cycles run before each look at where the motion is, and the most of them: from any start, and from the end of a
-# record at the speed before, whose transient is over but for the small change of speed.
-_CYCLES, _LOOKS, _LOOKS_ON = 60, 6, 2
-# Samples of a mesh cycle per harmonic of the motion that the integration is compared with.
-_SAMPLES = 4
+# Mesh cycles run before each look at where the motion is: from any start, and from the end of a record at the speed
+# before, whose transient is over but for the small change of speed.  The last ones are measured.
+_CYCLES = 60
+_LOOKS, _LOOKS_ON = (_CYCLES,) * 6, (20, _CYCLES)
+# Samples of a mesh cycle per harmonic of the motion that the integration is compared with: half as many again as its
+# amplitudes need.
+_SAMPLES = 3
+# Step times highest rate: the phase of the highest mode is right to 0.7^4 / 120 = 2e-3 and its damping ratio to
+# 0.7^5 / 144 = 1.2e-3, of one at half of that to 1.3e-4 and 4e-5; what is periodic is then solved by the balance.
+_STEP_RATE = 0.7
 # Part of the largest singular value below which amplitudes of a record are not told apart: points of two tones whose
 # frequencies nearly meet.
 _RANK = 1e-6
@@ -158,12 +163,13 @@ class IntegratedMotion:
     """A motion over time that approaches none of one or two mesh cycles, nor one of two mesh tones.
 
     speed : relative.  last : (2, n) q and q' at its end, a whole number of cycles after the start.
-    measures : of its last cycles.
+    measures : of its last cycles.  unchanging : whether contact does not change in them.
     """
 
     speed: float
     last: Array
     measures: Measures
+    unchanging: bool
 
 
 def initial_state(at: Solution) -> Array:
@@ -190,20 +196,20 @@ def attractor(
     moving = motion(system, program=constant(speed))
     cycle = 1.0 / (speed * float(refinement.ready.lines.tone))
     samples = _SAMPLES * harmonics
-    steps = -(-steps_for(moving, cycle) // samples) * samples
+    steps = -(-steps_for(moving, cycle, rate=_STEP_RATE) // samples) * samples
     state, record = start, np.zeros((0, 2, len(start[0])))
-    begin, two_tones = 0.0, len(refinement.ready.lines.tones) > 1
-    for look in range(_LOOKS_ON if settled else _LOOKS):
+    begin, done, two_tones = 0.0, 0, len(refinement.ready.lines.tones) > 1
+    for count in _LOOKS_ON if settled else _LOOKS:
         # one tone has its first phase again after whole cycles, a second tone has not
-        begin = look * _CYCLES * cycle if two_tones else 0.0
+        begin, done = done * cycle if two_tones else 0.0, done + count
         record = integrate(
-            moving, state, start=begin, stop=begin + _CYCLES * cycle, steps=_CYCLES * steps, keep=steps // samples
+            moving, state, start=begin, stop=begin + count * cycle, steps=count * steps, keep=steps // samples
         )
         if not np.isfinite(record).all():
             break
         state = record[-1]
         if two_tones:
-            found = _two_tone_solution(refinement, record[1:, 0], speed, begin, harmonics)
+            found = _two_tone_solution(refinement, record[1:, 0], speed, begin, count, harmonics)
             if found is not None:
                 return found
             continue
@@ -216,7 +222,12 @@ def attractor(
                     return found
     times = begin + cycle * np.arange(len(record)) / samples
     force = flank_force(moving, times, record).T
-    return IntegratedMotion(speed=speed, last=state, measures=record_measures(system, force, record[:, 0]))
+    return IntegratedMotion(
+        speed=speed,
+        last=state,
+        measures=record_measures(system, force, record[:, 0]),
+        unchanging=bool(np.all((force != 0) == (force[0] != 0))),
+    )
 
 
 def _without_drift(refinement: Refinement, q: Array) -> Array:
@@ -267,7 +278,9 @@ def _periodic_solution(
     return found if found.stable else None
 
 
-def _two_tone_solution(refinement: Refinement, q: Array, speed: float, begin: float, harmonics: int) -> Solution | None:
+def _two_tone_solution(
+    refinement: Refinement, q: Array, speed: float, begin: float, cycles: int, harmonics: int
+) -> Solution | None:
     """The stable solution of two mesh tones next to a record q (N, n) of whole cycles [m], None where there is none.
 
     Amplitudes at the lattice points are those of least squares over the record: no period holds both tones.
@@ -279,7 +292,7 @@ def _two_tone_solution(refinement: Refinement, q: Array, speed: float, begin: fl
     given = refinement.problem(harmonics)
     y = q @ np.linalg.inv(given.modal.shapes).T
     y[:, given.modal.rigid] = 0.0
-    times = begin + _CYCLES * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
+    times = begin + cycles * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
     angle = speed * np.outer(times, given.omega)
     wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
     start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(given.omega), -1)

@@ -18,7 +18,8 @@ import numpy as np
 
 from ...system.system import Array
 from ..steady.gmres import gmres_of_one
-from .corrector import TOLERANCE, preconditioner
+from .corrector import TOLERANCE
+from .preconditioner import KeptPreconditioner
 from .problem import Problem, State, dynamic_size, evaluate, jacobian, speed_derivative
 
 __all__ = [
@@ -85,6 +86,7 @@ class PathPoint:
     state : the motion.  tangent : (2, J, n) and tangent_speed : d(y / motion) and d(s / speed) per length, together of
         norm 1.
     length : of the path up to here.  steps, calls : Newton steps and Jacobian-vector products it took.
+    kept : the preconditioner that points of one path share.
     """
 
     given: Problem
@@ -94,6 +96,7 @@ class PathPoint:
     length: float
     steps: int
     calls: int
+    kept: KeptPreconditioner
 
 
 def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
@@ -107,9 +110,17 @@ def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
 
 def start_of_path(given: Problem, state: State, unit: ArclengthUnit, *, upward: bool = True) -> PathPoint:
     """The first point of a path: a solved state and its tangent, up or down in speed."""
-    tangent, tangent_speed, calls = _tangent(given, state, np.zeros_like(state.y), 1.0 if upward else -1.0, unit)
+    kept = KeptPreconditioner()
+    tangent, tangent_speed, calls = _tangent(given, state, np.zeros_like(state.y), 1.0 if upward else -1.0, unit, kept)
     return PathPoint(
-        given=given, state=state, tangent=tangent, tangent_speed=tangent_speed, length=0.0, steps=0, calls=calls
+        given=given,
+        state=state,
+        tangent=tangent,
+        tangent_speed=tangent_speed,
+        length=0.0,
+        steps=0,
+        calls=calls,
+        kept=kept,
     )
 
 
@@ -151,14 +162,14 @@ def step_from(
     if speed <= 0:
         return None
     most = _FAR * size if guarded else np.inf
-    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=most)
+    found = corrected(given, y, speed, at.tangent, at.tangent_speed, unit, far=most, kept=at.kept)
     if found is None:
         return None
     state, steps, calls = found
     moved = float(np.hypot(np.linalg.norm(state.y - y) / unit.motion, (state.speed - speed) / unit.speed))
     if guarded and moved > most:
         return None
-    tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit)
+    tangent, tangent_speed, used = _tangent(given, state, at.tangent, at.tangent_speed, unit, at.kept)
     turned = float(np.vdot(tangent, at.tangent)) + tangent_speed * at.tangent_speed
     if guarded and turned < _TURN:
         return None
@@ -170,6 +181,7 @@ def step_from(
         length=at.length + size,
         steps=steps,
         calls=calls + used,
+        kept=at.kept,
     )
     return point, moved
 
@@ -183,18 +195,20 @@ def corrected(
     unit: ArclengthUnit,
     *,
     far: float = np.inf,
+    kept: KeptPreconditioner | None = None,
 ) -> tuple[State, int, int] | None:
     """The solution on the plane through (y, s) normal to a tangent (2, J, n), by Newton's method.
 
     Parameters
     ----------
-    far : length of the correction beyond which the step is given up.
+    far : length of the correction beyond which the step is given up.  kept : of the path, None: one of its own.
 
     Returns
     -------
     (state, Newton steps, Jacobian-vector products), None where Newton's method fails.
     """
     state, moved_y, moved_s, calls = evaluate(given, y, speed), np.zeros_like(y), 0.0, 0
+    kept = kept or KeptPreconditioner()
     for count in range(_NEWTON + 1):
         if not np.isfinite(state.norm):
             return None
@@ -203,7 +217,7 @@ def corrected(
             return state, count, calls
         target = _TARGET * TOLERANCE * size / unit.motion
         step, ds, used = _bordered(
-            given, state, tangent, tangent_speed, unit, state.residual / unit.motion, 0.0, target
+            given, state, tangent, tangent_speed, unit, state.residual / unit.motion, 0.0, target, kept
         )
         moved_y, moved_s, calls = moved_y + step, moved_s + ds, calls + used
         if np.hypot(np.linalg.norm(moved_y), moved_s) > 2 * far or speed - moved_s * unit.speed <= 0:
@@ -213,10 +227,10 @@ def corrected(
 
 
 def _tangent(
-    given: Problem, state: State, tangent: Array, tangent_speed: float, unit: ArclengthUnit
+    given: Problem, state: State, tangent: Array, tangent_speed: float, unit: ArclengthUnit, kept: KeptPreconditioner
 ) -> tuple[Array, float, int]:
     """Unit tangent (2, J, n) and (1,) of the branch at a solved state, on the side of a given one."""
-    step, ds, calls = _bordered(given, state, tangent, tangent_speed, unit, np.zeros_like(state.y), 1.0, 0.0)
+    step, ds, calls = _bordered(given, state, tangent, tangent_speed, unit, np.zeros_like(state.y), 1.0, 0.0, kept)
     size = float(np.hypot(np.linalg.norm(step), ds))
     return step / size, ds / size, calls
 
@@ -230,13 +244,14 @@ def _bordered(
     right: Array,
     last: float,
     target: float,
+    kept: KeptPreconditioner,
 ) -> tuple[Array, float, int]:
     """Solve [R_y R_s; tangent tangent_speed] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side.
 
     right : (2, J, n).  target : norm of the residual that is enough.  Returns (y (2, J, n), s, products).
     """
     shape, border = at.y.shape, tangent.ravel()
-    inverse, product = preconditioner(given, at), jacobian(given, at)
+    inverse, product = kept.at(given, at), jacobian(given, at)
     by_speed = (inverse(speed_derivative(given, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
@@ -250,6 +265,7 @@ def _bordered(
     whole = np.append(inverse(right).ravel(), last)
     wanted = max(_FORCING * float(np.linalg.norm(whole)), target)
     found, _, calls = gmres_of_one(apply, whole, target=wanted, restarts=3)
+    kept.calls = calls
     return found[:-1].reshape(shape), float(found[-1]), calls
 
 

@@ -60,14 +60,12 @@ class Refinement:
 
     cross : order of the combinations kept.  problems : those made so far.
     stability : of states, and whether their branch goes back in speed, as far as asked for.
-    switched : what branch switching has found in place of states, where that was asked for ahead of a sweep.
     """
 
     ready: Response
     cross: int = 10
     problems: dict[_Key, Problem] = field(default_factory=dict)
     stability: dict[tuple[State, bool], Stability] = field(default_factory=dict)
-    switched: dict[State, Solution | None] = field(default_factory=dict)
 
     def problem(self, harmonics: int, *, cycles: int = 1, samples: int = 0) -> Problem:
         """The balance with so many harmonics of each mesh frequency.

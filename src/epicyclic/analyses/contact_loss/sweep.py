@@ -14,7 +14,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import past_the_end
 from ...system.system import Array, System
-from ..parallel import each, processes, runs
+from ..parallel import each, runs
 from ..steady.response import FrameSpeed, Response, response
 from ..steady.speed_range import SpeedRange, speeds_of
 from .branch_set import BranchSet, Segment, branch_set
@@ -24,9 +24,7 @@ from .floquet import Stability
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, with_stability
 from .resumed import (
-    BareSolution,
     Begin,
-    bare,
     begin_of,
     continued_branches,
     motion_digest,
@@ -35,7 +33,7 @@ from .resumed import (
 )
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, integrated_with_shaft_orders, mesh_orders, shaft_response
-from .sweep_direction import Reached, Unstable, sweep_direction, switched, switched_ahead
+from .sweep_direction import Reached, Unstable, sweep_direction
 from .torus import TRUNCATION_NOTED, Torus, torus
 
 if TYPE_CHECKING:
@@ -125,8 +123,6 @@ def contact_sweep(
         branches = _branch_set(refinement, rising, harmonics, kept)
         if unstable != "ignore":
             _judge(refinement, branches, kept)
-        if unstable == "replace" and processes() > 1:
-            _switch_ahead(refinement, branches, kept)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
     options: dict[str, Any] = {
@@ -170,25 +166,6 @@ def _stability(refinement: Refinement, solutions: list[Solution], place: int) ->
     found = with_stability(refinement, solutions[place]).stability
     assert found is not None
     return found
-
-
-def _switch_ahead(refinement: Refinement, branches: BranchSet, kept: RunFolder | None) -> None:
-    """Enter what replaces unstable solutions that both directions are sure to come by: searches that are independent.
-
-    One process does better without: it need not search where the motion found before goes on.
-    """
-    every = switched_ahead(refinement, branches)
-    part = None if kept is None else kept.part("switched")
-    found = each(partial(_switched, refinement, every), range(len(every)), kept=part)
-    for at, other in zip(every, found, strict=True):
-        # of all workers the same problem
-        refinement.switched[at.state] = None if other is None else other.solution(refinement)
-
-
-def _switched(refinement: Refinement, solutions: list[Solution], place: int) -> BareSolution | None:
-    """What replaces one of the solutions."""
-    found = switched(refinement, solutions[place])
-    return None if found is None else bare(refinement, found)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

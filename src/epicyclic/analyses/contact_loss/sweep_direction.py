@@ -1,8 +1,9 @@
 """Sweep direction: the motions that a slow run-up and a slow coast-down reach, each begun where the last one was.
 
 A motion goes on along its branch while that is stable.  Where the branch turns back or loses its stability, the next
-motion follows from how it was left: by branch switching, or as the attractor of integration in time.  With two mesh
-tones no branch is switched to: the nearest stable motion of the branch set takes its place, else the attractor.
+motion follows from how it was left: by branch switching, or as the attractor of integration in time.  A record of
+integration goes on as long as it settles on no branch, also beside motions that are stable.  With two mesh tones no
+branch is switched to: the nearest stable motion of the branch set takes its place, else the attractor.
 """
 
 from __future__ import annotations
@@ -21,13 +22,12 @@ from .branch_switching import (
     period_doubled_motions,
     symmetry_broken_motions,
 )
-from .problem import State
 from .refinement import Refinement, Solution, distance, distinct, solution, with_stability
 
 if TYPE_CHECKING:
     from .branch_set import BranchSet, Crossing
 
-__all__ = ["Reached", "Unstable", "sweep_direction", "switched", "switched_ahead"]
+__all__ = ["Reached", "Unstable", "sweep_direction", "switched"]
 
 Unstable = Literal["replace", "report", "ignore"]
 """What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
@@ -42,8 +42,9 @@ _SEARCH: dict[str, Callable[[Refinement, Solution], Iterator[Solution]]] = {
     "symmetry breaking": symmetry_broken_motions,
     "period doubling": period_doubled_motions,
 }
-# Harmonics of the attractor of a motion that is not periodic, of one mesh tone and of each of two.
-_HARMONICS, _HARMONICS_OF_TWO = 16, 8
+# Harmonics of the attractor of a motion that is not periodic where no branch goes on, of one mesh tone and of each of
+# two.
+_HARMONICS = {1: 16, 2: 8}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -78,10 +79,13 @@ def _reached_at(
 ) -> Reached:
     """What is reached at a speed after what was reached before; `choices` are the crossings there."""
     last = before.motion
+    if unstable == "replace" and isinstance(last, IntegratedMotion):
+        return _run_on(refinement, speed, before, last, choices)
     if unstable == "replace" and len(refinement.ready.lines.tones) > 1:
         return _of_two_tones(refinement, speed, before, choices)
     if last is None:
         return _on_branch(refinement, speed, None, choices[0], unstable) if choices else Reached(motion=None, part=None)
+    assert isinstance(last, Solution)
     mine = [each for each in choices if each.part == before.part]
     if mine:
         return _on_branch(refinement, speed, last, mine[0], unstable)
@@ -90,12 +94,35 @@ def _reached_at(
     return _off_branch(refinement, speed, before, last, choices)
 
 
+def _run_on(
+    refinement: Refinement, speed: float, before: Reached, last: IntegratedMotion, choices: list[Crossing]
+) -> Reached:
+    """The attractor from the end of a record at the speed before; instability is that of the branch it stands in for.
+
+    A slow sweep stays on its attractor: a motion of the branch set that is stable beside it is not jumped to.
+    """
+    mine = next((each for each in choices if each.part == before.part), None)
+    here = None if mine is None else with_stability(refinement, mine.solution)
+    harmonics = here.harmonics if here is not None else _HARMONICS[len(refinement.ready.lines.tones)]
+    settled = abs(last.speed - speed) < _NEAR * speed
+    found = attractor(refinement, last.last, speed, harmonics=harmonics, settled=settled)
+    if here is not None and here.stable and _linear(found, here):
+        # the record has not yet come to the one stable motion of a linear system
+        found = here
+    reached = _on_branch_set(refinement, found, choices, jumped=mine is None and before.part is not None)
+    if here is None or reached.part is not None:
+        return reached
+    instability = here.stability.kind if here.stability else ""
+    return replace(reached, motion=_named(found, instability), part=before.part, instability=instability)
+
+
 def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices: list[Crossing]) -> Reached:
     """What replaces an unstable motion of two mesh tones, and the end of a branch.
 
-    The nearest stable motion of the branch set, else the attractor of a start from the motion at hand.
+    The nearest stable motion of the branch set, else the attractor of a start a little off the motion at hand.
     """
     last = before.motion
+    assert not isinstance(last, IntegratedMotion)
     judged = [replace(each, solution=with_stability(refinement, each.solution)) for each in choices]
     here = next((each for each in judged if last is None or each.part == before.part), None)
     if here is not None and here.solution.stable:
@@ -104,30 +131,24 @@ def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices
     jumped = here is None and last is not None
     stable = [each for each in judged if each.solution.stable]
     if stable:
-        near = last if isinstance(last, Solution) else (here.solution if here is not None else None)
+        near = last or (here.solution if here is not None else None)
         best = stable[0] if near is None else min(stable, key=lambda each: distance(each.solution, near))
         return Reached(motion=best.solution, part=best.part, instability=instability, jumped=jumped)
-    if here is None and last is None:
+    at = here.solution if here is not None else last
+    if at is None:
         return Reached(motion=None, part=None)
-    start, harmonics = _start_beside(here, last)
-    found = attractor(refinement, start, speed, harmonics=harmonics, settled=_settled(last, speed))
+    found = attractor(refinement, _perturbed(initial_state(at)), speed, harmonics=at.harmonics)
     return Reached(motion=found, part=None if here is None else here.part, instability=instability, jumped=jumped)
 
 
-def _start_beside(here: Crossing | None, last: Solution | IntegratedMotion | None) -> tuple[Array, int]:
-    """A state (2, n) to integrate from, and the harmonics of the motion looked for.
-
-    The end of the last record; else a little off the unstable motion at hand, or off the last one.
-    """
-    if isinstance(last, IntegratedMotion):
-        return last.last, _HARMONICS_OF_TWO
-    at = here.solution if here is not None else last
-    assert at is not None
-    return _perturbed(initial_state(at)), at.harmonics
+def _linear(found: Solution | IntegratedMotion, here: Solution) -> bool:
+    """Whether an attractor is a record without a change of contact, by linear laws, as a motion of the branch is."""
+    linear = here.state.unchanging and here.given.rows.parametric
+    return linear and isinstance(found, IntegratedMotion) and found.unchanging
 
 
 def _on_branch(
-    refinement: Refinement, speed: float, last: Solution | IntegratedMotion | None, at: Crossing, unstable: Unstable
+    refinement: Refinement, speed: float, last: Solution | None, at: Crossing, unstable: Unstable
 ) -> Reached:
     """The branch goes on: its motion where it is stable, else what takes its place."""
     here = _stability_unless_ignored(refinement, at.solution, unstable)
@@ -141,18 +162,21 @@ def _on_branch(
         return Reached(motion=here, part=at.part, instability=instability)
     other: Solution | IntegratedMotion | None = switched(refinement, here)
     if other is None:
-        start = last.last if isinstance(last, IntegratedMotion) else _perturbed(initial_state(here))
-        other = attractor(refinement, start, speed, harmonics=here.harmonics, settled=_settled(last, speed))
-        if isinstance(other, Solution) and other.kind == "periodic" and instability == "symmetry breaking":
-            other = replace(other, kind="symmetry broken")
+        found = attractor(refinement, _perturbed(initial_state(here)), speed, harmonics=here.harmonics)
+        other = _named(found, instability)
     return Reached(motion=other, part=at.part, instability=instability)
 
 
-def _beside_branch(
-    refinement: Refinement, speed: float, last: Solution | IntegratedMotion | None, here: Solution
-) -> Solution | None:
+def _named(found: Solution | IntegratedMotion, instability: str) -> Solution | IntegratedMotion:
+    """An attractor, named after how the motion is left that it takes the place of."""
+    if isinstance(found, Solution) and found.kind == "periodic" and instability == "symmetry breaking":
+        return replace(found, kind="symmetry broken")
+    return found
+
+
+def _beside_branch(refinement: Refinement, speed: float, last: Solution | None, here: Solution) -> Solution | None:
     """The motion that had taken the branch's place, continued to this speed while distinct and stable."""
-    if not isinstance(last, Solution) or last.kind == "periodic":
+    if last is None or last.kind == "periodic":
         return None
     found = _continued(refinement, speed, last)
     return found if found is not None and distinct(found, here) else None
@@ -167,43 +191,18 @@ def _continued(refinement: Refinement, speed: float, last: Solution) -> Solution
 
 def switched(refinement: Refinement, here: Solution) -> Solution | None:
     """The stable motion of the balance that takes the place of an unstable one, None where none is found."""
-    if here.state in refinement.switched:
-        return refinement.switched[here.state]
     kind = here.stability.kind if here.stability else ""
     return next(_SEARCH[kind](refinement, here), None) if kind in _SEARCH else None
 
 
-def switched_ahead(refinement: Refinement, branches: BranchSet) -> list[Solution]:
-    """Solutions for which both directions are sure to ask `switched`, unless a motion found before goes on.
-
-    A direction stays on the part on which it begins as far as that goes.
-    """
-    found = dict[State, Solution]()
-    for upward in (True, False):
-        part = None
-        for choices in branches.crossings if upward else branches.crossings[::-1]:
-            part = (choices[0] if upward else choices[-1]).part if part is None and choices else part
-            mine = [each.solution for each in (choices if upward else choices[::-1]) if each.part == part]
-            if part is not None and not mine:
-                break
-            here = with_stability(refinement, mine[0]) if mine else None
-            if here is not None and here.stability is not None and here.stability.kind in _SEARCH:
-                found[here.state] = here
-    return list(found.values())
-
-
 def _off_branch(
-    refinement: Refinement, speed: float, before: Reached, last: Solution | IntegratedMotion, choices: list[Crossing]
+    refinement: Refinement, speed: float, before: Reached, last: Solution, choices: list[Crossing]
 ) -> Reached:
     """The branch has ended before this speed, or was left: the attractor of a start from the last motion."""
-    free, found = before.part is None, None
-    if free and isinstance(last, Solution):
-        found = _continued(refinement, speed, last)
+    found = _continued(refinement, speed, last) if before.part is None else None
     if found is not None:
         return _on_branch_set(refinement, found, choices, jumped=False)
-    start = last.last if isinstance(last, IntegratedMotion) else initial_state(last)
-    harmonics = _HARMONICS if isinstance(last, IntegratedMotion) else last.harmonics
-    reached = attractor(refinement, start, speed, harmonics=harmonics, settled=_settled(last, speed))
+    reached = attractor(refinement, initial_state(last), speed, harmonics=last.harmonics)
     return _on_branch_set(refinement, reached, choices, jumped=True)
 
 
@@ -218,21 +217,14 @@ def _on_branch_set(
     return Reached(motion=found, part=None, jumped=jumped)
 
 
-def _nearest(
-    refinement: Refinement, last: Solution | IntegratedMotion, choices: list[Crossing], unstable: Unstable
-) -> Reached:
+def _nearest(refinement: Refinement, last: Solution, choices: list[Crossing], unstable: Unstable) -> Reached:
     """The solution of the branch set most like the last one, of stable ones if there are: no branch switching."""
     if not choices:
         return Reached(motion=None, part=None)
     candidates = [
         replace(each, solution=_stability_unless_ignored(refinement, each.solution, unstable)) for each in choices
     ]
-    best = next((each for each in candidates if each.solution.stable), candidates[0])
-    if isinstance(last, Solution):
-        best = min(
-            candidates,
-            key=lambda each: (best.solution.stable and not each.solution.stable, distance(each.solution, last)),
-        )
+    best = min(candidates, key=lambda each: (not each.solution.stable, distance(each.solution, last)))
     found = best.solution
     return Reached(
         motion=found, part=best.part, instability=found.stability.kind if found.stability else "", jumped=True
@@ -242,11 +234,6 @@ def _nearest(
 def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Unstable) -> Solution:
     """The same with its Floquet stability, unless that is ignored."""
     return at if unstable == "ignore" else with_stability(refinement, at)
-
-
-def _settled(last: Solution | IntegratedMotion | None, speed: float) -> bool:
-    """Whether the last motion is a record at a speed so near that its end is as good as on the attractor."""
-    return isinstance(last, IntegratedMotion) and abs(last.speed - speed) < _NEAR * speed
 
 
 def _perturbed(start: Array) -> Array:

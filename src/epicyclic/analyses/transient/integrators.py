@@ -52,9 +52,9 @@ _LEAST_STEP = 1e-12
 _STEP_RATE = 0.35
 
 
-def steps_for(moving: Motion, interval: float) -> int:
-    """Steps that an interval [s] needs, from the highest rate of the motion."""
-    return max(1, math.ceil(interval * highest_rate(moving) / _STEP_RATE))
+def steps_for(moving: Motion, interval: float, *, rate: float = _STEP_RATE) -> int:
+    """Steps that an interval [s] needs, from the highest rate of the motion; rate : that times the step."""
+    return max(1, math.ceil(interval * highest_rate(moving) / rate))
 
 
 def integrate(
