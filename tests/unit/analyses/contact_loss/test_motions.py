@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.analyses.contact_loss.branch_set import Crossing
 from epicyclic.analyses.contact_loss.branch_switching import (
     IntegratedMotion,
     attractor,
@@ -19,6 +20,7 @@ from epicyclic.analyses.contact_loss.branch_switching import (
 from epicyclic.analyses.contact_loss.corrector import linear_start
 from epicyclic.analyses.contact_loss.outputs import mesh_force, periodic_measures
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
+from epicyclic.analyses.contact_loss.sweep_direction import Reached, _reached_at
 from epicyclic.analyses.steady.response import response
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load
@@ -208,3 +210,42 @@ def test_a_train_that_turns_freely_and_drifts_settles(made: Any) -> None:
     reached = attractor(refinement, start, speed, harmonics=16)
     assert isinstance(reached, Solution)
     assert not distinct(at, reached)
+
+
+def reached_from(refinement: Refinement, at: Solution, last: Array) -> Reached:
+    """What a sweep direction reaches where a record has ended in a state (2, n) beside a motion of the branch set."""
+    measures = periodic_measures(refinement.ready.system, at.given, at.state)
+    record = IntegratedMotion(speed=at.state.speed, last=last, measures=measures, unchanging=False)
+    choices = [Crossing(solution=at, part=3)]
+    return _reached_at(refinement, at.state.speed, Reached(motion=record, part=3), choices, "replace")
+
+
+def test_a_record_goes_on_beside_a_stable_motion(made: Any) -> None:
+    pytest.importorskip("numba")
+    refinement, small = found(half_order_pair(made), 1.9, harmonics=16)
+    assert small.stable
+    (large,) = isolated_motions(refinement, small, cycles=2, tries=12)
+    reached = reached_from(refinement, small, initial_state(large))
+    assert isinstance(reached.motion, Solution)
+    assert reached.motion.kind == "period 2"
+    assert not distinct(reached.motion, large)
+    assert (reached.part, reached.jumped, reached.instability) == (3, False, "")
+    back = reached_from(refinement, small, initial_state(small))
+    assert isinstance(back.motion, Solution)
+    assert not distinct(back.motion, small)
+    assert back.part == 3
+
+
+def test_a_record_of_closed_teeth_is_the_motion_it_decays_to(made: Any) -> None:
+    """A disturbance that 80 cycles do not damp: no periodic motion is seen yet, and there is one alone."""
+    pytest.importorskip("numba")
+    refinement, at = found(made.single(variation=(0.1,), zeta=2e-4, load=2000.0), 0.7, harmonics=8)
+    assert at.stable
+    start = initial_state(at)
+    reached = reached_from(refinement, at, start * np.array([[1.3], [1.0]]))
+    assert reached.motion is at
+    # one that parts the teeth at first has still parted them when it ends, and stays a record
+    parting = reached_from(refinement, at, start * np.array([[6.0], [1.0]]))
+    assert isinstance(parting.motion, IntegratedMotion)
+    assert not parting.motion.unchanging
+    assert parting.motion.measures.open.max() > 0
