@@ -149,7 +149,7 @@ class MemberTable(SchemaTable):
 
     kind: Kind = Field(description="what it is; by the names sun planet ring carrier wheel pinion")
     # teeth and geometry
-    teeth: Annotated[int, Field(ge=3, le=100_000)] | None = key(None, "number of teeth, positive also of a ring")
+    teeth: Annotated[int, Field(ge=3, le=5000)] | None = key(None, "number of teeth, positive also of a ring")
     profile_shift: Annotated[float, Unit("ratio", low=-5, high=5)] | None = key(
         None, "x, positive lengthens the addendum"
     )

@@ -28,6 +28,9 @@ __all__ = [
     "member_centre",
 ]
 
+# Least bore per pitch circle: a body held on less has, in double precision, no stiffness about it.
+_BORE = 1e-3
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _MassProperties:
@@ -190,6 +193,13 @@ def _mass_properties(
         path = f"{plan.member_path(name)}.{key}"
         raise ModelError(
             "leaves no solid beside the pitch circle", path=path, given=getattr(member, key), allowed=limit
+        )
+    if 0 < radii[1] < _BORE * radii[0] and not (gear is not None and gear.internal):
+        raise ModelError(
+            "is no bore of a gear",
+            path=f"{plan.member_path(name)}.bore",
+            given=member.bore,
+            allowed=f"0, or from {2e3 * _BORE * radii[0]:.2g} mm, a thousandth of the pitch circle",
         )
     squares = radii[0] ** 2 + radii[1] ** 2
     if mass is None:

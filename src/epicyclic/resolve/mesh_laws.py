@@ -81,7 +81,12 @@ def mesh_law(
     own, loaded = None, None
     if value == "contact":
         _needed_width(shape, p, side, path)
-        assert teeth is not None  # both faces have a width
+        if teeth is None:
+            raise ModelError(
+                "is missing: loaded contact needs the face of either gear",
+                path=f"{shape.plan.path}.face_width",
+                allowed=f"a face width of the stage, or of {p.a} and of {p.b}",
+            )
         loaded = _contact_law(shape, p, teeth, lean, torque, log)
     if "energy" in (value, form):
         _needed_width(shape, p, side, path)

@@ -114,3 +114,27 @@ def test_a_mesh_stiffness_stays_above_0(variation: dict[str, list[float]], least
 @pytest.mark.parametrize("variation", [{"cosine": [0.9]}, {"cosine": [0.6], "sine": [0.7]}, {"values": [0.5, 1.5]}])
 def test_a_variation_that_leaves_stiffness_is_taken(variation: dict[str, list[float]]) -> None:
     load(**{"stages.main.meshes.sun-planet": {"stiffness": "2e9 N/m", "variation": variation}})
+
+
+@pytest.mark.parametrize(("given", "fine"), [("1e-300 m", False), ("0.3 mm", False), ("0 mm", True), ("1 mm", True)])
+def test_a_bore_beside_the_gear(given: str, fine: bool) -> None:
+    """The sun of xu2020 has a pitch circle above 300 mm."""
+    settings = {"stages.main.sun.bore": given}
+    if fine:
+        epicyclic.load("xu2020", settings)
+        return
+    with pytest.raises(ModelError, match="no bore of a gear") as caught:
+        epicyclic.load("xu2020", settings)
+    assert caught.value.path == "stages.main.sun.bore"
+
+
+def test_loaded_contact_needs_the_face_of_either_gear() -> None:
+    with pytest.raises(ModelError, match="needs the face of either gear") as caught:
+        epicyclic.load("yue2014-ii", {"stages.main.meshes.sun-p.stiffness": "contact"})
+    assert caught.value.path == "stages.main.face_width"
+
+
+def test_teeth_beyond_any_gear() -> None:
+    with pytest.raises(ModelError) as caught:
+        epicyclic.load("ren2021", {"stages.main.ring.teeth": "57000"})
+    assert caught.value.path == "stages.main.ring.teeth"
