@@ -63,13 +63,11 @@ class KeptPreconditioner:
 def preconditioner(given: Problem, at: State) -> Operator:
     """The approximate inverse of the Jacobian at a state, an operator on (2, J, n)."""
     rows, face, m = given.rows, given.face, len(given.face.row)
-    held = np.concatenate([face.total(rows.linear[:m]), rows.linear[rows.count :]])
     links = at.tangent[:, rows.count :] - rows.linear[rows.count :]
     tangent = np.concatenate([face.total(at.tangent[:, :m] - rows.linear[:m], axis=1), links], axis=1)
     size = np.abs(tangent).max(axis=0)
     largest = float(np.abs(rows.linear[rows.count :]).max(initial=0.0))
-    least = np.concatenate([held[: len(face.name)], np.full(links.shape[1], largest)])
-    if np.all(size <= _SAME * least):
+    if np.all(size <= _SAME * np.concatenate([face.total(rows.linear[:m]), np.full(links.shape[1], largest)])):
         return lambda right: right
     (gaps, pulls), w = _meshes(given), at.speed * given.omega
     mean = tangent.mean(axis=0)
