@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..tooth_contact.loaded_contact import LoadedContact, loaded_segments
+from ..tooth_contact.loaded_contact import LoadedContact
+from ..tooth_contact.mirror import all_loaded, all_segments
 from ..tooth_contact.pair import ContactPair, uniform_along_face
 from ..tooth_contact.phases import corner_phases, graded_phases
-from ..tooth_contact.segments import contact_segments
 from ..train.connections import Mesh
 
 __all__ = ["Resolution", "check_tolerance", "estimated_error", "mesh_phases", "resolution", "sigma_at"]
@@ -136,8 +136,8 @@ def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float
 
     Rows : the numbers, and what their errors are relative to, (2, 3).
     """
-    segments = [contact_segments(pair, sigma_at(mesh, phase)) for mesh, pair in zip(helices, pairs, strict=True)]
-    found = [loaded_segments(one, [force], tangents=False) for one in segments]
+    segments = all_segments(pairs, [sigma_at(mesh, phase) for mesh in helices])
+    found = all_loaded(segments, [force], tangents=False)
     swing, deflection = _swing(found)
     load = max(float(one.largest_load[0]) for one in found)
     pressure = max(float(one.largest_pressure[0]) for one in found)
