@@ -238,11 +238,17 @@ def _loaded_contacts(
     """Loaded contact of every helix of every mesh; dynamic objectives append the operating load, with its tangents."""
     dynamic = problem.system is not None
     loads = np.append(problem.factors, 1.0) if dynamic else problem.factors
-    return [_of_helices(helices, settings, loads, tangents=dynamic) for helices in problem.meshes]
+    largest = "load" in problem.objectives
+    return [_of_helices(helices, settings, loads, tangents=dynamic, largest=largest) for helices in problem.meshes]
 
 
 def _of_helices(
-    helices: Sequence[HelixContact], settings: Sequence[Mapping[str, FlankSettings]], loads: Array, *, tangents: bool
+    helices: Sequence[HelixContact],
+    settings: Sequence[Mapping[str, FlankSettings]],
+    loads: Array,
+    *,
+    tangents: bool,
+    largest: bool,
 ) -> list[MicrogeometryContact]:
     """Loaded contact of the helices of a mesh; one that mirrors another for all settings has the numbers of that."""
     pairs = [[helix.modified_pair(one) for one in settings] for helix in helices]
@@ -254,7 +260,9 @@ def _of_helices(
         if first != {i} and len(first) == 1:
             found.append(found[first.pop()])
         else:
-            found.append(microgeometry_contact(helix.segments, pairs[i], helix.force * loads, tangents=tangents))
+            found.append(
+                microgeometry_contact(helix.segments, pairs[i], helix.force * loads, tangents=tangents, largest=largest)
+            )
     return found
 
 
