@@ -40,7 +40,7 @@ __all__ = [
 
 Model = TypeVar("Model")
 
-MODEL_FILE = "model.npz"
+MODEL_FILE = "model.numbers"
 """Numbers that a run has begun with."""
 _ABOUT = "run.json"
 # Endings of files with results.
