@@ -8,8 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Hashable, Mapping, Sequence
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import xarray as xr
 
 from ..errors import ModelError
 from ..input_files import read_text
+from .package_version import package_version
 from .sealed_file import require_contained, seal, sealed_file
 from .variables import OF_KIND, VARIABLES
 from .whole_file import whole_file
@@ -70,7 +69,7 @@ def dataset(
         {
             "verb": verb,
             "package": "epicyclic",
-            "version": _version(),
+            "version": package_version(),
             "options": json.dumps(dict(options or {}), default=str),
             "warnings": json.dumps(list(warnings)),
             **dict(provenance or {}),
@@ -201,14 +200,6 @@ def _from_json(path: str | Path) -> xr.Dataset:
     if set(table) - _ENTRIES or (given is not None and given != _digest(json.dumps(table))):
         raise ModelError("not a result file: damaged, its content is other than was written", path=str(path))
     return found
-
-
-@cache
-def _version() -> str:
-    try:
-        return version("epicyclic")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def _plain(value: object) -> object:
