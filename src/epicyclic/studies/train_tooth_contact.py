@@ -269,6 +269,8 @@ def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> A
     for law in laws:
         corner = corner_phases(law.pair.plane)
         for i, lead, sense in zip(law.meshes, law.lead, law.sense, strict=True):
+            if not rate[i]:  # a mesh at rest in a train that turns
+                continue
             first = np.mod(sense * corner - lead, 1.0)
             whole = np.arange(math.ceil(record.count * rate[i]) + 1)
             found.append(((first + whole[:, None]) / rate[i]).ravel())
@@ -276,7 +278,8 @@ def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> A
     times = times[times < record.count]
     even = np.abs(times - np.round(times * record.samples) / record.samples)
     apart = np.diff(times, prepend=-np.inf)
-    return np.asarray(times[(even > _SAME) & (apart > _SAME)])
+    same = _SAME / max(1.0, float(rate.max()))
+    return np.asarray(times[(even > same) & (apart > same)])
 
 
 def _resolved(
@@ -310,7 +313,8 @@ def _resolved(
     error = np.zeros(len(train.meshes) + len({mesh.pair for mesh in train.meshes}))
     chosen, pieces, face_error = samples, slices, 0.0
     if chosen is None:
-        coarse = _SLICES[0] if slices is None else slices
+        # what the instants miss hardly depends on the slices
+        coarse = _SLICES[0] if slices is None else min(slices, _SLICES[0])
         reached, missed = doubled(lambda count: numbers(count, coarse)[0], _PHASES, PHASE_SHARE * tolerance)
         chosen, error = max(reached, _FEWEST[0]) * _cycles_a_unit(train, length), error + missed
     if pieces is None:
