@@ -247,7 +247,7 @@ def _curves(drawn: go.Figure, cases: Mapping[str, xr.Dataset]) -> None:
 @cache
 def _unit_loads(changes: str) -> Array:
     """Largest and smallest load per length of contact line of both sides, (2, 2) [N/mm]."""
-    result = epicyclic.train_contact("xu2020", overrides=json.loads(changes), loads=(), samples=32)
+    result = epicyclic.train_contact("xu2020", overrides=json.loads(changes), loads=(), slices=20)
     mine = result.sel(torque_factor=1.0, mesh=[f"main/sun-planet/1/{side}" for side in SIDES])
     return np.array([mine.largest_load_per_length.values, mine.smallest_load_per_length.values]) / 1e3
 

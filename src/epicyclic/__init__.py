@@ -26,12 +26,9 @@ __all__ = sorted(_HOME)
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
-        from importlib.metadata import PackageNotFoundError, version
+        from .results.package_version import package_version
 
-        try:
-            return version(__name__)
-        except PackageNotFoundError:  # run from a source tree that is not installed
-            return "unknown"
+        return package_version()
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(_HOME[name], __name__), name)

@@ -5,6 +5,7 @@ The full sizes run by benchmarks/hardening.py.
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import re
@@ -231,6 +232,28 @@ def test_files_without_a_digest_load(saved: Path, tmp_path: Path) -> None:
     earlier.write_bytes(raw[:-1])  # but not those that have lost a part of it
     with pytest.raises(ModelError, match="damaged"):
         load_result(earlier)
+
+
+def test_a_flipped_digit_in_json_is_refused(saved: Path, tmp_path: Path) -> None:
+    whole = load_result(saved)
+    path = save_result(whole, tmp_path / "modes.json")
+    text = path.read_text(encoding="utf-8")
+    random_ = random.Random(5)
+    digits = [found.start() for found in re.finditer(r"\d", text)]
+    for at in [*random_.sample(digits, 40), text.rindex("sha256") + 4, digits[-1]]:  # the name of the digest, and it
+        other = text[:at] + str((int(text[at]) + 1 + random_.randrange(9)) % 10) + text[at + 1 :]
+        if other == text:
+            continue
+        path.write_text(other, encoding="utf-8")
+        with pytest.raises(ModelError, match="not a result file"):
+            load_result(path)
+    # laid out anew by another program, or written by an earlier version
+    table = json.loads(text)
+    path.write_text(json.dumps(table, indent=2), encoding="utf-8")
+    xr.testing.assert_identical(load_result(path), whole)
+    del table["sha256"]
+    path.write_text(json.dumps(table), encoding="utf-8")
+    xr.testing.assert_identical(load_result(path), whole)
 
 
 def test_data_in_other_files_are_refused(saved: Path, tmp_path: Path) -> None:

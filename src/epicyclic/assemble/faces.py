@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..system.laws.face import ROWS, FaceForce
 from ..tooth_contact.face_rows import RowStations, row_response, row_weights
+from ..tooth_contact.line_load import averaging_length, line_windows
 from ..tooth_contact.pair import ContactPair
 from ..tooth_contact.segments import ContactSegments, contact_segments
 from ..train.connections import Mesh, MeshSlice
@@ -53,12 +54,14 @@ def _stations(pair: ContactPair) -> RowStations:
 class FaceLoad:
     """Load on g meshes at T instants, K slices of the face, J lines.
 
-    force : (T, g, J, K) along the normal [N].  per_length : (T, g, J, K) of contact line [N/m], nan out of contact and
-    of slivers, parts of less than half a slice.  sigma : (T, g, J, K) places on the path of contact [base pitches].
+    force : (T, g, J, K) along the normal [N].  per_length : (T, g, J, K) of contact line [N/m], means over a length
+    about each slice as of `line_load`, nan out of contact.  whole : (T, g, J, K) where that length is on the contact
+    line.  sigma : (T, g, J, K) places on the path of contact [base pitches].
     """
 
     force: Array
     per_length: Array
+    whole: NDArray[np.bool_]
     sigma: Array
 
 
@@ -90,12 +93,15 @@ class _At:
         found = row_response(
             self.segments, self.weight, rows.reshape(T * g, ROWS), phases, start=start.reshape(T * g, -1)
         )
-        force, lines = self.segments.spread(found.segment), self.segments.lines
-        whole = lines.length >= 0.5 * lines.length.max() * (1 - 1e-9)
+        force, lines, plane = self.segments.spread(found.segment), self.segments.lines, self.segments.pair.plane
+        touched = lines.length > 0
+        mean = np.where(touched, line_windows(plane, lines).mean(force), np.nan)
+        long = lines.length.sum(axis=2, keepdims=True) >= averaging_length(plane) * (1 - 1e-9)
         shape = (T, g, *force.shape[1:])
         return FaceLoad(
             force=force.reshape(shape),
-            per_length=np.where(whole, force / np.where(whole, lines.length, 1.0), np.nan).reshape(shape),
+            per_length=mean.reshape(shape),
+            whole=(touched & long).reshape(shape),
             sigma=lines.sigma.reshape(shape),
         )
 

@@ -45,9 +45,9 @@ def main() -> None:
 @app.callback(invoke_without_command=True)
 def _root(version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False) -> None:
     if version:
-        from importlib.metadata import version as version_of
+        from ..results.package_version import package_version
 
-        typer.echo(f"epicyclic {version_of('epicyclic')}")
+        typer.echo(f"epicyclic {package_version()}")
         raise typer.Exit
 
 

@@ -5,10 +5,9 @@ One table says what every variable means; analyses only hand over arrays.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Hashable, Mapping, Sequence
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import xarray as xr
 
 from ..errors import ModelError
 from ..input_files import read_text
+from .package_version import package_version
 from .sealed_file import require_contained, seal, sealed_file
 from .variables import OF_KIND, VARIABLES
 from .whole_file import whole_file
@@ -28,6 +28,8 @@ SUFFIXES = (".nc", ".json")
 """Files a result is written to and reopened from."""
 
 
+# entries of a JSON file: those of `Dataset.to_dict()`, and its digest
+_ENTRIES, _DIGEST = {"coords", "attrs", "dims", "data_vars"}, "sha256"
 # 200 million numbers, as many as a run may hold, in 20 characters each
 _MAX_JSON = 4_000_000_000
 
@@ -67,7 +69,7 @@ def dataset(
         {
             "verb": verb,
             "package": "epicyclic",
-            "version": _version(),
+            "version": package_version(),
             "options": json.dumps(dict(options or {}), default=str),
             "warnings": json.dumps(list(warnings)),
             **dict(provenance or {}),
@@ -90,16 +92,22 @@ def _index(name: Hashable, values: Any) -> Any:
 def to_json(result: xr.Dataset) -> str:
     """`Dataset.to_dict()` as JSON; read back with ``xarray.Dataset.from_dict(json.loads(text))``.
 
-    Complex variables have a trailing ``part`` dimension (real, imaginary), as in a saved file.
+    Complex variables have a trailing ``part`` dimension (real, imaginary), as in a saved file.  The last entry,
+    ``sha256``, is the digest of the text without it.
     """
-    return json.dumps(_real(result).to_dict(), default=_plain)
+    text = json.dumps(_real(result).to_dict(), default=_plain)
+    return f'{text[:-1]}, "{_DIGEST}": "{_digest(text)}"}}'
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
     """Write a Dataset by the suffix of the file: ``.nc`` netCDF-4, ``.json`` `Dataset.to_dict()`, as ``-o`` does.
 
-    Complex variables become a trailing ``part`` dimension (real, imaginary).  The file appears whole or not at all; one
-    of netCDF ends with a digest of what is in it.
+    Complex variables become a trailing ``part`` dimension (real, imaginary).  The file appears whole or not at all, and
+    ends with a digest of what is in it.
 
     Raises
     ------
@@ -183,17 +191,15 @@ def _from_json(path: str | Path) -> xr.Dataset:
         raise ModelError("no such file", path=str(path))
     text = read_text(path, most=_MAX_JSON)
     try:
-        return xr.Dataset.from_dict(json.loads(text))
+        table = json.loads(text)
+        given = table.pop(_DIGEST, None)  # a file of an earlier version has none
+        found = xr.Dataset.from_dict(table)
     except Exception as error:  # whatever xarray meets in a table that is no Dataset
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
-
-
-@cache
-def _version() -> str:
-    try:
-        return version("epicyclic")
-    except PackageNotFoundError:
-        return "unknown"
+    # of the content, however another program lays it out
+    if set(table) - _ENTRIES or (given is not None and given != _digest(json.dumps(table))):
+        raise ModelError("not a result file: damaged, its content is other than was written", path=str(path))
+    return found
 
 
 def _plain(value: object) -> object:

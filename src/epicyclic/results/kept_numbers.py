@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .whole_file import whole_file
+from .plain import read_plain, write_plain
 
 __all__ = ["read_numbers", "structure", "with_numbers", "write_numbers"]
 
@@ -85,9 +85,7 @@ def write_numbers(path: Path, given: object) -> None:
     ------
     ModelError : the file cannot be written.
     """
-    arrays = {name: np.asarray(number) for name, number, _ in _leaves(given) if number is not None}
-    with whole_file(path) as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
+    write_plain(path, {name: np.asarray(number) for name, number, _ in _leaves(given) if number is not None})
 
 
 def read_numbers(path: Path) -> dict[str, Values]:
@@ -95,14 +93,10 @@ def read_numbers(path: Path) -> dict[str, Values]:
 
     Raises
     ------
-    ModelError : it cannot be read.
+    ModelError : it cannot be read, or is damaged.
     """
-    # every member of the archive has a checksum; a damaged one raises errors of many kinds, MemoryError too
-    try:
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            return dict(file)
-    except Exception as error:
-        raise ModelError(f"not the numbers of a run: {error}", path=str(path)) from error
+    found: dict[str, Values] = read_plain(path, what="the numbers")
+    return found
 
 
 def with_numbers(given: T, kept: Mapping[str, Values], *, compared: str, path: Path) -> T:

@@ -179,12 +179,12 @@ def write_plain(path: Path, value: object, *, refer: Refer | None = None) -> Non
         file.write(digest.digest())
 
 
-def read_plain(path: Path, *, restore: Restore | None = None) -> Any:
+def read_plain(path: Path, *, restore: Restore | None = None, what: str = "a segment") -> Any:
     """What `write_plain` has written, to the same bits and the same layout of every array.
 
     Parameters
     ----------
-    restore : gives the objects that the writer has referred to.
+    restore : gives the objects that the writer has referred to.  what : of a run the file holds, for an error.
 
     Raises
     ------
@@ -193,10 +193,10 @@ def read_plain(path: Path, *, restore: Restore | None = None) -> Any:
     raw = memoryview(read_bytes(path, most=_MAX_BYTES))
     written, digest = raw[:-_DIGEST], raw[-_DIGEST:]
     if hashlib.sha256(written).digest() != digest:
-        raise ModelError("not a segment of a run: damaged, its bytes are others than were written", path=str(path))
+        raise ModelError(f"not {what} of a run: damaged, its bytes are others than were written", path=str(path))
     try:
         head, _, blob = bytes(written).partition(b"\n")
         parts = json.loads(head)
         return _Reader(parts["objects"], blob, restore).value(parts["value"])
     except Exception as error:  # whole, but written by another program
-        raise ModelError(f"not a segment of a run: {error}", path=str(path)) from error
+        raise ModelError(f"not {what} of a run: {error}", path=str(path)) from error

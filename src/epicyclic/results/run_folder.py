@@ -13,7 +13,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,6 +22,7 @@ from ..errors import ModelError
 from ..input_files import read_text
 from .kept_numbers import read_numbers, structure, with_numbers, write_numbers
 from .locked_folder import is_left_over, locked_folder
+from .package_version import package_version
 from .plain import Refer, Restore, read_plain, write_plain
 from .whole_file import write_text
 
@@ -40,7 +40,7 @@ __all__ = [
 
 Model = TypeVar("Model")
 
-MODEL_FILE = "model.npz"
+MODEL_FILE = "model.numbers"
 """Numbers that a run has begun with."""
 _ABOUT = "run.json"
 # Endings of files with results.
@@ -90,7 +90,7 @@ def _begin(folder: Path, verb: str, model: object, options: Mapping[str, object]
     about = folder / _ABOUT
     question = {
         "verb": verb,
-        "version": _version(),
+        "version": package_version(),
         "model": structure(model),
         "options": {name: _digest(value) for name, value in options.items()},
     }
@@ -139,13 +139,6 @@ def _digest(value: object) -> str:
         return hashlib.sha256(f"{values.dtype}{values.shape}".encode() + values.tobytes()).hexdigest()
     text = json.dumps(value, default=str)
     return text if len(text) <= 80 else hashlib.sha256(text.encode()).hexdigest()
-
-
-def _version() -> str:
-    try:
-        return version("epicyclic")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 @dataclass(slots=True, kw_only=True, eq=False)

@@ -295,6 +295,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "flank_place": ("1", "place on the path of contact, from 0 to 1 in the sense of the first gear's tip"),
     "face_load": ("N/m", "mesh force per face width, mean over the record"),
     "smallest_load_per_length": ("N/m", "smallest force per length of contact line in the mesh cycle"),
+    "averaging_length": ("m", "length of contact line over which loads per length are averaged"),
     "branch_load_factor": ("1", "K_gamma: largest over mean load of the branches, means over a mesh cycle"),
     "side_share": ("1", "part of the load of a branch on this side, mean over the record"),
     "balance_residual": ("1", "largest force that is left over, per the sum of the sizes of its terms"),

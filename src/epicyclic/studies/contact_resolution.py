@@ -9,13 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..tooth_contact.loaded_contact import LoadedContact, loaded_segments
+from ..tooth_contact.loaded_contact import LoadedContact
+from ..tooth_contact.mirror import all_loaded, all_segments
 from ..tooth_contact.pair import ContactPair, uniform_along_face
 from ..tooth_contact.phases import corner_phases, graded_phases
-from ..tooth_contact.segments import contact_segments
 from ..train.connections import Mesh
 
-__all__ = ["Resolution", "check_tolerance", "estimated_error", "mesh_phases", "resolution", "sigma_at"]
+__all__ = [
+    "PHASE_SHARE",
+    "Resolution",
+    "check_tolerance",
+    "doubled",
+    "estimated_error",
+    "mesh_phases",
+    "resolution",
+    "sigma_at",
+]
 
 Array = NDArray[np.float64]
 
@@ -24,8 +33,8 @@ Array = NDArray[np.float64]
 _PHASES, _SLICES = (32, 1024), (10, 160)
 # Fewest that are kept: a curve over the mesh cycle and a map of the flank are drawn through them.
 _FEWEST = (64, 20)
-# Share of the tolerance for the phases; that of the slices, which cost more, is the larger one.
-_PHASE_SHARE = 0.25
+PHASE_SHARE = 0.25
+"""Share of the tolerance for the phases; that of the slices, which cost more, is the larger one."""
 # Errors of a peak to peak are relative to it, or to this share of the deflection where that is larger: with a default
 # tolerance a ten-thousandth of the deflection, which optimal reliefs come near and no tooth is known to.
 _LEAST_SWING = 1e-2
@@ -111,15 +120,15 @@ def resolution(
     coarse = _FEWEST[1] if slices is None else slices
     chosen = samples
     if chosen is None:
-        reached, missed = _doubled(lambda count: numbers(count, coarse), _PHASES, _PHASE_SHARE * tolerance)
+        reached, missed = doubled(lambda count: numbers(count, coarse), _PHASES, PHASE_SHARE * tolerance)
         chosen, error = max(reached, _FEWEST[0]), error + missed
     cut = slices
     if cut is None and all(uniform_along_face(pair) for pair in pairs):
         cut = _FEWEST[1]  # one would do
     elif cut is None:
         fewest = _PHASES[0] if samples is None else samples
-        share = (1 - _PHASE_SHARE) * tolerance
-        reached, missed = _doubled(lambda count: numbers(fewest, count), _SLICES, share, checked=True)
+        share = (1 - PHASE_SHARE) * tolerance
+        reached, missed = doubled(lambda count: numbers(fewest, count), _SLICES, share, checked=True)
         cut, error = max(reached, _FEWEST[1]), error + missed
     given = samples is not None and (slices is not None or all(uniform_along_face(pair) for pair in pairs))
     return Resolution(
@@ -136,8 +145,8 @@ def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float
 
     Rows : the numbers, and what their errors are relative to, (2, 3).
     """
-    segments = [contact_segments(pair, sigma_at(mesh, phase)) for mesh, pair in zip(helices, pairs, strict=True)]
-    found = [loaded_segments(one, [force], tangents=False) for one in segments]
+    segments = all_segments(pairs, [sigma_at(mesh, phase) for mesh in helices])
+    found = all_loaded(segments, [force], tangents=False)
     swing, deflection = _swing(found)
     load = max(float(one.largest_load[0]) for one in found)
     pressure = max(float(one.largest_pressure[0]) for one in found)
@@ -151,11 +160,15 @@ def _swing(found: Sequence[LoadedContact]) -> tuple[float, float]:
     return float(np.ptp(error)), float(np.mean(error - none))
 
 
-def _doubled(
+def doubled(
     numbers: Callable[[int], Array], limits: tuple[int, int], tolerance: float, *, checked: bool = False
 ) -> tuple[int, Array]:
-    """Count, doubled until the numbers (2, m) of `_numbers` hold, or to a limit, and the estimated errors (m,) [1].
+    """Count, doubled until numbers hold, or to a limit, and the estimated errors (m,) of them [1].
 
+    Parameters
+    ----------
+    numbers : count -> the numbers, and what their errors are relative to, (2, m).  limits : first and most of counts.
+    tolerance : of each number [1].
     checked : a first change that is small may be so by accident, where lead modifications end within a slice; the
     next count then has to confirm it.
     """

@@ -17,9 +17,10 @@ from ..errors import ModelError
 from ..model.bare_numbers import stated
 from ..results.dataset import dataset
 from ..tooth_contact.line_load import averaging_length
-from ..tooth_contact.loaded_contact import LoadedContact, harmonics, loaded_segments
+from ..tooth_contact.loaded_contact import LoadedContact, harmonics
+from ..tooth_contact.mirror import all_loaded, all_segments
 from ..tooth_contact.phases import cycle_harmonics, cycle_mean
-from ..tooth_contact.segments import ContactSegments, contact_segments, with_microgeometry
+from ..tooth_contact.segments import ContactSegments, with_microgeometry
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
@@ -108,10 +109,10 @@ def contact(
     _require_room(cut.phase.size, cut.slices, loads.size)
     pairs = [replace(pair, slices=cut.slices) for pair in pairs]
     if segments is None:
-        segments = [contact_segments(pair, sigma_at(one, cut.phase)) for pair, one in zip(pairs, helices, strict=True)]
+        segments = all_segments(pairs, [sigma_at(one, cut.phase) for one in helices])
     else:
         segments = [with_microgeometry(one, pair) for one, pair in zip(segments, pairs, strict=True)]
-    results = [loaded_segments(one, loads, tangents=tangents) for one in segments]
+    results = all_loaded(segments, loads, tangents=tangents)
     operating = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
     place = _path_places(results, operating)

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..analyses.cost import require_memory
 from ..analyses.static.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from ..analyses.static.equilibrium import Compliance, compliance_of, equilibrium, require_balance
-from ..analyses.static.record import Record, RecordExcitation, excitation, positive_count, record_of, turn_fraction
+from ..analyses.static.record import (
+    Record,
+    RecordExcitation,
+    excitation,
+    excitation_at,
+    positive_count,
+    record_of,
+    reference_tone,
+    turn_fraction,
+)
 from ..analyses.static.static import free_position_warnings, law_attributes
 from ..assemble import assemble
 from ..assemble.faces import FaceLoad, MeshFaceLaw, face_laws, with_three_rows
@@ -22,8 +34,11 @@ from ..errors import ModelError
 from ..results.dataset import dataset
 from ..system.faces import faces
 from ..system.system import System
+from ..tooth_contact.line_load import averaging_length
+from ..tooth_contact.phases import corner_phases
 from ..train.train import Train
-from .tooth_contact import flank_map
+from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
+from .tooth_contact import TOLERANCE, flank_map
 
 __all__ = ["TORQUES", "train_contact"]
 
@@ -35,6 +50,13 @@ TORQUES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 _PLACES = 81
 # mesh force per largest one below which a mesh is open: rounding of the equilibrium is far below
 _OPEN_RATIO = 1e-7
+# First and most instants of a mesh cycle, slices of each face.  The corners of contact of all meshes are among the
+# instants, of 12 meshes some 40, so that few others are enough; the most bound a torque to a minute.
+_PHASES, _SLICES = (16, 256), (10, 80)
+# Fewest that are kept: forces over the cycle and loads over the face are drawn through them.
+_FEWEST = (32, 20)
+# Instants nearer than this are one [mesh cycles]: a tenth of the distance of the two sides of a jump.
+_SAME = 1e-10
 
 
 def train_contact(
@@ -44,8 +66,9 @@ def train_contact(
     cycles: int | None = 1,
     turns: int | None = None,
     of: str | None = None,
-    samples: int = 32,
-    slices: int = 20,
+    samples: int | None = None,
+    slices: int | None = None,
+    tolerance: float = TOLERANCE,
     linear_at: float | None = None,
     corner: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -58,8 +81,10 @@ def train_contact(
     Parameters
     ----------
     factors : torques beside the operating ones, relative to them [1]; weight and other loads stay.
-    cycles, turns, of, samples : the record, as of `static`; one mesh cycle by default.
-    slices : segments of each face.
+    cycles, turns, of : the record, as of `static`; one mesh cycle by default.
+    samples, slices : instants per mesh cycle or turn, segments of each face; None: doubled until the numbers of the
+        operating torque hold over the first mesh cycle, with the corners of contact beside the instants.
+    tolerance : relative, of the largest load of every mesh and of K_gamma [1].
     linear_at : load per length [N/m] at which the contact of the flanks is linearised; None: Hertz.
     corner : solve corner contact, tips that bear beyond the path of contact.
     progress : called with the share done, 0..1.
@@ -69,16 +94,23 @@ def train_contact(
     Dataset : mesh_force [N] (torque_factor, mesh, time), face_load [N/m] (torque_factor, mesh, width), factors of face,
         side and branch (torque_factor, mesh or mesh_pair), flank_load_per_length [N/m] (mesh, width, flank_place),
         displacement [m, rad] (dof, time), link_force and link_deflection (link_row, time), relative residuals
-        (torque_factor).
+        (torque_factor).  Loads per length are means over a length of contact line (`line_load`), averaging_length [m]
+        (mesh).  Attributes: samples, slices, tolerance, estimated_error (of largest load and K_gamma, largest; nan
+        where both are given), estimated_face_error (of K_Hbeta).
 
     Raises
     ------
     ModelError : no torque, no face width, options out of range, and all that `static` and `contact` refuse.
     ConvergenceError : no equilibrium.
     """
+    check_tolerance(tolerance)
     levels = _levels(train, factors)
-    case = _case(train, record=(None if turns or of else cycles, turns, of, positive_count("samples", samples, 32)))
-    laws = face_laws(train, slices=slices, linear_at=linear_at, corner=corner)
+    length = _Length(cycles=None if turns or of else cycles, turns=turns, of=of)
+    teeth: dict[str, Any] = {"linear_at": linear_at, "corner": corner}
+    cut = _resolved(train, length, teeth, tolerance=tolerance, samples=samples, slices=slices)
+    laws = face_laws(train, slices=cut.slices, **teeth)
+    case = _case(train, laws, length, samples=cut.samples, graded=samples is None)
+    _require_room(case, laws)
     contacts = _face_contacts(case, laws)
     states: list[ContactEquilibrium] = []
     for i, level in enumerate(levels):
@@ -88,12 +120,14 @@ def train_contact(
     loads = [_face_loads(laws, contacts, state) for state in states]
     operating = int(np.argmin(np.abs(levels - 1.0)))
     force = np.array([_mesh_force(state) for state in states])
-    options = {"samples": samples, "slices": slices, "linear_at": linear_at, "corner": corner}
+    options = {"samples": samples, "slices": slices, "tolerance": tolerance, **teeth}
+    instants = case.record.instants
     result = dataset(
         {
-            **_force_columns(case.system, case.record, force),
-            **_face_columns(laws, loads, operating),
+            **_force_columns(case.system, case.record, force[..., :instants]),
+            **_face_columns(laws, loads, operating, case.weight),
             **_motion_columns(case, states[operating]),
+            "averaging_length": ("mesh", _gathered(laws, [_averaging_lengths(law) for law in laws])),
             "contact_residual": ("torque_factor", np.array([state.contact_residual.max() for state in states])),
             "balance_residual": ("torque_factor", np.array([state.force_residual.max() for state in states])),
         },
@@ -101,28 +135,58 @@ def train_contact(
             "torque_factor": levels,
             "mesh": [mesh.name for mesh in train.meshes],
             "mesh_pair": list(dict.fromkeys(mesh.pair for mesh in train.meshes)),
-            "width": (np.arange(slices) + 0.5) / slices,
+            "width": (np.arange(cut.slices) + 0.5) / cut.slices,
             "flank_place": np.linspace(0.0, 1.0, _PLACES),
             "dof": list(case.system.dofs.names),
             "link_row": list(case.system.links.name),
-            "time": np.arange(case.record.instants) / case.record.samples / float(case.record.unit),
+            "time": np.arange(instants) / case.record.samples / float(case.record.unit),
         },
         verb="train_contact",
         options=options,
-        warnings=_warnings(train, case, laws, force[operating]),
+        warnings=[*_warnings(train, case, laws, force[operating]), *_unresolved(cut, tolerance)],
         provenance={**case.system.provenance, **law_attributes(case.system, case.record)},
     )
     result["time"].attrs.update({"units": "s" if case.system.tones else "mesh cycles", "long_name": "time"})
-    result.attrs["torques"] = json.dumps(dict(train.torques))
+    result.attrs |= {
+        "torques": json.dumps(dict(train.torques)),
+        "samples": cut.samples,
+        "slices": cut.slices,
+        "tolerance": tolerance,
+        "estimated_error": max(cut.error),
+        "estimated_face_error": cut.face_error,
+    }
     return result
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Length:
+    """Length of the record: mesh cycles, or turns of a body, as of `static`."""
+
+    cycles: int | None
+    turns: int | None
+    of: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Cut:
+    """Discretisation: instants of a mesh cycle or turn, slices of each face.
+
+    error : estimated, of the largest load and of K_gamma [1]; face_error : of K_Hbeta; nan where nothing was estimated.
+    """
+
+    samples: int
+    slices: int
+    error: tuple[float, float] = (math.nan, math.nan)
+    face_error: float = math.nan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Case:
-    """A train with three rows a mesh over a record of T instants.
+    """A train with three rows a mesh at T instants: those of a record, then the corners of contact.
 
-    flexible : its compliance without meshes.  acting : stiffness, errors and loads at the instants.
-    cycles : (T, w) time of each of w meshes [mesh cycles].
+    flexible : its compliance without meshes.  record : its instants are the first of the T.
+    acting : stiffness, errors and loads at the instants.  cycles : (T, w) time of each of w meshes [mesh cycles].
+    weight : (T,) of the instants in a mean over the record, of values linear between them [1].
     """
 
     system: System
@@ -130,6 +194,7 @@ class _Case:
     record: Record
     acting: RecordExcitation
     cycles: Array
+    weight: Array
 
 
 # contact of equal meshes at all instants, and the numbers of these meshes
@@ -146,25 +211,196 @@ def _levels(train: Train, factors: Sequence[float]) -> Array:
     return levels
 
 
-def _case(train: Train, *, record: tuple[int | None, int | None, str | None, int]) -> _Case:
-    """Train, loads and phases over a record of (cycles, turns, of, samples)."""
+def _case(train: Train, laws: Sequence[MeshFaceLaw], length: _Length, *, samples: int, graded: bool) -> _Case:
+    """Train, loads and phases over a record; graded : at the corners of contact too."""
     system = assemble(with_three_rows(train))
-    cycles, turned, of, samples = record
-    over = record_of(system, cycles=cycles, turns=turned, of=of, samples=samples, most=64 * samples)
+    over = record_of(system, cycles=length.cycles, turns=length.turns, of=length.of, samples=samples, most=64 * samples)
     index = np.arange(over.instants, dtype=np.int64)
     tones = system.tones or (over.unit,)
-    phases = np.array([turn_fraction(tone / over.unit / over.samples, index) for tone in tones])
-    first = faces(system.meshes).first
+    phases = np.array([turn_fraction(tone / over.unit / over.samples, index) for tone in tones]).T
     flexible = compliance_of(system)
     acting = excitation(system, over.unit, index, over.samples)
     require_balance(flexible.free, acting.force, system.dofs.names)
+    of_mesh = system.meshes.tone[faces(system.meshes).first]
+    times = index / over.samples
+    if graded:
+        rate = np.array([float(tone / over.unit) for tone in tones])
+        corners = _corner_times(laws, over, rate[of_mesh])
+        turned = np.mod(corners[:, None] * rate, 1.0)
+        lines = np.array([float(line.frequency / over.unit) for line in system.lines])
+        waves = np.exp(2j * np.pi * np.mod(corners[:, None] * lines, 1.0))
+        acting = _joined(acting, excitation_at(system, waves, turned if system.tones else np.zeros((len(corners), 1))))
+        phases, times = np.concatenate([phases, turned]), np.concatenate([times, corners])
     return _Case(
         system=system,
         flexible=flexible,
         record=over,
         acting=acting,
-        cycles=phases[system.meshes.tone[first]].T,
+        cycles=phases[:, of_mesh],
+        weight=_weights(times, float(over.count)),
     )
+
+
+def _weights(times: Array, length: float) -> Array:
+    """Weights (T,) [1] of instants in the mean over a length, which repeats, of values linear between them."""
+    order = np.argsort(times)
+    apart = np.diff(times[order], append=times[order[0]] + length) / length
+    weight = np.empty(len(times))
+    weight[order] = 0.5 * (apart + np.roll(apart, 1))
+    return weight
+
+
+def _joined(one: RecordExcitation, other: RecordExcitation) -> RecordExcitation:
+    """Stiffness, errors and loads of the instants of both."""
+    return RecordExcitation(
+        stiffness=np.concatenate([one.stiffness, other.stiffness]),
+        gap=np.concatenate([one.gap, other.gap]),
+        link_gap=np.concatenate([one.link_gap, other.link_gap]),
+        force=np.concatenate([one.force, other.force]),
+    )
+
+
+def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> Array:
+    """Times (C,) within the record at which a contact line of a mesh passes a corner of its flank [its units].
+
+    rate : (w,) mesh cycles of each mesh in a unit.  Times that are equal, or those of the record, count once.
+    """
+    found = [np.zeros(0)]
+    for law in laws:
+        corner = corner_phases(law.pair.plane)
+        for i, lead, sense in zip(law.meshes, law.lead, law.sense, strict=True):
+            if not rate[i]:  # a mesh at rest in a train that turns
+                continue
+            first = np.mod(sense * corner - lead, 1.0)
+            whole = np.arange(math.ceil(record.count * rate[i]) + 1)
+            found.append(((first + whole[:, None]) / rate[i]).ravel())
+    times = np.unique(np.concatenate(found))
+    times = times[times < record.count]
+    even = np.abs(times - np.round(times * record.samples) / record.samples)
+    apart = np.diff(times, prepend=-np.inf)
+    same = _SAME / max(1.0, float(rate.max()))
+    return np.asarray(times[(even > same) & (apart > same)])
+
+
+def _resolved(
+    train: Train,
+    length: _Length,
+    teeth: Mapping[str, Any],
+    *,
+    tolerance: float,
+    samples: int | None,
+    slices: int | None,
+) -> _Cut:
+    """Instants and slices with which the operating torque is solved within a tolerance over the first mesh cycle.
+
+    Of the two, those given are kept.  In a record of turns the instants chosen are those of all their mesh cycles.
+
+    Raises
+    ------
+    ModelError : instants or slices out of range.
+    """
+    samples = None if samples is None else positive_count("samples", samples, 1)
+    slices = None if slices is None else positive_count("slices", slices, 1)
+    if samples is not None and slices is not None:
+        return _Cut(samples=samples, slices=slices)
+    whole = _Length(cycles=1, turns=None, of=None)
+
+    @cache
+    def numbers(count: int, pieces: int) -> tuple[Array, Array]:
+        laws = face_laws(train, slices=pieces, **teeth)
+        return _numbers(train, laws, _case(train, laws, whole, samples=count, graded=samples is None))
+
+    error = np.zeros(len(train.meshes) + len({mesh.pair for mesh in train.meshes}))
+    chosen, pieces, face_error = samples, slices, 0.0
+    if chosen is None:
+        # what the instants miss hardly depends on the slices
+        coarse = _SLICES[0] if slices is None else min(slices, _SLICES[0])
+        reached, missed = doubled(lambda count: numbers(count, coarse)[0], _PHASES, PHASE_SHARE * tolerance)
+        chosen, error = max(reached, _FEWEST[0]) * _cycles_a_unit(train, length), error + missed
+    if pieces is None:
+        # in a record of turns the instants given say nothing of a mesh cycle
+        few = _PHASES[0] if samples is None or length.of or length.turns else samples
+        tried: dict[int, Array] = {}
+
+        def cut(count: int) -> Array:
+            found, tried[count] = numbers(few, count)
+            return found
+
+        reached, missed = doubled(cut, _SLICES, (1 - PHASE_SHARE) * tolerance, checked=True)
+        pieces, error = max(reached, _FEWEST[1]), error + missed
+        finest = tried[max(tried)]
+        left = estimated_error(list(tried.values())) + np.abs(finest - tried[pieces])
+        face_error = float(np.nanmax(left / finest, initial=0.0))
+    w = len(train.meshes)
+    return _Cut(
+        samples=chosen,
+        slices=pieces,
+        error=(float(error[:w].max()), float(error[w:].max())),
+        face_error=face_error,
+    )
+
+
+def _cycles_a_unit(train: Train, length: _Length) -> int:
+    """Whole mesh cycles that a unit of the record is not longer than: 1, or those of a turn."""
+    if not length.of and not length.turns:
+        return 1
+    system = assemble(train)
+    unit = record_of(system, cycles=None, turns=1, of=length.of, samples=1, most=1).unit
+    return max(1, math.ceil(reference_tone(system) / unit))
+
+
+def _numbers(train: Train, laws: Sequence[MeshFaceLaw], case: _Case) -> tuple[Array, Array]:
+    """Largest loads of the meshes [N/m] and K_gamma of the pairs [1] at the operating torque with what their errors are
+    relative to, (2, w + p), and K_Hbeta of the meshes (w,) [1].
+
+    The error of a load is relative to the largest of its pair: a branch may carry next to nothing.
+    """
+    _require_room(case, laws)
+    contacts = _face_contacts(case, laws)
+    state = _equilibrium(case, contacts, 1.0)
+    columns = _face_columns(laws, [_face_loads(laws, contacts, state)], 0, case.weight)
+    force = _mesh_force(state)[None, :, : case.record.instants]
+    load = columns["largest_load_per_length"][1][0]
+    pair = np.array([mesh.pair for mesh in train.meshes])
+    scale = np.array([load[pair == name].max() for name in pair])
+    branch = _force_columns(case.system, case.record, force)["branch_load_factor"][1][0]
+    held = np.array([np.concatenate([load, branch]), np.concatenate([scale, branch])])
+    return held, columns["face_load_factor"][1][0]
+
+
+def _require_room(case: _Case, laws: Sequence[MeshFaceLaw]) -> None:
+    """Refuse what memory does not hold: the compliance between the segments of every mesh at every instant."""
+    sizes = [len(law.meshes) * (law.pair.slices * _lines(law)) ** 2 for law in laws]
+    require_memory(
+        float(len(case.cycles)) * sum(sizes),
+        path="cycles, samples, slices",
+        given=f"{len(case.cycles)} instants of {laws[0].pair.slices} slices",
+        allowed="fewer of one of them",
+    )
+
+
+def _lines(law: MeshFaceLaw) -> float:
+    """Mean number of contact lines on the whole face of a mesh: its transverse contact ratio."""
+    low, high = law.pair.plane.limits
+    return high - low
+
+
+def _unresolved(cut: _Cut, tolerance: float) -> list[str]:
+    """Warnings where instants and slices are not enough for the tolerance."""
+    used = f"{cut.samples} instants and {cut.slices} slices"
+    asked = f"asked {100 * tolerance:.2g} %"
+    each = (("the largest load", cut.error[0]), ("K_gamma", cut.error[1]))
+    said = [
+        f"{used} are not enough: estimated error {100 * error:.2g} % of {name}, {asked}"
+        for name, error in each
+        if error > tolerance
+    ]
+    if cut.face_error > tolerance:
+        said.append(
+            f"K_Hbeta is that of {cut.slices} slices: the load at the very end of a face changes with them, by an "
+            f"estimated {100 * cut.face_error:.2g} %"
+        )
+    return said
 
 
 def _face_contacts(case: _Case, laws: Sequence[MeshFaceLaw]) -> _FaceContacts:
@@ -223,19 +459,32 @@ def _force_columns(system: System, record: Record, force: Array) -> dict[str, An
     }
 
 
-def _face_columns(laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]], operating: int) -> dict[str, Any]:
-    """Variables along the faces of all meshes; loads : at each torque, by law; operating : index of that torque."""
-    order = np.argsort([mesh for law in laws for mesh in law.meshes])
+def _gathered(laws: Sequence[MeshFaceLaw], parts: Sequence[Array]) -> Array:
+    """Values (g, ...) of the meshes of each law as one array (w, ...) in the order of the meshes."""
+    return np.concatenate(parts)[np.argsort([mesh for law in laws for mesh in law.meshes])]
+
+
+def _averaging_lengths(law: MeshFaceLaw) -> Array:
+    """Length over which loads are averaged, of each mesh (g,) [m]."""
+    return np.full(len(law.meshes), averaging_length(law.pair.plane))
+
+
+def _face_columns(
+    laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]], operating: int, weight: Array
+) -> dict[str, Any]:
+    """Variables along the faces of all meshes.
+
+    loads : at each torque, by law.  operating : index of that torque.  weight : (T,) of the instants in a mean [1].
+    """
 
     def gathered(parts: Sequence[Array]) -> Array:
-        """Values (g, ...) of the meshes of each law as one array (w, ...) in the order of the meshes."""
-        return np.concatenate(parts)[order]
+        return _gathered(laws, parts)
 
     mean, largest, smallest = [], [], []
     for load in loads:
-        mean.append(gathered([one.force.sum(axis=2).mean(axis=0) for one in load]))
+        mean.append(gathered([np.tensordot(weight, one.force.sum(axis=2), 1) for one in load]))
         largest.append(gathered([np.nanmax(one.per_length, axis=(0, 2, 3)) for one in load]))
-        smallest.append(gathered([np.nanmin(one.per_length, axis=(0, 2, 3)) for one in load]))
+        smallest.append(gathered([np.where(one.whole, one.per_length, np.inf).min(axis=(0, 2, 3)) for one in load]))
     slice_load = np.array(mean)
     span = gathered([np.full(len(law.meshes), law.pair.plane.width / law.pair.slices) for law in laws])
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -269,9 +518,10 @@ def _flank_maps(load: FaceLoad) -> Array:
 def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     """Displacement of every degree of freedom (n, T) [m, rad], force and deflection of every link row (p, T)."""
     links = case.system.links
-    deflection = state.displacement @ links.B - case.acting.link_gap
+    motion = state.displacement[: case.record.instants]
+    deflection = motion @ links.B - case.acting.link_gap[: case.record.instants]
     return {
-        "displacement": (("dof", "time"), (state.displacement * case.system.dofs.radius).T),
+        "displacement": (("dof", "time"), (motion * case.system.dofs.radius).T),
         "link_force": (("link_row", "time"), (links.stiffness * deflection).T),
         "link_deflection": (("link_row", "time"), deflection.T),
     }

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import hertz
+from .positive import products, scaled_solution, solved
 from .segments import ContactSegments
 from .solve import ContactSolution, solve_hertzian, solve_linear
 
@@ -73,35 +74,42 @@ def row_response(
     """
     c, valid = weight[phases], segments.valid[phases]
     gap = np.where(valid, segments.gap[phases] - np.matmul(c, rows[:, :, None])[:, :, 0], 0.0)
-    C = segments.compliance[phases]
     zero = np.zeros(len(phases))
     if segments.line is None:
-        found = solve_linear(C, gap, valid, None, approach=zero)
-        return _response(segments, c, C, found, None, phases)
-    found = solve_hertzian(C, gap, valid, None, lambda u, i: segments.law(u, phases[i]), approach=zero, start=start)
-    own = -gap - np.matmul(C, found.force[:, :, None])[:, :, 0]
-    return _response(segments, c, C, found, own, phases)
+        found = solve_linear(segments.compliance, gap, valid, None, approach=zero, phase=phases)
+        return _response(segments, c, found, None, phases)
+    found = solve_hertzian(
+        segments.compliance,
+        gap,
+        valid,
+        None,
+        lambda u, i: segments.law(u, phases[i]),
+        approach=zero,
+        start=start,
+        phase=phases,
+    )
+    own = -gap - products(segments.compliance, phases, found.force)
+    return _response(segments, c, found, own, phases)
 
 
 def _response(
-    segments: ContactSegments, c: Array, C: Array, found: ContactSolution, own: Array | None, phases: Index
+    segments: ContactSegments, c: Array, found: ContactSolution, own: Array | None, phases: Index
 ) -> RowResponse:
     """Forces, tangent and energy of the rows from the solution of the segments.
 
-    c : (t, n, 3) [1].  C : (t, n, n) [m/N].  own : (t, n) own approaches [m], None with a linear law.  phases : (t,).
+    c : (t, n, 3) [1].  own : (t, n) own approaches [m], None with a linear law.  phases : (t,).
     """
     P, on = found.force, found.active
-    shared = 0.5 * np.einsum("ti,tij,tj->t", P, C, P)
+    shared = 0.5 * (P * products(segments.compliance, phases, P)).sum(axis=1)
     if own is None:
-        matrix = np.where(on[:, :, None] & on[:, None, :], C, np.eye(on.shape[1]))
+        matrix = np.where(on[:, :, None] & on[:, None, :], segments.compliance[phases], np.eye(on.shape[1]))
         held = np.where(on[:, :, None], c, 0.0)
-        tangent = np.matmul(held.transpose(0, 2, 1), np.linalg.solve(matrix, held))
+        tangent = np.matmul(held.transpose(0, 2, 1), solved(matrix, held))
         energy, state = shared, np.zeros_like(P)
     else:
         root = np.sqrt(np.where(on, segments.law(own, phases)[1], 0.0))
         held = root[:, :, None] * c
-        matrix = root[:, :, None] * C * root[:, None, :] + np.eye(on.shape[1])
-        tangent = np.matmul(held.transpose(0, 2, 1), np.linalg.solve(matrix, held))
+        tangent = np.matmul(held.transpose(0, 2, 1), scaled_solution(segments.compliance, phases, root, held))
         energy, state = shared + _own_energy(segments, P, own, phases), own
     return RowResponse(
         force=np.matmul(c.transpose(0, 2, 1), P[:, :, None])[:, :, 0],

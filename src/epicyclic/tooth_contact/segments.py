@@ -14,6 +14,7 @@ definite.  Derived here.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,11 +24,11 @@ from ..gears.flank import lead_modification, profile_modification
 from . import hertz
 from .corner import corner_reach, tip_separation
 from .kernel import face_coupling
-from .lines import ContactLines, contact_lines
+from .lines import ContactLines, PlaneOfAction, contact_lines
 from .pair import ContactPair, ElasticTooth, check_pair
 from .partial_slices import CELLS, FaceParts, between_parts, face_parts
 
-__all__ = ["ContactSegments", "contact_segments", "initial_gap", "with_microgeometry"]
+__all__ = ["ContactSegments", "contact_segments", "initial_gap", "microgeometry_gaps", "with_microgeometry"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -132,10 +133,28 @@ def with_microgeometry(segments: ContactSegments, pair: ContactPair) -> ContactS
     ------
     ModelError : as of `check_pair`.
     """
-    check_pair(pair)
-    gap = initial_gap(pair, segments.lines).reshape(len(segments.index), -1)
-    there = np.take_along_axis(gap, segments.index, axis=1)
-    return replace(segments, pair=pair, gap=np.where(segments.valid, there, 0.0))
+    return replace(segments, pair=pair, gap=microgeometry_gaps(segments, [pair])[0])
+
+
+def microgeometry_gaps(segments: ContactSegments, pairs: Sequence[ContactPair]) -> Array:
+    """Initial gaps (S, T, n) [m] at the places of segments, of pairs (S,) that differ in these alone.
+
+    Raises
+    ------
+    ModelError : as of `check_pair`.
+    """
+    lines, count = segments.lines, segments.lines.length.shape[2]
+
+    def take(values: Array) -> Array:
+        return np.take_along_axis(values.reshape(len(segments.index), -1), segments.index, axis=1)
+
+    number = np.take_along_axis(lines.pair, segments.index // count, axis=1)
+    places = _places(segments.pair.plane, take(lines.sigma), take(lines.zeta), number)
+    gaps = np.empty((len(pairs), *segments.gap.shape))
+    for i, pair in enumerate(pairs):
+        check_pair(pair)
+        gaps[i] = np.where(segments.valid, _gap_at(pair, places), 0.0)
+    return gaps
 
 
 def _gathered(lines: ContactLines) -> tuple[Index, NDArray[np.bool_]]:
@@ -233,21 +252,53 @@ def _twisted(pair: ContactPair, centre: Array) -> Array | None:
     return whole
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Places:
+    """Places on the flanks, of any shape (...): what every micro-geometry of a pair needs of them.
+
+    sigma : on the path of contact [base pitches].  zeta : along the face [m].  number : of the pair of teeth.
+    heights : below the tip and above the root of each gear [m].
+    """
+
+    sigma: Array
+    zeta: Array
+    number: Index
+    heights: tuple[tuple[Array, Array], tuple[Array, Array]]
+
+
+def _places(plane: PlaneOfAction, sigma: Array, zeta: Array, number: Index) -> _Places:
+    on = np.clip(sigma, *plane.limits)
+    low, high = plane.limits
+    a, b = plane.radius_a(on), plane.radius_b(on)
+    return _Places(
+        sigma=sigma,
+        zeta=zeta,
+        number=number,
+        heights=(
+            (np.abs(a - plane.radius_a(high)), np.abs(a - plane.radius_a(low))),
+            (np.abs(b - plane.radius_b(low)), np.abs(b - plane.radius_b(high))),
+        ),
+    )
+
+
 def initial_gap(pair: ContactPair, lines: ContactLines) -> Array:
     """Initial gap between the flanks (T, J, K) [m]: micro-geometry of both, misalignment, given gaps, corner."""
+    number = np.broadcast_to(lines.pair[:, :, None], lines.sigma.shape)
+    return _gap_at(pair, _places(pair.plane, lines.sigma, lines.zeta, number))
+
+
+def _gap_at(pair: ContactPair, at: _Places) -> Array:
+    """Initial gap (...) [m] at places, as of `initial_gap`."""
     plane = pair.plane
-    on = np.clip(lines.sigma, *plane.limits)
-    total = pair.misalignment * lines.zeta
+    total = pair.misalignment * at.zeta
     if pair.corner:
-        total = total + tip_separation(plane, lines.sigma)
+        total = total + tip_separation(plane, at.sigma)
     if pair.gap:
-        total = total + np.interp(lines.zeta, *np.array(pair.gap).T)
-    for flank, gear, radius in ((pair.flank_a, 0, plane.radius_a), (pair.flank_b, 1, plane.radius_b)):
-        tip, root = (plane.limits[1], plane.limits[0]) if gear == 0 else plane.limits
-        at = radius(on)
-        height = np.abs(at - radius(tip)), np.abs(at - radius(root))
-        total = total + profile_modification(flank, below_tip=height[0], above_root=height[1], sigma=lines.sigma)
-        total = total + lead_modification(flank, lines.zeta, (plane.face_a, plane.face_b)[gear])
+        total = total + np.interp(at.zeta, *np.array(pair.gap).T)
+    for flank, gear in ((pair.flank_a, 0), (pair.flank_b, 1)):
+        below_tip, above_root = at.heights[gear]
+        total = total + profile_modification(flank, below_tip=below_tip, above_root=above_root, sigma=at.sigma)
+        total = total + lead_modification(flank, at.zeta, (plane.face_a, plane.face_b)[gear])
         if flank.pitch:
-            total = total + np.asarray(flank.pitch)[lines.pair % pair.teeth[gear]][:, :, None]
+            total = total + np.asarray(flank.pitch)[at.number % pair.teeth[gear]]
     return np.asarray(total)

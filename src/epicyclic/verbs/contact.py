@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from .options import ChosenSlices, Corner, LinearAt, LoadPoints, Misalignment, Tolerance
+from .options import RANGE_LOADS, ChosenSlices, Corner, LinearAt, LoadPoints, Misalignment, Tolerance
 from .parsing import load_per_length, loads_of
 from .record import Option, Verb, bounded, former, refuse_without
 
@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from ..studies.source import Overrides, Source
 
 __all__ = ["VERB", "contact"]
-
-_LOADS = 7  # in a range
 
 
 @former(factors="loads", torque_ends=("torque_end_a", "torque_end_b"))
@@ -71,12 +69,13 @@ def contact(
             overrides=overrides,
             loads=loads,
             load_points=load_points,
-            samples=32 if samples is None else samples,
-            slices=20 if slices is None else slices,
+            samples=samples,
+            slices=slices,
+            tolerance=tolerance,
             corner=corner,
             linear_at=linear_at,
         )
-    factors = loads_of(loads, load_points, _LOADS)
+    factors = loads_of(loads, load_points, RANGE_LOADS)
     from ..studies.source import train_of
     from ..studies.tooth_contact import FACTORS
     from ..studies.tooth_contact import contact as run

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOST_SPEED",
+    "RANGE_LOADS",
     "ChosenSlices",
     "Corner",
     "Cycles",
@@ -29,13 +30,14 @@ __all__ = [
     "Samples",
     "ShaftOrders",
     "ShaftTones",
-    "Slices",
     "Start",
     "Stop",
     "Tolerance",
     "Turns",
 ]
 
+RANGE_LOADS = 7
+"""Loads of a range where their number is not given: enough to draw a curve through."""
 # beyond any drive; squares of much more are no numbers
 MOST_SPEED = 10_000
 # mesh cycles or turns, and instants of one: what they cost together is asked where the train is known
@@ -92,8 +94,9 @@ ShaftTones = Annotated[
 ]
 
 # loaded teeth
-LoadPoints = Annotated[int | None, Option("Number of loads in a range (--loads).", least=1, most=10_000, default="7")]
-Slices = Annotated[int, Option("Pieces of each face.", least=1, most=1000)]
+LoadPoints = Annotated[
+    int | None, Option("Number of loads in a range (--loads).", least=1, most=10_000, default=str(RANGE_LOADS))
+]
 ChosenSlices = Annotated[
     int | None, Option("Pieces of each face.", least=1, most=1000, default="doubled until the tolerance holds")
 ]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated
 
-from .options import Corner, LinearAt, LoadPoints, Of, Slices, Turns
+from .options import RANGE_LOADS, ChosenSlices, Corner, LinearAt, LoadPoints, Of, Turns
 from .parsing import load_per_length, loads_of
 from .record import Option, Progress, Verb, bounded, former
 
@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from ..studies.source import Overrides, Source
 
 __all__ = ["VERB", "train_contact"]
-
-_LOADS = 7  # in a range
 
 
 @former(factors="loads")
@@ -31,8 +29,17 @@ def train_contact(
     cycles: Annotated[int | None, Option("Length of the record in mesh cycles.", least=1, most=1_000_000)] = 1,
     turns: Turns = None,
     of: Of = None,
-    samples: Annotated[int, Option("Instants per mesh cycle or turn.", least=1, most=100_000)] = 32,
-    slices: Slices = 20,
+    samples: Annotated[
+        int | None,
+        Option(
+            "Even instants per mesh cycle or turn.", least=1, most=100_000, default="doubled until the tolerance holds"
+        ),
+    ] = None,
+    slices: ChosenSlices = None,
+    tolerance: Annotated[
+        float,
+        Option("Relative error of the largest load per length and of K_gamma, where instants or slices are not given."),
+    ] = 0.01,
     corner: Corner = False,
     linear_at: LinearAt = None,
     progress: Progress | None = None,
@@ -45,7 +52,7 @@ def train_contact(
     ------
     ModelError : the model or an option is wrong; no torque, no face width.  ConvergenceError : no equilibrium.
     """
-    factors = loads_of(loads, load_points, _LOADS)
+    factors = loads_of(loads, load_points, RANGE_LOADS)
     from ..studies.source import train_of
     from ..studies.train_tooth_contact import train_contact as run
 
@@ -56,6 +63,7 @@ def train_contact(
         of=of,
         samples=samples,
         slices=slices,
+        tolerance=tolerance,
         linear_at=None if linear_at is None else load_per_length(linear_at, "linear_at"),
         corner=corner,
         progress=progress,

@@ -96,3 +96,36 @@ def test_what_differs_along_the_face_is_not_even(change: dict[str, Any]) -> None
 
 def test_a_helix_is_not_even() -> None:
     assert not uniform_along_face(pair("15 deg"))
+
+
+@pytest.mark.parametrize("helix", ["0 deg", "15 deg"])
+def test_a_start_from_another_micro_geometry_loses_none(helix: str) -> None:
+    """Far apart and lightly loaded, Newton's method from the nearest solved one often misses: all are solved anew."""
+    one = pair(helix)
+    random = np.random.default_rng(3)
+    shapes = []
+    for tip, length, root, crown, slope in random.random((60, 5)):
+        flank = Flank(
+            tip_relief=Relief(amount=60e-6 * tip, length=1e-4 + 2e-3 * length),
+            root_relief=Relief(amount=50e-6 * root, length=1e-3),
+            crown=40e-6 * crown,
+            slope=160e-6 * (slope - 0.5),
+        )
+        shapes.append(replace(one, flank_a=flank, flank_b=flank))
+    segments = contact_segments(one, PHASES)
+    loads = [40.0, 2000.0]
+    many = microgeometry_contact(segments, shapes, loads)
+    assert many.solved.all()
+    assert many.residual.max() < 1e-10
+    for i in range(0, 60, 7):
+        alone = loaded_contact(shapes[i], loads, PHASES)
+        np.testing.assert_allclose(many.approach[i], alone.approach, rtol=1e-9)
+
+
+def test_the_largest_load_is_computed_where_it_is_wanted() -> None:
+    one = pair()
+    segments = contact_segments(one, PHASES)
+    found = [microgeometry_contact(segments, [one], LOADS, largest=wanted) for wanted in (True, False)]
+    assert np.isfinite(found[0].largest_load).all()
+    assert np.isnan(found[1].largest_load).all()
+    assert np.array_equal(found[0].approach, found[1].approach)

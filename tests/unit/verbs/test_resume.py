@@ -217,7 +217,7 @@ def test_only_files_of_a_run_are_deleted(tmp_path: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == [
         "000000.kept",
         "mine.nc",
-        "model.npz",
+        "model.numbers",
         "notes",
         "run.json",
     ]

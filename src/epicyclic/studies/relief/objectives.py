@@ -20,8 +20,9 @@ from ...assemble.tooth_pairs import pair_of
 from ...errors import ModelError
 from ...system.system import System
 from ...tooth_contact.microgeometries import MicrogeometryContact, microgeometry_contact
+from ...tooth_contact.mirror import all_segments, first_images
 from ...tooth_contact.pair import ContactPair, uniform_along_face
-from ...tooth_contact.segments import ContactSegments, contact_segments
+from ...tooth_contact.segments import ContactSegments
 from ...train.connections import Mesh
 from ...train.train import Train
 from ..contact_resolution import Resolution, mesh_phases, sigma_at
@@ -156,15 +157,30 @@ def helix_contacts(
     """
     result = []
     for helices in meshes:
-        contacts = []
-        for mesh, force in helices:
-            pair = pair_of(train, mesh, slices=cut.slices, corner=contact.corner, misalignment=contact.misalignment)
-            if uniform_along_face(pair) and not varies_along_face(variables, fixed):
-                pair = replace(pair, slices=1)
-            segments = contact_segments(pair, sigma_at(mesh, cut.phase))
-            contacts.append(HelixContact(mesh=mesh, segments=segments, force=force))
-        result.append(tuple(contacts))
+        pairs = [_cut_pair(train, mesh, contact, cut, variables=variables, fixed=fixed) for mesh, _ in helices]
+        segments = all_segments(pairs, [sigma_at(mesh, cut.phase) for mesh, _ in helices])
+        result.append(
+            tuple(
+                HelixContact(mesh=mesh, segments=one, force=force)
+                for (mesh, force), one in zip(helices, segments, strict=True)
+            )
+        )
     return tuple(result)
+
+
+def _cut_pair(
+    train: Train,
+    mesh: Mesh,
+    contact: ContactSettings,
+    cut: Resolution,
+    *,
+    variables: Sequence[DesignVariable],
+    fixed: Mapping[str, FlankSettings],
+) -> ContactPair:
+    """Contact pair of a helix in slices, or in one where the face stays uniform."""
+    pair = pair_of(train, mesh, slices=cut.slices, corner=contact.corner, misalignment=contact.misalignment)
+    even = uniform_along_face(pair) and not varies_along_face(variables, fixed)
+    return replace(pair, slices=1) if even else pair
 
 
 def with_resolution(problem: ReliefProblem, contact: ContactSettings, cut: Resolution) -> ReliefProblem:
@@ -222,15 +238,32 @@ def _loaded_contacts(
     """Loaded contact of every helix of every mesh; dynamic objectives append the operating load, with its tangents."""
     dynamic = problem.system is not None
     loads = np.append(problem.factors, 1.0) if dynamic else problem.factors
-    return [
-        [
-            microgeometry_contact(
-                helix.segments, [helix.modified_pair(one) for one in settings], helix.force * loads, tangents=dynamic
+    largest = "load" in problem.objectives
+    return [_of_helices(helices, settings, loads, tangents=dynamic, largest=largest) for helices in problem.meshes]
+
+
+def _of_helices(
+    helices: Sequence[HelixContact],
+    settings: Sequence[Mapping[str, FlankSettings]],
+    loads: Array,
+    *,
+    tangents: bool,
+    largest: bool,
+) -> list[MicrogeometryContact]:
+    """Loaded contact of the helices of a mesh; one that mirrors another for all settings has the numbers of that."""
+    pairs = [[helix.modified_pair(one) for one in settings] for helix in helices]
+    sigma = [helix.segments.sigma for helix in helices]
+    images = [first_images(column, sigma) for column in zip(*pairs, strict=True)]
+    found: list[MicrogeometryContact] = []
+    for i, helix in enumerate(helices):
+        first = {image[i] for image in images}
+        if first != {i} and len(first) == 1:
+            found.append(found[first.pop()])
+        else:
+            found.append(
+                microgeometry_contact(helix.segments, pairs[i], helix.force * loads, tangents=tangents, largest=largest)
             )
-            for helix in helices
-        ]
-        for helices in problem.meshes
-    ]
+    return found
 
 
 def _peak_to_peak(problem: ReliefProblem, mesh: int, helices: Sequence[MicrogeometryContact], loads: slice) -> Array:

@@ -85,7 +85,7 @@ def test_another_model_is_refused(tmp_path: Path) -> None:
     softer = {"stages.main.sun.support.radial": 2.0e8}
     with pytest.raises(ModelError, match="another model"):
         epicyclic.transient("ren2021", overrides=softer, cycles=2, samples=8, folder=folder, resume=True)
-    numbers = folder / "model.npz"
+    numbers = folder / "model.numbers"
     numbers.write_bytes(numbers.read_bytes()[:1000])
     with pytest.raises(ModelError, match="not the numbers of a run"):
         epicyclic.transient("ren2021", cycles=2, samples=8, folder=folder, resume=True)

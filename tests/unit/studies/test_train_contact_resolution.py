@@ -1,0 +1,99 @@
+"""Instants and slices of `train-contact` follow its tolerance, as those of `contact`; what is left is said."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import epicyclic
+from epicyclic.errors import ModelError
+
+# one helical pair between stiff supports: its mesh force is that of the torque at every instant
+PAIR: dict[str, Any] = {
+    "format": 2,
+    "title": "one pair",
+    "stages": {
+        "main": {
+            "module": "4 mm",
+            "helix_angle": "18 deg",
+            "face_width": "40 mm",
+            "pinion": {"kind": "gear", "teeth": 23, "support": {"radial": "inf", "z": "inf"}},
+            "wheel": {"kind": "gear", "teeth": 41, "support": {"radial": "inf", "z": "inf"}},
+            "meshes": {"pinion-wheel": {"stiffness": "400 N/um"}},
+        }
+    },
+    "operation": {"speed": {"pinion": "1000 rpm"}, "torque": {"pinion": "400 N m"}},
+}
+
+
+@pytest.mark.parametrize("flank", [{}, {"crown": "12 um"}])
+def test_a_pair_in_a_train_has_the_largest_load_of_the_pair_alone(flank: dict[str, str]) -> None:
+    model = json.loads(json.dumps(PAIR))
+    model["stages"]["main"]["pinion"]["flank"] = flank
+    alone = epicyclic.contact(model, loads=[])
+    train = epicyclic.train_contact(model, loads=[])
+    largest = train.largest_load_per_length.values.item()
+    assert largest == pytest.approx(alone.largest_load_per_length.values.item(), rel=0.01)
+    assert train.averaging_length.values.item() == pytest.approx(alone.attrs["averaging_length"], rel=1e-12)
+    assert 0 < train.attrs["estimated_error"] <= train.attrs["tolerance"] == 0.01
+    assert train.attrs["slices"] >= 20
+    assert train.attrs["samples"] == 32  # the fewest that are kept: the corners are among the instants
+    even = epicyclic.train_contact(model, loads=[], samples=5, slices=train.attrs["slices"])
+    if not flank:  # even instants miss the corner at which the load of plain flanks is largest
+        assert even.largest_load_per_length.values.item() < 0.98 * largest
+    assert math.isnan(even.attrs["estimated_error"])
+    assert (even.attrs["samples"], even.sizes["time"]) == (5, 5)
+
+
+def test_means_do_not_take_the_corners_for_even_instants() -> None:
+    """The force of the mesh is constant, and so is the load of its face; its parts vary."""
+    found = epicyclic.train_contact(PAIR, loads=[])
+    force = found.mesh_force.values[0, 0]
+    np.testing.assert_allclose(force, force[0], rtol=1e-9)
+    np.testing.assert_allclose(found.face_load.mean("width").values * 0.04, force[:1, None], rtol=1e-9)
+    fine = epicyclic.train_contact(PAIR, loads=[], samples=256, slices=found.attrs["slices"])
+    # 256 even instants, or 32 and six corners: the second order of 1/32
+    np.testing.assert_allclose(found.face_load, fine.face_load, rtol=5e-3)
+
+
+def test_what_does_not_hold_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = "epicyclic.studies.train_tooth_contact"
+    for name, value in (("_PHASES", (3, 6)), ("_SLICES", (2, 4)), ("_FEWEST", (3, 2))):
+        monkeypatch.setattr(f"{module}.{name}", value)
+    model = json.loads(json.dumps(PAIR))
+    model["stages"]["main"]["pinion"]["flank"] = {"crown": "12 um"}
+    found = epicyclic.train_contact(model, loads=[], tolerance=1e-6)
+    said = json.loads(found.attrs["warnings"])
+    assert any(text.startswith("6 instants and 4 slices are not enough: estimated error") for text in said)
+    assert any(text.startswith("K_Hbeta is that of 4 slices") for text in said)
+    assert found.attrs["estimated_error"] > 1e-6
+    assert found.attrs["estimated_face_error"] > 1e-6
+    fixed = epicyclic.train_contact(model, loads=[], samples=6, slices=4, tolerance=1e-6)
+    assert not [text for text in json.loads(fixed.attrs["warnings"]) if "slices" in text]
+
+
+@pytest.mark.parametrize("helix", ["18 deg", "0 deg"])
+def test_a_turn_has_the_instants_of_its_mesh_cycles(helix: str) -> None:
+    """Spur teeth too, whose loads jump at a corner."""
+    model = json.loads(json.dumps(PAIR))
+    model["stages"]["main"]["helix_angle"] = helix
+    cycle = epicyclic.train_contact(model, loads=[])
+    turn = epicyclic.train_contact(model, loads=[], turns=1, of="main/pinion")
+    assert turn.attrs["samples"] == 23 * cycle.attrs["samples"]
+    np.testing.assert_allclose(turn.largest_load_per_length, cycle.largest_load_per_length, rtol=1e-9)
+    np.testing.assert_allclose(turn.face_load, cycle.face_load, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["samples", "slices", "tolerance"])
+def test_no_discretisation_is_refused(name: str) -> None:
+    with pytest.raises(ModelError, match=name):
+        epicyclic.train_contact(PAIR, loads=[], **{name: 0})  # type: ignore[arg-type]
+
+
+def test_more_than_memory_holds_is_refused() -> None:
+    with pytest.raises(ModelError, match="GB"):
+        epicyclic.train_contact(PAIR, loads=[], samples=90_000, slices=900)
