@@ -133,10 +133,13 @@ def test_the_runs_have_what_can_go_wrong(whole: Whole) -> None:
 
 
 @pytest.mark.parametrize("name", ["sweep", "stability", "stability map"])
-def test_what_is_done_is_not_computed_again(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_done_is_not_computed_again(
+    name: str, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from epicyclic.analyses.stability import scan
     from epicyclic.analyses.steady import sweep
 
+    expected, _ = whole(name)
     RUNS[name](folder=tmp_path / "run")
 
     def refused(*_: object, **__: object) -> None:
@@ -144,10 +147,11 @@ def test_what_is_done_is_not_computed_again(name: str, tmp_path: Path, monkeypat
 
     monkeypatch.setattr(sweep, "_measured", refused)
     monkeypatch.setattr(scan, "_point_or_reason", refused)
-    RUNS[name](folder=tmp_path / "run", resume=True)
+    xr.testing.assert_identical(RUNS[name](folder=tmp_path / "run", resume=True), expected)
 
 
-def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_branch_set_is_not_followed_again(tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected, _ = whole("contact loss")
     with pytest.raises(KeyboardInterrupt):
         RUNS["contact loss"](folder=tmp_path / "run", progress=Stop(6))
 
@@ -165,7 +169,7 @@ def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytes
         return before(*given)
 
     monkeypatch.setattr(contact_module, "_fill", counted)
-    RUNS["contact loss"](folder=tmp_path / "run", resume=True)
+    xr.testing.assert_identical(RUNS["contact loss"](folder=tmp_path / "run", resume=True), expected)
     assert len(seen) < 2 * 6 - 2
 
 
