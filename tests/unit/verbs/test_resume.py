@@ -325,3 +325,16 @@ def test_a_folder_of_a_run_that_had_not_begun_goes(tmp_path: Path) -> None:
         run_folder.remove_without_results(folder)
     assert not empty.exists()
     assert [path.name for path in other.iterdir()] == ["letter.txt"]
+
+
+@pytest.mark.parametrize("files", [(), ("run.json",), ("run.json", "model.npz")])
+def test_a_folder_that_another_run_has_just_made_stays(files: tuple[str, ...], tmp_path: Path) -> None:
+    folder = tmp_path / "a.parts"
+    folder.mkdir()
+    for name in files:
+        (folder / name).touch()
+    with locked_folder(folder):
+        run_folder.remove_without_results(folder)
+        assert sorted(path.name for path in folder.iterdir()) == sorted(files)
+    run_folder.remove_without_results(folder)
+    assert not folder.exists()
