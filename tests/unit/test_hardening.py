@@ -200,8 +200,13 @@ def test_two_runs_do_not_write_to_one_folder(tmp_path: Path) -> None:
 def test_what_a_killed_run_left_is_in_nobodys_way(tmp_path: Path) -> None:
     folder = tmp_path / "parts"
     folder.mkdir()
-    (folder / ".run.json.0123456789ab.part").touch()
-    epicyclic.transient("ren2021", cycles=1, folder=folder)
+    left = folder / ".run.json.0123456789ab.part"
+    left.touch()
+    found = epicyclic.transient("ren2021", cycles=1, folder=folder)
+    xr.testing.assert_identical(found, epicyclic.transient("ren2021", cycles=1))
+    assert left.is_file()  # of another run: it goes with the folder alone
+    remove_folder(folder)
+    assert not folder.exists()
 
 
 # damaged files

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,38 +14,15 @@ from epicyclic.analyses.modes.mesh_crossings import mesh_crossings
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
 
-PLANETARY: Mapping[str, Any] = {
-    "planets": 3,
-    "module": "4 mm",
-    "helix_angle": "12 deg",
-    "face_width": "50 mm",
-    "sun": {"teeth": 24, "support": {"radial": "5e7 N/m"}},
-    "planet": {"teeth": 30, "bore": "60 mm", "bearing": {"radial": "4e8 N/m"}},
-    "ring": {"teeth": 84, "rim": "25 mm"},
-    "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
-}
-TWO_STAGES: Mapping[str, Any] = {
-    "format": 1,
-    "title": "Two equal stages",
-    "damping": {"modal": 0.03},
-    "stages": {"first": dict(PLANETARY), "second": dict(PLANETARY)},
-    "couplings": {"shaft": {"between": ["first.sun", "second.carrier"], "rz": "1e6 N m/rad"}},
-    "operation": {
-        "held": ["first.ring", "second.ring"],
-        "speed": {"first.carrier": "100 rpm"},
-        "torque": {"first.carrier": "800 N m"},
-    },
-}
 
-
-@cache
+@pytest.fixture(scope="module")
 def ren() -> System:
     return epicyclic.assemble(epicyclic.load("ren2021"))
 
 
-@cache
-def two_stages() -> System:
-    return epicyclic.assemble(epicyclic.load(dict(TWO_STAGES)))
+@pytest.fixture(scope="module")
+def two(two_stages: dict[str, Any]) -> System:
+    return epicyclic.assemble(epicyclic.load(two_stages))
 
 
 def crossings_by_hand(result: xr.Dataset, tones: Mapping[str, float]) -> list[tuple[float, str, int, float]]:
@@ -59,12 +35,13 @@ def crossings_by_hand(result: xr.Dataset, tones: Mapping[str, float]) -> list[tu
                 speed = natural / (order * tone)
                 if 0.05 <= speed <= 1.3:
                     found.append((speed, stage, order, natural))
-    return sorted(found)
+    places = list(tones)  # crossings of two stages at one speed stand in the order of the stages
+    return sorted(found, key=lambda one: (round(one[0], 9), places.index(one[1]), one[2]))
 
 
-@pytest.mark.parametrize("system", [ren, two_stages])
-def test_every_crossing_is_found_at_its_speed(system: Any) -> None:
-    made = system()
+@pytest.mark.parametrize("name", ["ren", "two"])
+def test_every_crossing_is_found_at_its_speed(name: str, request: pytest.FixtureRequest) -> None:
+    made: System = request.getfixturevalue(name)
     stages = dict(zip(made.meshes.stage, made.meshes.tone.tolist(), strict=True))
     result = epicyclic.modes(made)
     expected = crossings_by_hand(result, {stage: float(made.tones[tone]) for stage, tone in stages.items()})
@@ -88,8 +65,8 @@ def test_repeated_frequencies_count_once_and_rigid_ones_not() -> None:
     assert found.relative_speed.tolist() == [0.5, 0.8]
 
 
-def test_a_band_keeps_what_lies_within_it() -> None:
-    every, near = epicyclic.modes(ren()), epicyclic.modes(ren(), band="10 %")
+def test_a_band_keeps_what_lies_within_it(ren: System) -> None:
+    every, near = epicyclic.modes(ren), epicyclic.modes(ren, band="10 %")
     inside = np.abs(every.resonance_speed.values - 1) <= 0.1
     assert 0 < inside.sum() < inside.size
     np.testing.assert_array_equal(near.resonance_speed.values, every.resonance_speed.values[inside])
@@ -97,33 +74,32 @@ def test_a_band_keeps_what_lies_within_it() -> None:
     np.testing.assert_allclose(near.resonance_amplitude.values, every.resonance_amplitude.values[inside], atol=0.05)
     assert near.resonance_near.values.all()
     assert every.resonance_near.values.tolist() == (np.abs(every.resonance_speed.values - 1) <= 0.2).tolist()
-    xr.testing.assert_identical(epicyclic.modes(ren(), band=0.1), near)
-    wide = epicyclic.modes(ren(), band=0.5).resonance_speed.values
+    xr.testing.assert_identical(epicyclic.modes(ren, band=0.1), near)
+    wide = epicyclic.modes(ren, band=0.5).resonance_speed.values
     assert (wide.min() > 0.5, wide.max() < 1.5, wide.max() > 1.4) == (True, True, True)
 
 
 @pytest.mark.parametrize("band", ["wide", "-5 %", 0.0, float("nan")])
-def test_no_band(band: Any) -> None:
+def test_no_band(ren: System, band: Any) -> None:
     with pytest.raises(ModelError, match="band"):
-        epicyclic.modes(ren(), band=band)
+        epicyclic.modes(ren, band=band)
 
 
-def test_energy_sits_where_the_motion_strains() -> None:
-    system = ren()
-    result = epicyclic.modes(system)
+def test_energy_sits_where_the_motion_strains(ren: System) -> None:
+    result = epicyclic.modes(ren)
     np.testing.assert_allclose(result.strain_energy_share.values[:, 1:].sum(axis=0), 1, rtol=1e-12)
     np.testing.assert_allclose(result.kinetic_energy_share.values.sum(axis=0), 1, rtol=1e-12)
     # by hand: energies of the rows from the eigenvectors of K and M, all modes of one frequency together
-    K = system.K + (system.meshes.B * system.meshes.stiffness) @ system.meshes.B.T
-    squared, shapes = np.linalg.eig(np.linalg.solve(system.M, K))
+    K = ren.K + (ren.meshes.B * ren.meshes.stiffness) @ ren.meshes.B.T
+    squared, shapes = np.linalg.eig(np.linalg.solve(ren.M, K))
     for at in range(0, result.sizes["resonance"], 7):
         hertz = float(result.resonance_frequency.values[at])
         own = shapes[:, np.abs(np.sqrt(np.abs(squared)) / (2 * np.pi) - hertz) < 1e-4 * hertz].real
         assert own.shape[1] == result.resonance_multiplicity.values[at]
         # M-orthonormal: shares of a space do not hang on its basis
-        own = own @ np.linalg.inv(np.linalg.cholesky(own.T @ system.M @ own)).T
+        own = own @ np.linalg.inv(np.linalg.cholesky(own.T @ ren.M @ own)).T
         energy: dict[str, float] = {}
-        for rows, names in ((system.meshes, system.meshes.name), (system.links, system.links.link)):
+        for rows, names in ((ren.meshes, ren.meshes.name), (ren.links, ren.links.link)):
             for name, stiffness, row in zip(names, rows.stiffness, (rows.B.T @ own), strict=True):
                 key = "/".join(part for part in name.split("/") if not part.isdigit() and part not in ("left", "right"))
                 energy[key] = energy.get(key, 0.0) + (stiffness * np.sum(row**2) if np.isfinite(stiffness) else 0.0)
@@ -133,10 +109,10 @@ def test_energy_sits_where_the_motion_strains() -> None:
         assert float(result.resonance_connection_share.values[at]) == pytest.approx(share, rel=1e-6)
 
 
-def test_forces_are_those_of_a_sweep_at_the_speed() -> None:
-    result = epicyclic.modes(ren())
+def test_forces_are_those_of_a_sweep_at_the_speed(ren: System) -> None:
+    result = epicyclic.modes(ren)
     at = int(np.argmax(result.resonance_amplitude.values))
-    one = epicyclic.sweep(ren(), relative_speed=[float(result.resonance_speed.values[at])])
+    one = epicyclic.sweep(ren, relative_speed=[float(result.resonance_speed.values[at])])
     order = one.mesh_force_order.sel(order=int(result.resonance_order.values[at]))
     assert float(result.resonance_amplitude.values[at]) == pytest.approx(float(order.max()), rel=1e-6)
     assert float(result.resonance_dynamic_factor.values[at]) == pytest.approx(float(one.dynamic_factor.max()), rel=1e-6)
@@ -145,14 +121,13 @@ def test_forces_are_those_of_a_sweep_at_the_speed() -> None:
     assert named == pytest.approx(float(one.dynamic_factor.max()), rel=1e-4)
 
 
-def test_one_stage_at_a_time_gives_the_amplitudes_of_both_together() -> None:
-    system = two_stages()
-    result = epicyclic.modes(system)
+def test_one_stage_at_a_time_gives_the_amplitudes_of_both_together(two: System) -> None:
+    result = epicyclic.modes(two)
     assert "one stage at a time" in result.attrs["resonance_note"]
     above = np.where(result.resonance_speed.values > 0.5, result.resonance_amplitude.values, 0.0)
-    stages = np.array(system.meshes.stage)
+    stages = np.array(two.meshes.stage)
     at = int(np.argmax(above))
-    both = epicyclic.sweep(system, relative_speed=[float(result.resonance_speed.values[at])])
+    both = epicyclic.sweep(two, relative_speed=[float(result.resonance_speed.values[at])])
     own = np.array([name.split("/")[0] == result.resonance_stage.values[at] for name in both.mesh.values])
     order = both.mesh_force_order.sel(order=int(result.resonance_order.values[at])).values[own]
     # what the other stage's varying stiffness adds is of second order in the variation
@@ -160,10 +135,10 @@ def test_one_stage_at_a_time_gives_the_amplitudes_of_both_together() -> None:
     assert set(stages) == set(result.resonance_stage.values)
 
 
-def test_without_damping_there_are_no_forces_and_without_speed_no_table() -> None:
+def test_without_damping_there_are_no_forces_and_without_speed_no_table(ren: System) -> None:
     from dataclasses import replace
 
-    undamped = epicyclic.modes(replace(ren(), zeta=None))
+    undamped = epicyclic.modes(replace(ren, zeta=None))
     assert undamped.sizes["resonance"] > 20
     assert np.isnan(undamped.resonance_amplitude.values).all()
     assert "damping" in undamped.attrs["resonance_note"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 import epicyclic
@@ -61,8 +62,10 @@ def test_pitch_deviations_count_from_lowest_to_highest() -> None:
         load(deviations__sun__pitch=pitch(50, 90))
 
 
-def test_a_slide_along_the_axis_is_no_deviation_of_the_teeth() -> None:
-    load(deviations__sun__position__z="50 mm")
+@pytest.mark.parametrize("slide", ["5 mm", "50 mm"])  # more than a tenth of a module, more than a module
+def test_a_slide_along_the_axis_is_no_deviation_of_the_teeth(slide: str) -> None:
+    assert load(deviations__sun__position__z=slide).warnings == load().warnings
+    assert any("position.y" in text for text in load(deviations__sun__position__y="5 mm").warnings)
 
 
 def test_a_tilt_is_what_the_ends_of_the_teeth_move() -> None:
@@ -111,9 +114,21 @@ def test_a_mesh_stiffness_stays_above_0(variation: dict[str, list[float]], least
     assert least is None or str(error.value.given).startswith(least)
 
 
-@pytest.mark.parametrize("variation", [{"cosine": [0.9]}, {"cosine": [0.6], "sine": [0.7]}, {"values": [0.5, 1.5]}])
-def test_a_variation_that_leaves_stiffness_is_taken(variation: dict[str, list[float]]) -> None:
-    load(**{"stages.main.meshes.sun-planet": {"stiffness": "2e9 N/m", "variation": variation}})
+@pytest.mark.parametrize(
+    ("variation", "series"),
+    [
+        ({"cosine": [0.9]}, [0.9]),
+        ({"cosine": [0.6], "sine": [0.7]}, [0.6 - 0.7j]),
+        ({"values": [0.5, 1.5]}, [-0.5]),
+    ],
+)
+def test_a_variation_that_leaves_stiffness_is_taken(variation: dict[str, list[float]], series: list[complex]) -> None:
+    train = load(**{"stages.main.meshes.sun-planet": {"stiffness": "2e9 N/m", "variation": variation}})
+    meshes = [mesh for mesh in train.meshes if mesh.pair == "stages.main.meshes.sun-planet"]
+    assert len(meshes) == 6
+    for mesh in meshes:
+        assert mesh.stiffness == 2e9
+        np.testing.assert_allclose(mesh.variation, series, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("given", "fine"), [("1e-300 m", False), ("0.3 mm", False), ("0 mm", True), ("1 mm", True)])

@@ -95,4 +95,5 @@ def test_it_goes_on_along_its_last_tangent_and_knows_its_end() -> None:
 @pytest.mark.parametrize("law", [BENT, WITH_PLAY], ids=["bent", "play"])
 def test_stiffest_bounds_the_tangent(law: RadialTable) -> None:
     slope = groups((law, 1)).radial(np.linspace(0, 50 * UM, 5001)[:, None])[1]
-    assert slope.max() <= law.stiffest * (1 + 1e-12)
+    # 3 / 2 of a secant is not idle: the slope of a rising cubic reaches its secant
+    assert slope.max() <= law.stiffest * (1 + 1e-12) <= 1.5 * slope.max() * (1 + 1e-9)

@@ -85,4 +85,9 @@ def test_what_does_not_fit_is_refused(flank: dict[str, Any], path: str, words: s
 
 
 def test_a_relief_over_the_whole_flank_fits() -> None:
-    check_flank(Flank(tip_relief=Relief(amount=1e-5, length=4e-3)), height=4e-3, width=1e-2, teeth=21)
+    def check(length: float) -> None:
+        check_flank(Flank(tip_relief=Relief(amount=1e-5, length=length)), height=4e-3, width=1e-2, teeth=21)
+
+    check(4e-3)
+    with pytest.raises(ModelError, match="does not fit the flank"):
+        check(4.001e-3)

@@ -24,48 +24,49 @@ from epicyclic.results.locked_folder import locked_folder
 from epicyclic.show.report import report
 from epicyclic.verbs.report import run_report
 
-DOCUMENT: dict[str, Any] = {
-    "format": 1,
-    "title": "a torsional set",
-    "damping": {"modal": 0.03},
-    "stages": {
-        "main": {
-            "planets": 3,
-            "module": 0.004,
-            "sun": {"teeth": 24, "inertia": 0.002},
-            "planet": {"teeth": 24, "mass": 1.5, "inertia": 0.003},
-            "ring": {"teeth": 72, "inertia": 0.5},
-            "carrier": {"inertia": 0.05},
-            "meshes": {
-                "sun-planet": {"stiffness": 3e8, "variation": {"cosine": [0.3, 0.1]}},
-                "planet-ring": {"stiffness": 4e8},
-            },
-        }
-    },
-    "operation": {"held": ["ring"], "speed": {"sun": 100.0}, "torque": {"sun": 300.0}},
-}
-
 # A resonance at which teeth part, a branch folds and both directions jump.
 PARTING: dict[str, Any] = {
     "overrides": {"damping.modal": 0.005},
     "contact_loss": True,
     "relative_speed": np.linspace(15.0, 17.0, 6),
 }
-RUNS: dict[str, Callable[..., xr.Dataset]] = {
-    "sweep": lambda **more: epicyclic.sweep(DOCUMENT, points=30, range="modes", **more),
-    "contact loss": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, **more),
-    "contact loss reported": lambda **more: epicyclic.sweep(DOCUMENT, **PARTING, unstable="report", **more),
-    "integrated": lambda **more: epicyclic.sweep(
-        "ren2021", contact_loss=True, start=1080.0, stop=1170.0, points=4, **more
-    ),
-    "shaft orders": lambda **more: epicyclic.sweep(
-        "ren2021", contact_loss=True, relative_speed=np.linspace(1.0, 2.0, 3), **more
-    ),
-    "stability": lambda **more: epicyclic.stability(DOCUMENT, points=20, **more),
-    "stability map": lambda **more: epicyclic.stability(
-        DOCUMENT, points=6, over="damping.modal", values=(0.01, 0.02, 0.03), **more
-    ),
-}
+Run = Callable[..., xr.Dataset]
+NAMES = (
+    "sweep",
+    "contact loss",
+    "contact loss reported",
+    "integrated",
+    "shaft orders",
+    "stability",
+    "stability map",
+)
+
+
+@pytest.fixture(scope="module")
+def document(torsional_set: Callable[..., dict[str, Any]]) -> dict[str, Any]:
+    return torsional_set(modal=0.03, sun_planet={"variation": {"cosine": [0.3, 0.1]}})
+
+
+@pytest.fixture(scope="module")
+def runs(document: dict[str, Any]) -> dict[str, Run]:
+    """Every kind of run that keeps its results, by name."""
+    found: dict[str, Run] = {
+        "sweep": lambda **more: epicyclic.sweep(document, points=30, range="modes", **more),
+        "contact loss": lambda **more: epicyclic.sweep(document, **PARTING, **more),
+        "contact loss reported": lambda **more: epicyclic.sweep(document, **PARTING, unstable="report", **more),
+        "integrated": lambda **more: epicyclic.sweep(
+            "ren2021", contact_loss=True, start=1080.0, stop=1170.0, points=4, **more
+        ),
+        "shaft orders": lambda **more: epicyclic.sweep(
+            "ren2021", contact_loss=True, relative_speed=np.linspace(1.0, 2.0, 3), **more
+        ),
+        "stability": lambda **more: epicyclic.stability(document, points=20, **more),
+        "stability map": lambda **more: epicyclic.stability(
+            document, points=6, over="damping.modal", values=(0.01, 0.02, 0.03), **more
+        ),
+    }
+    assert tuple(found) == NAMES
+    return found
 
 
 class Stop:
@@ -85,39 +86,39 @@ Whole = Callable[[str], tuple[xr.Dataset, Stop]]
 
 
 @pytest.fixture(scope="module")
-def whole() -> Whole:
+def whole(runs: dict[str, Run]) -> Whole:
     """Runs that nothing stops, and the calls of their progress."""
     found: dict[str, tuple[xr.Dataset, Stop]] = {}
 
     def run(name: str) -> tuple[xr.Dataset, Stop]:
         if name not in found:
             calls = Stop(0)
-            found[name] = RUNS[name](progress=calls), calls
+            found[name] = runs[name](progress=calls), calls
         return found[name]
 
     return run
 
 
 # Segments written with every result, or one at the end.
-EVERY = [(name, 0.0) for name in RUNS] + [(name, 1e9) for name in ("sweep", "stability map", "shaft orders")]
+EVERY = [(name, 0.0) for name in NAMES] + [(name, 1e9) for name in ("sweep", "stability map", "shaft orders")]
 
 
 @pytest.mark.parametrize(("name", "every"), EVERY)
 def test_a_stopped_run_goes_on_to_the_same_bits(
-    name: str, every: float, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch
+    name: str, every: float, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Run]
 ) -> None:
     monkeypatch.setattr(run_folder, "_EVERY", every)
     folder, (expected, calls) = tmp_path / "run", whole(name)
     at = int(np.random.default_rng(sum(map(ord, name))).integers(1, len(calls.seen)))
     with pytest.raises(KeyboardInterrupt):
-        RUNS[name](folder=folder, progress=Stop(at))
+        runs[name](folder=folder, progress=Stop(at))
     with pytest.raises(ModelError, match="an interrupted run lies there"):
-        RUNS[name](folder=folder)
+        runs[name](folder=folder)
     second = Stop(at + 1)
     with pytest.raises(KeyboardInterrupt):  # stopped again, later
-        RUNS[name](folder=folder, resume=True, progress=second)
+        runs[name](folder=folder, resume=True, progress=second)
     third = Stop(0)
-    again = RUNS[name](folder=folder, resume=True, progress=third)
+    again = runs[name](folder=folder, resume=True, progress=third)
     xr.testing.assert_identical(again, expected)
     assert third.seen[-1] == calls.seen[-1]
 
@@ -133,23 +134,29 @@ def test_the_runs_have_what_can_go_wrong(whole: Whole) -> None:
 
 
 @pytest.mark.parametrize("name", ["sweep", "stability", "stability map"])
-def test_what_is_done_is_not_computed_again(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_done_is_not_computed_again(
+    name: str, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Run]
+) -> None:
     from epicyclic.analyses.stability import scan
     from epicyclic.analyses.steady import sweep
 
-    RUNS[name](folder=tmp_path / "run")
+    expected, _ = whole(name)
+    runs[name](folder=tmp_path / "run")
 
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("computed again")
 
     monkeypatch.setattr(sweep, "_measured", refused)
     monkeypatch.setattr(scan, "_point_or_reason", refused)
-    RUNS[name](folder=tmp_path / "run", resume=True)
+    xr.testing.assert_identical(runs[name](folder=tmp_path / "run", resume=True), expected)
 
 
-def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_branch_set_is_not_followed_again(
+    tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Run]
+) -> None:
+    expected, _ = whole("contact loss")
     with pytest.raises(KeyboardInterrupt):
-        RUNS["contact loss"](folder=tmp_path / "run", progress=Stop(6))
+        runs["contact loss"](folder=tmp_path / "run", progress=Stop(6))
 
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("followed again")
@@ -165,40 +172,42 @@ def test_the_branch_set_is_not_followed_again(tmp_path: Path, monkeypatch: pytes
         return before(*given)
 
     monkeypatch.setattr(contact_module, "_fill", counted)
-    RUNS["contact loss"](folder=tmp_path / "run", resume=True)
+    xr.testing.assert_identical(runs["contact loss"](folder=tmp_path / "run", resume=True), expected)
     assert len(seen) < 2 * 6 - 2
 
 
-def test_another_run_is_refused(tmp_path: Path) -> None:
+def test_another_run_is_refused(tmp_path: Path, document: dict[str, Any]) -> None:
     folder = tmp_path / "run"
     options: dict[str, Any] = {"folder": folder, "mesh_frequency": np.array([100.0, 200.0])}
-    epicyclic.sweep(DOCUMENT, **options)
+    epicyclic.sweep(document, **options)
     options["resume"] = True
     with pytest.raises(ModelError, match=r"another model: .*meshes.stiffness differs"):
-        epicyclic.sweep(DOCUMENT, overrides={"stages.main.meshes.sun-planet.stiffness": 3.01e8}, **options)
+        epicyclic.sweep(document, overrides={"stages.main.meshes.sun-planet.stiffness": 3.01e8}, **options)
     with pytest.raises(ModelError, match="has another model; allowed"):
-        epicyclic.sweep(DOCUMENT, overrides={"stages.main.planets": 4}, **options)
+        epicyclic.sweep(document, overrides={"stages.main.planets": 4}, **options)
     with pytest.raises(ModelError, match=r"other options \(mesh_frequency, orders\)"):
-        epicyclic.sweep(DOCUMENT, orders=3, **{**options, "mesh_frequency": np.array([100.0, 201.0])})
+        epicyclic.sweep(document, orders=3, **{**options, "mesh_frequency": np.array([100.0, 201.0])})
     with pytest.raises(ModelError, match="another verb"):
-        epicyclic.stability(DOCUMENT, **options)
+        epicyclic.stability(document, **options)
     with pytest.raises(ModelError, match="needs the file of the run"):
-        epicyclic.sweep(DOCUMENT, resume=True)
+        epicyclic.sweep(document, resume=True)
     (folder / "000000.kept").write_bytes(b"{}\n")
     with pytest.raises(ModelError, match="not a segment of a run"):
-        epicyclic.sweep(DOCUMENT, **options)
+        epicyclic.sweep(document, **options)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("")
     with pytest.raises(ModelError, match="is no folder of a run"):
-        epicyclic.sweep(DOCUMENT, folder=tmp_path / "mine")
+        epicyclic.sweep(document, folder=tmp_path / "mine")
 
 
 @pytest.mark.parametrize("name", ["sweep", "contact loss", "stability", "stability map", "relief", "report"])
-def test_one_run_at_a_time_has_a_folder(name: str, tmp_path: Path) -> None:
+def test_one_run_at_a_time_has_a_folder(
+    name: str, tmp_path: Path, runs: dict[str, Run], document: dict[str, Any]
+) -> None:
     relief: dict[str, Any] = {"mesh": "sun-planet", "vary": {"tip_relief.amount": "0..40 um"}}
-    begin = RUNS | {
+    begin = runs | {
         "relief": lambda **more: epicyclic.relief("ren2021", **relief, **more),
-        "report": lambda **more: run_report(DOCUMENT, **more),
+        "report": lambda **more: run_report(document, **more),
     }
     folder = tmp_path / "run"
     with locked_folder(folder), pytest.raises(ModelError, match="another run writes there"):
@@ -206,9 +215,9 @@ def test_one_run_at_a_time_has_a_folder(name: str, tmp_path: Path) -> None:
     assert not list(folder.iterdir())
 
 
-def test_only_files_of_a_run_are_deleted(tmp_path: Path) -> None:
+def test_only_files_of_a_run_are_deleted(tmp_path: Path, runs: dict[str, Run]) -> None:
     folder = tmp_path / "run"
-    RUNS["sweep"](folder=folder)
+    runs["sweep"](folder=folder)
     (folder / "mine.nc").touch()
     (folder / "notes").mkdir()
     with locked_folder(folder):  # another run has it
@@ -225,17 +234,17 @@ def test_only_files_of_a_run_are_deleted(tmp_path: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == ["mine.nc", "notes"]
 
 
-def test_a_report_goes_on_to_the_same_page(tmp_path: Path) -> None:
+def test_a_report_goes_on_to_the_same_page(tmp_path: Path, document: dict[str, Any]) -> None:
     def stop(name: str) -> None:
         if name == "stability" or name == "support stiffness":
             raise KeyboardInterrupt
 
     folder = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
-        run_report(DOCUMENT, folder=folder, progress=stop)
+        run_report(document, folder=folder, progress=stop)
     assert (folder / "sweep.kept.nc").is_file()
-    again = run_report(DOCUMENT, folder=folder, resume=True)
-    assert report(again) == report(run_report(DOCUMENT))
+    again = run_report(document, folder=folder, resume=True)
+    assert report(again) == report(run_report(document))
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
@@ -321,3 +330,16 @@ def test_a_folder_of_a_run_that_had_not_begun_goes(tmp_path: Path) -> None:
         run_folder.remove_without_results(folder)
     assert not empty.exists()
     assert [path.name for path in other.iterdir()] == ["letter.txt"]
+
+
+@pytest.mark.parametrize("files", [(), ("run.json",), ("run.json", "model.npz")])
+def test_a_folder_that_another_run_has_just_made_stays(files: tuple[str, ...], tmp_path: Path) -> None:
+    folder = tmp_path / "a.parts"
+    folder.mkdir()
+    for name in files:
+        (folder / name).touch()
+    with locked_folder(folder):
+        run_folder.remove_without_results(folder)
+        assert sorted(path.name for path in folder.iterdir()) == sorted(files)
+    run_folder.remove_without_results(folder)
+    assert not folder.exists()

@@ -37,8 +37,8 @@ __all__ = [
 ]
 
 
-# Steps of a mesh cycle in which contact changes; twice as many where a multiplier is nearer to the circle than this.
-_STEPS, _NEAR = 48, 0.03
+# Steps of a mesh cycle in which contact changes; so many times as many where a multiplier is nearer to the circle.
+_STEPS, _TIMES, _NEAR = 48, 3, 0.03
 # Steps come in multiples of this, so that the grids of their samples are few.
 _STEP = 24
 # Samples of the contact in each step: its tangent is their mean.
@@ -88,7 +88,7 @@ def floquet_stability(
     steps = _steps(refinement, given, state)
     largest = _largest(_floquet(refinement, given, harmonics, state, steps))
     if abs(abs(largest) - 1) < _NEAR:
-        steps *= 2
+        steps *= _TIMES
         largest = _largest(_floquet(refinement, given, harmonics, state, steps))
     return Stability(multiplier=largest, kind=_kind(largest, backward), steps=steps)
 

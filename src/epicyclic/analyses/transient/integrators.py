@@ -9,7 +9,8 @@ pull that turns round within a step h is missed by its acceleration times h^2 / 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -21,7 +22,7 @@ from ...system.system import Array
 from ..fast import numba_available
 from .motion import Motion, from_modal, highest_rate, phases_at, to_modal
 from .products import times as product
-from .right_hand_side import acceleration, acceleration_and_force, group_gaps, instant_terms, moved_slider
+from .right_hand_side import InstantTerms, acceleration, acceleration_and_force, group_gaps, instant_terms, moved_slider
 from .tally import Tally, empty_tally, note
 
 __all__ = [
@@ -231,6 +232,44 @@ def modal_scale(moving: Motion) -> Array:
 Slope = Callable[[float, Array], Array]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Stretch:
+    """A stretch of the program without a jump inside, and how it is integrated.
+
+    start, stop : its ends [s].  last : time up to which its program holds, just before a jump at the stop [s].
+    tally : to which its steps are added in place.  options : tolerances, as scipy has them.
+    """
+
+    moving: Motion
+    tally: Tally
+    start: float
+    stop: float
+    last: float
+    method: Adaptive
+    options: Mapping[str, Any]
+
+    def instant(self, t: float) -> InstantTerms:
+        """What holds at a time [s]."""
+        return instant_terms(self.moving, t, min(t, self.last))
+
+    def slope(self, slider: Array) -> Slope:
+        """Rates (2n,) of the flat modal state (2n,) at a time [s], with sliders (R,) [m] held."""
+        n = self.moving.numbers.squared.size
+
+        def slope(t: float, flat: Array) -> Array:
+            """Rates (2n,) at time t [s]."""
+            at = self.instant(t)
+            return np.concatenate([flat[n:], acceleration(self.moving, at, flat[:n], flat[n:], slider)])
+
+        return slope
+
+    def note_step(self, y: Array, slider: Array, t: float, end: float) -> None:
+        """Add a step from the flat state y (2n,) and sliders (R,) at t [s] to its end [s] to the tally."""
+        n = self.moving.numbers.squared.size
+        force = acceleration_and_force(self.moving, self.instant(t), y[:n], y[n:], slider)[1]
+        note(self.moving, self.tally, force, t, end - t)
+
+
 def adaptive_states(
     moving: Motion,
     state: Array,
@@ -261,12 +300,20 @@ def adaptive_states(
     s = starting_slider(moving, state, start=float(times[0])) if slider is None else slider
     options = {"rtol": tolerance, "atol": tolerance * _ABSOLUTE * scale.ravel()}
     for low, high in pairwise(bounds):
-        before = np.nextafter(high, low)  # what holds up to the jump, not behind it
+        stretch = _Stretch(
+            moving=moving,
+            tally=tally,
+            start=low,
+            stop=high,
+            last=np.nextafter(high, low),  # what holds up to the jump, not behind it
+            method=method,
+            options=options,
+        )
         wanted = times[(times > low) & (times <= high)]
         moments = wanted if wanted.size and wanted[-1] == high else np.append(wanted, high)
         with np.errstate(over="ignore", invalid="ignore"):
             run = _with_sliders if s.size else _without_sliders
-            block, slid = run(moving, tally, y, s, (low, high, before), moments, method, options)
+            block, slid = run(stretch, y, s, moments)
         y, s = block[-1], slid[-1]
         out.append(block[: wanted.size])
         sliders.append(slid[: wanted.size])
@@ -278,86 +325,49 @@ def adaptive_states(
     return np.concatenate(out).reshape(-1, 2, n), np.concatenate(sliders)
 
 
-def _slope(moving: Motion, slider: Array, last: float) -> Slope:
-    """Rates (2n,) of the flat modal state (2n,) at a time [s], with the program as it is up to `last` [s]."""
-    n = moving.numbers.squared.size
-
-    def slope(t: float, flat: Array) -> Array:
-        """Rates (2n,) at time t [s]."""
-        at = instant_terms(moving, t, min(t, last))
-        return np.concatenate([flat[n:], acceleration(moving, at, flat[:n], flat[n:], slider)])
-
-    return slope
-
-
-def _note_step(moving: Motion, tally: Tally, y: Array, s: Array, t: float, end: float, last: float) -> None:
-    """Add a step from the flat state y (2n,) and sliders (R,) at t [s] to its end [s] to the tally."""
-    n, at = moving.numbers.squared.size, instant_terms(moving, t, min(t, last))
-    note(moving, tally, acceleration_and_force(moving, at, y[:n], y[n:], s)[1], t, end - t)
-
-
-def _without_sliders(
-    moving: Motion,
-    tally: Tally,
-    y: Array,
-    s: Array,
-    span: tuple[float, float, float],
-    moments: Array,
-    method: Adaptive,
-    options: Any,
-) -> tuple[Array, Array]:
+def _without_sliders(stretch: _Stretch, y: Array, s: Array, moments: Array) -> tuple[Array, Array]:
     """Flat states (T, 2n) at the moments (T,) [s] of one stretch of the program, and no sliders.
 
     What `scipy.integrate.solve_ivp` does, which shows no steps where it is asked for moments.
     """
-    t, high, last = span
     block, done = np.full((moments.size, y.size), np.nan), 0
-    solver = _SCIPY[method](_slope(moving, s, last), t, y, high, **options)
+    solver = _SCIPY[stretch.method](stretch.slope(s), stretch.start, y, stretch.stop, **stretch.options)
     while solver.status == "running":
         t, before = float(solver.t), solver.y
         solver.step()
         if solver.status == "failed":
             break
-        _note_step(moving, tally, before, s, t, float(solver.t), last)
+        stretch.note_step(before, s, t, float(solver.t))
         ready = int(np.searchsorted(moments, solver.t, side="right"))
         if ready > done:
             block[done:ready], done = solver.dense_output()(moments[done:ready]).T, ready
     return block, np.zeros((moments.size, 0))
 
 
-def _with_sliders(
-    moving: Motion,
-    tally: Tally,
-    y: Array,
-    s: Array,
-    span: tuple[float, float, float],
-    moments: Array,
-    method: Adaptive,
-    options: Any,
-) -> tuple[Array, Array]:
+def _with_sliders(stretch: _Stretch, y: Array, s: Array, moments: Array) -> tuple[Array, Array]:
     """Flat states (T, 2n) and sliders (T, R) at the moments (T,) [s] of one stretch of the program.
 
     A step whose end gives other sliders than its way, place by place, is repeated up to the last place where both
     agree, to the tolerance times the slip start: it passes over a turn (derived here).  The step control of the
     integrator itself sees no sliders.
     """
-    t, high, last = span
+    t, high, laws = stretch.start, stretch.stop, stretch.moving.laws
     block, sliders = np.full((moments.size, y.size), np.nan), np.full((moments.size, s.size), np.nan)
-    near = options["rtol"] * float(np.min(moving.laws.slip_start[moving.laws.memory]))
+    near = stretch.options["rtol"] * float(np.min(laws.slip_start[laws.memory]))
     least, done, length = _LEAST_STEP * (high - t), 0, None
     while done < moments.size:
-        solver = _SCIPY[method](_slope(moving, s, last), t, y, high, first_step=length, **options)
+        solver = _SCIPY[stretch.method](stretch.slope(s), t, y, high, first_step=length, **stretch.options)
         solver.step()
         if solver.status == "failed" or not np.isfinite(solver.y).all():
             break
         dense, end = solver.dense_output(), float(solver.t)
         inside = moments[(moments > t) & (moments < end)]
         places = np.union1d(np.append(np.linspace(t, end, _PLACES + 1)[1:], inside), [end])
-        ways, agree = _ways(moving, s, places, dense, last, near)
+        ways, agree = _ways(stretch, s, places, dense, near)
         if not agree.all() and end - t > least:
             length = max(float(places[max(int(np.argmin(agree)) - 1, 0)]) - t, least)
             continue
-        _note_step(moving, tally, y, s, t, end, last)
+        stretch.note_step(y, s, t, end)
         kept = np.searchsorted(places, np.append(inside, end))
         reached = moments[done : done + inside.size + 1]
         for moment, place in zip(reached, kept, strict=False):
@@ -370,11 +380,11 @@ def _with_sliders(
 
 
 def _ways(
-    moving: Motion, slider: Array, places: Array, dense: Callable[[float], Array], last: float, near: float
+    stretch: _Stretch, slider: Array, places: Array, dense: Callable[[float], Array], near: float
 ) -> tuple[Array, Array]:
     """Sliders (J, R) [m] moved from place to place (J,) [s] of a step, and whether one move to each agrees (J,)."""
-    n = moving.numbers.squared.size
-    gaps = [group_gaps(moving, instant_terms(moving, t, min(t, last)), dense(t)[:n]) for t in map(float, places)]
+    moving, n = stretch.moving, stretch.moving.numbers.squared.size
+    gaps = [group_gaps(moving, stretch.instant(t), dense(t)[:n]) for t in map(float, places)]
     ways, s = [], slider
     for gap in gaps:
         s = moving.laws.slide(gap, s)

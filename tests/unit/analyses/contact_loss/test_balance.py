@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+import epicyclic
 from epicyclic.analyses.contact_loss.corrector import linear_start, solve
 from epicyclic.analyses.contact_loss.problem import (
     Problem,
@@ -18,6 +20,7 @@ from epicyclic.analyses.contact_loss.problem import (
     speed_derivative,
     unknowns,
 )
+from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import FrameSpeed, respond, response
 
 
@@ -48,6 +51,44 @@ def test_the_jacobian_is_the_derivative_along_a_motion(made: Any, tones: int, fr
     np.testing.assert_allclose(jacobian(given, at)(step), differences, atol=1e-7 * np.abs(differences).max())
 
 
+# Speeds [Hz] near which teeth part; play and rolling elements: tangents of a link along x, y and x + y.
+LINKS = {
+    "stages.main.sun.support.clearance": "20 um",
+    "stages.main.planet.bearing.clearance": "10 um",
+    "stages.main.planet.bearing.exponent": 1.111,
+    "stages.main.planet.bearing.load": "50 kN",
+}
+DRIVES: dict[str, tuple[str, float, dict[str, object]]] = {
+    "ren2021": ("ren2021", 445.0, {}),
+    "ren2021 with mesh dampers": ("ren2021", 445.0, {"damping.mesh": 0.02}),
+    "ren2021 with laws of links": ("ren2021", 200.0, LINKS),
+    "xu2020": ("xu2020", 1580.0, {}),
+    "xu2020 with mesh dampers": ("xu2020", 1580.0, {"damping.mesh": 0.02}),
+}
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_the_jacobian_of_a_drive_is_the_derivative_at_edges_of_contact(name: str) -> None:
+    drive, frequency, overrides = DRIVES[name]
+    system = epicyclic.assemble(epicyclic.load(drive, overrides))
+    given, speed = mesh_problem(response(system, asks_laws=True), harmonics=8), frequency / float(system.tones[0])
+    y = linear_start(given, speed)
+    y[:, 1:] *= 2.0  # twice the vibration of closed teeth: they part
+    step = np.random.default_rng(1).standard_normal(y.shape)
+    step[1, 0] = 0.0  # the mean has no imaginary part
+    step *= np.linalg.norm(y[:, 1:]) / np.linalg.norm(step)
+    at = evaluate(given, y, speed)
+    assert 0.05 < at.touching.mean() < 0.95
+    assert at.width is not None
+    assert at.width.at[0].size > 10
+    assert (at.acting is not None) == ("damping.mesh" in overrides)
+    h = 1e-5
+    ahead, behind = (evaluate(given, y + sign * h * step, speed) for sign in (1, -1))
+    differences = (ahead.residual - behind.residual) / (2 * h)
+    # 2e-10 .. 2e-9: h^2 of a third derivative, and rounding 1e-16 / h
+    np.testing.assert_allclose(jacobian(given, at)(step), differences, atol=1e-8 * np.abs(differences).max(), rtol=0)
+
+
 @pytest.mark.parametrize("frame", ["kinematic", "operating"])
 def test_derivative_with_the_speed(made: Any, frame: FrameSpeed) -> None:
     given = mesh_problem(response(made.coupled(), frame_speed=frame), harmonics=8)
@@ -70,6 +111,26 @@ def test_without_parting_it_is_the_linear_response(made: Any, tones: int) -> Non
     assert state.touching.all()
     # the linear solver's own residual 1e-12, and sums over samples that its convolutions do without
     assert state.norm < 1e-10 * np.linalg.norm(state.y)
+
+
+def test_assumed_contact_of_a_drive_with_laws_of_links_is_its_tangents() -> None:
+    """The linear response of the System with tangents in place of all laws, preload and all, by the linear solver."""
+    system = epicyclic.assemble(epicyclic.load("ren2021", LINKS))
+    system = replace(system, lines=tuple(one for one in system.lines if one.frequency % system.tones[0] == 0))
+    assert system.groups
+    assert any(one.group_gap.any() for one in system.lines)
+    tangents = response(linear(system, floating=True))
+    block = next(respond(tangents, np.array([20.0]), tolerance=1e-12))
+    sizes: dict[str, Any] = {"harmonics": tuple(block.truncation[:-1]), "cross": block.truncation[-1]}
+    y = block.mesh.y[0]
+    by_tangents = mesh_problem(tangents, **sizes)
+    assert evaluate(by_tangents, y, 20.0, touching=by_tangents.rows.sense > 0).norm < 1e-10 * np.linalg.norm(y)
+    given = mesh_problem(response(system, asks_laws=True), **sizes)
+    at = evaluate(given, y, 20.0, touching=given.rows.sense > 0)
+    # rounding of modes of two Systems
+    assert at.norm < 1e-9 * np.linalg.norm(y)
+    assert given.rows.links is not None
+    assert np.abs(given.rows.links.offset).max() > 1e-3 * np.abs(system.force).max()
 
 
 def test_dampers_act_with_the_contact_alone(made: Any) -> None:

@@ -10,13 +10,15 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.analyses.transient import integrators
-from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale
-from epicyclic.analyses.transient.motion import from_modal, motion, to_modal
+from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale, steps_for
+from epicyclic.analyses.transient.motion import from_modal, highest_rate, motion, to_modal
 from epicyclic.analyses.transient.outputs import flank_force, mesh_force
 from epicyclic.analyses.transient.program import constant, phase_at, program, speed_at
 from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms, row_force
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
 from epicyclic.errors import ModelError
+from epicyclic.system.laws.groups import LawGroup
+from epicyclic.system.laws.radial import Law
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -120,6 +122,52 @@ def test_a_bouncing_mass(made: Any) -> None:
     states, _ = adaptive_states(moving, begin, times, method="dop853", scale=scale, tolerance=1e-10)
     fine = from_modal(moving, states)
     np.testing.assert_allclose(fine[-1, 0], -height, rtol=1e-7)  # of the tolerance, 1e3 for steps across the contact
+
+
+def test_the_highest_rate_is_that_of_the_stiffest_instant(made: Any) -> None:
+    one = np.ones((1, 1))
+    swinging = made.system(one, 0 * one, one, np.array([1e6]), force=np.ones(1), variation=0.44 * one)
+    assert highest_rate(motion(swinging)) == pytest.approx(1.2e3, rel=1e-12)
+    damped = replace(swinging, C=50.0 * one)  # beside it the whole rate of decay, by the triangle inequality
+    assert highest_rate(motion(damped)) == pytest.approx(1.25e3, rel=1e-12)
+
+
+@pytest.mark.parametrize("force", [1.0, 100.0], ids=["in its clearance", "pressed"])
+def test_the_highest_rate_is_that_of_a_pressed_link(made: Any, force: float) -> None:
+    one = np.ones((1, 1))
+    law = Law(stiffness=3e6, clearance=5e-6)
+    stop = LawGroup(name="main/0/support", kind="support", rows=("x",), B=one, law=law, damping=np.zeros(1), lag=0.0)
+    system = made.system(one, 0 * one, one, np.array([1e6]), force=np.array([force]), groups=(stop,))
+    assert highest_rate(motion(system)) == pytest.approx(2e3, rel=1e-9)
+
+
+def test_the_highest_rate_of_several_meshes_bounds_every_instant(made: Any) -> None:
+    system = made.rich(damped=False)
+    still = replace(system, G=0 * system.G, Kg=0 * system.Kg, euler=np.zeros(0), far=None, lines=())
+    still = replace(still, meshes=replace(still.meshes, backlash=np.full(2, np.inf)))
+    meshes, root = still.meshes, np.sqrt(np.diag(still.M))
+    rates = []
+    for cycle in np.arange(64) / 64:
+        k = meshes.stiffness * (1 + (meshes.variation @ np.exp(2j * np.pi * cycle * np.arange(1, 3))).real)
+        stiff = (still.K + (meshes.B * k) @ meshes.B.T) / np.outer(root, root)
+        rates.append(np.sqrt(np.linalg.eigvalsh(stiff)[-1]))
+    # the orders of the stiffness are not in phase, nor are the meshes
+    assert max(rates) < highest_rate(motion(still)) < 1.1 * max(rates)
+
+
+def test_steps_hold_the_phase_of_the_fastest_mode(made: Any) -> None:
+    """Free vibration at 1000 rad/s: fourth-order steps of at most 0.35 rad, whose lag is known in closed form."""
+    moving = motion(made.mass(force=0.0), contact="linear")
+    angle = 20 * np.pi
+    stop = angle / 1e3
+    steps = steps_for(moving, stop)
+    x, v = integrate(moving, np.array([[1e-5], [0.0]]), stop=stop, steps=steps)[-1, :, 0]
+    assert 0.34 < angle / steps <= 0.35
+    z = 1j * angle / steps
+    one = 1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24
+    lag = float(np.arctan2(v / 1e3, x))
+    assert lag == pytest.approx(steps * (z.imag - np.angle(one)), rel=1e-6)
+    assert 0.9e-4 < lag / angle < 1.3e-4  # as the bound of the steps says
 
 
 def test_a_mass_between_two_flanks(made: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,33 +19,14 @@ from epicyclic.system.system import System
 
 OVER_ALL = ("mesh_force_peak", "mesh_force_peak_time", "mesh_force_minimum", "mesh_force_minimum_time")
 CONTACT = ("contact_lost", "open_share", "far_share", "impacts")
-# A set whose torque turns round: teeth cross their backlash and strike the other flank.
-DOCUMENT: dict[str, Any] = {
-    "format": 1,
-    "title": "a torsional set with backlash",
-    "damping": {"modal": 0.02},
-    "stages": {
-        "main": {
-            "planets": 3,
-            "module": 0.004,
-            "sun": {"teeth": 24, "inertia": 0.002},
-            "planet": {"teeth": 24, "mass": 1.5, "inertia": 0.003},
-            "ring": {"teeth": 72, "inertia": 0.5},
-            "carrier": {"inertia": 0.05},
-            "meshes": {
-                "sun-planet": {"stiffness": 3e8, "backlash": 2e-5, "damping": 2e3},
-                "planet-ring": {"stiffness": 4e8, "backlash": 2e-5},
-            },
-        }
-    },
-    "operation": {"held": ["ring"], "speed": {"sun": 100.0}, "torque": {"sun": 300.0}},
-}
 STEP: dict[str, Any] = {"cycles": 3, "torque_step": (-0.5, 0.005)}
 
 
 @pytest.fixture(scope="module")
-def system() -> System:
-    return epicyclic.assemble(epicyclic.load(DOCUMENT))
+def system(torsional_set: Callable[..., dict[str, Any]]) -> System:
+    """A set whose torque turns round: teeth cross their backlash and strike the other flank."""
+    meshes: dict[str, Any] = {"sun_planet": {"backlash": 2e-5, "damping": 2e3}, "planet_ring": {"backlash": 2e-5}}
+    return epicyclic.assemble(epicyclic.load(torsional_set(modal=0.02, **meshes)))
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,39 +21,32 @@ from epicyclic.analyses.transient.scenario import History, Scenario, scenario_mo
 from epicyclic.errors import ModelError
 from epicyclic.system.system import System
 
-# A torsional planetary set, with constant meshes unless asked for: quick, and its forces are known in closed form.
-DOCUMENT: dict[str, Any] = {
-    "format": 1,
-    "title": "a torsional set",
-    "damping": {"modal": 0.05},
-    "stages": {
-        "main": {
-            "planets": 3,
-            "module": 0.004,
-            "sun": {"teeth": 24, "inertia": 0.002},
-            "planet": {"teeth": 24, "mass": 1.5, "inertia": 0.003},
-            "ring": {"teeth": 72, "inertia": 0.5},
-            "carrier": {"inertia": 0.05},
-            "meshes": {"sun-planet": {"stiffness": 3e8}, "planet-ring": {"stiffness": 4e8}},
-        }
-    },
-    "operation": {"held": ["ring"], "speed": {"sun": 100.0}, "torque": {"sun": 300.0}},
-}
+Drive = Callable[..., System]
 TONE = 100 / (2 * np.pi) * 24 * 72 / 96
 
 
-def drive(swing: float = 0.0, **overrides: Any) -> System:
-    meshes = "stages.main.meshes.sun-planet"
-    wave = {f"{meshes}.variation": {"cosine": [swing, swing / 4]}} if swing else {}
-    return epicyclic.assemble(epicyclic.load(DOCUMENT, overrides=wave | overrides))
+@pytest.fixture(scope="module")
+def document(torsional_set: Callable[..., dict[str, Any]]) -> dict[str, Any]:
+    """With constant meshes unless asked for: quick, and its forces are known in closed form."""
+    return torsional_set(modal=0.05)
 
 
 @pytest.fixture(scope="module")
-def swinging() -> System:
+def drive(document: dict[str, Any]) -> Drive:
+    def build(swing: float = 0.0, **overrides: Any) -> System:
+        meshes = "stages.main.meshes.sun-planet"
+        wave = {f"{meshes}.variation": {"cosine": [swing, swing / 4]}} if swing else {}
+        return epicyclic.assemble(epicyclic.load(document, overrides=wave | overrides))
+
+    return build
+
+
+@pytest.fixture(scope="module")
+def swinging(drive: Drive) -> System:
     return drive(0.3)
 
 
-def test_it_stays_where_nothing_changes() -> None:
+def test_it_stays_where_nothing_changes(drive: Drive) -> None:
     found = epicyclic.transient(drive(), cycles=20)
     radius = 0.024 * np.cos(np.radians(20))
     force = found.mesh_force.sel(mesh="main/sun-planet/1").values
@@ -94,7 +88,7 @@ def test_decimation_keeps_every_so_many(swinging: System) -> None:
     assert np.array_equal(few.mesh_force, every.mesh_force[:, ::16])  # the same steps: the same bits
 
 
-def test_a_torque_step_and_a_start_up(swinging: System) -> None:
+def test_a_torque_step_and_a_start_up(swinging: System, drive: Drive) -> None:
     system = drive()
     step = epicyclic.transient(system, cycles=200, torque_step=(1.5, 20 / TONE), decimate=32)
     force = step.mesh_force[0].values
@@ -113,7 +107,7 @@ def history(**torque: Any) -> History:
 
 
 @pytest.mark.parametrize("member", ["sun", "main.sun", "main/sun", "carrier"])
-def test_a_history_is_balanced_by_the_other_member(member: str) -> None:
+def test_a_history_is_balanced_by_the_other_member(member: str, drive: Drive) -> None:
     size = -1200.0 if member == "carrier" else 300.0  # ratio 1 + 72/24, reversed
     found = epicyclic.transient(drive(), history=history(**{member: [size, 2 * size, 2 * size]}), decimate=8)
     assert float(found.time[-1]) == pytest.approx(0.05, abs=0.001)
@@ -124,7 +118,7 @@ def test_a_history_is_balanced_by_the_other_member(member: str) -> None:
     assert force[-1] == pytest.approx(2 * at, rel=2e-2)
 
 
-def test_both_torques_given_must_balance() -> None:
+def test_both_torques_given_must_balance(drive: Drive) -> None:
     good = history(sun=[300.0, 600.0, 600.0], carrier=[-1200.0, -2400.0, -2400.0])
     bad = history(sun=[300.0, 600.0, 600.0], carrier=[-1200.0, -2400.0, -2300.0])
     one = epicyclic.transient(drive(), history=history(sun=[300.0, 600.0, 600.0]), decimate=8)
@@ -134,7 +128,7 @@ def test_both_torques_given_must_balance() -> None:
         epicyclic.transient(drive(), history=bad)
 
 
-def test_spinning_up_needs_the_torque_of_its_inertia() -> None:
+def test_spinning_up_needs_the_torque_of_its_inertia(drive: Drive) -> None:
     """The sun drives harder by 2 T s' / w_s, and every mesh carries what lies behind it: closed form."""
     system, seconds = drive(), 0.1
     found = epicyclic.transient(system, mesh_frequency=(0.5 * TONE, TONE), duration=seconds, decimate=16)
@@ -153,7 +147,7 @@ def test_spinning_up_needs_the_torque_of_its_inertia() -> None:
     np.testing.assert_allclose(found.relative_speed, 0.5 + rise * found.time, rtol=1e-12)
 
 
-def test_a_start_up_from_standstill_has_no_meshing() -> None:
+def test_a_start_up_from_standstill_has_no_meshing(drive: Drive) -> None:
     found = epicyclic.transient(drive(0.3), mesh_frequency=(0.0, TONE), duration=0.2)
     assert float(found.relative_speed[0]) == 0
     assert np.isfinite(found.mesh_force).all()
@@ -227,9 +221,9 @@ epicyclic.save_result(found, sys.argv[2] + ".nc")
 """
 
 
-def test_a_killed_run_continues_to_the_same_bits(tmp_path: Path) -> None:
+def test_a_killed_run_continues_to_the_same_bits(tmp_path: Path, document: dict[str, Any], drive: Drive) -> None:
     pytest.importorskip("numba")
-    command = [sys.executable, "-c", RUN, json.dumps(DOCUMENT)]
+    command = [sys.executable, "-c", RUN, json.dumps(document)]
     with subprocess.Popen([*command, str(tmp_path / "a")]) as process:
         until = time.monotonic() + 60
         while not (tmp_path / "a" / "000000.kept").is_file() and time.monotonic() < until:
@@ -274,19 +268,19 @@ def test_a_killed_run_continues_to_the_same_bits(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_wrong_options(options: dict[str, Any], said: str) -> None:
+def test_wrong_options(options: dict[str, Any], said: str, drive: Drive) -> None:
     with pytest.raises(ModelError, match=said):
         epicyclic.transient(drive(), **options)
 
 
-def test_without_speed_or_torque() -> None:
+def test_without_speed_or_torque(drive: Drive) -> None:
     with pytest.raises(ModelError, match="mesh frequency above zero"):
         epicyclic.transient("lin1999-n3")
     with pytest.raises(ModelError, match="which member drives"):
         epicyclic.transient(drive(**{"operation.torque.sun": 0}), mesh_frequency=(100.0, 200.0))
 
 
-def test_an_unstable_run_is_said_to_be() -> None:
+def test_an_unstable_run_is_said_to_be(drive: Drive) -> None:
     swing = drive(0.95, **{"damping.modal": 1e-6})
     natural = epicyclic.modes(swing).frequency.values[-1]
     found = epicyclic.transient(swing, mesh_frequency=2 * natural, cycles=40_000, contact="linear", decimate=3200)
@@ -297,7 +291,7 @@ def test_an_unstable_run_is_said_to_be() -> None:
     assert np.isfinite(found.end_displacement).all()
 
 
-def test_a_jump_falls_on_a_step() -> None:
+def test_a_jump_falls_on_a_step(drive: Drive) -> None:
     found = scenario_motion(drive(), Scenario(duration=1.0, step=(2.0, 0.1234)), contact="unilateral", step=0.01)
     assert found.program.time.tolist() == pytest.approx([-1.0, 0.0, 0.12, 0.12, 1.0, 2.0], abs=1e-15)
     assert found.program.level[:, 0].tolist() == [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
