@@ -155,7 +155,7 @@ class _Group:
 
 
 def _group(flow: Array, sensed: Array, rows: Array, size: int) -> _Group:
-    """Tables of `size` steps; flow (N, N) of one step, sensed (s, N) gaps of a state, rows (r, n) pushed on its rates."""
+    """Tables of `size` steps: flow (N, N) of one step, sensed (s, N) gaps of a state, rows (r, n) pushing its rates."""
     push = np.zeros((len(flow), len(rows)))
     push[len(flow) - rows.shape[1] :] = rows.T
     first, pushed = [sensed], [push]

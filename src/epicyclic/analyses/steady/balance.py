@@ -114,7 +114,7 @@ def solve(
         y, residual, scale, calls = _batched(system, modal, kernel, batch, right, start, tolerance=tolerance)
         y, residual, uncertainty = _judged(modal, kernel, batch, right, (y, residual, scale), tolerance=tolerance)
         gap = _gaps(modal, y) - error
-        truncated_force = truncated_product(kernel, gap)
+        truncated_force = truncated_product(kernel, gap) if len(kernel.truncated) else None
         truncation_residual = _truncation_residual(modal, kernel, batch, truncated_force)
     else:
         from .compiled import truncation_size
@@ -377,14 +377,14 @@ def _scale(first: Array, start: Array, *, mean: bool) -> Array:
     return np.where(scale == 0, 1.0, scale)
 
 
-def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, force: Array) -> Array:
+def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, force: Array | None) -> Array:
     """Size of the response to forces on the truncated harmonics, by kind, (P, D + 1): the exact residual beyond those
     kept.
 
-    force : (m, P, 2 T) of the meshes on them [N].
+    force : (m, P, 2 T) of the meshes on them [N]; None where there are none.
     """
-    if not len(kernel.truncated):
-        return np.zeros((force.shape[1], kernel.lattice.tones + 1))
+    if force is None:
+        return np.zeros((len(batch.frequency), kernel.lattice.tones + 1))
     y = _times(_inverse(modal, batch.truncated_frequency), _pull(modal, force))
     squares = np.einsum("pcjn,pcjn->pj", y, y)
     kinds = np.arange(kernel.lattice.tones + 1)

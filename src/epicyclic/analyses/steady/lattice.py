@@ -194,7 +194,7 @@ class LineFrequencies:
         return lines
 
     def power(self, values: ComplexArray, weight: Array) -> Array:
-        """Sum of |A_f|^2 weight_f over the lines f, amplitudes (..., R) of equal frequency added, weight (F,): (...)."""
+        """Sum of |A_f|^2 weight_f over the lines, weight (F,), amplitudes (..., R) of equal frequency added: (...)."""
         own = weight[self.line]
         own[self.shared] = 0.0
         total: Array = (values.real**2 + values.imag**2) @ own
