@@ -13,6 +13,7 @@ Three things make a product of thousands of steps cheap, none of which changes i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 import scipy.linalg
@@ -83,11 +84,11 @@ def kick_maps(stiffness: Array, damping: Array | None, mass: Array, step: float)
     stiffness, damping : (S, r, r) of the gaps at each step, less their means [N/m], [N s/m].
     mass : (r, r) B^T M^-1 B [1/kg].
     """
-    force = stiffness - (step**2 / 12) * ((stiffness @ mass) @ stiffness)
-    if damping is not None:
-        force = np.concatenate([force, damping], axis=2)
-        force = np.linalg.solve(np.eye(len(mass)) + (step / 2) * (damping @ mass), force)
-    result: Array = step * force
+    force: Array = stiffness - (step**2 / 12) * ((stiffness @ mass) @ stiffness)
+    if damping is None:
+        return step * force
+    held = np.eye(len(mass)) + (step / 2) * (damping @ mass)
+    result: Array = step * np.linalg.solve(held, np.concatenate([force, damping], axis=2))
     return result
 
 
@@ -108,7 +109,7 @@ def monodromy(
         return result
     gaps, rows = combined.T @ gaps, combined.T @ rows
     sensed = scipy.linalg.block_diag(gaps, rows) if damping is not None else np.pad(gaps, ((0, 0), (0, rows.shape[1])))
-    size = _group_size(len(flow), *sensed.shape, r, count)
+    size = _group_size(len(flow), len(sensed), r, count)
     group = _group(flow, sensed, rows, size)
     pairs = (combined[:, :, None] * combined[:, None, :]).reshape(len(combined), -1)
     mass, whole = rows @ rows.T, np.eye(len(flow))
@@ -134,10 +135,10 @@ def _combinations(gaps: Array) -> Array:
     return np.eye(len(gaps)) if rank == len(gaps) else left[:, :rank]
 
 
-def _group_size(size: int, sensed: int, states: int, rank: int, count: int) -> int:
+def _group_size(size: int, sensed: int, rank: int, count: int) -> int:
     """Steps of a group with the least operations, of a state of `size`."""
     # sensed rank size (g - 1) of the gaps within a group, 2 size^3 / g of its product with the others, a step
-    return max(1, min(round(size * np.sqrt(2 / (sensed * rank))), _GROUP, count))
+    return max(1, min(round(size * sqrt(2 / (sensed * rank))), _GROUP, count))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -16,6 +16,7 @@ from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal, modal_form
 from ..parallel import each
+from ..result_imports import import_results
 from ..static.tangent import linear
 from ..steady.excitation import mesh_tones
 from ..steady.response import FrameSpeed
@@ -163,7 +164,8 @@ def floquet_scan(
         if progress is not None:
             progress(done, P)
 
-    each(partial(_point_or_reason, ready), [float(frequency) for frequency in mesh_frequency], arrived=fill, kept=kept)
+    points = [float(frequency) for frequency in mesh_frequency]
+    each(partial(_point_or_reason, ready), points, arrived=fill, kept=kept, meanwhile=import_results)
     return found
 
 

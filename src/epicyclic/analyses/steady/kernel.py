@@ -315,11 +315,12 @@ def _times(rows: Array, parts: Sequence[tuple[Gather, Array]]) -> Array:
     rows : (m, P, C).  parts : gather and matrices (m, W, W') of each.
     """
     m, P = rows.shape[:2]
-    sizes = [gather.place.size // matrix.shape[1] * matrix.shape[2] for gather, matrix in parts]
+    lines = [gather.place.size // matrix.shape[1] for gather, matrix in parts]
+    sizes = [count * matrix.shape[2] for count, (_, matrix) in zip(lines, parts, strict=True)]
     result, first = np.empty((m, P, sum(sizes) + 1)), 0
-    for (gather, matrix), size in zip(parts, sizes, strict=True):
-        picked = _gathered(rows, gather).reshape(m, P, -1, matrix.shape[1])
-        out = result[:, :, first : first + size].reshape(m, P, -1, matrix.shape[2])
+    for count, size, (gather, matrix) in zip(lines, sizes, parts, strict=True):
+        picked = _gathered(rows, gather).reshape(m, P, count, matrix.shape[1])
+        out = result[:, :, first : first + size].reshape(m, P, count, matrix.shape[2])
         np.matmul(picked, matrix[:, None], out=out)
         first += size
     result[:, :, -1] = 0.0
