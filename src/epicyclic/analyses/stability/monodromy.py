@@ -13,7 +13,7 @@ Three things make a product of thousands of steps cheap, none of which changes i
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import ceil, sqrt
 
 import numpy as np
 import scipy.linalg
@@ -55,11 +55,10 @@ def independent_parts(
         if change is not None:
             coupling = np.maximum(coupling, _largest_coupling(change, scaled))
     joined = (coupling > _COUPLED) | (coupling.T > _COUPLED) | np.eye(n, dtype=bool)
-    while True:
-        wider = joined @ joined
-        if np.array_equal(wider, joined):
-            break
-        joined = wider
+    reached = 0
+    while np.count_nonzero(joined) > reached:
+        reached, numbers = int(np.count_nonzero(joined)), joined.astype(float)
+        joined = numbers @ numbers > 0
     first = np.argmax(joined, axis=1)
     return [np.flatnonzero(first == one) for one in np.unique(first)]
 
@@ -123,7 +122,7 @@ def monodromy(
         if len(maps) > left:
             whole = _group_product(group, maps[: len(maps) - left]) @ whole
         if left:
-            whole = _group_product(_group(flow, sensed, rows, left), maps[len(maps) - left :]) @ whole
+            whole = _group_product(_shorter(group, flow, left), maps[len(maps) - left :]) @ whole
     return whole
 
 
@@ -138,19 +137,22 @@ def _combinations(gaps: Array) -> Array:
 def _group_size(size: int, sensed: int, rank: int, count: int) -> int:
     """Steps of a group with the least operations, of a state of `size`."""
     # sensed rank size (g - 1) of the gaps within a group, 2 size^3 / g of its product with the others, a step
-    return max(1, min(round(size * sqrt(2 / (sensed * rank))), _GROUP, count))
+    best = max(1, min(round(size * sqrt(2 / (sensed * rank))), _GROUP))
+    # as equal as can be, of few steps
+    return ceil(count / ceil(count / best))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Group:
     """Tables of g steps from one state, of length N.
 
-    first : (g, s, N) gaps met by each kick without those before.  later : per kick (s, j r) of the impulses before it.
+    first : (g, s, N) gaps met by each kick without those before.
+    later : (s, (g - 1) r) of the impulses before a kick, of the earliest one first: the last j r columns of kick j.
     flow : (N, N).  pushes : (N, g r) of the state after the group by its impulses.
     """
 
     first: Array
-    later: list[Array]
+    later: Array
     flow: Array
     pushes: Array
 
@@ -164,12 +166,23 @@ def _group(flow: Array, sensed: Array, rows: Array, size: int) -> _Group:
         first.append(first[-1] @ flow)
     for _ in range(size):
         pushed.append(flow @ pushed[-1])
-    between = [-sensed @ one for one in pushed]
+    pushes = -np.hstack(pushed[:0:-1])
     return _Group(
         first=np.stack(first),
-        later=[np.hstack([between[j - i] for i in range(j)]) if j else sensed[:, :0] for j in range(size)],
+        later=sensed @ pushes[:, len(rows) :],
         flow=np.linalg.matrix_power(flow, size),
-        pushes=-np.hstack(pushed[:0:-1]),
+        pushes=pushes,
+    )
+
+
+def _shorter(group: _Group, flow: Array, size: int) -> _Group:
+    """Tables of the first `size` steps of a group; flow (N, N) of one step."""
+    r = group.pushes.shape[1] // len(group.first)
+    return _Group(
+        first=group.first[:size],
+        later=group.later[:, group.later.shape[1] - (size - 1) * r :],
+        flow=np.linalg.matrix_power(flow, size),
+        pushes=group.pushes[:, group.pushes.shape[1] - size * r :],
     )
 
 
@@ -185,7 +198,8 @@ def _group_product(group: _Group, maps: Array) -> Array:
     for j in range(g):
         out = impulses[j * r : (j + 1) * r].transpose(1, 0, 2)
         if j:
-            np.matmul(group.later[j], impulses[: j * r].reshape(j * r, -1), out=met.reshape(s, -1))
+            later = group.later[:, group.later.shape[1] - j * r :]
+            np.matmul(later, impulses[: j * r].reshape(j * r, -1), out=met.reshape(s, -1))
             met += group.first[j][:, None]
             np.matmul(maps[:, j], met.transpose(1, 0, 2), out=out)
         else:
