@@ -270,7 +270,10 @@ def _side_by_side(
 def _kept(modal: Modal, frequency: Array) -> Array | None:
     """|D| / P at frequencies (P, J) [rad/s], (P, J, n): 1 but where D is below its floor; None where it nowhere is."""
     w = frequency[:, :, None]
-    size, floor = np.hypot(modal.squared - w**2, w * modal.damping), FLOOR * modal.squared
+    real, imag, floor = modal.squared - w**2, w * modal.damping, FLOOR * modal.squared
+    if not np.any(real**2 + imag**2 < (2 * floor) ** 2):
+        return None
+    size = np.hypot(real, imag)
     low = size < floor
     return np.where(low, size / np.where(low, floor, 1.0), 1.0) if np.any(low) else None
 
@@ -385,8 +388,11 @@ def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, force: Arra
     """
     if force is None:
         return np.zeros((len(batch.frequency), kernel.lattice.tones + 1))
-    y = _times(_inverse(modal, batch.truncated_frequency), _pull(modal, force))
-    squares = np.einsum("pcjn,pcjn->pj", y, y)
+    # |y| = |force| / |D|: both parts of y need not be told apart
+    w, pulled = batch.truncated_frequency[:, :, None], _pull(modal, force)
+    size = (modal.squared - w**2) ** 2 + (w * modal.damping) ** 2
+    size[size == 0] = np.inf
+    squares = ((pulled[:, 0] ** 2 + pulled[:, 1] ** 2) / size).sum(axis=2)
     kinds = np.arange(kernel.lattice.tones + 1)
     size: Array = np.sqrt(squares @ (kernel.truncated_kind[:, None] == kinds))
     return size
