@@ -390,9 +390,9 @@ def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, force: Arra
         return np.zeros((len(batch.frequency), kernel.lattice.tones + 1))
     # |y| = |force| / |D|: both parts of y need not be told apart
     w, pulled = batch.truncated_frequency[:, :, None], _pull(modal, force)
-    size = (modal.squared - w**2) ** 2 + (w * modal.damping) ** 2
-    size[size == 0] = np.inf
-    squares = ((pulled[:, 0] ** 2 + pulled[:, 1] ** 2) / size).sum(axis=2)
+    held = (modal.squared - w**2) ** 2 + (w * modal.damping) ** 2
+    held[held == 0] = np.inf
+    squares = ((pulled[:, 0] ** 2 + pulled[:, 1] ** 2) / held).sum(axis=2)
     kinds = np.arange(kernel.lattice.tones + 1)
     size: Array = np.sqrt(squares @ (kernel.truncated_kind[:, None] == kinds))
     return size

@@ -101,7 +101,7 @@ def test_a_herringbone_train_by_parts_and_as_a_whole(vectors: bool, monkeypatch:
     ready = scan.parametric_system(epicyclic.assemble(epicyclic.load("xu2020")))
     stiffness = scan._stiffness_change(ready, 48)
     sizes = []
-    original = floquet_module.independent_parts
+    original = independent_parts
 
     def counted(*arguments: Any, **options: Any) -> Any:
         found = original(*arguments, **options)

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.analyses.steady import balance
-from epicyclic.analyses.steady.kernel import product
+from epicyclic.analyses.steady.kernel import product, truncated_product
 from epicyclic.analyses.steady.lattice import line_frequencies
-from epicyclic.analyses.steady.response import Response, response
+from epicyclic.analyses.steady.response import Response, respond, response
 from epicyclic.analyses.steady.waveform import Spectrum, torus_waveform
 
 
@@ -49,10 +48,10 @@ def test_meshes_of_two_tones_are_not_joined() -> None:
 def test_truncated_forces_are_made_once() -> None:
     """The force at truncated harmonics that a solution carries is the one that its gap gives."""
     ready = ready_of("encased-differential")
-    (block,) = epicyclic.analyses.steady.response.respond(ready, np.array([0.7]), tolerance=1e-6)
+    (block,) = respond(ready, np.array([0.7]), tolerance=1e-6)
     for solved, shifted in ((block.mesh, False), (block.shaft, True)):
         assert solved is not None
-        again = balance.truncated_product(ready.kernel(block.truncation, shifted=shifted), solved.gap)
+        again = truncated_product(ready.kernel(block.truncation, shifted=shifted), solved.gap)
         assert np.array_equal(solved.truncated_force, again)
 
 
