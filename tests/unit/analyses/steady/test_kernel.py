@@ -51,6 +51,7 @@ def test_truncated_forces_are_made_once() -> None:
     (block,) = respond(ready, np.array([0.7]), tolerance=1e-6)
     for solved, shifted in ((block.mesh, False), (block.shaft, True)):
         assert solved is not None
+        assert solved.truncated_force is not None
         again = truncated_product(ready.kernel(block.truncation, shifted=shifted), solved.gap)
         assert np.array_equal(solved.truncated_force, again)
 
