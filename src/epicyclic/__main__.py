@@ -1,5 +1,6 @@
 """``python -m epicyclic`` and the command ``epicyclic``, which hear Ctrl-C from the first import on."""
 
+import gc
 import sys
 
 __all__ = ["main"]
@@ -7,6 +8,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line; Ctrl-C while it is imported ends it as at any other time."""
+    gc.disable()  # `cli.start` enables it
     try:
         from .cli.main import main as run
     except KeyboardInterrupt:

@@ -85,6 +85,7 @@ def each(
     *,
     arrived: Callable[[int, Result], None] | None = None,
     kept: KeptPart | None = None,
+    meanwhile: Callable[[], object] | None = None,
 ) -> list[Result]:
     """work(item) of every item, in the order of the items.
 
@@ -95,6 +96,7 @@ def each(
     work : a function of a module, or `functools.partial` of one; pickled where workers are not forked, like the items
         and always the results.  arrived : called here with the place and the result of every item, as they arrive.
     kept : takes every new result; those that a run before has left there arrive first and are not computed again.
+    meanwhile : called once here while workers compute, such as an import that the results need; never without workers.
 
     Raises
     ------
@@ -122,7 +124,8 @@ def each(
         spent = time.perf_counter() - start
         if done and most > 1 and left > 1 and spent / done * left > _WORTH[method]:
             try:
-                _by_workers(work, items, places[done:], keep, count=min(most, left), method=method)
+                count = min(most, left)
+                _by_workers(work, items, places[done:], keep, count=count, method=method, meanwhile=meanwhile)
             except (OSError, NotImplementedError):
                 pass  # no process may be started here
             # one may have been killed: this process does what is left
@@ -141,13 +144,17 @@ def _by_workers(
     *,
     count: int,
     method: str,
+    meanwhile: Callable[[], object] | None,
 ) -> None:
     """Compute the items at `places` by `count` workers; `keep` takes place and result of each as it arrives.
+
+    meanwhile : called once here while they compute.
 
     Places of a worker that was killed are left out.  Workers hold nothing that this process waits for, so that they
     can be ended at any instant.
     """
     inbox, workers = queue.SimpleQueue[tuple[int, bool, Any]](), list[tuple[BaseProcess, Connection]]()
+    beside: threading.Thread | None = None
     try:
         _start_workers(work, items, workers, count, method)
         for number, (_, connection) in enumerate(workers):
@@ -164,6 +171,10 @@ def _by_workers(
 
         for number in [*range(len(workers))] * _AHEAD:
             give(number)
+        if meanwhile is not None:
+            # beside this thread, which gives the workers their next places
+            beside = threading.Thread(target=_at_ease, args=(meanwhile,), daemon=True)
+            beside.start()
         while any(open_):
             number, more, found = inbox.get()
             if not more:
@@ -175,11 +186,19 @@ def _by_workers(
             give(number)
             open_[number] -= 1
             keep(place, result)
+        if beside is not None:
+            beside.join()
     finally:
         for worker, _ in workers:
             worker.terminate()
         for worker, _ in workers:
             worker.join()
+
+
+def _at_ease(call: Callable[[], object]) -> None:
+    """Call what may be called early; what it raises is raised again where it is needed."""
+    with suppress(Exception):
+        call()
 
 
 def _start_workers(

@@ -21,6 +21,7 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
+from .start import collect_again
 
 __all__ = ["app", "main"]
 
@@ -39,6 +40,7 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MKL_NUM_THREADS", "1")
     open_streams()
+    collect_again()
     app()
 
 

@@ -26,6 +26,7 @@ from .console import (
     write_result,
 )
 from .kept import kept
+from .start import import_model_rooms
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +64,7 @@ def run_verb(
             target_of(output, (*FILES, *((".toml",) if verb.model_text else ())))
         if as_json or output is None:
             require_stdout()
+        import_model_rooms()
         overrides = parsed_overrides(sets)
         with progress_bar(f"{verb.name} {model}") as step:
             more: dict[str, Any] = {} if folder is None else {"folder": folder}

@@ -58,6 +58,25 @@ def test_results_come_in_order_from_other_processes() -> None:
     assert found[0][1] == os.getpid()
 
 
+def test_what_is_called_meanwhile_is_called_once_beside_workers_and_may_fail(two_at_once: None) -> None:
+    called = list[int]()
+
+    def meanwhile() -> None:
+        called.append(os.getpid())
+        raise ImportError("no such room")
+
+    found = each(place_and_process, range(20), meanwhile=meanwhile)
+    assert [square for square, _ in found] == [item**2 for item in range(20)]
+    assert called == [os.getpid()]
+
+
+def test_nothing_is_called_meanwhile_without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EPICYCLIC_JOBS", "1")
+    called = list[int]()
+    each(place_and_process, range(20), meanwhile=lambda: called.append(1))
+    assert not called
+
+
 def test_short_work_stays_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EPICYCLIC_JOBS", "8")
     assert {process for _, process in each(place_and_process, range(20))} == {os.getpid()}

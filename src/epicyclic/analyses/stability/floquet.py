@@ -14,6 +14,7 @@ left out: what is left has no defective double multiplier at 1 that rounding wou
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray
 from ..modes.basis import Modal, modal_weights
 from ..modes.eigen import neutral_basis
+from .monodromy import independent_parts, monodromy
 
 __all__ = [
     "BREAKING",
@@ -116,20 +118,48 @@ def floquet(
     mean_k, mean_c = stiffness.mean(axis=1), np.zeros(len(stiffness)) if damping is None else damping.mean(axis=1)
     start = _mean_flow(modal, frame=frame, stiffness=mean_k, damping=mean_c, gaps=gaps)
     change_c = None if damping is None or not np.ptp(damping, axis=1).any() else damping - mean_c[:, None]
-    step, mass = period / stiffness.shape[1], start.rows @ start.rows.T
-    kicks = _Kicks(start, stiffness - mean_k[:, None], change_c, step, mass)
-    whole = _product(start, kicks)
-    if not np.isfinite(whole).all():
-        raise np.linalg.LinAlgError("the motion over a period is not finite")
-    if not vectors:
-        mu = scipy.linalg.eigvals(whole, check_finite=False)
-        order, free = _sorted(mu, start)
-        return Floquet(multipliers=np.concatenate([mu, np.ones(start.neutral)])[order], free=free)
-    mu, z = scipy.linalg.eig(whole, check_finite=False)
+    change_k, step = stiffness - mean_k[:, None], period / stiffness.shape[1]
+    multipliers, columns = list[ComplexArray](), list[ComplexArray]()
+    for states, whole in _monodromies(start, change_k, change_c, step):
+        if not np.isfinite(whole).all():
+            raise np.linalg.LinAlgError("the motion over a period is not finite")
+        if not vectors:
+            multipliers.append(scipy.linalg.eigvals(whole, check_finite=False))
+            continue
+        mu, motions = scipy.linalg.eig(whole, check_finite=False)
+        multipliers.append(mu)
+        columns.append(np.zeros((len(start.generator), mu.size), complex))
+        columns[-1][states] = motions
+    mu = np.concatenate(multipliers)
     order, free = _sorted(mu, start)
-    position, rate = _motions(start, _half_kick(kicks, z))
-    mu = np.concatenate([mu, np.ones(start.neutral)])
-    return Floquet(multipliers=mu[order], free=free, position=position[:, order], rate=rate[:, order])
+    mu = np.concatenate([mu, np.ones(start.neutral)])[order]
+    if not vectors:
+        return Floquet(multipliers=mu, free=free)
+    mass = start.rows @ start.rows.T
+    kicks = _Kicks(start, change_k, change_c, step, mass)
+    position, rate = _motions(start, _half_kick(kicks, np.concatenate(columns, axis=1)))
+    return Floquet(multipliers=mu, free=free, position=position[:, order], rate=rate[:, order])
+
+
+def _monodromies(
+    start: _MeanFlow, stiffness: Array, damping: Array | None, step: float
+) -> Iterator[tuple[NDArray[np.int64], Array]]:
+    """States and monodromy matrix of every independent part; changes (m, N) less their means, a step of length [s]."""
+    k = start.gaps.shape[1]
+    for part in independent_parts(start.generator, start.rows, start.weight, stiffness=stiffness, damping=damping):
+        held = part[part >= start.neutral] - start.neutral
+        states = np.concatenate([held, k + part])
+        yield (
+            states,
+            monodromy(
+                start.generator[np.ix_(states, states)],
+                start.gaps[:, held],
+                start.rows[:, part],
+                stiffness=stiffness,
+                damping=damping,
+                step=step,
+            ),
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -199,38 +229,6 @@ class _Kicks:
     damping: Array | None
     step: float
     mass: Array
-
-
-def _product(start: _MeanFlow, kicks: _Kicks) -> Array:
-    """Monodromy matrix (k + n, k + n): flow after kick, over all steps.
-
-    Steps are multiplied in pairs, pairs in pairs: every level is one product of many small matrices side by side.
-    """
-    N, count = len(start.generator), kicks.stiffness.shape[1]
-    flow = scipy.linalg.expm(start.generator * kicks.step)
-    whole: Array = np.eye(N)
-    size = max(2, _BATCH // N**2)
-    here, there = np.empty((2, min(size, count), N, N))
-    for first in range(0, count, size):
-        left = len(_steps(start, kicks, flow, slice(first, first + size), out=here))
-        while left > 1:
-            pairs = left // 2
-            np.matmul(here[1 : 2 * pairs : 2], here[: 2 * pairs : 2], out=there[:pairs])
-            if left % 2:
-                there[pairs] = here[left - 1]
-            here, there, left = there, here, pairs + left % 2
-        whole = here[0] @ whole
-    return whole
-
-
-def _steps(start: _MeanFlow, kicks: _Kicks, flow: Array, part: slice, *, out: Array) -> Array:
-    """Matrices (steps, k + n, k + n) of some steps, in the first places of `out`; flow : of one step."""
-    impulses = _impulses(kicks, part, kicks.step)
-    out, kicked = out[: len(impulses)], impulses.shape[2]
-    np.matmul(-flow[:, start.gaps.shape[1] :] @ start.rows.T, impulses, out=out[:, :, :kicked])
-    out[:, :, :kicked] += flow[:, :kicked]
-    out[:, :, kicked:] = flow[:, kicked:]
-    return out
 
 
 def _joined(start: _MeanFlow, step: float) -> Array:

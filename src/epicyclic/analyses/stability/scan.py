@@ -16,6 +16,7 @@ from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
 from ..modes.basis import Modal, modal_form
 from ..parallel import each
+from ..result_imports import import_results
 from ..static.tangent import linear
 from ..steady.excitation import mesh_tones
 from ..steady.response import FrameSpeed
@@ -163,7 +164,8 @@ def floquet_scan(
         if progress is not None:
             progress(done, P)
 
-    each(partial(_point_or_reason, ready), [float(frequency) for frequency in mesh_frequency], arrived=fill, kept=kept)
+    points = [float(frequency) for frequency in mesh_frequency]
+    each(partial(_point_or_reason, ready), points, arrived=fill, kept=kept, meanwhile=import_results)
     return found
 
 
@@ -226,13 +228,20 @@ def _floquet_at(ready: ParametricSystem, frequency: float, steps: int) -> Floque
 
 def _stiffness_change(ready: ParametricSystem, steps: int) -> Array:
     """Stiffness of every mesh less its mean at equal steps of the common period, (m, steps) [N/m]."""
-    meshes, orders = ready.system.meshes, np.arange(1, ready.harmonics + 1)
+    meshes, steps_done = ready.system.meshes, np.arange(steps)
+    # one turn in equal steps: a phase of many cycles is one of them, without the digits that whole turns would lose
+    turn = 2 * np.pi / steps * steps_done
+    turn = np.stack([np.cos(turn), -np.sin(turn)])
     change = np.zeros((len(meshes.stiffness), steps))
     for place, tone in enumerate(ready.system.tones):
-        mine = meshes.tone == place
-        # exact phases: whole turns of a tone over many cycles would lose digits
-        phase = 2 * np.pi * (float(tone / ready.tones[0] * ready.cycles) * (np.arange(steps) / steps))
-        change[mine] = (meshes.variation[mine, : ready.harmonics] @ np.exp(1j * np.outer(orders, phase))).real
+        mine = np.flatnonzero((np.asarray(meshes.tone) == place) & meshes.variation.any(axis=1))
+        if not mine.size:
+            continue
+        # whole, for the period is one of all meshes that vary
+        cycles = int(tone / ready.tones[0] * ready.cycles)
+        waves = turn[:, np.outer(cycles * np.arange(1, ready.harmonics + 1), steps_done) % steps]
+        varying = meshes.variation[mine, : ready.harmonics]
+        change[mine] = np.hstack([varying.real, varying.imag]) @ waves.reshape(-1, steps)
     return meshes.stiffness[:, None] * change
 
 

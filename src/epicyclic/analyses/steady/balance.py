@@ -65,6 +65,7 @@ class HarmonicSolution:
         are
     relative to the dynamic part, whose size is scale (P,).  calls : of the operator.
     uncertainty : (P,) bound of the relative error of y near a resonance of light damping, 0 elsewhere; empty: not made.
+    truncated_force : (m, P, 2 T) of the meshes on the truncated harmonics [N]; None: not made.
     """
 
     y: Array
@@ -75,6 +76,7 @@ class HarmonicSolution:
     scale: Array
     calls: int
     uncertainty: Array = field(default_factory=lambda: np.zeros(0))
+    truncated_force: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -112,7 +114,8 @@ def solve(
         y, residual, scale, calls = _batched(system, modal, kernel, batch, right, start, tolerance=tolerance)
         y, residual, uncertainty = _judged(modal, kernel, batch, right, (y, residual, scale), tolerance=tolerance)
         gap = _gaps(modal, y) - error
-        truncation_residual = _truncation_residual(modal, kernel, batch, gap)
+        truncated_force = truncated_product(kernel, gap) if len(kernel.truncated) else None
+        truncation_residual = _truncation_residual(modal, kernel, batch, truncated_force)
     else:
         from .compiled import truncation_size
 
@@ -121,6 +124,7 @@ def solve(
         )
         y, residual, uncertainty = _judged(modal, kernel, batch, right, (y, residual, scale), tolerance=tolerance)
         gap = _gaps(modal, y) - error
+        truncated_force = None
         truncation_residual = np.outer(truncation_size(operators, batch.truncated_frequency, gap), [1.0, 0.0])
     return HarmonicSolution(
         y=y,
@@ -131,6 +135,7 @@ def solve(
         scale=scale,
         calls=calls,
         uncertainty=uncertainty,
+        truncated_force=truncated_force,
     )
 
 
@@ -265,7 +270,10 @@ def _side_by_side(
 def _kept(modal: Modal, frequency: Array) -> Array | None:
     """|D| / P at frequencies (P, J) [rad/s], (P, J, n): 1 but where D is below its floor; None where it nowhere is."""
     w = frequency[:, :, None]
-    size, floor = np.hypot(modal.squared - w**2, w * modal.damping), FLOOR * modal.squared
+    real, imag, floor = modal.squared - w**2, w * modal.damping, FLOOR * modal.squared
+    if not np.any(real**2 + imag**2 < (2 * floor) ** 2):
+        return None
+    size = np.hypot(real, imag)
     low = size < floor
     return np.where(low, size / np.where(low, floor, 1.0), 1.0) if np.any(low) else None
 
@@ -313,26 +321,29 @@ def _coupling(modal: Modal, kernel: Kernel, batch: Batch) -> Callable[[Array], A
 
     Maps y (P, 2, J, n) to generalized forces of the same shape.
     """
-    frame, (m, n) = batch.frame[:, None], modal.gaps.shape
+    frame, n, names = batch.frame[:, None], modal.squared.size, list(modal.coupling)
     factors = {"G": frame * batch.frequency, "C": batch.frequency, "Kg": frame**2, "Cskew": frame}
-    matrix = np.concatenate([modal.pulls, *modal.coupling.values()])
+    gaps, pulls = modal.gaps[kernel.distinct], modal.pulls[kernel.distinct]
+    matrix = np.concatenate(list(modal.coupling.values())) if names else np.zeros((0, n))
     P, J = batch.frequency.shape
     parts = np.empty((P, 2, J, len(matrix)))  # made once: the pages of a fresh one would cost as much as filling it
 
     def couple(y: Array) -> Array:
         """Off-diagonal forces of y, (P, 2, J, n)."""
-        # one product of everything side by side: forces of the meshes, then y scaled, turned by i where a rate counts
-        force = product(kernel, _gaps(modal, y))
-        parts[..., :m] = force.reshape(m, P, 2, J).transpose(1, 2, 3, 0)
-        for place, name in enumerate(modal.coupling):
-            part, factor = parts[..., m + place * n : m + (place + 1) * n], factors[name][:, :, None]
+        gap = (gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J)
+        force = product(kernel, gap, joined=True)
+        result: Array = force.reshape(len(force), -1).T @ pulls
+        # one product of everything side by side: y scaled, turned by i where a rate counts
+        for place, name in enumerate(names):
+            part, factor = parts[..., place * n : (place + 1) * n], factors[name][:, :, None]
             if name in ("G", "C"):
                 np.multiply(y[:, 1], -factor, out=part[:, 0])
                 np.multiply(y[:, 0], factor, out=part[:, 1])
             else:
                 np.multiply(y, factor[:, None], out=part)
-        result: Array = (parts.reshape(-1, len(matrix)) @ matrix).reshape(y.shape)
-        return result
+        if names:
+            result += parts.reshape(-1, len(matrix)) @ matrix
+        return result.reshape(y.shape)
 
     return couple
 
@@ -369,16 +380,19 @@ def _scale(first: Array, start: Array, *, mean: bool) -> Array:
     return np.where(scale == 0, 1.0, scale)
 
 
-def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, gap: Array) -> Array:
+def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, force: Array | None) -> Array:
     """Size of the response to forces on the truncated harmonics, by kind, (P, D + 1): the exact residual beyond those
     kept.
 
-    gap : (m, P, 2 J) [m].
+    force : (m, P, 2 T) of the meshes on them [N]; None where there are none.
     """
-    if not len(kernel.truncated):
-        return np.zeros((gap.shape[1], kernel.lattice.tones + 1))
-    y = truncated_response(modal, kernel, batch.truncated_frequency, gap)
-    squares = np.einsum("pcjn,pcjn->pj", y, y)
+    if force is None:
+        return np.zeros((len(batch.frequency), kernel.lattice.tones + 1))
+    # |y| = |force| / |D|: both parts of y need not be told apart
+    w, pulled = batch.truncated_frequency[:, :, None], _pull(modal, force)
+    held = (modal.squared - w**2) ** 2 + (w * modal.damping) ** 2
+    held[held == 0] = np.inf
+    squares = ((pulled[:, 0] ** 2 + pulled[:, 1] ** 2) / held).sum(axis=2)
     kinds = np.arange(kernel.lattice.tones + 1)
     size: Array = np.sqrt(squares @ (kernel.truncated_kind[:, None] == kinds))
     return size

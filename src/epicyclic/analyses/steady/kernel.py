@@ -8,7 +8,7 @@ its axis.  Derived here: no aliasing, since no product is sampled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +25,12 @@ Index = NDArray[np.int64]
 class Gather:
     """Reordering of columns (..., C), some with the sign of their mirror image; column C reads 0.
 
-    place : (...) column read.  sign : (...) +1 or -1.
+    place : (...) column read.  sign : (...) +1 or -1.  mirrors : whether any sign is -1.
     """
 
     place: Index
     sign: Array
+    mirrors: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,12 +62,16 @@ class Kernel:
 
     lattice : points kept.  truncated : (T, D) points that a product reaches beyond them.
     truncated_kind : (T,) the axis of a truncated point that is a multiple of one tone, D of a combination.
+    axes : one a tone.  joined : the same for sums of mesh rows that one gap and one push serve; their `meshes` count
+        the rows `distinct` (r,) of all meshes, one of each such sum.
     """
 
     lattice: Lattice
     truncated: Index
     truncated_kind: Index
     axes: tuple[Axis, ...]
+    joined: tuple[Axis, ...]
+    distinct: Index
 
 
 def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> Kernel:
@@ -87,7 +92,46 @@ def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, 
     truncated_kind = (
         np.where(several, D, np.argmax(truncated != 0, axis=1)) if truncated.size else np.zeros(0, np.int64)
     )
-    return Kernel(lattice=lattice, truncated=truncated, truncated_kind=truncated_kind, axes=axes)
+    distinct, owner = _distinct_rows(system.meshes.B, tone)
+    return Kernel(
+        lattice=lattice,
+        truncated=truncated,
+        truncated_kind=truncated_kind,
+        axes=axes,
+        joined=tuple(_joined(axis, owner) for axis in axes) if len(distinct) < len(owner) else axes,
+        distinct=distinct,
+    )
+
+
+def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
+    """Mesh rows with a column of B (n, m) and a tone (m,) of their own, (r,), and for each mesh which of them, (m,).
+
+    Both sides of a herringbone mesh are one where nothing tilts.
+    """
+    _, first, owner = np.unique(np.vstack([tone, B]), axis=1, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    place = np.empty_like(order)
+    place[order] = np.arange(order.size)
+    return first[order], place[owner.ravel()]
+
+
+def _joined(axis: Axis, owner: Index) -> Axis:
+    """An axis whose rows are sums of the meshes with one owner (m,)."""
+    mine, place = np.unique(owner[axis.meshes], return_inverse=True)
+
+    def total(matrices: Array) -> Array:
+        result = np.zeros((mine.size, *matrices.shape[1:]))
+        np.add.at(result, place, matrices)
+        return result
+
+    return replace(
+        axis,
+        meshes=mine,
+        own_product=total(axis.own_product),
+        line_product=total(axis.line_product),
+        own_tail=total(axis.own_tail),
+        line_tail=total(axis.line_tail),
+    )
 
 
 def _length(system: System, mine: NDArray[np.bool_]) -> int:
@@ -164,9 +208,13 @@ def _parts(take: Index, mirror: Array | Index, J: int) -> Gather:
     """Gather of real and imaginary parts, side by side, of points `take` (..., W); J marks a point not kept."""
     imaginary = np.where(take < J, take + J, 2 * J)
     real = np.where(take < J, take, 2 * J)
-    return Gather(
-        place=np.concatenate([real, imaginary], axis=-1), sign=np.concatenate([np.ones(mirror.shape), mirror], axis=-1)
-    )
+    sign = np.concatenate([np.ones(mirror.shape), mirror], axis=-1)
+    return _gather(np.concatenate([real, imaginary], axis=-1), sign)
+
+
+def _gather(place: Index, sign: Array) -> Gather:
+    """A gather of columns `place` with signs, both (...)."""
+    return Gather(place=place, sign=sign, mirrors=bool(np.any(sign < 0)))
 
 
 def _back(points: Index, lines: Sequence[tuple[Point, Index]], axis: int, *, mirrored: bool) -> Gather:
@@ -183,7 +231,7 @@ def _back(points: Index, lines: Sequence[tuple[Point, Index]], axis: int, *, mir
             place[:, i] = found
         elif mirrored and (found := slots.get(tuple(-a for a in point))) is not None:
             place[:, i], sign[1, i] = found, -1.0
-    return Gather(place=place.ravel(), sign=sign.ravel())
+    return _gather(place.ravel(), sign.ravel())
 
 
 def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored: bool) -> Array:
@@ -203,16 +251,20 @@ def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored:
     return np.ascontiguousarray(np.concatenate([real, imag], axis=2))
 
 
-def product(kernel: Kernel, gap: Array) -> Array:
-    """(k(t) - k0) gap(t) at the points kept: gap (m, P, 2 J) [m] to (m, P, 2 J) [N]."""
-    if len(kernel.axes) == 1:
-        only: Array = np.matmul(gap, kernel.axes[0].own_product)
+def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
+    """(k(t) - k0) gap(t) at the points kept: gap (m, P, 2 J) [m] to (m, P, 2 J) [N].
+
+    joined : of the `distinct` gaps (r, P, 2 J) to the sums of the forces of their rows.
+    """
+    axes = kernel.joined if joined else kernel.axes
+    if len(axes) == 1:
+        only: Array = np.matmul(gap, axes[0].own_product)
         return only
     out = np.empty_like(gap)
-    for axis in kernel.axes:
-        mine = _padded(gap[axis.meshes])
-        parts = [_times(mine, axis.own, axis.own_product), _times(mine, axis.lines, axis.line_product)]
-        out[axis.meshes] = _gathered(_padded(*parts), axis.back)
+    for axis in axes:
+        mine = _padded(gap, axis.meshes)
+        parts = (axis.own, axis.own_product), (axis.lines, axis.line_product)
+        out[axis.meshes] = _gathered(_times(mine, parts), axis.back)
     return out
 
 
@@ -223,9 +275,9 @@ def truncated_product(kernel: Kernel, gap: Array) -> Array:
         return only
     out = np.empty((*gap.shape[:2], 2 * len(kernel.truncated)))
     for axis in kernel.axes:
-        mine = _padded(gap[axis.meshes])
-        parts = [_times(mine, axis.own, axis.own_tail), _times(mine, axis.every, axis.line_tail)]
-        out[axis.meshes] = _gathered(_padded(*parts), axis.tail_back)
+        mine = _padded(gap, axis.meshes)
+        parts = (axis.own, axis.own_tail), (axis.every, axis.line_tail)
+        out[axis.meshes] = _gathered(_times(mine, parts), axis.tail_back)
     return out
 
 
@@ -241,21 +293,35 @@ def to_complex(parts: Array) -> ComplexArray:
     return value
 
 
-def _padded(*parts: Array) -> Array:
-    """Arrays (m, P, ..) joined along the last axis, with a column of zeros at the end."""
-    return np.concatenate([*parts, np.zeros((*parts[0].shape[:2], 1))], axis=2)
+def _padded(rows: Array, mine: Index) -> Array:
+    """Some rows of (m, P, C), with a column of zeros at the end."""
+    padded = np.empty((mine.size, rows.shape[1], rows.shape[2] + 1))
+    padded[:, :, :-1] = rows[mine]
+    padded[:, :, -1] = 0.0
+    return padded
 
 
 def _gathered(rows: Array, gather: Gather) -> Array:
     """Columns of (m, P, C) in the order and with the signs of a gather."""
     picked: Array = np.take(rows, gather.place, axis=2)
-    picked *= gather.sign
+    if gather.mirrors:
+        picked *= gather.sign
     return picked
 
 
-def _times(rows: Array, gather: Gather, matrix: Array) -> Array:
-    """Gathered columns times one matrix a mesh, lines one after the other: (m, P, lines * columns)."""
+def _times(rows: Array, parts: Sequence[tuple[Gather, Array]]) -> Array:
+    """Gathered columns times one matrix a mesh, lines one after the other, part by part, then a column of zeros.
+
+    rows : (m, P, C).  parts : gather and matrices (m, W, W') of each.
+    """
     m, P = rows.shape[:2]
-    picked = _gathered(rows, gather).reshape(m, -1, matrix.shape[1])
-    result: Array = np.matmul(picked, matrix).reshape(m, P, -1)
+    lines = [gather.place.size // matrix.shape[1] for gather, matrix in parts]
+    sizes = [count * matrix.shape[2] for count, (_, matrix) in zip(lines, parts, strict=True)]
+    result, first = np.empty((m, P, sum(sizes) + 1)), 0
+    for count, size, (gather, matrix) in zip(lines, sizes, parts, strict=True):
+        picked = _gathered(rows, gather).reshape(m, P, count, matrix.shape[1])
+        out = result[:, :, first : first + size].reshape(m, P, count, matrix.shape[2])
+        np.matmul(picked, matrix[:, None], out=out)
+        first += size
+    result[:, :, -1] = 0.0
     return result

@@ -146,7 +146,8 @@ class LineFrequencies:
 
     omega : (R,) signed [rad/s].  unit : frequencies are whole multiples of 1/unit Hz.
     distinct : (F,) distinct magnitudes in that unit, exact, rising.  line : (R,) index in `distinct` of each harmonic.
-    negative : (R,) the frequency is minus that of its line.  coincident : whether several harmonics share a line.
+    negative : (R,) the frequency is minus that of its line.  first : (F,) the first harmonic of each line.
+    shared : (E,) harmonics that share a line with others, line by line; starts : (G,) where each of these lines starts.
     """
 
     omega: Array
@@ -154,7 +155,14 @@ class LineFrequencies:
     distinct: Integers
     line: Index
     negative: NDArray[np.bool_]
-    coincident: bool
+    first: Index
+    shared: Index
+    starts: Index
+
+    @property
+    def coincident(self) -> bool:
+        """Whether several harmonics share a line."""
+        return self.shared.size > 0
 
     @property
     def constant(self) -> NDArray[np.bool_]:
@@ -172,24 +180,44 @@ class LineFrequencies:
 
     def merged(self, values: ComplexArray) -> ComplexArray:
         """Amplitudes (..., R) with those of equal frequency added, (..., F): value = Re sum A_f exp(i w_f t)."""
-        order = np.argsort(self.line, kind="stable")
-        starts = np.searchsorted(self.line[order], np.arange(self.distinct.size))
-        sorted_values = values[..., order]
-        sorted_values.imag *= np.where(self.negative[order], -1.0, 1.0)
-        lines: ComplexArray = np.add.reduceat(sorted_values, starts, axis=-1)
+        lines: ComplexArray = values[..., self.first]
+        lines.imag *= np.where(self.negative[self.first], -1.0, 1.0)
+        if self.coincident:
+            lines[..., self.line[self.shared[self.starts]]] = self.merged_shared(values)
         return lines
+
+    def merged_shared(self, values: ComplexArray) -> ComplexArray:
+        """`merged` of the lines that several harmonics share alone, (..., R) to (..., G)."""
+        shared = values[..., self.shared]
+        shared.imag *= np.where(self.negative[self.shared], -1.0, 1.0)
+        lines: ComplexArray = np.add.reduceat(shared, self.starts, axis=-1)
+        return lines
+
+    def power(self, values: ComplexArray, weight: Array) -> Array:
+        """Sum of |A_f|^2 weight_f over the lines, weight (F,), amplitudes (..., R) of equal frequency added: (...)."""
+        own = weight[self.line]
+        own[self.shared] = 0.0
+        total: Array = (values.real**2 + values.imag**2) @ own
+        if self.coincident:
+            lines = self.merged_shared(values)
+            total += (lines.real**2 + lines.imag**2) @ weight[self.line[self.shared[self.starts]]]
+        return total
 
 
 def line_frequencies(steps: Integers, unit: int) -> LineFrequencies:
     """Lines of harmonics whose frequencies are `steps` (R,), whole multiples of 1/unit Hz."""
-    distinct, line = np.unique(np.abs(steps), return_inverse=True)
+    distinct, first, line, count = np.unique(np.abs(steps), return_index=True, return_inverse=True, return_counts=True)
+    order = np.argsort(line, kind="stable")
+    shared = order[count[line[order]] > 1]
     return LineFrequencies(
         omega=2 * np.pi * (steps / unit).astype(float),
         unit=unit,
         distinct=distinct,
         line=line,
         negative=(steps < 0).astype(bool),
-        coincident=distinct.size < steps.size,
+        first=first,
+        shared=shared,
+        starts=np.flatnonzero(np.diff(line[shared], prepend=-1)),
     )
 
 

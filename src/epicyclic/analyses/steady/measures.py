@@ -20,7 +20,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray
+from ...system.system import Array
 from .lattice import LineFrequencies, on_axis
 from .waveform import Signal, Spectrum, peak, tone_waveform, torus_waveform, valley
 
@@ -155,18 +155,16 @@ def mean_square(signal: Signal, *, derivative: int = 0) -> Array:
     Amplitudes of exactly equal frequency are one line.
     derivative : order of the time derivative, at relative speed 1; at speed s times s^(2 derivative).
     """
-    values, omega = _merged_lines(signal.line_frequencies, signal.values)
+    lines = signal.line_frequencies
+    omega = _line_omega(lines)
     weight = np.where(omega > 0, omega ** (2 * derivative), 0.0)
-    square: Array = (values.real**2 + values.imag**2) @ weight / 2
-    return square
+    return lines.power(signal.values, weight) / 2
 
 
-def _merged_lines(line_frequencies: LineFrequencies, values: ComplexArray) -> tuple[ComplexArray, Array]:
-    """Amplitudes (rows, P, R) with those of equal frequency added, (rows, P, F), and their |omega| (F,) [rad/s]."""
-    if not line_frequencies.coincident:
-        return values, np.abs(line_frequencies.omega)
-    omega = 2 * np.pi * (line_frequencies.distinct / line_frequencies.unit).astype(float)
-    return line_frequencies.merged(values), omega
+def _line_omega(lines: LineFrequencies) -> Array:
+    """|omega| of each distinct line, (F,) [rad/s]."""
+    omega: Array = np.abs(lines.omega)[lines.first]
+    return omega
 
 
 def _translation_square(motion: Signal, translation: Array) -> Array:
@@ -178,9 +176,8 @@ def _translation_square(motion: Signal, translation: Array) -> Array:
     nb, _, n = translation.shape
     used = np.flatnonzero(translation.any(axis=2))
     moved = (translation.reshape(-1, n)[used] @ values.reshape(n, -1)).reshape(used.size, *values.shape[1:])
-    moved, omega = _merged_lines(motion.line_frequencies, moved)
     square = np.zeros((3 * nb, values.shape[1]))
-    square[used] = (moved.real**2 + moved.imag**2) @ omega**4 / 2
+    square[used] = motion.line_frequencies.power(moved, _line_omega(motion.line_frequencies) ** 4) / 2
     total: Array = square.reshape(nb, 3, -1).sum(axis=1)
     return total
 

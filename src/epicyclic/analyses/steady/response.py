@@ -425,6 +425,7 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
             scale=solved.scale[mine],
             calls=solved.calls,
             uncertainty=solved.uncertainty[mine] if solved.uncertainty.size else solved.uncertainty,
+            truncated_force=None if solved.truncated_force is None else solved.truncated_force[:, mine],
         )
 
     return Block(

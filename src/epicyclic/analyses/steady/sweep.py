@@ -14,6 +14,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..parallel import each
+from ..result_imports import import_results
 from .mean_stability import critical_speed, unstable_speeds
 from .measures import Layout, Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
@@ -112,7 +113,7 @@ def sweep(
 
     ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
     work = partial(_measured, ready, speed[usable], table.layout, tolerance=tolerance, shaft_orders=shaft_orders)
-    each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"))
+    each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"), meanwhile=import_results)
     return sweep_dataset(
         table,
         ready.system,

@@ -103,8 +103,9 @@ def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     force = to_complex(product(made, gap) + meshes.stiffness[:, None, None] * gap)
     if meshes.damping.any():
         force += 1j * meshes.damping[:, None, None] * solved.frequency * to_complex(gap)
+    truncated = truncated_product(made, gap) if solved.truncated_force is None else solved.truncated_force
     return Spectrum(
-        amplitude=per_speed(np.concatenate([force, to_complex(truncated_product(made, gap))], axis=2), block),
+        amplitude=per_speed(np.concatenate([force, to_complex(truncated)], axis=2), block),
         points=np.concatenate([made.lattice.points, made.truncated]),
         mirrored=not shifted,
     )
@@ -221,25 +222,41 @@ def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Val
     if D == 1:
         return tone_waveform(spectrum, 0, phases[0])
     combined = (np.count_nonzero(spectrum.points, axis=1) > 1) & (np.abs(spectrum.points).sum(axis=1) <= cross)
-    total = _box(spectrum.amplitude[..., combined], spectrum.points[combined], phases, real=spectrum.mirrored)
-    for axis, theta in enumerate(phases):
-        own = tone_waveform(spectrum, axis, theta, mean=axis == 0)  # the origin stands on every axis
-        total += own.reshape(*own.shape[:3], *(theta.size if j == axis else 1 for j in range(D)))
-    return total
+    own = [tone_waveform(spectrum, axis, theta, mean=axis == 0) for axis, theta in enumerate(phases)]
+    return _box(spectrum.amplitude[..., combined], spectrum.points[combined], phases, own, real=spectrum.mirrored)
 
 
-def _box(amplitude: ComplexArray, points: Index, phases: Sequence[Array], *, real: bool) -> Values:
-    """Combinations (rows, P, S, K) of tones at points (K, D) on the grid of their phases: a sum over one axis after
-    another.
+def _box(
+    amplitude: ComplexArray, points: Index, phases: Sequence[Array], own: Sequence[Values], *, real: bool
+) -> Values:
+    """Combinations (rows, P, S, K) of tones at points (K, D) on the grid of their phases, and `own` of each tone.
+
+    A sum over one axis after another.  own : (rows, P, S, N_j) over the phase of each tone; real of a real signal.
     """
     low, high = points.min(axis=0, initial=0), points.max(axis=0, initial=0)
-    box = np.zeros((*amplitude.shape[:3], *(high - low + 1)), complex)
+    box: Values = np.zeros((*amplitude.shape[:3], *(high - low + 1)), complex)
     box[(..., *(points - low).T)] = amplitude
     for axis in range(len(phases) - 1, -1, -1):
-        moved = np.moveaxis(box, 3 + axis, -1)
-        values = _wave(moved, np.arange(low[axis], high[axis] + 1), phases[axis], real=real and axis == 0)
-        box = np.moveaxis(values, -1, 3 + axis)
+        shape, count = box.shape, phases[axis].size
+        rows = box.reshape(int(np.prod(shape[: 3 + axis])), shape[3 + axis], -1)
+        box = _along(rows, np.arange(low[axis], high[axis] + 1), phases[axis], real=real and axis == 0)
+        box = box.reshape(*shape[: 3 + axis], count, *shape[4 + axis :])
+        # the multiples of this tone stand where the orders of the tones still to be summed are 0
+        alone = box[(slice(None),) * 3 + tuple(-low[:axis])]
+        alone += own[axis].reshape(*shape[:3], count, *(1,) * (len(phases) - 1 - axis))
     return box
+
+
+def _along(rows: ComplexArray, orders: Index, theta: Array, *, real: bool) -> Values:
+    """sum_a rows_a exp(2 pi i a theta) over the middle axis, (R, K, L) to (R, Nt, L), its real part where `real`."""
+    if rows.shape[2] == 1:
+        return _wave(rows[:, :, 0], orders, theta, real=real)[:, :, None]
+    angle = 2 * np.pi * np.outer(theta, orders)
+    if not real:
+        whole: Values = np.exp(1j * angle) @ rows
+        return whole
+    part: Values = np.hstack([np.cos(angle), -np.sin(angle)]) @ np.concatenate([rows.real, rows.imag], axis=1)
+    return part
 
 
 def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
