@@ -29,6 +29,7 @@ __all__ = [
     "initial_state",
     "isolated_motions",
     "period_doubled_motions",
+    "state_at_start",
     "symmetry_broken_motions",
 ]
 
@@ -174,9 +175,13 @@ class IntegratedMotion:
 
 def initial_state(at: Solution) -> Array:
     """q and q' (2, n) [m, m/s] of a solution where a cycle begins."""
-    y, w = at.state.y, at.state.speed * at.given.omega
-    both = np.stack([y[0].sum(axis=0), -(w @ y[1])])
-    result: Array = both @ at.given.modal.shapes.T
+    return state_at_start(at.given, at.state.y, at.state.speed)
+
+
+def state_at_start(given: Problem, y: Array, speed: float) -> Array:
+    """q and q' (2, n) [m, m/s] of a motion y (2, J, n) at a relative speed where a cycle begins."""
+    both = np.stack([y[0].sum(axis=0), -(speed * given.omega @ y[1])])
+    result: Array = both @ given.modal.shapes.T
     return result
 
 

@@ -20,8 +20,10 @@ from .branch_switching import (
     attractor,
     initial_state,
     period_doubled_motions,
+    state_at_start,
     symmetry_broken_motions,
 )
+from .corrector import linear_start
 from .refinement import Refinement, Solution, distance, distinct, solution, with_stability
 
 if TYPE_CHECKING:
@@ -83,8 +85,10 @@ def _reached_at(
         return _run_on(refinement, speed, before, last, choices)
     if unstable == "replace" and len(refinement.ready.lines.tones) > 1:
         return _of_two_tones(refinement, speed, before, choices)
+    if last is None and not choices:
+        return _begun(refinement, speed) if unstable == "replace" else Reached(motion=None, part=None)
     if last is None:
-        return _on_branch(refinement, speed, None, choices[0], unstable) if choices else Reached(motion=None, part=None)
+        return _on_branch(refinement, speed, None, choices[0], unstable)
     assert isinstance(last, Solution)
     mine = [each for each in choices if each.part == before.part]
     if mine:
@@ -92,6 +96,14 @@ def _reached_at(
     if unstable != "replace":
         return _nearest(refinement, last, choices, unstable)
     return _off_branch(refinement, speed, before, last, choices)
+
+
+def _begun(refinement: Refinement, speed: float) -> Reached:
+    """The attractor of a start on the linear motion of closed teeth, where the branch set has nothing yet."""
+    harmonics = _HARMONICS[len(refinement.ready.lines.tones)]
+    given = refinement.problem(harmonics)
+    start = state_at_start(given, linear_start(given, speed), speed)
+    return Reached(motion=attractor(refinement, start, speed, harmonics=harmonics), part=None)
 
 
 def _run_on(
@@ -136,7 +148,7 @@ def _of_two_tones(refinement: Refinement, speed: float, before: Reached, choices
         return Reached(motion=best.solution, part=best.part, instability=instability, jumped=jumped)
     at = here.solution if here is not None else last
     if at is None:
-        return Reached(motion=None, part=None)
+        return _begun(refinement, speed)
     found = attractor(refinement, _perturbed(initial_state(at)), speed, harmonics=at.harmonics)
     return Reached(motion=found, part=None if here is None else here.part, instability=instability, jumped=jumped)
 
