@@ -17,9 +17,10 @@ from ...system.system import Array
 from ..steady.response import Response, response
 from .branch_set import branch_set
 from .floquet import Stability
+from .linear_motion import LinearMotion, linear_error, linear_motion, unchanging_lines
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
-from .refinement import Refinement, solution, with_stability
+from .refinement import Refinement, Solution, solution, with_stability
 from .rows import largest_link_forces, law_warnings
 from .shaft_orders import (
     NEGLIGIBLE,
@@ -78,7 +79,13 @@ def contact_steady(
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     given = torus(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
-    given, point, lines = steady_motion(given, float(relative_speed))
+    linear = linear_motion(given, float(relative_speed))
+    lines = None if linear is None else unchanging_lines(given, linear)
+    rms = None
+    if linear is not None and lines is not None:
+        given, point, rms = given.mesh_orders_only, linear.point, linear.rms
+    else:
+        given, point, lines = steady_motion(given, float(relative_speed))
     if not point.converged:
         off = max((line.error for line in lines), default=0.0)
         if off:
@@ -91,7 +98,8 @@ def contact_steady(
             f"frequency ({point.status}, residual {point.residual:.2g}): try a slightly different speed or more damping"
         )
     options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
-    return _labelled(given, point, lines, mesh_order_stability(given, point), options)
+    stability, coarse = mesh_order_stability(given, point), _coarse(given, point, linear)
+    return _labelled(given, point, lines, stability, options, rms=rms, coarse=coarse)
 
 
 def mesh_order_stability(given: Torus, point: TorusPoint) -> Stability | None:
@@ -102,6 +110,10 @@ def mesh_order_stability(given: Torus, point: TorusPoint) -> Stability | None:
     if given.mesh_tones > 2:
         return None
     refinement, harmonics = Refinement(ready=given.ready), max(*point.size.harmonics, _HARMONICS[given.mesh_tones])
+    if point.state.unchanging and point.problem.rows.parametric and not point.size.orders:
+        # tangents that keep one value at each phase: no motion need be found again
+        same = Solution(given=point.problem, harmonics=harmonics, state=point.state, residual=point.residual)
+        return with_stability(refinement, same).stability
     made, phases = refinement.problem(harmonics), point.problem.grid.points
     mesh = ~phases[:, given.mesh_tones :].any(axis=1)
     start = embedded(phases[mesh, : given.mesh_tones], point.state.y[:, mesh], made)
@@ -159,8 +171,14 @@ def _labelled(
     lines: Sequence[SuperposedLine],
     stability: Stability | None,
     options: dict[str, Any],
+    *,
+    rms: Array | None,
+    coarse: Sequence[str],
 ) -> xr.Dataset:
-    """The Dataset of a point of the torus and of the lines superposed on it."""
+    """The Dataset of a point of the torus and of the lines superposed on it.
+
+    rms : (w,) of mesh forces, where it is known better than by the torus [N].  coarse : warnings of rows dropped.
+    """
     from ...results.dataset import dataset
 
     ready, system, face = given.ready, given.ready.system, given.face
@@ -182,7 +200,7 @@ def _labelled(
             "mesh_force": (("mesh", "mesh_phase"), mean),
             "mesh_force_least": (("mesh", "mesh_phase"), least),
             "mesh_force_most": (("mesh", "mesh_phase"), most),
-            "mesh_force_rms": ("mesh", found.rms),
+            "mesh_force_rms": ("mesh", found.rms if rms is None else rms),
             "mesh_force_bound": ("mesh", found.peak),
             "mesh_force_minimum": ("mesh", found.minimum),
             "open_share": ("mesh", found.open),
@@ -211,7 +229,8 @@ def _labelled(
         warnings=[
             *law_warnings(ready, point.problem.rows),
             *_instability(stability),
-            *_warnings(point, lines),
+            *coarse,
+            *_warnings(lines),
             *past_the_end(system, point.problem.rows.flanks, found.flank),
             *_links_past_the_end(ready, point),
         ],
@@ -295,14 +314,25 @@ def _instability(stability: Stability | None) -> list[str]:
     ]
 
 
-def _warnings(point: TorusPoint, lines: Sequence[SuperposedLine]) -> list[str]:
-    """Where the answer is coarse, and which lines are superposed."""
+def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[str]:
+    """A warning of how far forces may be off where rows dropped count, measured on the linear response if there is."""
+    if point.truncation_residual <= TRUNCATION_NOTED:
+        return []
+    note = f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, above {TRUNCATION_NOTED:g}: "
+    if linear is None:
+        return [note + "forces of single meshes may be off by several times that"]
+    counts = point.problem.grid.counts[: given.mesh_tones]
+    rms, largest = linear_error(given, linear, point.size, counts)
+    return [
+        note + f"with the same rows the linear response is off by up to {max(rms, point.truncation_residual):.2g} in "
+        f"the RMS of a mesh force and {max(largest, point.truncation_residual):.2g} in the largest one; where teeth "
+        "part the error is of that size or larger"
+    ]
+
+
+def _warnings(lines: Sequence[SuperposedLine]) -> list[str]:
+    """Which lines are superposed on flanks that part."""
     notes = []
-    if point.truncation_residual > TRUNCATION_NOTED:
-        notes.append(
-            f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, "
-            f"above {TRUNCATION_NOTED:g}: forces at an instant have about that error"
-        )
     for line in lines:
         if line.error < NEGLIGIBLE:
             continue
