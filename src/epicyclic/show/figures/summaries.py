@@ -20,6 +20,7 @@ __all__ = [
     "mode_groups",
     "ramps",
     "readable",
+    "stability_verdict",
     "summed_shares",
 ]
 
@@ -146,3 +147,16 @@ def by_pair_and_side(names: list[str]) -> dict[tuple[str, str], list[int]]:
         side = rest[-1] if rest and not rest[-1].isdigit() else ""
         found.setdefault((f"{stage}/{pair}", side), []).append(i)
     return found
+
+
+def stability_verdict(kind: np.ndarray, points: str) -> str:
+    """Headline of instability (...), "" where nothing is known: what was judged, and what could not be.
+
+    points : what is counted, ``speeds`` or ``points`` of a map.
+    """
+    judged, unstable = int(np.sum(kind != "")), int(np.sum((kind != "") & (kind != "stable")))
+    if not judged:
+        return f"Stability not known at any of {kind.size} {points}"
+    left = f", not known at {kind.size - judged}" if judged < kind.size else ""
+    found = f"Unstable at {unstable} of {judged} {points}" if unstable else f"Stable at {judged} {points}"
+    return (found + " judged" if left else found) + left
