@@ -115,7 +115,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "load_sharing_history": ("1", "simultaneous load-sharing ratio"),
     "system_load_sharing": ("1", "load-sharing coefficient of the train"),
     "mesh_force": ("N", "mesh force along the tooth normal, pressing positive"),
-    "mesh_force_bound": ("N", "largest mesh force over all shaft phases"),
+    "mesh_force_bound": ("N", "largest mesh force over all relative phases of mesh frequencies and shaft lines"),
     "contact_lost": ("", "whether the mesh force falls to zero or below, in any slice of the face"),
     "slice_force": ("N", "force of each slice of a mesh along the tooth normal"),
     "slice_contact_lost": ("", "whether the force of the slice falls to zero or below"),

@@ -58,7 +58,7 @@ def force_table(result: xr.Dataset) -> Table:
         "most [N]": list(force.max(axis=1)),
     }
     further = {
-        "mesh_force_bound": "bound over all shaft phases [N]",
+        "mesh_force_bound": "bound over all phases [N]",
         "dynamic_factor": "K_v",
         "face_load_factor": "largest per mean along the face",
         "dynamic_face_load_factor": "largest at any time per mean",
