@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from .series import Array, numbers, short_names, texts
+from .series import Array, numbers, short_names, stage_count, texts
 
 __all__ = [
     "Member",
@@ -18,6 +18,8 @@ __all__ = [
     "members_of",
     "mesh_tones",
     "mode_groups",
+    "of_first_stage",
+    "own_tones",
     "ramps",
     "readable",
     "stability_verdict",
@@ -94,6 +96,17 @@ def mesh_tones(check: xr.Dataset | None) -> dict[str, float]:
         return {}
     tones = zip(texts(check, "stage"), numbers(check, "mesh_frequency"), strict=True)
     return {stage: float(tone) for stage, tone in tones if np.isfinite(tone) and tone > 0}
+
+
+def of_first_stage(result: xr.Dataset) -> str:
+    """Of which stage ``mesh_frequency`` of a result is, `` of one``; "" where there is one stage."""
+    names = texts(result, "mesh") if "mesh" in result.variables else []
+    return f" of {names[0].split('/')[0]}" if stage_count(names) > 1 else ""
+
+
+def own_tones(result: xr.Dataset) -> Array:
+    """Mesh frequency of every mesh per that of the first mesh, (w,) [1]."""
+    return numbers(result, "mesh_tone") if "mesh_tone" in result.variables else np.ones(result.sizes["mesh"])
 
 
 def summed_shares(names: Sequence[str], shares: Array) -> tuple[list[str], Array]:
