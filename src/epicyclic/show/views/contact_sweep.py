@@ -52,9 +52,9 @@ def _forces(result: xr.Dataset, title: str) -> Table:
         apart = float(np.nanmax(result.contact_open.sel(mesh=mesh).values, initial=0.0))
         rows.append((*row, largest, round(100 * apart, 1)))
     of = of_first_stage(result)
-    at = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
+    where = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
     headings = (
-        *("mesh", "up: largest rms [N]", at, "down: largest rms [N]", f"{at} "),
+        *("mesh", "up: largest rms [N]", where, "down: largest rms [N]", f"{where} "),
         *("largest force [N]", "apart at most [% of the time]"),
     )
     return Table(title=f"Dynamic mesh forces with contact loss, {title}", columns=named_columns(headings, rows))

@@ -77,6 +77,6 @@ def test_sweep_names_the_mesh_frequency_of_each_stage() -> None:
     assert "at mesh frequency of one [Hz]" in bodies.columns
     rms = swept.mesh_force_rms.transpose("mesh", "speed").values
     place, at = np.unravel_index(rms.argmax(), rms.shape)
-    own = speeds[at] * TONES[str(swept.mesh.values[place]).split("/")[0]]
+    own = float(speeds[at]) * TONES[str(swept.mesh.values[place]).split("/")[0]]
     (words,) = [words for _, words in key_figures_of({"sweep": swept}) if "largest RMS" in words]
     assert f"{engineering(own)} Hz" in words
