@@ -203,7 +203,7 @@ def _labelled(
             "mesh_force_rms": ("mesh", found.rms if rms is None else rms),
             "mesh_force_bound": ("mesh", found.peak),
             "mesh_force_minimum": ("mesh", found.minimum),
-            "open_share": ("mesh", found.open),
+            "open_share": ("mesh", _apart(given, point)),
             "far_share": ("mesh", found.far),
             "contact_lost": ("mesh", face.any(found.row_open > 0)),
             "amplitude": ("dof", torus_amplitudes(given, point, lines)),
@@ -300,6 +300,12 @@ def _along_the_face(
         "slice_force_peak": ("mesh_slice", found.row_peak[face.cut]),
         "slice_open_share": ("mesh_slice", found.row_open[face.cut]),
     }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
+
+
+def _apart(given: Torus, point: TorusPoint) -> Array:
+    """Share of time (w,) in which no flank of each whole mesh touches, loaded or far, of no slice."""
+    touching, owner = point.state.touching, given.face.row[point.problem.rows.flanks.mesh]
+    return np.array([1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(given.face.name))])
 
 
 def _instability(stability: Stability | None) -> list[str]:

@@ -15,7 +15,14 @@ from ...system.system import Array, System
 from ..static.both_flanks import held_train
 from ..static.quasi_static import RecordPiece, quasi_static
 from ..static.record import MeshGroup, Record, parallel_meshes, positive_count
-from ..static.static import flank_contact, free_position_warnings, group_columns, law_attributes, mesh_contact
+from ..static.static import (
+    contact_shares,
+    flank_contact,
+    free_position_warnings,
+    group_columns,
+    law_attributes,
+    mesh_contact,
+)
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
 from .outputs import far_warnings, force_columns, labelled, loaded_meshes, sharing_warnings
 
@@ -92,6 +99,7 @@ def sharing_of_record(
         columns={
             "mesh_contact": (("mesh", "time"), touching[:last].T),
             "contact_lost": ("mesh", lost),
+            **contact_shares(system, face, contact),
             **force_columns(net.mean(axis=0), net.max(axis=0), net.min(axis=0)),
             **laws,
         },

@@ -27,8 +27,8 @@ Columns = dict[str, tuple[Sequence[str] | str, Any]]
 __all__ = [
     "OPEN_RATIO",
     "FlankContact",
+    "contact_shares",
     "contact_warnings",
-    "far_column",
     "flank_contact",
     "free_position_warnings",
     "group_columns",
@@ -193,7 +193,7 @@ def _dataset(
             "link_deflection": (("link_row", "time"), deflection.T),
             "mesh_contact": (("mesh", "time"), mesh_contact(face, contact).T),
             "contact_lost": ("mesh", face.any(lost)),
-            **far_column(system, face, contact),
+            **contact_shares(system, face, contact),
             **_slice_columns(face, force, lost),
             **group_columns(system, pieces),
         },
@@ -212,11 +212,16 @@ def mesh_contact(face: Faces, contact: FlankContact) -> NDArray[np.bool_]:
     return np.asarray(np.logical_and.reduceat(contact.loaded | contact.far, face.first, axis=1))
 
 
-def far_column(system: System, face: Faces, contact: FlankContact) -> Columns:
-    """Share of time in which the far flank of any slice of each mesh touches; nothing where no backlash is finite."""
-    if not system.far_flanks.mesh.size:
-        return {}
-    return {"far_share": ("mesh", np.logical_or.reduceat(contact.far, face.first, axis=1).mean(axis=0))}
+def contact_shares(system: System, face: Faces, contact: FlankContact) -> Columns:
+    """Share of time in which no flank of each mesh touches; where backlash is finite that of its far flank, any slice.
+
+    As of contact loss and transient.
+    """
+    touching = np.logical_or.reduceat(contact.loaded | contact.far, face.first, axis=1)
+    shares: Columns = {"open_share": ("mesh", 1.0 - touching.mean(axis=0))}
+    if system.far_flanks.mesh.size:
+        shares["far_share"] = ("mesh", np.logical_or.reduceat(contact.far, face.first, axis=1).mean(axis=0))
+    return shares
 
 
 def _slice_columns(face: Faces, force: Array, lost: np.ndarray) -> Columns:

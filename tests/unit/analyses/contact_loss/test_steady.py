@@ -18,12 +18,14 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.analyses.contact_loss.steady import contact_steady
+from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.torus import respond_torus
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.transient.integrators import integrate
 from epicyclic.analyses.transient.motion import motion
 from epicyclic.analyses.transient.outputs import mesh_force
 from epicyclic.analyses.transient.program import constant
+from epicyclic.analyses.transient.transient import transient
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System
@@ -103,6 +105,24 @@ def test_rows_dropped_are_measured_on_the_linear_response(train: Train) -> None:
     force = _integrated(system, 1.5, steps=256, settle=60)
     assert np.abs(result.mesh_force_rms.values / force.std(axis=1) - 1).max() == pytest.approx(rms, rel=0.5)
     assert np.abs(result.mesh_force_bound.values / force.max(axis=1) - 1).max() == pytest.approx(largest, rel=0.5)
+
+
+def test_shares_of_contact_are_those_of_the_sweep_and_of_integration(train: Train) -> None:
+    """Teeth that fly between both flanks: apart means on neither, in every verb."""
+    pytest.importorskip("numba")
+    system = train(load=30.0, backlash=3e-6)
+    ours = contact_steady(system, relative_speed=2.3)
+    tone = 2.3 * float(system.tones[0])
+    settled = transient(system, cycles=200, mesh_frequency=tone, samples=64)
+    moved = transient(system, cycles=50, mesh_frequency=tone, samples=64, start=settled)
+    swept = contact_sweep(system, relative_speed=[2.3], unstable="report")
+    # one sample of 192, of 64, of 256; steps of the integration tally the same
+    np.testing.assert_allclose(ours.open_share, moved.open_share, atol=2e-2)
+    np.testing.assert_allclose(ours.far_share, moved.far_share, atol=2e-2)
+    np.testing.assert_allclose(ours.open_share, swept.contact_open.values[0, :, 0], atol=1e-2)
+    assert (ours.open_share > 0.05).all()
+    assert (ours.far_share > 0.3).all()
+    assert (ours.contact_lost & moved.contact_lost).all()
 
 
 def test_what_parts_is_said_and_saved(train: Train, tmp_path: Any) -> None:
