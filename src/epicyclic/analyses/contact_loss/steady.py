@@ -43,6 +43,10 @@ __all__ = ["contact_steady", "mesh_order_stability", "steady_motion"]
 _HARMONICS = {1: 24, 2: 8}
 
 
+# Error of a superposed line per its own force above which it has none of its own: teeth that do not touch without it.
+_NO_FORCE = 1e3
+
+
 def contact_steady(
     system: System,
     *,
@@ -85,17 +89,20 @@ def contact_steady(
     if linear is not None and lines is not None:
         given, point, rms = given.mesh_orders_only, linear.point, linear.rms
     else:
-        given, point, lines = steady_motion(given, float(relative_speed))
-    if not point.converged:
+        with np.errstate(over="ignore"):  # the error of a line of no force, which is none of its own
+            given, point, lines = steady_motion(given, float(relative_speed))
+    if not point.converged or max((line.error for line in lines), default=0.0) > _NO_FORCE:
+        loose = "" if system.force.any() else "no torque presses the teeth together, transient shows how they rattle; "
         off = max((line.error for line in lines), default=0.0)
         if off:
             raise ConvergenceError(
-                "the torus of shaft orders was not solved, and lines superposed on the laws of links or tables are off "
-                f"by {off:.2g} of their own forces: try transient, or a slightly different speed"
+                "the torus of shaft orders was not solved, and lines superposed on teeth that part "
+                f"or laws that bend are off by {off:.2g} of their own forces: {loose}try transient, or a slightly different speed"
             )
         raise ConvergenceError(
             f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
-            f"frequency ({point.status}, residual {point.residual:.2g}): try a slightly different speed or more damping"
+            f"frequency ({point.status}, residual {point.residual:.2g}): {loose}"
+            "try a slightly different speed or more damping"
         )
     options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
     stability, coarse = mesh_order_stability(given, point), _coarse(given, point, linear)

@@ -23,6 +23,7 @@ __all__ = [
     "force_columns",
     "labelled",
     "loaded_meshes",
+    "require_load",
     "require_speed",
     "sharing_warnings",
     "train_coefficient",
@@ -33,6 +34,16 @@ def require_speed(relative_speed: float) -> None:
     """Raise ModelError where the speed per operating speed [1] is not above zero."""
     if not relative_speed > 0:
         raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
+
+
+def require_load(system: System) -> None:
+    """Raise ModelError where no torque, force or weight stands still: all mean mesh forces are then rounding."""
+    if not (system.force.any() or any(line.frequency == 0 and line.force[0].any() for line in system.lines)):
+        raise _no_load()
+
+
+def _no_load() -> ModelError:
+    return ModelError("load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque")
 
 
 def loaded_meshes(mean: Array, members: Sequence[MeshGroup]) -> NDArray[np.bool_]:
@@ -48,9 +59,7 @@ def loaded_meshes(mean: Array, members: Sequence[MeshGroup]) -> NDArray[np.bool_
     for group in members:
         loaded[group] = mean[group].sum() > least
     if not loaded.any():
-        raise ModelError(
-            "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed="a torque"
-        )
+        raise _no_load()
     return loaded
 
 

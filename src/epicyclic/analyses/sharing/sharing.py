@@ -17,7 +17,7 @@ from ..static.record import parallel_meshes, positive_count, record_of, samples_
 from ..static.static import OPEN_RATIO
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_speed, sharing_warnings
+from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_load, require_speed, sharing_warnings
 from .static_record import sharing_of_record
 from .tone_forces import Method, ToneForces, mean_force, tone_forces
 from .worst_case import worst_case
@@ -74,6 +74,7 @@ def sharing(
     ModelError : an option out of range, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
+    require_load(system)
     if method == "static" and (turns is not None or of is not None or not _by_tone(system)):
         require_speed(relative_speed)
         count = positive_count("samples", samples, _record_samples(system))

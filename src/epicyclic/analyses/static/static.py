@@ -40,6 +40,8 @@ __all__ = [
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
 OPEN_RATIO = 1e-7
+# Force per mesh stiffness below which a force is rounding of displacements in micrometres, far below any load [m].
+_ROUNDING = 1e-15
 # A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles` or `turns`.
 _CYCLES = 64
 
@@ -108,7 +110,9 @@ def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> Flan
     forces : of consecutive pieces of t instants, on the loaded flanks (t, m) and on the far ones (t, c) [N].
     """
     on_loaded, behind = (np.concatenate(part) for part in zip(*forces, strict=True))
-    least = OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0))
+    # without any load all forces are rounding, and none presses
+    rounding = _ROUNDING * float(np.max(system.meshes.stiffness, initial=0.0))
+    least = max(OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0)), rounding)
     far = np.zeros(on_loaded.shape, bool)
     far[:, system.far_flanks.mesh] = behind > least
     return FlankContact(
