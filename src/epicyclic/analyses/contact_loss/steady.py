@@ -96,8 +96,9 @@ def contact_steady(
         off = max((line.error for line in lines), default=0.0)
         if off:
             raise ConvergenceError(
-                "the torus of shaft orders was not solved, and lines superposed on teeth that part or laws that bend "
-                f"are off by {off:.2g} of their own forces: {loose}try transient, or a slightly different speed"
+                "the torus of shaft orders was not solved, and lines superposed on the laws of links or tables, or on "
+                f"teeth that part, are off by {off:.2g} of their own forces: {loose}"
+                "try transient, or a slightly different speed"
             )
         raise ConvergenceError(
             f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "

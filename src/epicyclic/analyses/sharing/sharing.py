@@ -14,10 +14,10 @@ from ...system.faces import faces
 from ...system.system import Array, System
 from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
-from ..static.static import OPEN_RATIO
+from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_load, require_speed, sharing_warnings
+from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_speed, sharing_warnings
 from .static_record import sharing_of_record
 from .tone_forces import Method, ToneForces, mean_force, tone_forces
 from .worst_case import worst_case
@@ -74,7 +74,6 @@ def sharing(
     ModelError : an option out of range, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
-    require_load(system)
     if method == "static" and (turns is not None or of is not None or not _by_tone(system)):
         require_speed(relative_speed)
         count = positive_count("samples", samples, _record_samples(system))
@@ -92,10 +91,10 @@ def sharing(
         require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
     reference, names = by_tone[0], faces(system.meshes).name
-    mean = np.empty(len(names))
+    mean, largest = np.empty(len(names)), np.empty(len(names))
     for part in by_tone:
-        mean[part.meshes] = part.mean
-    loaded = loaded_meshes(mean, parallel_meshes(system.meshes))
+        mean[part.meshes], largest[part.meshes] = part.mean, part.bound
+    loaded = loaded_meshes(mean, parallel_meshes(system.meshes), most=largest, rounding=rounding_of(system))
     given = None if cycles is None else positive_count("cycles", cycles, 1)
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
     cycles = min(reference.period, share) if given is None else given

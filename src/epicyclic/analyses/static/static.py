@@ -34,6 +34,7 @@ __all__ = [
     "group_columns",
     "law_attributes",
     "mesh_contact",
+    "rounding_of",
     "static",
 ]
 
@@ -102,6 +103,11 @@ class FlankContact:
     largest: Array
 
 
+def rounding_of(system: System) -> float:
+    """A mesh force [N] that is rounding of displacements, as all are without any load."""
+    return _ROUNDING * float(np.max(system.meshes.stiffness, initial=0.0))
+
+
 def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> FlankContact:
     """Which flanks touch over the record.
 
@@ -110,9 +116,8 @@ def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> Flan
     forces : of consecutive pieces of t instants, on the loaded flanks (t, m) and on the far ones (t, c) [N].
     """
     on_loaded, behind = (np.concatenate(part) for part in zip(*forces, strict=True))
-    # without any load all forces are rounding, and none presses
-    rounding = _ROUNDING * float(np.max(system.meshes.stiffness, initial=0.0))
-    least = max(OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0)), rounding)
+    largest = OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0))
+    least = max(largest, rounding_of(system))  # without any load none presses
     far = np.zeros(on_loaded.shape, bool)
     far[:, system.far_flanks.mesh] = behind > least
     return FlankContact(
