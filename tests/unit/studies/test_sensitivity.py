@@ -276,7 +276,7 @@ def test_a_soft_spring_has_its_sensitivity(spring: float) -> None:
         "face_width": "40 mm",
         "carrier": {"mass": "9 kg", "inertia": 0.1},
     }
-    stage["sun"] = {"teeth": 24, "support": {"rz": spring}}
+    stage["sun"] = {"teeth": 24, "support": {"rz": f"{spring} N m/rad"}}
     stage["planet"] = {"teeth": 30, "bearing": {"radial": "4e8 N/m"}}
     model = {"format": 2, "title": "soft", "stages": {"main": stage}, "operation": {"held": ["ring"]}}
     found = epicyclic.sensitivity(model)
