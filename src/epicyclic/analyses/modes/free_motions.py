@@ -14,7 +14,7 @@ import scipy.linalg
 
 from ...system.system import Array, System
 
-__all__ = ["NOISE", "SOFT", "free_motions", "held_rows", "soft_modes", "spread_warnings", "stiffness_rows"]
+__all__ = ["NOISE", "SOFT", "free_motions", "soft_modes", "spread_warnings", "stiffness_rows"]
 
 # Rounding of omega^2 from the eigenproblem, per largest one.
 NOISE = 1e-11
@@ -34,18 +34,9 @@ def stiffness_rows(system: System) -> Array | None:
 
     None where a part of it is negative.
     """
-    meshes, held = system.meshes, held_rows(system)
-    if held is None or np.any(meshes.stiffness < 0):
-        return None
-    rows: Array = np.concatenate([meshes.B * np.sqrt(meshes.stiffness), held], axis=1)
-    return rows
-
-
-def held_rows(system: System) -> Array | None:
-    """Rows W (n, R) [sqrt(N/m)] with W W^T = K: links, and what else K holds; None where a part of it is negative."""
-    links = system.links
+    links, meshes = system.links, system.meshes
     linear = np.isfinite(links.stiffness) & (links.stiffness != 0)
-    if np.any(links.stiffness[linear] < 0):
+    if np.any(links.stiffness[linear] < 0) or np.any(meshes.stiffness < 0):
         return None
     held = links.B[:, linear] * np.sqrt(links.stiffness[linear])
     rest = system.K - held @ held.T
@@ -54,7 +45,7 @@ def held_rows(system: System) -> Array | None:
     further = _factor((rest + rest.T) / 2)
     if further is None:
         return None
-    rows: Array = np.concatenate([held, further], axis=1)
+    rows: Array = np.concatenate([meshes.B * np.sqrt(meshes.stiffness), held, further], axis=1)
     return rows
 
 

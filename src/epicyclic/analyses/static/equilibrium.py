@@ -24,7 +24,6 @@ from ...system.gaps import FlanksAt
 from ...system.laws.groups import Laws, stacked
 from ...system.laws.linear import LinearAt
 from ...system.system import Array, System
-from ..modes.free_motions import SOFT, free_motions, held_rows, soft_modes
 from .line_search import line_minimum
 from .unheld import unheld, unheld_error
 
@@ -163,31 +162,18 @@ class _Rows:
         return lengths.reshape(len(lengths), -1)
 
 
-def compliance(K: Array, B: Array, stiffness: Array, *, held: Array | None = None) -> Compliance:
+def compliance(K: Array, B: Array, stiffness: Array) -> Compliance:
     """Compliance of the train with all meshes closed; K (n, n), B (n, m), stiffness (m,) mean [N/m].
 
-    A motion is free where it strains no row, by the null space of the kinematics, as of modes
-    (`analyses.modes.free_motions`).  Where a motion is held so softly that the eigenvalues of the matrix, scaled to a
-    unit diagonal, lose it in their rounding, the singular values of the rows take their place.
-
-    Parameters
-    ----------
-    held : (n, R) rows W with W W^T = K; None: of free motions are eigenvalues below `_RIGID` of the largest.
+    Eigenvalues of the matrix scaled to a unit diagonal below `_RIGID` of the largest belong to free motions.
     """
     H = K + (B * stiffness) @ B.T
     diagonal = np.diag(H)
     scale: Array = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     values, vectors = np.linalg.eigh(scale[:, None] * ((H + H.T) / 2) * scale)
-    largest = max(float(np.max(values, initial=0.0)), 1.0)
-    stiff = values > _RIGID * largest
-    if held is not None and held.shape[1] and np.all(stiffness >= 0):
-        rows = scale[:, None] * np.concatenate([B * np.sqrt(stiffness), held], axis=1)
-        free, rest = free_motions(rows)
-        if free.shape[1] != np.count_nonzero(~stiff) or np.any(values[stiff] < SOFT * largest):
-            values, vectors = soft_modes(rows, free, rest)
-            stiff = values > 0
-    moving = scale[:, None] * vectors[:, stiff]
-    inverse = (moving / values[stiff]) @ moving.T
+    stiff = values > _RIGID * max(float(np.max(values, initial=0.0)), 1.0)
+    held = scale[:, None] * vectors[:, stiff]
+    inverse = (held / values[stiff]) @ held.T
     free = scale[:, None] * vectors[:, ~stiff]
     free /= np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny)
     return Compliance(
@@ -204,8 +190,7 @@ def compliance(K: Array, B: Array, stiffness: Array, *, held: Array | None = Non
 def compliance_of(system: System) -> Compliance:
     """Compliance of a train seen from the loaded flanks of its meshes and the rows of its groups."""
     B = np.hstack([system.meshes.B, system.group_rows])
-    stiffness = np.concatenate([system.meshes.stiffness, system.laws.row_stiffness])
-    return compliance(system.K, B, stiffness, held=held_rows(system))
+    return compliance(system.K, B, np.concatenate([system.meshes.stiffness, system.laws.row_stiffness]))
 
 
 def require_balance(free: Array, force: Array, names: Sequence[str]) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...errors import ConvergenceError, ModelError
 from ...system.system import Array
-from ..modes.free_motions import held_rows
 from ..static.equilibrium import compliance, equilibrium
 from .motion import Motion, from_modal, phases_at, to_modal
 from .program import phase_at
@@ -92,7 +91,7 @@ def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) 
     stiffness = np.concatenate([moving.flanks.linear, moving.laws.row_stiffness])
     try:
         found = equilibrium(
-            compliance(moving.system.K, moving.rows, stiffness, held=held_rows(moving.system)),
+            compliance(moving.system.K, moving.rows, stiffness),
             stiffness=moving.flanks.tangent.at(phases).stiffness[:, :m],
             gap=at.error[None],
             force=load[None],
