@@ -99,7 +99,7 @@ def test_rows_dropped_are_measured_on_the_linear_response(train: Train) -> None:
     assert result.contact_lost.any()
     (warning,) = [text for text in json.loads(result.attrs["warnings"]) if text.startswith("rows dropped")]
     rms, largest = (float(value) for value in re.findall(r"up to ([0-9.e-]+) in .* and ([0-9.e-]+) in", warning)[0])
-    assert rms >= float(result.residual_dropped)
+    assert rms >= 0.99 * float(result.residual_dropped)  # two digits are printed
     assert largest > 2 * rms
     # integration bears both out: 6.6e-3 and 3.8e-2
     force = _integrated(system, 1.5, steps=256, settle=60)
