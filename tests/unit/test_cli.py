@@ -328,6 +328,9 @@ def test_errors_name_flags(command: Command) -> None:
     )
     assert "--unstable = ignore: goes with contact loss" in command("sweep", "ren2021", "--unstable", "ignore").err
     assert "--set = nothing" in command("check", "ren2021", "--set", "nothing").err
+    # a flag without a value, as it was typed
+    assert command("steady", "ren2021", "--no-shaft-orders").err == "error: --no-shaft-orders: goes with contact loss\n"
+    assert "error: --resume: needs" in command("sweep", "ren2021", "--resume").err
 
 
 def test_old_flags_of_a_range_are_understood_and_warn(command: Command) -> None:

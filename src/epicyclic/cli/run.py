@@ -111,4 +111,9 @@ def _flagged(flags: Mapping[str, str]) -> Iterator[None]:
         yield
     except ModelError as error:
         path = ", ".join(names.get(part, part) for part in error.path.split(", "))
-        raise ModelError(path + str(error).removeprefix(error.path)) from error
+        rest = str(error).removeprefix(error.path)
+        if error.path in flags and isinstance(error.given, bool):
+            # a flag without a value, as it was typed
+            path = path if error.given else path.replace("--", "--no-", 1)
+            rest = rest.removeprefix(f" = {error.given!r}")
+        raise ModelError(path + rest) from error

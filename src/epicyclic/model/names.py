@@ -107,7 +107,8 @@ def mesh_name(name: str, stage: str, names: Names, *, path: str) -> str:
     gears = tuple(m for m, kind in members.items() if kind != "carrier")
     parts = name.split("-")
     if len(parts) != 2 or parts[0] == parts[1]:
-        raise ModelError("not a mesh", path=path, given=name, allowed="two gears of the stage joined by -")
+        allowed = "two gears of the stage joined by -; a key of a mesh stands in its table, meshes.A-B.KEY"
+        raise ModelError("not a mesh", path=path, given=name, allowed=allowed)
     for part in parts:
         if part not in gears:
             word = nearest(part, gears)

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
 from .names import nearest
-from .schema import KIND_BY_NAME, ModelFile, StageTable
+from .schema import KIND_BY_NAME, MemberTable, MeshTable, ModelFile, StageTable
 from .schema_links import LinkDampingTable, LinkTable
 
 __all__ = ["as_model_error", "error_of", "path_of"]
@@ -73,6 +73,8 @@ def _describe(detail: Any, loc: Loc) -> tuple[str, str]:
         return context["error"].problem, context["error"].allowed
     if kind == "extra_forbidden":
         known = _keys(loc[:-1])
+        if (elsewhere := _key_of_a_mesh(loc)) and str(loc[-1]) not in known:
+            return "unknown key here; it stands in the table of a mesh", elsewhere
         near = nearest(loc[-1], known)
         return f"unknown key{near}", "" if near else f"one of {', '.join(known)}"
     if kind == "missing":
@@ -84,6 +86,14 @@ def _describe(detail: Any, loc: Loc) -> tuple[str, str]:
         return f"not {_WORDS[kind]}", _WORDS[kind]
     limits = [f"{sign} {context[name]}" for name, sign in (("ge", ">="), ("le", "<=")) if name in context]
     return ("out of range", limits[0]) if limits else (str(detail["msg"]), "")
+
+
+def _key_of_a_mesh(loc: Loc) -> str:
+    """Where a key that a stage or a gear does not have stands in a mesh; "" of any other key."""
+    here = _table_at(loc[:-1])
+    if here not in (StageTable, MemberTable) or loc[-1] not in _names(MeshTable):
+        return ""
+    return f"{loc[0]}.{loc[1]}.meshes.A-B.{loc[-1]}, with A-B such as sun-planet"
 
 
 def _described(loc: Loc) -> str:
@@ -101,12 +111,17 @@ def _keys(loc: Loc) -> tuple[str, ...]:
     table = _table_at(loc)
     if table is None:
         return ()
-    names = [field.alias or name for name, field in table.model_fields.items() if name not in _HIDDEN]
+    names = _names(table)
     if issubclass(table, StageTable):
         names += KIND_BY_NAME
     if issubclass(table, LinkTable | LinkDampingTable):
         names += ["radial", "tilt"]
     return tuple(names)
+
+
+def _names(table: type[BaseModel]) -> list[str]:
+    """Return the keys of a table as they are written."""
+    return [field.alias or name for name, field in table.model_fields.items() if name not in _HIDDEN]
 
 
 def _table_at(loc: Loc) -> type[BaseModel] | None:

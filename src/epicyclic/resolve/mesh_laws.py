@@ -280,6 +280,7 @@ def _given_law(
         load, origin = given.load / cosine, "given"
     elif load is None:
         load, origin = middle, "half of the last force"
+        log.warn(_assumed_load(p, load, "half of the last force of its table"))
     table = given_table(curves, load)
     transverse = cosine != 1.0
     log.note(f"{found.path}.load", load * cosine, "N", f"{origin}, transverse" if transverse else origin)
@@ -300,6 +301,14 @@ def _given_law(
         damping=stated_value(p.levels(side), "damping", 0.0),
         backlash=stated_value(p.levels(side), "backlash", math.inf),
         table=table,
+    )
+
+
+def _assumed_load(p: GearPair, force: float, why: str) -> str:
+    """Warning of a tangent at a normal force [N] that is not of the operation."""
+    return (
+        f"{p.path}: no torque passes this mesh: verbs that take the tangent of its force take it at {force / 1e3:.4g} "
+        f"kN, {why}"
     )
 
 
@@ -328,9 +337,12 @@ def _contact_law(
     meshing = shape.meshes[p.name]
     width = min(teeth.face_a[1], teeth.face_b[1]) - max(teeth.face_a[0], teeth.face_b[0])
     load = nominal_load(shape, p, torque, width)
-    log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
+    passed = _operating_load(shape, p, torque) is not None
+    log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if passed else "default")
     helix = shape.teeth[p.a].base_helix
     force = load * meshing.contact_ratio * width / math.cos(helix)
+    if not passed:
+        log.warn(_assumed_load(p, force, f"{load / 1e3:.4g} N/mm"))
     table, messages = _table_of_pair(teeth, p.internal, helix, lean, force, p.path, (p.a, p.b))
     for text in messages:
         log.warn(f"{p.path}: {text}")

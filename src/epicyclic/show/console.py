@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
@@ -47,18 +47,28 @@ def show(result: xr.Dataset, console: Console) -> None:
         console.print(f"[yellow]warning:[/yellow] {escape(warning)}", soft_wrap=True)
     for table in tables_of(result):
         console.print()
+        # a title in the table would wrap at its width, which is less where columns are few
+        console.print(f"[bold]{escape(table.title)}[/bold]", soft_wrap=True)
         if table.lead:
-            console.print(f"[bold]{escape(table.title)}[/bold]", soft_wrap=True)
             console.print(escape(table.lead), soft_wrap=True)
         console.print(rich_table(table))
-        for place, text in enumerate(table.notes, start=1):
-            console.print(f"  [bold]{place:2d}[/bold]  {escape(text)}", soft_wrap=True)
+        if table.notes:
+            console.print(_notes(table.notes))
+
+
+def _notes(notes: Sequence[str]) -> RichTable:
+    """Numbered notes, whose lines begin below each other."""
+    drawn = RichTable.grid(padding=(0, 2))
+    drawn.add_column(justify="right", min_width=4, no_wrap=True)
+    drawn.add_column(overflow="fold")
+    for place, text in enumerate(notes, start=1):
+        drawn.add_row(f"[bold]{place}[/bold]", escape(text))
+    return drawn
 
 
 def rich_table(table: Table) -> RichTable:
-    """A table as rich draws it; its title stands on it unless a lead stands between them."""
-    title = None if table.lead else table.title
-    drawn = RichTable(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    """A table as rich draws it, without its title."""
+    drawn = RichTable(box=SIMPLE_HEAD, pad_edge=False)
     columns = shown_columns(table, number)
     for heading, numeric, _ in columns:
         drawn.add_column(escape(heading), justify="right" if numeric else "left", overflow="fold")

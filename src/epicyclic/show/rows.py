@@ -10,6 +10,7 @@ import numpy as np
 
 from .elements import Table
 from .figures.series import engineering
+from .figures.summaries import of_first_stage, own_tones
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +59,7 @@ def force_table(result: xr.Dataset) -> Table:
         "most [N]": list(force.max(axis=1)),
     }
     further = {
-        "mesh_force_bound": "bound over all shaft phases [N]",
+        "mesh_force_bound": "bound over all phases [N]",
         "dynamic_factor": "K_v",
         "face_load_factor": "largest per mean along the face",
         "dynamic_face_load_factor": "largest at any time per mean",
@@ -72,17 +73,24 @@ def force_table(result: xr.Dataset) -> Table:
 
 
 def largest_over_speed(
-    result: xr.Dataset, dim: str, variable: str, heading: str, at: str = "at mesh frequency [Hz]"
+    result: xr.Dataset, dim: str, variable: str, heading: str, at: str = "at mesh frequency{of} [Hz]"
 ) -> dict[str, Any]:
-    """Names, largest value of a variable (dim, speed) over the speeds, and where it is; nan where no speed has one."""
+    """Names, largest value of a variable (dim, speed) over the speeds, and where it is; nan where no speed has one.
+
+    Where: the mesh's own frequency [Hz], of other things that of the first stage, which then takes the place of {of}.
+    """
     values = result[variable].transpose(dim, "speed").values
     known = np.isfinite(values).any(axis=1)
     place = np.where(np.isfinite(values), values, -np.inf).argmax(axis=1)
     frequency = result.mesh_frequency.values.ravel()
+    if dim == "mesh":
+        own, of = own_tones(result), " of its stage" if of_first_stage(result) else ""
+    else:  # of what belongs to no mesh
+        own, of = np.ones(len(values)), of_first_stage(result)
     return {
         dim: list(map(str, result[dim].values)),
         heading: list(np.where(known, values[range(len(values)), place], np.nan)),
-        at: list(np.where(known, frequency[place], np.nan)),
+        at.format(of=of): list(np.where(known, own * frequency[place], np.nan)),
     }
 
 
@@ -103,7 +111,8 @@ def extent(result: xr.Dataset) -> str:
     hertz, speed = result["mesh_frequency"].values, 100 * relative_speed(result)
     share = f", {engineering(speed.min())} to {engineering(speed.max())} % of operation" if len(speed) else ""
     shown = share if np.isfinite(speed).all() else ""
-    return f"{engineering(hertz.min(), 6)} to {engineering(hertz.max(), 6)} Hz{shown}"
+    of = of_first_stage(result)
+    return f"{engineering(hertz.min(), 6)} to {engineering(hertz.max(), 6)} Hz{of and f' mesh frequency{of}'}{shown}"
 
 
 def loaded(columns: dict[str, Any], heading: str) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from ..analyses.static.tangent import linear
 from ..assemble import assemble
 from ..errors import ConvergenceError, ModelError
 from ..resolve import load
-from ..system.system import System
+from ..system.system import Array, System
 from ..train.train import Train
 from .parameters import Parameter
 
@@ -172,15 +172,40 @@ def _derivative(base: System, whole: System, parameter: Parameter, stencil: _Ste
         values = [_aligned(system, base, whole) for system in stencil.systems]
         # differences to the value first: an array that does not change has a derivative of exactly zero
         differences = [combined([1.0, -1.0], [value, values[stencil.here]]) for value in values]
+        soft = _soft_link_changes(stencil)
+        if soft is not None:
+            differences = [replace(one, K=K) for one, K in zip(differences, soft, strict=True)]
         coarse, fine = combined(stencil.coarse, differences), combined(stencil.fine, differences)
     except ModelError as error:
         return ParameterDerivative(parameter=parameter, change=None, problem=error.problem)
     power = 2**stencil.order
     change = combined([power / (power - 1), -1 / (power - 1)], [fine, coarse])
-    change = _without_rounding(change, values[stencil.here], stencil.step)
+    rounded = _without_rounding(change, values[stencil.here], stencil.step)
+    change = rounded if soft is None else replace(rounded, K=change.K)
     if any(_differ(name, coarse, change) for name in _NAMES) or _kinked(stencil, values):
         return ParameterDerivative(parameter=parameter, change=None, problem="not smooth at this value: no derivative")
     return ParameterDerivative(parameter=parameter, change=change)
+
+
+def _soft_link_changes(stencil: _Stencil) -> list[Array] | None:
+    """Changes of K (n, n) [N/m] of each system against the unchanged one, from its links; None where K has them.
+
+    A step of a link far softer than the stiffest part is rounding of their sum K, and no rounding of its own rows.
+    """
+    here = stencil.systems[stencil.here]
+    rounding = _ROUNDING * float(np.abs(here.K).max(initial=0.0))
+    found = []
+    for system in stencil.systems:
+        if system.links.name != here.links.name or not np.array_equal(system.links.B, here.links.B):
+            return None
+        with np.errstate(invalid="ignore"):  # rigid in both
+            step = np.nan_to_num(system.links.stiffness - here.links.stiffness)
+        change: Array = (here.links.B * step) @ here.links.B.T
+        if np.abs(system.K - here.K - change).max(initial=0.0) > rounding:
+            return None  # something else changes K too
+        found.append(change)
+    largest = max(float(np.abs(change).max(initial=0.0)) for change in found)
+    return found if 0 < largest and rounding > _SMOOTH * largest else None
 
 
 def _without_rounding(change: SystemNumbers, value: SystemNumbers, step: float) -> SystemNumbers:

@@ -24,6 +24,7 @@ from epicyclic.analyses.static.equilibrium import compliance, equilibrium
 from epicyclic.analyses.static.record import excitation, parallel_meshes
 from epicyclic.analyses.static.static import static
 from epicyclic.analyses.steady.periodic import Periodic, ShaftLine, periodic
+from epicyclic.analyses.steady.steady import steady
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.views.sharing import tables
@@ -436,3 +437,13 @@ def test_superposition_shares_like_the_full_solution_where_nothing_varies(build:
     full, plain = sharing(varying, samples=32), sharing(varying, method="superposition", samples=32)
     apart = np.abs(plain.load_sharing - full.load_sharing).max()
     assert 1e-5 < apart < 0.1 * np.abs(full.load_sharing - 1).max()
+
+
+@pytest.mark.parametrize("method", ["steady", "superposition"])
+def test_the_bound_of_two_mesh_frequencies_is_that_of_the_steady_state(build: Any, method: Method) -> None:
+    system = two_tones(build, swing=0.1)
+    found = sharing(system, method=method, cycles=7 * 19)
+    exact = steady(system, method="exact" if method == "steady" else "superposition")
+    np.testing.assert_allclose(found.mesh_force_bound, exact.mesh_force_bound, rtol=1e-9)
+    # harmonics of the other mesh frequency have tied phases: their sum is above what any phases make
+    np.testing.assert_array_less(found.mesh_force_peak, found.mesh_force_bound * (1 + 1e-3))

@@ -219,6 +219,15 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
     np.testing.assert_allclose(net.mesh_force, row.T, rtol=1e-12)
     assert 0 < net.far_share.values[0] <= 1
     assert (net.mesh_force.values[0] < 0).mean() == net.far_share.values[0]
+    np.testing.assert_array_equal(net.open_share, 1 - net.mesh_contact.mean("time"))
+    # the record of sharing is the same one
+    window = record_of(system, cycles=3, turns=None, of=None, samples=7, most=1000, slow=True)
+    record, again = (
+        sharing_of_record(system, record=window, relative_speed=1.0, stored=None),
+        static(system, cycles=3, samples=7),
+    )
+    for name in ("open_share", "far_share", "contact_lost"):
+        np.testing.assert_array_equal(record[name], again[name])
 
 
 def test_far_flanks_that_never_press_change_no_digit(build: Any) -> None:

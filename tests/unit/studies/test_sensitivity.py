@@ -263,3 +263,23 @@ def test_track() -> None:
 def test_track_bad_input(options: dict[str, Any], message: str) -> None:
     with pytest.raises(ModelError, match=message):
         epicyclic.track("lin1999-n4", **options)
+
+
+@pytest.mark.parametrize("spring", [1.0, 1e-6])
+def test_a_soft_spring_has_its_sensitivity(spring: float) -> None:
+    """A train held against rotation by one spring: its frequency is as the root of the stiffness, however soft."""
+    gears = {name: {"teeth": teeth} for name, teeth in (("sun", 24), ("planet", 30), ("ring", 84))}
+    stage = {
+        **gears,
+        "planets": 3,
+        "module": "4 mm",
+        "face_width": "40 mm",
+        "carrier": {"mass": "9 kg", "inertia": 0.1},
+    }
+    stage["sun"] = {"teeth": 24, "support": {"rz": f"{spring} N m/rad"}}
+    stage["planet"] = {"teeth": 30, "bearing": {"radial": "4e8 N/m"}}
+    model = {"format": 2, "title": "soft", "stages": {"main": stage}, "operation": {"held": ["ring"]}}
+    found = epicyclic.sensitivity(model)
+    row = [str(path) for path in found.path.values].index("stages.main.sun.support.rz")
+    # beside bearings of 4e8 N/m, in whose rounding a step of it is lost
+    np.testing.assert_allclose(found.sensitivity.values[row, 0], 0.5, rtol=1e-5)

@@ -114,7 +114,7 @@ def test_command(capsys: pytest.CaptureFixture[str]) -> None:
     for shown in ("Unstable", "quasi-periodic", "f34 + f36 = f", "averaging", "ok"):
         assert shown in out
     assert run("stability", "ren2021", "--start", "100 Hz", "--stop", "200 Hz", "--points", "3") == 0
-    assert "Stable everywhere" in capsys.readouterr().out
+    assert "Stable at 3 speeds" in capsys.readouterr().out
     words = ("--over", "variation", "--values", "0..2", "--value-points", "2", "--points", "2", "--json")
     assert run("stability", "xu2020", "--start", "3.5 kHz", "--stop", "3.8 kHz", *words) == 0
     again = xr.Dataset.from_dict(json.loads(capsys.readouterr().out))
@@ -144,7 +144,7 @@ def test_wrong_input(capsys: pytest.CaptureFixture[str], words: tuple[str, ...],
 
 def test_figures(damped: xr.Dataset) -> None:
     one = stability_over_speed(epicyclic.stability("xu2020", **SPEEDS))
-    assert "unstable at" in one.layout.title.text
+    assert "Unstable at" in one.layout.title.text
     assert one.layout.xaxis2.title.text == "mesh frequency [Hz]"
     assert any(trace.name == "quasi-periodic: two modes together" for trace in one.data)
     flat = drawn_map(damped)
@@ -157,4 +157,4 @@ def test_figures(damped: xr.Dataset) -> None:
     texts = over("damping.modal", ["1 %", 0.03], points=2)
     assert drawn_map(texts).layout.yaxis.ticktext == ("1 %", "0.03")
     stable = epicyclic.stability("ren2021", start=100.0, stop=200.0, points=3)
-    assert stability_over_speed(stable).layout.title.text == "Stable at every speed"
+    assert stability_over_speed(stable).layout.title.text == "Stable at 3 speeds"

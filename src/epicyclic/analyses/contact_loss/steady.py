@@ -17,9 +17,10 @@ from ...system.system import Array
 from ..steady.response import Response, response
 from .branch_set import branch_set
 from .floquet import Stability
+from .linear_motion import LinearMotion, linear_error, linear_motion, unchanging_lines
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
-from .refinement import Refinement, solution, with_stability
+from .refinement import Refinement, Solution, solution, with_stability
 from .rows import largest_link_forces, law_warnings
 from .shaft_orders import (
     NEGLIGIBLE,
@@ -40,6 +41,10 @@ __all__ = ["contact_steady", "mesh_order_stability", "steady_motion"]
 # Least harmonics of the motion whose stability is asked for, by the number of mesh tones: with 14 a multiplier of
 # ren2021 is off by 3e-3, a force by 2e-5.
 _HARMONICS = {1: 24, 2: 8}
+
+
+# Error of a superposed line per its own force above which it has none of its own: teeth that do not touch without it.
+_NO_FORCE = 1e3
 
 
 def contact_steady(
@@ -78,20 +83,31 @@ def contact_steady(
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     given = torus(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
-    given, point, lines = steady_motion(given, float(relative_speed))
-    if not point.converged:
+    linear = linear_motion(given, float(relative_speed))
+    lines = None if linear is None else unchanging_lines(given, linear)
+    rms = None
+    if linear is not None and lines is not None:
+        given, point, rms = given.mesh_orders_only, linear.point, linear.rms
+    else:
+        with np.errstate(over="ignore"):  # the error of a line of no force, which is none of its own
+            given, point, lines = steady_motion(given, float(relative_speed))
+    if not point.converged or max((line.error for line in lines), default=0.0) > _NO_FORCE:
+        loose = "" if system.force.any() else "no torque presses the teeth together, transient shows how they rattle; "
         off = max((line.error for line in lines), default=0.0)
         if off:
             raise ConvergenceError(
-                "the torus of shaft orders was not solved, and lines superposed on the laws of links or tables are off "
-                f"by {off:.2g} of their own forces: try transient, or a slightly different speed"
+                "the torus of shaft orders was not solved, and lines superposed on the laws of links or tables, or on "
+                f"teeth that part, are off by {off:.2g} of their own forces: {loose}"
+                "try transient, or a slightly different speed"
             )
         raise ConvergenceError(
             f"no steady motion with contact loss found at {float(given.ready.lines.tone) * relative_speed:.6g} Hz mesh "
-            f"frequency ({point.status}, residual {point.residual:.2g}): try a slightly different speed or more damping"
+            f"frequency ({point.status}, residual {point.residual:.2g}): {loose}"
+            "try a slightly different speed or more damping"
         )
     options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
-    return _labelled(given, point, lines, mesh_order_stability(given, point), options)
+    stability, coarse = mesh_order_stability(given, point), _coarse(given, point, linear)
+    return _labelled(given, point, lines, stability, options, rms=rms, coarse=coarse)
 
 
 def mesh_order_stability(given: Torus, point: TorusPoint) -> Stability | None:
@@ -102,6 +118,10 @@ def mesh_order_stability(given: Torus, point: TorusPoint) -> Stability | None:
     if given.mesh_tones > 2:
         return None
     refinement, harmonics = Refinement(ready=given.ready), max(*point.size.harmonics, _HARMONICS[given.mesh_tones])
+    if point.state.unchanging and point.problem.rows.parametric and not point.size.orders:
+        # tangents that keep one value at each phase: no motion need be found again
+        same = Solution(given=point.problem, harmonics=harmonics, state=point.state, residual=point.residual)
+        return with_stability(refinement, same).stability
     made, phases = refinement.problem(harmonics), point.problem.grid.points
     mesh = ~phases[:, given.mesh_tones :].any(axis=1)
     start = embedded(phases[mesh, : given.mesh_tones], point.state.y[:, mesh], made)
@@ -159,8 +179,14 @@ def _labelled(
     lines: Sequence[SuperposedLine],
     stability: Stability | None,
     options: dict[str, Any],
+    *,
+    rms: Array | None,
+    coarse: Sequence[str],
 ) -> xr.Dataset:
-    """The Dataset of a point of the torus and of the lines superposed on it."""
+    """The Dataset of a point of the torus and of the lines superposed on it.
+
+    rms : (w,) of mesh forces, where it is known better than by the torus [N].  coarse : warnings of rows dropped.
+    """
     from ...results.dataset import dataset
 
     ready, system, face = given.ready, given.ready.system, given.face
@@ -182,10 +208,10 @@ def _labelled(
             "mesh_force": (("mesh", "mesh_phase"), mean),
             "mesh_force_least": (("mesh", "mesh_phase"), least),
             "mesh_force_most": (("mesh", "mesh_phase"), most),
-            "mesh_force_rms": ("mesh", found.rms),
+            "mesh_force_rms": ("mesh", found.rms if rms is None else rms),
             "mesh_force_bound": ("mesh", found.peak),
             "mesh_force_minimum": ("mesh", found.minimum),
-            "open_share": ("mesh", found.open),
+            "open_share": ("mesh", _apart(given, point)),
             "far_share": ("mesh", found.far),
             "contact_lost": ("mesh", face.any(found.row_open > 0)),
             "amplitude": ("dof", torus_amplitudes(given, point, lines)),
@@ -211,7 +237,8 @@ def _labelled(
         warnings=[
             *law_warnings(ready, point.problem.rows),
             *_instability(stability),
-            *_warnings(point, lines),
+            *coarse,
+            *_warnings(lines),
             *past_the_end(system, point.problem.rows.flanks, found.flank),
             *_links_past_the_end(ready, point),
         ],
@@ -283,6 +310,12 @@ def _along_the_face(
     }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
 
 
+def _apart(given: Torus, point: TorusPoint) -> Array:
+    """Share of time (w,) in which no flank of each whole mesh touches, loaded or far, of no slice."""
+    touching, owner = point.state.touching, given.face.row[point.problem.rows.flanks.mesh]
+    return np.array([1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(given.face.name))])
+
+
 def _instability(stability: Stability | None) -> list[str]:
     """A warning of a motion that is not stable, or whose stability is not known."""
     if stability is None:
@@ -295,14 +328,25 @@ def _instability(stability: Stability | None) -> list[str]:
     ]
 
 
-def _warnings(point: TorusPoint, lines: Sequence[SuperposedLine]) -> list[str]:
-    """Where the answer is coarse, and which lines are superposed."""
+def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[str]:
+    """A warning of how far forces may be off where rows dropped count, measured on the linear response if there is."""
+    if point.truncation_residual <= TRUNCATION_NOTED:
+        return []
+    note = f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, above {TRUNCATION_NOTED:g}: "
+    if linear is None:
+        return [note + "forces of single meshes may be off by several times that"]
+    counts = point.problem.grid.counts[: given.mesh_tones]
+    rms, largest = linear_error(given, linear, point.size, counts)
+    return [
+        note + f"with the same rows the linear response is off by up to {max(rms, point.truncation_residual):.2g} in "
+        f"the RMS of a mesh force and {max(largest, point.truncation_residual):.2g} in the largest one; where teeth "
+        "part the error is of that size or larger"
+    ]
+
+
+def _warnings(lines: Sequence[SuperposedLine]) -> list[str]:
+    """Which lines are superposed on flanks that part."""
     notes = []
-    if point.truncation_residual > TRUNCATION_NOTED:
-        notes.append(
-            f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, "
-            f"above {TRUNCATION_NOTED:g}: forces at an instant have about that error"
-        )
     for line in lines:
         if line.error < NEGLIGIBLE:
             continue

@@ -78,6 +78,8 @@ def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -
     """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
     force, modal, rows = gap_forces(given, at), given.modal, given.rows
     live = force.any(axis=0)
+    if not live.any():  # no row presses at any phase
+        return np.zeros(truncated.kinds)
     box = force[:, live].reshape(*given.grid.counts, -1)
     D = len(given.grid.counts)
     dropped = fft.rfftn(box, axes=range(D), norm="forward").reshape(-1, box.shape[-1])[truncated.place]

@@ -35,15 +35,19 @@ def require_speed(relative_speed: float) -> None:
         raise ModelError("must be above zero", path="relative_speed", given=relative_speed, allowed="> 0")
 
 
-def loaded_meshes(mean: Array, members: Sequence[MeshGroup]) -> NDArray[np.bool_]:
+def loaded_meshes(mean: Array, members: Sequence[MeshGroup], *, most: Array, rounding: float) -> NDArray[np.bool_]:
     """Meshes of groups that carry load in the mean, (m,), from mean forces (m,) [N].
+
+    Parameters
+    ----------
+    most : (m,) largest forces [N].  rounding : a force that is none [N].
 
     Raises
     ------
     ModelError : none does.
     """
-    # an idle group beside loaded ones carries rounding
-    least = 1e-9 * float(np.max(np.abs(mean), initial=0.0))
+    # an idle group beside loaded ones, or one that only swings, carries rounding
+    least = max(1e-9 * float(np.max(np.abs([mean, np.nan_to_num(most)]), initial=0.0)), rounding)
     loaded = np.zeros(len(mean), dtype=bool)
     for group in members:
         loaded[group] = mean[group].sum() > least

@@ -14,7 +14,7 @@ from ...system.faces import faces
 from ...system.system import Array, System
 from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
-from ..static.static import OPEN_RATIO
+from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
 from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_speed, sharing_warnings
@@ -91,10 +91,10 @@ def sharing(
         require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
     reference, names = by_tone[0], faces(system.meshes).name
-    mean = np.empty(len(names))
+    mean, largest = np.empty(len(names)), np.empty(len(names))
     for part in by_tone:
-        mean[part.meshes] = part.mean
-    loaded = loaded_meshes(mean, parallel_meshes(system.meshes))
+        mean[part.meshes], largest[part.meshes] = part.mean, part.bound
+    loaded = loaded_meshes(mean, parallel_meshes(system.meshes), most=largest, rounding=rounding_of(system))
     given = None if cycles is None else positive_count("cycles", cycles, 1)
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
     cycles = min(reference.period, share) if given is None else given

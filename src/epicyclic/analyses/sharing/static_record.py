@@ -15,7 +15,15 @@ from ...system.system import Array, System
 from ..static.both_flanks import held_train
 from ..static.quasi_static import RecordPiece, quasi_static
 from ..static.record import MeshGroup, Record, parallel_meshes, positive_count
-from ..static.static import flank_contact, free_position_warnings, group_columns, law_attributes, mesh_contact
+from ..static.static import (
+    contact_shares,
+    flank_contact,
+    free_position_warnings,
+    group_columns,
+    law_attributes,
+    mesh_contact,
+    rounding_of,
+)
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
 from .outputs import far_warnings, force_columns, labelled, loaded_meshes, sharing_warnings
 
@@ -66,7 +74,8 @@ def sharing_of_record(
     net = face.total(contact.force, axis=1)
     turned = _turned(net.mean(axis=0), members)
     force = net * turned
-    loaded = loaded_meshes(force.mean(axis=0), members)
+    mean, most = force.mean(axis=0), np.abs(force).max(axis=0)
+    loaded = loaded_meshes(mean, members, most=most, rounding=rounding_of(system))
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole = record.count >= record.period
     worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
@@ -92,6 +101,7 @@ def sharing_of_record(
         columns={
             "mesh_contact": (("mesh", "time"), touching[:last].T),
             "contact_lost": ("mesh", lost),
+            **contact_shares(system, face, contact),
             **force_columns(net.mean(axis=0), net.max(axis=0), net.min(axis=0)),
             **laws,
         },

@@ -105,7 +105,10 @@ def _steady_by_tone(system: System, method: str, samples: int | None, relative_s
     """Forces of the periodic response, with every frequency alone on the mean system for ``superposition``."""
     solvable = system if method == "steady" else superposed(system, relative_speed)
     solutions = periodic_by_tone(solvable, relative_speed=relative_speed, samples=samples)
-    return tuple(_forces_from_waves(system, solution.tone, periodic_waves(solution)) for solution in solutions)
+    return tuple(
+        _forces_from_waves(system, solution.tone, periodic_waves(solution), bound=solution.bound)
+        for solution in solutions
+    )
 
 
 def _members(system: System, tone: Fraction) -> tuple[Index, list[MeshGroup]]:
@@ -118,10 +121,17 @@ def _members(system: System, tone: Fraction) -> tuple[Index, list[MeshGroup]]:
 
 
 def _forces_from_waves(
-    system: System, tone: Fraction, waves: Waves, source: Callable[[Array], Array] | None = None
+    system: System,
+    tone: Fraction,
+    waves: Waves,
+    source: Callable[[Array], Array] | None = None,
+    *,
+    bound: Array | None = None,
 ) -> ToneForces:
     """Forces of a record that is a sum of lines; `source` where instants with open meshes are solved anew.
 
+    bound : (w,) largest forces of all whole meshes [N]; None: of the sum of the lines.  Harmonics of another mesh
+        frequency are lines here whose phases are tied: their sum would be too large.
     source : phases (c, L) [turns] -> forces of all mesh rows (c, m, samples) [N].
     """
     (meshes, members), face = _members(system, tone), faces(system.meshes)
@@ -158,7 +168,7 @@ def _forces_from_waves(
         ratios=waves.ratios,
         period=hunting_cycles(waves.ratios),
         mean=mine.mean.mean(axis=1),
-        bound=force_bound(mine),
+        bound=force_bound(mine) if bound is None else bound[meshes],
         samples=waves.samples,
         affordable=max(1, affordable),
         least_slice=least_slice if face.cut.any() else None,

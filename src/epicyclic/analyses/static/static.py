@@ -27,19 +27,22 @@ Columns = dict[str, tuple[Sequence[str] | str, Any]]
 __all__ = [
     "OPEN_RATIO",
     "FlankContact",
+    "contact_shares",
     "contact_warnings",
-    "far_column",
     "flank_contact",
     "free_position_warnings",
     "group_columns",
     "law_attributes",
     "mesh_contact",
+    "rounding_of",
     "static",
 ]
 
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
 OPEN_RATIO = 1e-7
+# Force per mesh stiffness below which a force is rounding of displacements in micrometres, far below any load [m].
+_ROUNDING = 1e-15
 # A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles` or `turns`.
 _CYCLES = 64
 
@@ -100,6 +103,11 @@ class FlankContact:
     largest: Array
 
 
+def rounding_of(system: System) -> float:
+    """A mesh force [N] that is rounding of displacements, as all are without any load."""
+    return _ROUNDING * float(np.max(system.meshes.stiffness, initial=0.0))
+
+
 def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> FlankContact:
     """Which flanks touch over the record.
 
@@ -108,7 +116,8 @@ def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> Flan
     forces : of consecutive pieces of t instants, on the loaded flanks (t, m) and on the far ones (t, c) [N].
     """
     on_loaded, behind = (np.concatenate(part) for part in zip(*forces, strict=True))
-    least = OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0))
+    largest = OPEN_RATIO * max(np.max(on_loaded, initial=0.0), np.max(behind, initial=0.0))
+    least = max(largest, rounding_of(system))  # without any load none presses
     far = np.zeros(on_loaded.shape, bool)
     far[:, system.far_flanks.mesh] = behind > least
     return FlankContact(
@@ -193,7 +202,7 @@ def _dataset(
             "link_deflection": (("link_row", "time"), deflection.T),
             "mesh_contact": (("mesh", "time"), mesh_contact(face, contact).T),
             "contact_lost": ("mesh", face.any(lost)),
-            **far_column(system, face, contact),
+            **contact_shares(system, face, contact),
             **_slice_columns(face, force, lost),
             **group_columns(system, pieces),
         },
@@ -212,11 +221,16 @@ def mesh_contact(face: Faces, contact: FlankContact) -> NDArray[np.bool_]:
     return np.asarray(np.logical_and.reduceat(contact.loaded | contact.far, face.first, axis=1))
 
 
-def far_column(system: System, face: Faces, contact: FlankContact) -> Columns:
-    """Share of time in which the far flank of any slice of each mesh touches; nothing where no backlash is finite."""
-    if not system.far_flanks.mesh.size:
-        return {}
-    return {"far_share": ("mesh", np.logical_or.reduceat(contact.far, face.first, axis=1).mean(axis=0))}
+def contact_shares(system: System, face: Faces, contact: FlankContact) -> Columns:
+    """Share of time in which no flank of each mesh touches; where backlash is finite that of its far flank, any slice.
+
+    As of contact loss and transient.
+    """
+    touching = np.logical_or.reduceat(contact.loaded | contact.far, face.first, axis=1)
+    shares: Columns = {"open_share": ("mesh", 1.0 - touching.mean(axis=0))}
+    if system.far_flanks.mesh.size:
+        shares["far_share"] = ("mesh", np.logical_or.reduceat(contact.far, face.first, axis=1).mean(axis=0))
+    return shares
 
 
 def _slice_columns(face: Faces, force: Array, lost: np.ndarray) -> Columns:

@@ -10,11 +10,23 @@ from fractions import Fraction
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
+from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
 from ..static.record import samples_per_cycle
 from .mean_stability import critical_speed, unstable_speeds
+from .measures import force_extremes
 from .response import Block, Response, respond, response
-from .waveform import Spectrum, alias_free_samples, envelopes, force_spectrum, mesh_axis, motion_spectrum, tone_waveform
+from .waveform import (
+    Spectrum,
+    alias_free_samples,
+    envelopes,
+    force_signal,
+    force_spectrum,
+    mesh_axis,
+    motion_spectrum,
+    tone_waveform,
+    whole_mesh_signal,
+)
 
 __all__ = [
     "TOLERANCE",
@@ -57,6 +69,8 @@ class Periodic:
     force : (m, Nt) mesh force at multiples of the tone with its mean, k(t) (B^T q - e) + c d/dt(B^T q - e) [N].
     displacement : (n, Nt) [m, rad].  lines : all other frequencies, of shafts and of other tones.
     harmonics : kept.  residual : relative, truncation included.
+    bound : (w,) largest force of every whole mesh over all relative phases of tones and lines, as of `steady` [N]; None
+        with one tone, where it is the largest of force and lines.
     """
 
     tone: Fraction
@@ -67,6 +81,7 @@ class Periodic:
     lines: tuple[ShaftLine, ...]
     harmonics: int
     residual: float
+    bound: Array | None = None
 
 
 def periodic(
@@ -119,7 +134,15 @@ def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, t
         lines=tuple(_significant(ready, lines, tolerance)),
         harmonics=harmonics,
         residual=float(block.residual[0]),
+        bound=_bound(ready, block) if len(ready.lines.tones) > 1 else None,
     )
+
+
+def _bound(ready: Response, block: Block) -> Array:
+    """Largest force of every whole mesh (w,) [N] of a solved block (P = 1)."""
+    force = whole_mesh_signal(force_signal(ready, block), faces(ready.system.meshes))
+    bound: Array = force_extremes(force, axis=mesh_axis(ready))[1][:, 0]
+    return bound
 
 
 def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, theta: Array) -> list[ShaftLine]:

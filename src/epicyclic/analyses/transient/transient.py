@@ -321,6 +321,7 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
             **({"group_row": [row for group in system.groups for row in group.rows]} if found.sliders.shape[1] else {}),
             "time": times,
             "mesh_frequency": ("time", speed * tone),
+            "mesh_tone": ("mesh", _own_tones(system)[face.first]),
         },
         verb="transient",
         options=options,
@@ -329,6 +330,13 @@ def _labelled(found: RunRecord, tone: float, options: dict[str, Any]) -> xr.Data
     )
     result["time"].attrs.update({"units": "s", "long_name": "time of the samples kept"})
     return result
+
+
+def _own_tones(system: System) -> Array:
+    """Mesh frequency of every mesh row per that of the first, (m,) [1]; 1 where nothing turns."""
+    own = np.array([float(tone) for tone in system.tones])
+    first = own[system.meshes.tone[0]] if own.size and len(system.meshes.tone) else 0.0
+    return own[system.meshes.tone] / first if first > 0 else np.ones(len(system.meshes.name))
 
 
 def _over_all_steps(found: RunRecord, times: Array, force: Array, *, apart: bool) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .series import Array, compact, texts
 from .style import INK, PALE, PALETTE, WARNING, panels
+from .summaries import of_first_stage
 
 __all__ = ["contact_sweep"]
 
@@ -49,7 +50,9 @@ def contact_sweep(sweep: xr.Dataset, *, mesh: str | None = None) -> go.Figure:
     _folds(drawn, sweep, name)
     drawn.update_yaxes(title_text="force [kN]", rangemode="tozero", row=1, col=1)
     drawn.update_yaxes(title_text="time [%]", rangemode="tozero", row=2, col=1)
-    drawn.update_xaxes(title_text="mesh frequency [Hz]", range=[float(x.min()), float(x.max())], row=2, col=1)
+    drawn.update_xaxes(
+        title_text=f"mesh frequency{of_first_stage(sweep)} [Hz]", range=[float(x.min()), float(x.max())], row=2, col=1
+    )
     return drawn
 
 

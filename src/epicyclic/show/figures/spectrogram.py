@@ -8,6 +8,7 @@ import xarray as xr
 
 from .series import compact, label, texts
 from .style import INK, PALE, figure, note
+from .summaries import own_tones
 
 __all__ = ["spectrogram"]
 
@@ -23,7 +24,7 @@ def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `transient`: mesh_force (mesh, time) [N], mesh_frequency (time) [Hz].
+    result : Dataset of `transient`: mesh_force (mesh, time) [N], mesh_frequency (time) [Hz], mesh_tone (mesh).
     mesh : its name; that with the largest swing where not said.
     """
     from scipy.signal import spectrogram as windows
@@ -42,7 +43,7 @@ def spectrogram(result: xr.Dataset, mesh: str | None = None) -> go.Figure:
         scaling="spectrum",
     )  # fmt: skip
     amplitude = np.sqrt(2 * power)
-    tone = np.asarray(result["mesh_frequency"].values, dtype=np.float64)
+    tone = np.asarray(result["mesh_frequency"].values, dtype=np.float64) * own_tones(result)[place]
     top = min(float(frequency[-1]), (_ORDERS + 0.5) * float(tone.max()))
     level = 20 * np.log10(np.maximum(amplitude[frequency <= top], 1e-30))
     high = float(level.max())

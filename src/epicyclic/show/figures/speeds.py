@@ -6,9 +6,9 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .series import Array, numbers, stage_count, texts
+from .series import Array, numbers, texts
 from .style import INK, WARNING, lines_across, mode_colour, note, translucent
-from .summaries import mode_groups
+from .summaries import mode_groups, of_first_stage
 
 __all__ = ["abscissa", "mark_failed", "mark_modes", "mark_operating"]
 
@@ -23,9 +23,7 @@ def abscissa(sweep: xr.Dataset) -> tuple[Array, str]:
     if "mesh_frequency" in sweep.variables:
         tones = sweep["mesh_frequency"]
         first = tones.isel(stage=0) if "stage" in tones.dims else tones
-        names = texts(sweep, "mesh") if "mesh" in sweep.variables else []
-        of = f" of {names[0].split('/')[0]}" if stage_count(names) > 1 else ""
-        return np.asarray(first.values, dtype=np.float64), f"mesh frequency{of} [Hz]"
+        return np.asarray(first.values, dtype=np.float64), f"mesh frequency{of_first_stage(sweep)} [Hz]"
     return 100 * numbers(sweep, "speed"), "speed [% of the operating speed]"
 
 

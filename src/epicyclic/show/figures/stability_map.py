@@ -9,6 +9,7 @@ import xarray as xr
 from .instability import KINDS, LABELS, apart
 from .series import Array, compact, engineering, numbers, texts
 from .style import INK, PALE, PALETTE, figure, note
+from .summaries import stability_verdict
 
 __all__ = ["stability_map"]
 
@@ -32,8 +33,9 @@ def stability_map(result: xr.Dataset) -> go.Figure:
     rate = result["growth_rate"].transpose("value", "speed").values
     kind = result["instability"].transpose("value", "speed").values.astype(str)
     grows = np.isin(kind, list(KINDS))
-    title = "Where vibration grows by itself" if grows.any() else "Stable everywhere"
-    drawn = figure(title, x="mesh frequency [Hz]", y=f"{name} [{unit}]" if unit else name, height=520)
+    drawn = figure(
+        stability_verdict(kind, "points"), x="mesh frequency [Hz]", y=f"{name} [{unit}]" if unit else name, height=520
+    )
     drawn.add_trace(_cells(x, y, rate, grows))
     _boundaries(drawn, result, y)
     if texted:

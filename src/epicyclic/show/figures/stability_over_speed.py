@@ -9,6 +9,7 @@ import xarray as xr
 from .instability import KINDS, apart
 from .series import Array, compact, numbers, texts
 from .style import INK, PALE, WARNING, note, panels, translucent
+from .summaries import stability_verdict
 
 __all__ = ["stability_over_speed"]
 
@@ -27,9 +28,7 @@ def stability_over_speed(result: xr.Dataset) -> go.Figure:
     rank = np.argsort(x)
     kind = np.array(texts(result, "instability"))[rank]
     shown = (("largest_multiplier", "largest |μ| [-]", 1.0), ("growth_rate", "growth rate [1/s]", 0.0))
-    unstable = int(np.isin(kind, list(KINDS)).sum())
-    title = f"Stability over speed: unstable at {unstable} of {len(x)} speeds" if unstable else "Stable at every speed"
-    drawn = panels(title, ("", ""), height=560, shared_xaxes=True, vertical_spacing=0.06)
+    drawn = panels(stability_verdict(kind, "speeds"), ("", ""), height=560, shared_xaxes=True, vertical_spacing=0.06)
     for row, (name, words, limit) in enumerate(shown, start=1):
         values = numbers(result, name)[rank]
         curve = go.Scatter(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from .series import Array, numbers, short_names, texts
+from .series import Array, numbers, short_names, stage_count, texts
 
 __all__ = [
     "Member",
@@ -18,8 +18,11 @@ __all__ = [
     "members_of",
     "mesh_tones",
     "mode_groups",
+    "of_first_stage",
+    "own_tones",
     "ramps",
     "readable",
+    "stability_verdict",
     "summed_shares",
 ]
 
@@ -95,6 +98,17 @@ def mesh_tones(check: xr.Dataset | None) -> dict[str, float]:
     return {stage: float(tone) for stage, tone in tones if np.isfinite(tone) and tone > 0}
 
 
+def of_first_stage(result: xr.Dataset) -> str:
+    """Of which stage ``mesh_frequency`` of a result is, `` of one``; "" where there is one stage."""
+    names = texts(result, "mesh") if "mesh" in result.variables else []
+    return f" of {names[0].split('/')[0]}" if stage_count(names) > 1 else ""
+
+
+def own_tones(result: xr.Dataset) -> Array:
+    """Mesh frequency of every mesh per that of the first mesh, (w,) [1]."""
+    return numbers(result, "mesh_tone") if "mesh_tone" in result.variables else np.ones(result.sizes["mesh"])
+
+
 def summed_shares(names: Sequence[str], shares: Array) -> tuple[list[str], Array]:
     """Shares of all branches and sides of one pair, link or member added up.
 
@@ -146,3 +160,16 @@ def by_pair_and_side(names: list[str]) -> dict[tuple[str, str], list[int]]:
         side = rest[-1] if rest and not rest[-1].isdigit() else ""
         found.setdefault((f"{stage}/{pair}", side), []).append(i)
     return found
+
+
+def stability_verdict(kind: np.ndarray, points: str) -> str:
+    """Headline of instability (...), "" where nothing is known: what was judged, and what could not be.
+
+    points : what is counted, ``speeds`` or ``points`` of a map.
+    """
+    judged, unstable = int(np.sum(kind != "")), int(np.sum((kind != "") & (kind != "stable")))
+    if not judged:
+        return f"Stability not known at any of {kind.size} {points}"
+    left = f", not known at {kind.size - judged}" if judged < kind.size else ""
+    found = f"Unstable at {unstable} of {judged} {points}" if unstable else f"Stable at {judged} {points}"
+    return (found + " judged" if left else found) + left

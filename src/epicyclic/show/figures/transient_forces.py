@@ -8,7 +8,7 @@ import xarray as xr
 
 from .series import Array, Series, compact, merged, pair_title, pairs, texts, thinned
 from .style import DASHES, INK, branch_colour, panels
-from .summaries import ramps
+from .summaries import of_first_stage, ramps
 
 __all__ = ["transient_forces"]
 
@@ -27,7 +27,9 @@ def transient_forces(result: xr.Dataset) -> go.Figure:
     curves = merged(texts(result, "mesh"), result["mesh_force"].transpose("mesh", "time").values / 1e3, branches=True)
     shown = pairs(curves)
     several = len({stage for stage, _ in shown}) > 1
-    names = [pair_title(pair, several) for pair in shown] + (["mesh frequency"] if ramps(result) else [])
+    names = [pair_title(pair, several) for pair in shown] + (
+        [f"mesh frequency{of_first_stage(result)}"] if ramps(result) else []
+    )
     drawn = panels(
         "Mesh forces over time", names, height=120 + 240 * len(names), shared_xaxes=True,
         vertical_spacing=min(0.12, 0.5 / len(names)),

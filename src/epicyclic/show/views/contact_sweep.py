@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, Section, Table
+from ..figures.summaries import of_first_stage
 from ..rows import extent, named_columns, status_table
 
 if TYPE_CHECKING:
@@ -50,8 +51,10 @@ def _forces(result: xr.Dataset, title: str) -> Table:
         largest = float(known[np.abs(known).argmax()]) if known.size else 0.0
         apart = float(np.nanmax(result.contact_open.sel(mesh=mesh).values, initial=0.0))
         rows.append((*row, largest, round(100 * apart, 1)))
+    of = of_first_stage(result)
+    where = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
     headings = (
-        *("mesh", "up: largest rms [N]", "at [Hz]", "down: largest rms [N]", "at [Hz] "),
+        *("mesh", "up: largest rms [N]", where, "down: largest rms [N]", f"{where} "),
         *("largest force [N]", "apart at most [% of the time]"),
     )
     return Table(title=f"Dynamic mesh forces with contact loss, {title}", columns=named_columns(headings, rows))

@@ -103,7 +103,8 @@ def _near_operation(result: xr.Dataset) -> list[Part]:
     )
     parts: list[Part] = []
     if near.size:
-        parts.append(replace(_resonances(result, near, within.capitalize(), _IN_PAGE), lead=lead))
+        table = _resonances(result, near, within.capitalize(), _IN_PAGE)
+        parts.append(replace(table, lead=f"{lead} {table.lead}".strip()))
     else:
         parts.append(Listing(text=f"No mesh order meets a mode {within}."))
     if every.size > near.size:
@@ -137,7 +138,8 @@ def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most:
         ],
     }
     note = str(result.attrs.get("resonance_note", ""))
-    return Table(title=title, columns=columns, notes=(note,) if note else ())
+    # above the table: a number below it would look like one of the branches in its last column
+    return Table(title=title, columns=columns, lead=f"{note}." if note else "")
 
 
 def _order(result: xr.Dataset, place: int) -> str:

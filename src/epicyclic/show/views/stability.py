@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, Section, Table, number
+from ..figures.summaries import stability_verdict
 from ..rows import named_columns, status_table
 
 if TYPE_CHECKING:
@@ -28,17 +29,16 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         return [_values(result, title), status_table(result)]
     rows = _ranges(result)
     headings = ("from [Hz]", "to [Hz]", "speeds", "kind", "largest |mu|", "fastest growth [1/s]", "taking part")
-    columns = named_columns(headings, rows)
-    found = "Unstable" if rows else "Stable everywhere"
+    columns, kind = named_columns(headings, rows), result.instability.values.astype(str)
     if not rows:
         columns = {
             "from [Hz]": [float(frequency.min())],
             "to [Hz]": [float(frequency.max())],
-            "speeds": [len(frequency)],
+            "speeds": [int(np.sum(kind != ""))],
             "largest |mu|": [_largest(result.largest_multiplier.values)],
             "growth rate [1/s]": [_largest(result.growth_rate.values)],
         }
-    return [Table(title=found, columns=columns), *_predicted(result), status_table(result)]
+    return [Table(title=stability_verdict(kind, "speeds"), columns=columns), *_predicted(result), status_table(result)]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -96,6 +96,7 @@ def _values(result: xr.Dataset, title: str) -> Table:
     columns: dict[str, Any] = {
         f"{name} [{unit}]" if unit else name: list(result.value.values),
         "unstable speeds": [int(row.sum()) for row in unstable],
+        "speeds judged": [int(row.sum()) for row in kind != ""],
         "fastest growth [1/s]": [_largest(row) for row in rate],
         "at mesh frequency [Hz]": [_where(row, result.mesh_frequency.values) for row in rate],
         "predicted ranges": [int(np.isfinite(row).sum()) for row in high - low],

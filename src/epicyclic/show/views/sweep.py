@@ -9,6 +9,7 @@ import numpy as np
 
 from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, stage_count, texts, unbroken
+from ..figures.summaries import own_tones
 from ..rows import extent, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
 
 if TYPE_CHECKING:
@@ -93,6 +94,7 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
         return found
     place, at = np.unravel_index(int(np.nanargmax(rms)), rms.shape)
     hertz = float(np.ravel(result["mesh_frequency"].values)[at]) if "mesh_frequency" in result.variables else np.nan
+    hertz *= float(own_tones(result)[place])
     where = f"{engineering(hertz)} Hz, {engineering(100 * float(speed[at]))} % of the operating speed"
     outside = "" if inside[at] or not np.isfinite(speed[at]) else ", outside the operating range"
     words = f"largest RMS mesh force: {_mesh(result, int(place))}, {where}{outside}"

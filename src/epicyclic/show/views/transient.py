@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..elements import Company, Drawing, Part, Section, Table, number
+from ..figures.summaries import of_first_stage, own_tones
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,12 +32,15 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         least = result.mesh_force_minimum.values if whole else force.min(axis=1)
         most = result.mesh_force_peak.values if whole else force.max(axis=1)
     at = result.mesh_force_peak_time.values if whole else time[force.argmax(axis=1)]
+    # a result of an earlier version does not know that of every stage
+    first = of_first_stage(result)
+    of = first if "mesh_tone" not in result.variables else " of its stage" if first else ""
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
         "least [N]": list(least),
         "most [N]": list(most),
         "at [s]": list(at),
-        "mesh frequency there [Hz]": list(np.interp(at, time, frequency)),
+        f"mesh frequency{of} there [Hz]": list(np.interp(at, time, frequency) * own_tones(result)),
         "mean, last fifth [N]": list(mean),
         "rms, last fifth [N]": list(rms),
         "contact lost": ["yes" if lost else "no" for lost in result.contact_lost.values],

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -12,11 +13,19 @@ import numpy as np
 import pytest
 import xarray as xr
 from known import sliced_xu2020
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.analyses.contact_loss.steady import contact_steady
+from epicyclic.analyses.contact_loss.sweep import contact_sweep
 from epicyclic.analyses.contact_loss.torus import respond_torus
+from epicyclic.analyses.steady.steady import steady
+from epicyclic.analyses.transient.integrators import integrate
+from epicyclic.analyses.transient.motion import motion
+from epicyclic.analyses.transient.outputs import mesh_force
+from epicyclic.analyses.transient.program import constant
+from epicyclic.analyses.transient.transient import transient
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.system.faces import faces
 from epicyclic.system.system import System
@@ -44,6 +53,76 @@ def test_a_ready_drive_that_stays_in_contact_is_the_linear_response() -> None:
     wave = linear.mesh_force.interp(mesh_phase=ours.mesh_phase.values[:-8])
     # linear interpolation between 64 samples of a cycle
     np.testing.assert_allclose(ours.mesh_force[:, :-8], wave, rtol=2e-3)
+
+
+def _two_tones(train: Train, load: float, slow: Sequence[tuple[Fraction, complex]] = ()) -> System:
+    """Two mesh frequencies whose response needs more combinations than a balance of contact keeps."""
+    system = train(ratio=F(3, 7), slow=slow, load=load, swing=0.4)
+    meshes = replace(system.meshes, stiffness=system.meshes.stiffness * [1.0, 30.0])
+    return replace(system, zeta=0.01, meshes=meshes)
+
+
+def test_two_mesh_frequencies_in_contact_are_the_linear_response(train: Train) -> None:
+    system = _two_tones(train, 2e4, [(F(1, 31), 1e-6)])
+    linear, ours = steady(system, relative_speed=0.3), contact_steady(system, relative_speed=0.3)
+    # truncation residual of the linear response; the torus is 9e-3 away
+    np.testing.assert_allclose(ours.mesh_force_rms, linear.mesh_force_rms, rtol=1e-4)
+    # one looks at 256 samples of a phase, the other at 45; the torus is 2e-2 away
+    np.testing.assert_allclose(ours.mesh_force_bound, linear.mesh_force_bound, rtol=5e-3)
+    assert ours.residual_dropped.item() < 1e-4
+    assert not ours.contact_lost.any()
+    assert json.loads(ours.attrs["warnings"]) == []
+
+
+def _integrated(system: System, speed: float, *, steps: int, settle: int) -> NDArray[np.float64]:
+    """Force of every mesh (w, N) [N] over 7 cycles, a common period of both mesh frequencies, after 7 x settle."""
+    tone, cycles = float(system.tones[0]) * speed, 7
+    moving, begin = motion(system, program=constant(speed)), 7 * settle
+    state = integrate(moving, np.zeros((2, 5)), stop=begin / tone, steps=begin * steps, keep=begin * steps)[-1]
+    states = integrate(moving, state, start=begin / tone, stop=(begin + cycles) / tone, steps=cycles * steps)
+    return mesh_force(moving, np.linspace(begin / tone, (begin + cycles) / tone, len(states))[:-1], states[:-1])
+
+
+def test_two_mesh_frequencies_in_contact_are_time_integration(train: Train) -> None:
+    pytest.importorskip("numba")
+    system = _two_tones(train, 2e4)
+    force, ours = _integrated(system, 0.3, steps=512, settle=20), contact_steady(system, relative_speed=0.3)
+    np.testing.assert_allclose(ours.mesh_force_rms, force.std(axis=1), rtol=1e-3)
+    # every instant lies between the extremes over all phases
+    assert np.all(force.max(axis=1) <= ours.mesh_force_bound.values * 1.001)
+
+
+def test_rows_dropped_are_measured_on_the_linear_response(train: Train) -> None:
+    pytest.importorskip("numba")
+    system = _two_tones(train, 600.0)
+    result = contact_steady(system, relative_speed=1.5)
+    assert result.contact_lost.any()
+    (warning,) = [text for text in json.loads(result.attrs["warnings"]) if text.startswith("rows dropped")]
+    rms, largest = (float(value) for value in re.findall(r"up to ([0-9.e-]+) in .* and ([0-9.e-]+) in", warning)[0])
+    assert rms >= 0.99 * float(result.residual_dropped)  # two digits are printed
+    assert largest > 2 * rms
+    # integration bears both out: 6.6e-3 and 3.8e-2
+    force = _integrated(system, 1.5, steps=256, settle=60)
+    assert np.abs(result.mesh_force_rms.values / force.std(axis=1) - 1).max() == pytest.approx(rms, rel=0.5)
+    assert np.abs(result.mesh_force_bound.values / force.max(axis=1) - 1).max() == pytest.approx(largest, rel=0.5)
+
+
+def test_shares_of_contact_are_those_of_the_sweep_and_of_integration(train: Train) -> None:
+    """Teeth that fly between both flanks: apart means on neither, in every verb."""
+    pytest.importorskip("numba")
+    system = train(load=30.0, backlash=3e-6)
+    ours = contact_steady(system, relative_speed=2.3)
+    tone = 2.3 * float(system.tones[0])
+    settled = transient(system, cycles=200, mesh_frequency=tone, samples=64)
+    moved = transient(system, cycles=50, mesh_frequency=tone, samples=64, start=settled)
+    swept = contact_sweep(system, relative_speed=[2.3], unstable="report")
+    # one sample of 192, of 64, of 256; steps of the integration tally the same
+    np.testing.assert_allclose(ours.open_share, moved.open_share, atol=2e-2)
+    np.testing.assert_allclose(ours.far_share, moved.far_share, atol=2e-2)
+    np.testing.assert_allclose(ours.open_share, swept.contact_open.values[0, :, 0], atol=1e-2)
+    assert (ours.open_share > 0.05).all()
+    assert (ours.far_share > 0.3).all()
+    assert (ours.contact_lost & moved.contact_lost).all()
 
 
 def test_what_parts_is_said_and_saved(train: Train, tmp_path: Any) -> None:

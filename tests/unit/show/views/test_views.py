@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 from rich.console import Console
 
+import epicyclic
 from epicyclic.show import figures, views
 from epicyclic.show.console import show
 from epicyclic.show.elements import Styled, Table, number, shown_columns
@@ -196,3 +197,34 @@ def test_load_factors_of_two_stages_are_apart() -> None:
     columns = train_contact_tables(result)[1].columns
     assert columns["K_gamma low sun-planet"] == [1.15]
     assert columns["K_gamma high sun-planet"] == [1.01]
+
+
+def test_a_verdict_of_stability_counts_what_was_judged() -> None:
+    # a speed that is no number has no multipliers
+    found = epicyclic.stability("ren2021", mesh_frequency=[100.0, np.nan, 150.0])
+    words = printed(found)
+    assert "Stable at 2 speeds judged, not known at 1" in words
+    assert "everywhere" not in words
+    none = epicyclic.stability("ren2021", mesh_frequency=[np.nan])
+    assert "Stability not known at any of 1 speeds" in printed(none)
+
+
+def test_titles_and_notes_wrap_at_the_terminal() -> None:
+    title, note = "A title that is wider than its table of one narrow column", "a remark of several words " * 5
+    stream = io.StringIO()
+    for line in rich_lines(Table(title=title, columns={"x": [1.0]}, notes=(note, "short")), stream):
+        assert len(line) <= 60
+    lines = stream.getvalue().splitlines()
+    assert title in lines
+    begin = next(line.index("a remark") for line in lines if "a remark" in line)
+    wrapped = [line for line in lines if "several" in line or "words" in line]
+    assert len(wrapped) > 1
+    # lines of a note begin below each other
+    assert all(line[:begin].strip() in ("", "1") for line in wrapped)
+
+
+def rich_lines(table: Table, stream: io.StringIO) -> list[str]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("epicyclic.show.console.tables_of", lambda _: [table])
+        show(MANY, Console(file=stream, width=60))
+    return stream.getvalue().splitlines()
