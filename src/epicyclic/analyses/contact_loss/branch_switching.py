@@ -14,7 +14,7 @@ import numpy as np
 
 from ...system.system import Array, System
 from ..transient.integrators import integrate, steps_for
-from ..transient.motion import motion
+from ..transient.motion import in_modes_of_its_speed, motion
 from ..transient.outputs import flank_force
 from ..transient.program import constant
 from .corrector import solve
@@ -198,7 +198,7 @@ def attractor(
     settled : whether the start is the end of a record at the speed before.
     """
     system = _with_mesh_orders_only(refinement, speed)
-    moving = motion(system, program=constant(speed))
+    moving = in_modes_of_its_speed(motion(system, program=constant(speed)))
     cycle = 1.0 / (speed * float(refinement.ready.lines.tone))
     samples = _SAMPLES * harmonics
     steps = -(-steps_for(moving, cycle, rate=_STEP_RATE) // samples) * samples

@@ -102,6 +102,23 @@ def _less_products(A: Array, x: Array, B: Array, y: Array, out: Array) -> None:
 
 
 @_jit
+def _less_product(A: Array, x: Array, out: Array) -> None:
+    """Take x (m,) times A (m, c) from out (c,), as `_add_products`."""
+    m, c = A.shape
+    whole = m - m % 4
+    for j in range(0, whole, 4):
+        x0, x1, x2, x3 = x[j], x[j + 1], x[j + 2], x[j + 3]
+        for i in range(c):
+            left = out[i] - A[j, i] * x0
+            left -= A[j + 1, i] * x1
+            left -= A[j + 2, i] * x2
+            out[i] = left - A[j + 3, i] * x3
+    for j in range(whole, m):
+        for i in range(c):
+            out[i] -= A[j, i] * x[j]
+
+
+@_jit
 def _interval(N: Numbers, t: float) -> int:
     """Number of the interval of the program that holds a time [s]."""
     return min(max(int(np.searchsorted(N.time, t, side="right")) - 1, 0), N.time.size - 2)
@@ -193,11 +210,12 @@ def _instant_terms(
 
 @_jit
 def _operators(N: Numbers, s: float, rise: float, stiff: Array, damp: Array) -> None:
-    """Fill in the speed-dependent operators (n, n) of position and rate, transposed."""
-    n = N.squared.size
+    """Fill in the speed-dependent operators (n, n) of position, unless it is empty, and of rate, transposed."""
+    n, bent = N.squared.size, stiff.size > 0
     for i in range(n):
         for j in range(n):
-            stiff[i, j] = s * s * N.stiff[0, i, j] + s * N.stiff[1, i, j] + rise * N.stiff[2, i, j]
+            if bent:
+                stiff[i, j] = s * s * N.stiff[0, i, j] + s * N.stiff[1, i, j] + rise * N.stiff[2, i, j]
             damp[i, j] = N.damp[0, i, j] + s * N.damp[1, i, j]
 
 
@@ -373,8 +391,10 @@ def _slope(
     for i in range(n):
         a[i] = push[i] - N.squared[i] * y[i] - N.rate[i] * v[i]
     _add_products(N.pulls, r, a)
-    if turning:
+    if turning and stiff.size:
         _less_products(damp, v, stiff, y, a)
+    elif turning:
+        _less_product(damp, v, a)
 
 
 @_jit
@@ -427,7 +447,8 @@ def _run(
     k, e, de, push, press = np.empty(F), np.empty(M), np.empty(M), np.empty(n), np.empty(F)
     x, u, r, g = np.empty(M), np.empty(M), np.empty(M), np.empty(M - F)
     cell, whole = np.zeros(F, np.int64), np.empty((mesh.shape[0], 3))
-    stiff, damp = np.zeros((n, n)), np.zeros((n, n))
+    bent = n if np.any(N.stiff) else 0
+    stiff, damp = np.zeros((bent, bent)), np.zeros((n, n))
     y1, v1, a = np.empty(n), np.empty(n), np.empty(n)
     dy, dv = np.empty(n), np.empty(n)
     turning = bool(np.any(N.stiff) or np.any(N.damp))

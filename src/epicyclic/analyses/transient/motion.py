@@ -12,7 +12,7 @@ are part of the state: fixed within a step, they move at its end (`integrators`)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -39,6 +39,7 @@ __all__ = [
     "Numbers",
     "from_modal",
     "highest_rate",
+    "in_modes_of_its_speed",
     "motion",
     "phases_at",
     "tangent_series",
@@ -202,6 +203,43 @@ def motion(
         compiled=not (flank_rows.slow or lawful_rows.slow),
         program=given,
         warnings=_slow_notes((*flank_rows.slow, *lawful_rows.slow)),
+    )
+
+
+def in_modes_of_its_speed(moving: Motion) -> Motion:
+    """The same motion at a constant speed in coordinates that its centripetal terms do not couple: cheaper steps.
+
+    Rigid modes stay.  The motion itself where its stiffness is not symmetric, or couples rigid modes, at that speed.
+    """
+    N, rigid = moving.numbers, moving.rigid
+    speed = float(N.speed[0])
+    if not moving.program.steady or N.stiff[1].any() or not N.stiff[0].any():
+        return moving
+    if N.stiff[0][rigid].any() or N.stiff[0][:, rigid].any():
+        return moving
+    elastic, turn = np.flatnonzero(~rigid), np.eye(rigid.size)
+    stiff = (np.diag(N.squared) + speed**2 * N.stiff[0])[np.ix_(elastic, elastic)]
+    squared = np.zeros(rigid.size)
+    squared[elastic], turn[np.ix_(elastic, elastic)] = scipy.linalg.eigh((stiff + stiff.T) / 2)
+    rates = np.diag(N.rate) + N.damp[0] + speed * N.damp[1]
+    numbers = N._replace(
+        squared=squared,
+        rate=np.zeros_like(N.rate),
+        damp=np.ascontiguousarray(np.stack([turn.T @ rates @ turn, np.zeros_like(rates)])),
+        stiff=np.zeros_like(N.stiff),
+        gaps=np.ascontiguousarray(turn.T @ N.gaps),
+        pulls=np.ascontiguousarray(N.pulls @ turn),
+        force=np.ascontiguousarray(N.force @ turn),
+        steady=N.steady @ turn,
+        load=np.ascontiguousarray(N.load @ turn),
+        spin=N.spin @ turn,
+    )
+    return replace(
+        moving,
+        shapes=moving.shapes @ turn,
+        forces=np.ascontiguousarray((moving.shapes @ turn).T),
+        momenta=turn.T @ moving.momenta,
+        numbers=numbers,
     )
 
 

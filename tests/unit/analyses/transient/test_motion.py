@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.transient import integrators
 from epicyclic.analyses.transient.integrators import adaptive_states, integrate, modal_scale, steps_for
-from epicyclic.analyses.transient.motion import from_modal, highest_rate, motion, to_modal
+from epicyclic.analyses.transient.motion import from_modal, highest_rate, in_modes_of_its_speed, motion, to_modal
 from epicyclic.analyses.transient.outputs import flank_force, mesh_force
 from epicyclic.analyses.transient.program import constant, phase_at, program, speed_at
 from epicyclic.analyses.transient.right_hand_side import acceleration, instant_terms, row_force
 from epicyclic.analyses.transient.start import at_equilibrium, at_rest
+from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
+from epicyclic.resolve import load
 from epicyclic.system.laws.groups import LawGroup
 from epicyclic.system.laws.radial import Law
 from epicyclic.system.system import System
@@ -68,6 +70,34 @@ def test_the_right_hand_side_is_the_equation(made: Any, state: str) -> None:
     assert touching.tolist() == {"pressed": [1, 1, 0, 0], "parted": [0, 0, 0, 0], "far": [0, 0, 1, 1]}[state]
 
 
+@pytest.mark.parametrize("groups", [False, True])
+def test_modes_of_a_speed_hold_the_same_equation(made: Any, groups: bool) -> None:
+    bend = np.array([[-3.0, 1.0, 0.5], [1.0, -2.0, 0.2], [0.5, 0.2, -1.0]])
+    system = replace(made.rich(groups=groups), Cskew=np.zeros((3, 3)), Kg=1e5 * bend)
+    plain = motion(system, program=constant(0.7))
+    turned = in_modes_of_its_speed(plain)
+    assert plain.numbers.stiff.any()
+    assert not turned.numbers.stiff.any()
+    q, v, t = np.array([3e-4, 1e-4, -2e-4]), np.array([0.02, -0.03, 0.01]), 0.00123
+    found = []
+    for moving in (plain, turned):
+        y, u = to_modal(moving, np.stack([q, v]))
+        np.testing.assert_allclose(from_modal(moving, np.stack([y, u])), np.stack([q, v]), rtol=1e-12)
+        found.append(moving.shapes @ acceleration(moving, instant_terms(moving, t, t), y, u))
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-10)
+    if not groups:
+        np.testing.assert_allclose(found[1], equation(system, t, q, v, speed=0.7), rtol=1e-10)
+
+
+def test_modes_of_a_speed_are_left_where_they_couple(made: Any) -> None:
+    """By an unsymmetric stiffness or at a speed that changes."""
+    system = made.rich()
+    for moving in (motion(system, program=constant(0.7)), motion(system, program=RAMP, loads=np.zeros((1, 3)))):
+        assert in_modes_of_its_speed(moving) is moving
+    symmetric = motion(replace(system, Cskew=np.zeros((3, 3))), program=RAMP, loads=np.zeros((1, 3)))
+    assert in_modes_of_its_speed(symmetric) is symmetric
+
+
 def both(monkeypatch: pytest.MonkeyPatch, run: Any) -> tuple[Any, Any]:
     pytest.importorskip("numba")
     compiled = run()
@@ -89,6 +119,18 @@ def test_compiled_steps_equal_numpy(
     # the same steps with sums in another order: rounding, grown over 400 steps
     np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
     assert np.isfinite(fast).all()
+    assert np.abs(fast[-1, 0]).max() > 1e-5
+
+
+@pytest.mark.parametrize("name", ["rich", "ren2021"])
+def test_compiled_steps_in_modes_of_a_speed_equal_numpy(made: Any, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """3 modes and 28: rows taken one by one, and by fours."""
+    system = replace(made.rich(), Cskew=np.zeros((3, 3))) if name == "rich" else assemble(load(name))
+    moving = in_modes_of_its_speed(motion(system, program=constant(0.8)))
+    assert not moving.numbers.stiff.any()
+    assert moving.numbers.damp.any()
+    fast, slow = both(monkeypatch, lambda: integrate(moving, at_rest(moving), stop=0.01, steps=200, keep=20))
+    np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
     assert np.abs(fast[-1, 0]).max() > 1e-5
 
 
