@@ -7,9 +7,9 @@ it makes
 
     Y_a = sum_b (T_{a-b} X_b + T_{a+b} conj X_b),    Y_0 = Re sum_b T_{-b} X_b
 
-with the amplitudes T_c exp(2 pi i c . theta) of the tangent.  At the softest points, where P T is largest, that matrix
-is factored; at the others T is its mean, which couples none; where P T is small T is left out (derived here).
-Preconditioned GMRES [saad1986] then takes a third of the products that the mean at every point would leave it.
+with the amplitudes T_c exp(2 pi i c . theta) of the tangent.  Where P T is small T is left out; at the other points that matrix is factored, and where they are many, T is its mean
+at the stiffer ones, which couples none (derived here). Preconditioned GMRES [saad1986] then takes a third of the
+products that the mean at every point would leave it.
 """
 
 from __future__ import annotations
@@ -22,18 +22,17 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...system.system import Array, ComplexArray
-from .problem import Problem, State
+from .problem import Problem, State, together
 
 __all__ = ["KeptPreconditioner", "preconditioner"]
 
 Index = NDArray[np.int64]
 Operator = Callable[[Array], Array]
 
-# Change of the tangent, per k0, below which it does nothing; receptance times tangent of a point from which its own
-# matrix counts, and from which those of all such points are coupled.  Only the number of products depends on them
-# (ren2021, 3000 bordered solves: 22.5 products with no point coupled, 7.0 from 0.2, 6.3 from 0.1, 5.9 from 0.05, whose
-# matrices take twice as long).
-_SAME, _STIFF, _SOFT = 1e-3, 0.05, 0.1
+# Change of the tangent, per k0, and receptance times tangent of a point, below which they do nothing.  Only the number
+# of products depends on them (ren2021, 3000 bordered solves: 22.5 products with no point coupled, 7.0 from 0.2, 6.3
+# from 0.1, 5.9 from 0.05, whose matrices take twice as long).
+_SAME, _SOFT = 1e-3, 0.1
 # Unknowns of the matrix that couples points: its factors take a millisecond, as long as 20 products.
 _MOST = 300
 # Rounding of a bound of some hundred terms, with a wide margin.
@@ -75,17 +74,16 @@ def preconditioner(given: Problem, at: State) -> Operator:
     rate = np.multiply.outer(w, np.concatenate([drag, rows.lag[rows.count :] * mean[len(drag) :]]))
     points, receptance, loop = _soft_points(at, gaps, pulls, np.hypot(size, rate))
     order = np.argsort(-loop, kind="stable")
-    coupled = order[loop[order] > _SOFT][: _MOST // (2 * len(size))]
-    alone = np.setdiff1d(order, coupled)
-    parts = list[tuple[Index, Operator]]()
+    coupled, alone = (np.sort(part) for part in np.split(order, [_MOST // (2 * len(size))]))
+    parts = list[tuple[slice | Index, Operator]]()
     if coupled.size:
         here = points[coupled]
         matrix = _coupling(given, here, tangent)
         _add_rates(matrix, rate[here])
-        parts.append((here, _factored(matrix, receptance[coupled])))
+        parts.append((together(here), _factored(matrix, receptance[coupled])))
     if alone.size:
         here = points[alone]
-        parts.append((here, _alone(mean + 1j * rate[here], receptance[alone])))
+        parts.append((together(here), _alone(mean + 1j * rate[here], receptance[alone])))
     from_mode, inverses = np.ascontiguousarray(gaps.T), [_of_points(at, here) for here, _ in parts]
 
     def apply(right: Array) -> Array:
@@ -99,7 +97,7 @@ def preconditioner(given: Problem, at: State) -> Operator:
     return apply
 
 
-def _of_points(at: State, points: Index) -> tuple[Array, Array]:
+def _of_points(at: State, points: slice | Index) -> tuple[Array, Array]:
     """D^-1 as of `State.inverse` at some lattice points (k,)."""
     return at.inverse[0][points], np.ascontiguousarray(at.inverse[1][:, points])
 
@@ -123,12 +121,12 @@ def _soft_points(at: State, gaps: Array, pulls: Array, T: Array) -> tuple[Index,
     # no product is above the sum over modes of its largest factors: most points are left out by that
     most = np.abs(gaps).max(axis=0) * np.abs(pulls).max(axis=0)
     bound = (np.hypot(real, imag) @ most) * T.max(axis=1)
-    near = np.flatnonzero(bound > _STIFF * (1 - _ROUNDING))
+    near = np.flatnonzero(bound > _SOFT * (1 - _ROUNDING))
     factor = np.stack([real[near], imag[near]])[:, :, None, :]
     real, imag = ((factor * gaps).reshape(-1, gaps.shape[1]) @ pulls.T).reshape(2, near.size, len(gaps), len(pulls))
     receptance = real + 1j * imag
     loop = (np.abs(receptance) * T[near][:, None, :]).max(axis=(1, 2))
-    soft = loop > _STIFF
+    soft = loop > _SOFT
     return near[soft], receptance[soft], loop[soft]
 
 

@@ -52,6 +52,7 @@ __all__ = [
     "prolonged",
     "rate_rows",
     "speed_derivative",
+    "together",
     "unknowns",
 ]
 
@@ -500,10 +501,14 @@ def _lagged(rows: Array, lag: Array, w: Array) -> Array:
 
 
 def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
-    """Places of chosen columns (R,): a slice, of which numpy makes no copy, where they stand together."""
-    places = np.flatnonzero(chosen)
-    together = places.size == 0 or places[-1] - places[0] + 1 == places.size
-    return slice(*(places[[0, -1]] + [0, 1])) if together and places.size else places
+    """Places of chosen columns (R,), as of `together`."""
+    return together(np.flatnonzero(chosen))
+
+
+def together(places: Index) -> slice | Index:
+    """Rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
+    whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
+    return slice(int(places[0]), int(places[-1]) + 1) if whole else places
 
 
 def _places(chosen: slice | Index, count: int) -> Index:

@@ -45,8 +45,8 @@ def test_the_coupling_of_points_is_that_of_the_samples(train: Train, ratio: Frac
 
 
 def test_with_all_points_coupled_it_is_the_inverse(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in (("_STIFF", 0.0), ("_SOFT", 0.0), ("_MOST", 10**6)):
-        monkeypatch.setattr(room, name, value)
+    monkeypatch.setattr(room, "_SOFT", 0.0)
+    monkeypatch.setattr(room, "_MOST", 10**6)
     given = mesh_problem(response(train(backlash=1.0)), harmonics=5)
     at = parting(given, 0.9)
     random = np.random.default_rng(2)
@@ -56,18 +56,18 @@ def test_with_all_points_coupled_it_is_the_inverse(train: Train, monkeypatch: py
     back = preconditioner(given, at)(jacobian(given, at)(step))
     assert np.linalg.norm(back - step) < 1e-9 * np.linalg.norm(step)
     # a mean at every point in its place would leave as much as contact varies
-    monkeypatch.setattr(room, "_SOFT", np.inf)
+    monkeypatch.setattr(room, "_MOST", 0)
     alone = preconditioner(given, at)(jacobian(given, at)(step))
     assert np.linalg.norm(alone - step) > 1e-2 * np.linalg.norm(step)
 
 
-@pytest.mark.parametrize("soft", [0.0, np.inf])
+@pytest.mark.parametrize("most", [0, 16, 10**6])
 def test_of_constant_contact_with_dampers_it_is_the_inverse(
-    made: Any, soft: float, monkeypatch: pytest.MonkeyPatch
+    made: Any, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A flank that never touches has neither stiffness nor damper; what couples modes is left out of both."""
-    for name, value in (("_STIFF", 0.0), ("_SOFT", soft)):
-        monkeypatch.setattr(room, name, value)
+    monkeypatch.setattr(room, "_SOFT", 0.0)
+    monkeypatch.setattr(room, "_MOST", most)
     given = mesh_problem(response(made.coupled()), harmonics=5)
     mean = np.broadcast_to(given.tangent.mean(axis=0), given.tangent.shape)
     given = replace(given, tangent=mean, modal=replace(given.modal, coupling={}))
