@@ -7,9 +7,9 @@ it makes
 
     Y_a = sum_b (T_{a-b} X_b + T_{a+b} conj X_b),    Y_0 = Re sum_b T_{-b} X_b
 
-with the amplitudes T_c exp(2 pi i c . theta) of the tangent.  Where P T is small T is left out; at the other points that matrix is factored, and where they are many, T is its mean
-at the stiffer ones, which couples none (derived here). Preconditioned GMRES [saad1986] then takes a third of the
-products that the mean at every point would leave it.
+with the amplitudes T_c exp(2 pi i c . theta) of the tangent.  Where P T is small T is left out; at the other points
+that matrix is factored, and where they are many, T is its mean at the stiffer ones, which couples none (derived here).
+Preconditioned GMRES [saad1986] then takes a third of the products that the mean at every point would leave it.
 """
 
 from __future__ import annotations
