@@ -234,7 +234,11 @@ def _serve(work: Callable[[Any], Any], items: Sequence[Any], connection: Connect
 
 
 def runs(
-    work: Callable[[Item], Iterable[Result]], items: Sequence[Item], *, arrived: Callable[[int, Result], None]
+    work: Callable[[Item], Iterable[Result]],
+    items: Sequence[Item],
+    *,
+    arrived: Callable[[int, Result], None],
+    long: bool = False,
 ) -> None:
     """Results of runs, each of which computes its points in turn: a run in one process, several at once.
 
@@ -244,6 +248,7 @@ def runs(
     ----------
     work : as of `each`, gives the results of a run in turn; in a worker it does not see what other runs have changed.
     arrived : called here with the place of the run and a result, as they arrive; those of one run in their order.
+    long : whether every run is known to take so long that workers pay from the start.
 
     Raises
     ------
@@ -276,7 +281,7 @@ def runs(
                 continue
             for result in work(item):
                 keep(place, result)
-                if not place and count > 1 and time.perf_counter() - start > _WORTH[method]:
+                if not place and count > 1 and (long or time.perf_counter() - start > _WORTH[method]):
                     places, count = range(1, count), 1
                     _start_runs(work, items, places, workers, inbox, method)
                 take(wait=False)

@@ -14,7 +14,9 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import past_the_end
 from ...system.system import Array, System
+from ..fast import numba_available
 from ..parallel import each, runs
+from ..result_imports import import_results
 from ..steady.response import FrameSpeed, Response, response
 from ..steady.speed_range import SpeedRange, speeds_of
 from .branch_set import BranchSet, Segment, branch_set
@@ -157,8 +159,16 @@ def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder | None) 
     followed = [at for segment in branches.segments for at in segment.solutions]
     every = {(at.state, at.backward): at for at in (*crossed, *followed)}
     part = None if kept is None else kept.part("stability")
-    found = each(partial(_stability, refinement, list(every.values())), range(len(every)), kept=part)
+    work = partial(_stability, refinement, list(every.values()))
+    found = each(work, range(len(every)), kept=part, meanwhile=_import_ahead)
     refinement.stability.update(zip(every, found, strict=True))
+
+
+def _import_ahead() -> None:
+    """Import what the sweep directions and the result need."""
+    import_results()
+    if numba_available():
+        from ..transient import compiled  # noqa: F401
 
 
 def _stability(refinement: Refinement, solutions: list[Solution], place: int) -> Stability:
@@ -239,12 +249,19 @@ def _fill_directions(
         if rest.places:
             left.append(rest)
     # the directions share nothing that one of them finds: each is a run of its own
-    runs(partial(_direction, refinement, branches, unstable, shaft is not None), left, arrived=enter_new)
+    work = partial(_direction, refinement, branches, unstable, shaft is not None)
+    runs(work, left, arrived=enter_new, long=unstable == "replace" and _left_by_a_motion(branches, refinement))
     motions, reached = [motion for motion, _ in waiting.values()], [places for _, places in waiting.values()]
     if shaft is not None:
         part = None if kept is None else kept.part("shaft orders", [motion_digest(motion) for motion in motions])
         each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
     return largest
+
+
+def _left_by_a_motion(branches: BranchSet, refinement: Refinement) -> bool:
+    """Whether the motion of a branch is unstable at a speed asked for: what replaces it takes seconds to find."""
+    crossed = (each.solution for crossings in branches.crossings for each in crossings)
+    return any(not with_stability(refinement, at).stable for at in crossed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

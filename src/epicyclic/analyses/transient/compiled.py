@@ -21,6 +21,8 @@ __all__ = ["advance"]
 Index = NDArray[np.int64]
 
 _jit = numba.njit(cache=True, error_model="numpy")
+# What every stage or step calls: a call copies the descriptors of all arrays of `Numbers`, a fifth of a step in all.
+_inlined = numba.njit(cache=True, error_model="numpy", forceinline=True)
 TURN = 2 * np.pi
 # As in `system.laws.slider`: a slider this near the clearance is at its stop; its angle there, to rounding [rad].
 _AT_STOP, _SEARCH, _ANGLE = 1e-12, 60, 1e-15
@@ -66,7 +68,7 @@ def _tabulated(N: Numbers, f: int, x: float, row: int, gap: float) -> tuple[floa
     return N.forces[force + loads - 1] + (gap - low) * _cubic(N, row + 2 * loads - 1, x), True
 
 
-@_jit
+@_inlined
 def _add_products(A: Array, x: Array, out: Array) -> None:
     """Add x (m,) times A (m, c) to out (c,).
 
@@ -83,7 +85,7 @@ def _add_products(A: Array, x: Array, out: Array) -> None:
             out[i] += A[j, i] * x[j]
 
 
-@_jit
+@_inlined
 def _less_products(A: Array, x: Array, B: Array, y: Array, out: Array) -> None:
     """Take x (m,) times A (m, c) and y (m,) times B (m, c) from out (c,), as `_add_products`."""
     m, c = A.shape
@@ -101,7 +103,7 @@ def _less_products(A: Array, x: Array, B: Array, y: Array, out: Array) -> None:
             out[i] -= A[j, i] * x[j] + B[j, i] * y[j]
 
 
-@_jit
+@_inlined
 def _less_product(A: Array, x: Array, out: Array) -> None:
     """Take x (m,) times A (m, c) from out (c,), as `_add_products`."""
     m, c = A.shape
@@ -118,7 +120,7 @@ def _less_product(A: Array, x: Array, out: Array) -> None:
             out[i] -= A[j, i] * x[j]
 
 
-@_jit
+@_inlined
 def _interval(N: Numbers, t: float) -> int:
     """Number of the interval of the program that holds a time [s]."""
     return min(max(int(np.searchsorted(N.time, t, side="right")) - 1, 0), N.time.size - 2)
@@ -136,7 +138,7 @@ def _by_order(N: Numbers) -> Array:
     return wave
 
 
-@_jit
+@_inlined
 def _stiffness(N: Numbers, tau: float, wave: Array, turns: Array, k: Array) -> None:
     """Fill in k (F,) [N/m] of rows without a table; wave as of `_by_order`, turns (4, F) is work space.
 
@@ -158,7 +160,7 @@ def _stiffness(N: Numbers, tau: float, wave: Array, turns: Array, k: Array) -> N
         k[f] = N.mean[f] * max(k[f], N.least)
 
 
-@_jit
+@_inlined
 def _instant_terms(
     N: Numbers, t: float, low: int, wave: Array, turns: Array, k: Array, cell: Index, e: Array, de: Array, push: Array
 ) -> tuple[float, float]:
@@ -351,7 +353,7 @@ def _move_sliders(N: Numbers, y: Array, e: Array, slider: Array) -> None:
                 slider[first + 1] = sy
 
 
-@_jit
+@_inlined
 def _slope(
     N: Numbers, k: Array, cell: Index, e: Array, de: Array, push: Array, stiff: Array, damp: Array, turning: bool,
     y: Array, v: Array, slider: Array, x: Array, u: Array, r: Array, g: Array, press: Array, a: Array,
@@ -397,7 +399,7 @@ def _slope(
         _less_product(damp, v, a)
 
 
-@_jit
+@_inlined
 def _note(N: Numbers, force: Array, moment: float, span: float, total: Array, mesh: Array, flank: Array) -> None:
     """Add the forces of all flanks (F,) [N] at the beginning of a step to a tally, as `tally.note`.
 
