@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from epicyclic.analyses.contact_loss.branch_set import Crossing
+from epicyclic.analyses.contact_loss.branch_set import BranchSet, Crossing
 from epicyclic.analyses.contact_loss.branch_switching import (
     IntegratedMotion,
     attractor,
@@ -20,7 +20,7 @@ from epicyclic.analyses.contact_loss.branch_switching import (
 from epicyclic.analyses.contact_loss.corrector import linear_start
 from epicyclic.analyses.contact_loss.outputs import mesh_force, periodic_measures
 from epicyclic.analyses.contact_loss.refinement import Refinement, Solution, distinct, solution, with_stability
-from epicyclic.analyses.contact_loss.sweep_direction import Reached, _reached_at
+from epicyclic.analyses.contact_loss.sweep_direction import Reached, _reached_at, sweep_direction
 from epicyclic.analyses.steady.response import response
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load
@@ -249,3 +249,15 @@ def test_a_record_of_closed_teeth_is_the_motion_it_decays_to(made: Any) -> None:
     assert isinstance(parting.motion, IntegratedMotion)
     assert not parting.motion.unchanging
     assert parting.motion.measures.open.max() > 0
+
+
+def test_a_direction_without_a_branch_begins_on_the_attractor_of_closed_teeth(made: Any) -> None:
+    pytest.importorskip("numba")
+    refinement, at = found(made.single(variation=(0.1,), zeta=0.05, load=2000.0), 0.7, harmonics=16)
+    nothing = BranchSet(speeds=np.array([0.7]), segments=[], crossings=[[]], ended=[0.7])
+    ((place, reached),) = sweep_direction(refinement, nothing, upward=True)
+    assert (place, reached.part, reached.jumped) == (0, None, False)
+    assert isinstance(reached.motion, Solution)
+    assert not distinct(reached.motion, at)
+    ((_, left),) = sweep_direction(refinement, nothing, upward=True, unstable="report")
+    assert left.motion is None
