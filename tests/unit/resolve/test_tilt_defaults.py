@@ -75,12 +75,13 @@ TILTING = {"planet__bearing__tilt": 5e7, "sun__support__tilt": 1e5}
 
 
 @cache
-def sharing_and_tilt_mode(count: int | None) -> tuple[float, float]:
+def sharing_and_tilt_mode(count: int | None, bearing: float = 5e7) -> tuple[float, float]:
     """K_gamma - 1 by statics, and the lowest natural frequency with most of its kinetic energy in tilt [Hz].
 
-    count : slices; None as the file leaves them.
+    count : slices; None as the file leaves them.  bearing : of the planets, against tilt [N m/rad].
     """
-    system = epicyclic.assemble(load(document(**TILTING) if count is None else sliced(count, **TILTING)))
+    changes = TILTING | {"planet__bearing__tilt": bearing}
+    system = epicyclic.assemble(load(document(**changes) if count is None else sliced(count, **changes)))
     squares, shapes = eigh(system.mean_stiffness, system.M)
     tilts = [direction in ("rx", "ry") for direction in system.dofs.direction]
     share = np.einsum("im,ij,jm->m", shapes[tilts], system.M[np.ix_(tilts, tilts)], shapes[tilts])
@@ -93,6 +94,13 @@ def test_default_slices_agree_with_twice_as_many_and_one_row_does_not() -> None:
     np.testing.assert_allclose(default, twice, rtol=0.01)
     assert one[0] < 0.96 * twice[0]  # the load of the stiffest planet comes out too small
     assert one[1] < 0.5 * twice[1]  # a mode of tilt that the teeth do not hold
+
+
+def test_planets_in_soft_bearings_lean_on_their_teeth() -> None:
+    """One row lets a planet tilt away from its load: K_gamma 1.042 in place of 1.090."""
+    default, twice, one = (sharing_and_tilt_mode(count, 1.65e6) for count in (None, 2 * SLICES, 1))
+    np.testing.assert_allclose(default, twice, rtol=0.005)
+    assert one[0] < 0.5 * default[0]
 
 
 def test_ten_slices_hold_tilt_to_one_per_cent() -> None:
