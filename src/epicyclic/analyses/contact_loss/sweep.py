@@ -17,6 +17,7 @@ from ...system.system import Array, System
 from ..fast import numba_available
 from ..parallel import each, runs
 from ..result_imports import import_results
+from ..steady.mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
 from ..steady.response import FrameSpeed, Response, response
 from ..steady.speed_range import SpeedRange, speeds_of
 from .branch_set import BranchSet, Segment, branch_set
@@ -116,6 +117,9 @@ def contact_sweep(
     if speed.ndim != 1 or not speed.size:
         raise ModelError("no speeds", path="mesh_frequency", given=list(speed.shape), allowed="one or more, in a row")
     usable = np.isfinite(speed) & (speed > 0)
+    whirling = np.zeros(speed.size, dtype=bool)
+    whirling[usable] = unstable_speeds(ready, speed[usable])
+    usable &= ~whirling
     refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
     shaft = torus(ready, most=shaft_tones) if shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
@@ -127,6 +131,8 @@ def contact_sweep(
             _judge(refinement, branches, kept)
         largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
     spread = [_at_speeds_asked(values, usable, place) for values in curves]
+    for values in spread:
+        values["status"][whirling] = MEAN_UNSTABLE
     options: dict[str, Any] = {
         "frame_speed": frame_speed,
         "contact_loss": True,
@@ -137,7 +143,8 @@ def contact_sweep(
     if mesh_frequency is None and relative_speed is None:
         options["speed_range"] = speed_range or "operation"
     path = _path_curves(refinement, branches, unstable != "ignore")
-    return _labelled(ready, speed, spread, path, options, _warnings(ready, spread, branches, largest))
+    warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, spread, branches, largest)]
+    return _labelled(ready, speed, spread, path, options, warnings)
 
 
 def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder | None) -> BranchSet:

@@ -17,7 +17,10 @@ from ...system.system import Array
 from ..modes.eigen import eigen, whirl
 from .response import Response
 
-__all__ = ["critical_speed", "unstable_speeds"]
+__all__ = ["MEAN_UNSTABLE", "critical_speed", "instability_warnings", "unstable_speeds"]
+
+MEAN_UNSTABLE = "mean system unstable"
+"""Status of a speed without a steady motion."""
 
 # Growth per largest |mu| that is more than rounding of a double eigenvalue (1e-8).
 _GROWTH = 1e-7
@@ -59,3 +62,15 @@ def unstable_speeds(ready: Response, speed: Array) -> NDArray[np.bool_]:
         mu = whirl(ready.system, relative_speed=float(value), damped=True, modes=modes).mu
         found[frame == value] = np.max(mu.real, initial=0.0) > _GROWTH * np.max(np.abs(mu), initial=0.0)
     return found
+
+
+def instability_warnings(ready: Response, unstable: Array) -> list[str]:
+    """Warning where the mean system is unstable, at relative speeds (U,)."""
+    if not unstable.size:
+        return []
+    tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
+    return [
+        f"no steady motion at {unstable.size} speeds from {unstable.min() * tone:.6g} Hz mesh frequency on: the mean "
+        f"system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
+        f"(first of {name}); the values there are nan"
+    ]

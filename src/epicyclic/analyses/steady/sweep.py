@@ -15,7 +15,7 @@ from ...system.faces import faces
 from ...system.system import Array, System
 from ..parallel import each
 from ..result_imports import import_results
-from .mean_stability import critical_speed, unstable_speeds
+from .mean_stability import MEAN_UNSTABLE, instability_warnings, unstable_speeds
 from .measures import Layout, Signals, force_extremes, sweep_measures
 from .response import Block, FrameSpeed, Response, Truncation, respond_part, response, response_parts
 from .speed_range import SpeedRange, speeds_of
@@ -97,7 +97,7 @@ def sweep(
     table.status[~usable] = "speed is not a number above zero"
     unstable = np.zeros(speed.size, dtype=bool)
     unstable[usable] = unstable_speeds(ready, speed[usable])
-    table.status[unstable] = "mean system unstable"
+    table.status[unstable] = MEAN_UNSTABLE
     usable &= ~unstable
     places, done = np.flatnonzero(usable), int((~usable).sum())
 
@@ -123,23 +123,11 @@ def sweep(
         options=options,
         warnings=[
             *ready.system.warnings,
-            *_instability_warnings(ready, speed[unstable]),
+            *instability_warnings(ready, speed[unstable]),
             *tension_warnings(system, table.minimum_force),
         ],
         further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
     )
-
-
-def _instability_warnings(ready: Response, unstable: Array) -> list[str]:
-    """Warning where the mean system is unstable, at relative speeds (U,)."""
-    if not unstable.size:
-        return []
-    tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
-    return [
-        f"no steady motion at {unstable.size} speeds from {unstable.min() * tone:.6g} Hz mesh frequency on: the mean "
-        f"system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
-        f"(first of {name}); the values there are nan"
-    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

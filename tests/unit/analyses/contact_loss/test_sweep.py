@@ -20,6 +20,7 @@ from epicyclic.analyses.contact_loss.outputs import periodic_measures
 from epicyclic.analyses.contact_loss.problem import State
 from epicyclic.analyses.contact_loss.refinement import Refinement, solution, with_stability
 from epicyclic.analyses.contact_loss.sweep import contact_sweep
+from epicyclic.analyses.steady.mean_stability import critical_speed
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.sweep import sweep as linear_sweep
 from epicyclic.assemble import assemble
@@ -242,3 +243,15 @@ def test_motions_found_ahead_on_several_cores_have_the_bits_of_one(made: Any, mo
     two = contact_sweep(system, relative_speed=speeds, progress=lambda *step: steps.append(step))
     assert to_json(one) == to_json(two)
     assert steps == [(count + 1, 6) for count in range(6)]
+
+
+def test_a_speed_without_a_steady_motion_holds_nan_and_a_warning_says_so(made: Any) -> None:
+    system = made.coupled(far=False, load=3000.0)
+    system = made.replace(system, Kg=-2e5 * np.eye(6))
+    critical = critical_speed(response(system))[0]
+    found = contact_sweep(system, relative_speed=[0.5 * critical, 3.0 * critical])
+    for direction in found.status.values:
+        assert list(direction) == ["ok", "mean system unstable"]
+    assert np.isnan(found.mesh_force_rms.values[..., 1]).all()
+    assert np.isfinite(found.mesh_force_rms.values[..., 0]).all()
+    assert "the centripetal terms exceed" in str(found.attrs["warnings"])
