@@ -20,7 +20,7 @@ from .lattice_points import half_lattice, mesh_points, placed_line
 from .outputs import Measures, torus_amplitudes, torus_outputs
 from .problem import Problem, dynamic_size, elastic_forces, embedded, evaluate, gap_rows, problem, rate_rows
 from .refinement import Solution
-from .torus import Torus, TorusPoint, respond_torus
+from .torus import Torus, TorusPoint, memory, respond_torus
 
 __all__ = [
     "NEGLIGIBLE",
@@ -252,6 +252,10 @@ def shaft_response(given: Torus, at: MeshOrders) -> ShaftResponse:
     lines = superposed_lines(given.mesh_orders_only, mesh_point)
     if superposition_is_exact(given.mesh_orders_only, mesh_point, lines):
         return _torus_response(given.mesh_orders_only, mesh_point, lines)
+    needed, large = memory(given, at.speed)
+    if large:
+        status = f"the torus of shaft orders would take {needed / 1e9:.0f} GB"
+        return ShaftResponse(measures=None, status=status)
     point = respond_torus(given, at.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
     if not point.converged:
         status = f"the torus of shaft orders: {point.status}"

@@ -29,7 +29,7 @@ from .shaft_orders import (
     superposition_is_an_answer,
     superposition_is_exact,
 )
-from .torus import TRUNCATION_NOTED, Torus, TorusPoint, respond_torus, torus
+from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,6 +153,8 @@ def steady_motion(
         if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(given, mesh_point, lines)):
             return given.mesh_orders_only, mesh_point, lines
         start = mesh_point.problem.grid.points, mesh_point.state.y
+    while given.shaft_tones.tones and memory(given, speed)[1]:
+        given = given.with_fewer_tones
     point = respond_torus(given, speed, start=start)
     while not point.converged and given.shaft_tones.tones:
         given = given.with_fewer_tones

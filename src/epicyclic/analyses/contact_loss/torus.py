@@ -7,6 +7,7 @@ small.  Newton's method that fails is helped by continuation in the shaft lines,
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,10 +20,11 @@ from ..steady.response import Response
 from .corrector import TOLERANCE, WORK, NewtonResult, linear_start, newton_step, solve
 from .lattice_points import Size, order_weight, torus_points
 from .problem import Problem, State, dynamic_size, embedded, evaluate, linearised_residual, problem
+from .rows import gap_rows_of
 from .shaft_tones import ShaftTones, shaft_tones
 from .truncation import TruncatedOrders, truncated_orders, truncation_residual
 
-__all__ = ["TRUNCATION_NOTED", "TRUNCATION_TOLERANCE", "Torus", "TorusPoint", "respond_torus", "torus"]
+__all__ = ["TRUNCATION_NOTED", "TRUNCATION_TOLERANCE", "Torus", "TorusPoint", "memory", "respond_torus", "torus"]
 
 Index = NDArray[np.int64]
 
@@ -43,6 +45,8 @@ _BEYOND_MODES = 1.7
 _CROSS, _CROSS_STEP, _CROSS_LAST = 8, 2, {1: 0, 2: 14, 3: 8}
 # Samples of a mesh phase, least and per harmonic: few, whose Jacobian is cheap, and many, which the forces need.
 _FEW, _MANY = (64, 4), (192, 16)
+# Values of all rows over a grid, at most: 0.13 GB, of which a solution holds some twenty.
+_VALUES, _HELD = 2**24, 20
 # Factors of the shaft lines in turn where Newton's method fails at once.
 _RISING = (0.25, 0.5, 0.75, 1.0)
 # Newton steps of one try, which succeed in 3 to 8 or not at all; residual that is enough on the way.
@@ -172,6 +176,12 @@ def torus(ready: Response, *, shaft_orders: bool = True, most: int | None = None
     )
 
 
+def memory(given: Torus, speed: float) -> tuple[float, bool]:
+    """Memory that a solution at a relative speed begins with [byte], and whether that is too much."""
+    values = _values(given, _first_size(given, speed))
+    return 8.0 * _HELD * values, values > _VALUES
+
+
 def respond_torus(
     given: Torus,
     speed: float,
@@ -200,7 +210,7 @@ def respond_torus(
             point = _continued_in_speed(given, point, speed, rough)
         while point.converged and point.truncation_residual > TRUNCATION_TOLERANCE:
             larger = _larger_size(given, point)
-            if larger == point.size:
+            if larger == point.size or _values(given, larger) > _VALUES:
                 break
             finer = _solve_size(given, larger, speed, point.problem.grid.points, point.state.y, rough)
             finer = replace(finer, calls=finer.calls + point.calls)
@@ -398,11 +408,20 @@ def _samples(given: Torus, size: Size) -> tuple[int, int]:
     return (few, many) if size.orders else (many, many)
 
 
+def _counts(given: Torus, size: Size, samples: int) -> tuple[int, ...]:
+    """Samples of every phase, so many of each mesh phase."""
+    return (samples,) * given.mesh_tones + tuple(_SHAFT_SAMPLES * order for order in size.orders)
+
+
+def _values(given: Torus, size: Size) -> int:
+    """Values of all rows over the larger grid of a size."""
+    return math.prod(_counts(given, size, _samples(given, size)[1])) * len(gap_rows_of(given.ready).linear)
+
+
 def _problem(given: Torus, size: Size, samples: int) -> Problem:
     """The balance of a size with so many samples of every mesh phase."""
     ready, extra = given.ready, len(size.orders)
     mesh = [((*point, *(0,) * extra), False, line) for point, line in ready.lines.mesh]
-    counts = (samples,) * given.mesh_tones + tuple(_SHAFT_SAMPLES * order for order in size.orders)
-    points = torus_points(size)
+    counts, points = _counts(given, size, samples), torus_points(size)
     lines = [*mesh, *given.shaft_tones.lines] if extra else mesh
     return problem(ready, points, given.tones[: points.shape[1]], counts, lines)

@@ -10,13 +10,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.analyses.contact_loss import torus as room
 from epicyclic.analyses.contact_loss.corrector import newton_step, solve
 from epicyclic.analyses.contact_loss.edges import edges
 from epicyclic.analyses.contact_loss.lattice_points import Size
 from epicyclic.analyses.contact_loss.outputs import torus_outputs
 from epicyclic.analyses.contact_loss.problem import Problem, State, elastic_forces, gap_forces, jacobian
-from epicyclic.analyses.contact_loss.shaft_orders import superposed_lines, superposition_is_exact
-from epicyclic.analyses.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, respond_torus, torus
+from epicyclic.analyses.contact_loss.shaft_orders import (
+    MeshOrders,
+    shaft_response,
+    superposed_lines,
+    superposition_is_exact,
+)
+from epicyclic.analyses.contact_loss.steady import steady_motion
+from epicyclic.analyses.contact_loss.torus import TRUNCATION_TOLERANCE, Torus, TorusPoint, memory, respond_torus, torus
 from epicyclic.analyses.steady.gmres import gmres
 from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.transient.integrators import integrate
@@ -215,3 +222,31 @@ def test_states_know_which_flanks_touch(train: Train) -> None:
     found, looked_at = gap_forces(made, point.state), elastic_forces(made, delta)
     assert point.state.acting is None
     np.testing.assert_allclose(found[inside], looked_at[inside], atol=1e-9 * looked_at.max())
+
+
+def test_a_grid_too_large_is_not_made(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = torus(response(train(slow=[(F(1, 27), 6e-6)])))
+    needed, large = memory(given, 2.3)
+    problem = given.prepared(room._first_size(given, 2.3)).fine
+    values = len(problem.grid.phases) * len(problem.rows.linear)
+    assert (needed, large) == (8.0 * room._HELD * values, False)
+    with monkeypatch.context() as patch:
+        patch.setattr(room, "TRUNCATION_TOLERANCE", 1e-6)
+        grown = respond_torus(given, 2.3)
+        # room for the first size alone: rows are not raised
+        patch.setattr(room, "_VALUES", values)
+        kept = respond_torus(given, 2.3)
+    assert kept.size == room._first_size(given, 2.3)
+    assert grown.size.harmonics > kept.size.harmonics
+    assert kept.truncation_residual > grown.truncation_residual
+    # none for the shaft tone: it is superposed, and a sweep says why it has no number
+    monkeypatch.setattr(room, "_VALUES", values - 1)
+    used, point, lines = steady_motion(given, 2.3)
+    assert used.shaft_tones.tones == ()
+    assert point.converged
+    assert lines
+    mesh = respond_torus(given.mesh_orders_only, 2.3)
+    at = MeshOrders(points=mesh.problem.grid.points, y=mesh.state.y, speed=2.3, cycles=1, stable=True)
+    found = shaft_response(given, at)
+    assert found.measures is None
+    assert found.status == f"the torus of shaft orders would take {needed / 1e9:.0f} GB"
