@@ -109,11 +109,14 @@ def sharing(
     how = ""
     for done, part in enumerate(by_tone):
         own = _tone_cycles(part, reference, cycles)
-        record, slices = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
+        record, slices, average = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
         worst, how = _worst_case(part, record, own)
         values[:, part.meshes] = coefficients(record, worst, part.members)
         least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
         bottom[part.meshes] = record.least
+        if method == "static":
+            # stiffness that follows several tones, and teeth that part, move the mean from that of the mean stiffness
+            mean[part.meshes] = average
     values[:, ~loaded] = np.nan
     options: dict[str, object] = {
         "method": method,
@@ -183,17 +186,24 @@ def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _record_extremes(part: ToneForces, cycles: int, progress: Callable[[float], None] | None) -> tuple[Extremes, Array]:
-    """Extremes (m_j,) over the record, a few MB of forces at a time; the least force of any slice of each mesh [N]."""
+def _record_extremes(
+    part: ToneForces, cycles: int, progress: Callable[[float], None] | None
+) -> tuple[Extremes, Array, Array]:
+    """Extremes (m_j,) over the record, a few MB of forces at a time.
+
+    With them the least force of any slice of each mesh, and the mean of each (m_j,) [N].
+    """
     piece = max(1, _PIECE // (len(part.meshes) * part.samples))
-    pieces, slices = [], []
+    pieces, slices, total = [], [], np.zeros(len(part.meshes))
     for first in range(0, cycles, piece):
         index = np.arange(first, min(first + piece, cycles), dtype=np.int64)
-        pieces.append(extremes(part.own(index), part.members))
+        force = part.own(index)
+        total += force.sum(axis=(0, 2))
+        pieces.append(extremes(force, part.members))
         slices.append(pieces[-1].least if part.least_slice is None else part.least_slice(index))
         if progress is not None:
             progress((index[-1] + 1) / cycles)
-    return reduce(merge_extremes, pieces), reduce(np.minimum, slices)
+    return reduce(merge_extremes, pieces), reduce(np.minimum, slices), total / (cycles * part.samples)
 
 
 def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array, str]:
