@@ -386,3 +386,19 @@ def test_mutated_model_files_are_read_or_refused() -> None:
     assert found["fault"] == 0, told
     assert found["modes answered"] > 5
     assert found["load refused"] > 15
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", '{"data_vars": []}', '{"data_vars": {}}'])
+def test_json_that_is_no_result_is_refused(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "none.json"
+    path.write_text(text)
+    with pytest.raises(ModelError, match="not a result file: no data_vars"):
+        load_result(path)
+
+
+def test_a_speed_of_too_many_steps_is_refused_with_the_least() -> None:
+    refused = pytest.raises(ModelError, match="steps of the highest mode; allowed: from")
+    with refused:
+        epicyclic.steady("ren2021", contact_loss=True, relative_speed=1e-9)
+    with refused:
+        epicyclic.sweep("ren2021", contact_loss=True, mesh_frequency=[1e-9, 30.0])

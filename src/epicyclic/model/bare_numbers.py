@@ -62,8 +62,14 @@ class TypedInt(int):
     """A whole number that a person typed without a unit, `--set PATH=3`."""
 
 
+class TypedList(str):
+    """A list in quotes that a person typed, `--set PATH="[1, 2]"`, whose unit may be missing."""
+
+
 def typed(value: object) -> object:
     """Return a value of the command line with its numbers marked as typed by a person."""
+    if isinstance(value, str) and "[" in value:
+        return TypedList(value)
     if isinstance(value, dict):
         return {name: typed(entry) for name, entry in value.items()}
     if isinstance(value, list):
@@ -77,7 +83,9 @@ def is_typed(value: object) -> bool:
     """Return whether a person typed any number in a value without a unit."""
     if isinstance(value, dict):
         return any(map(is_typed, value.values()))
-    return any(map(is_typed, value)) if isinstance(value, (list, tuple)) else isinstance(value, (TypedFloat, TypedInt))
+    if isinstance(value, (list, tuple)):
+        return any(map(is_typed, value))
+    return isinstance(value, (TypedFloat, TypedInt, TypedList))
 
 
 class BareNumber(ModelError):

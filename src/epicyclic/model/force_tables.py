@@ -142,6 +142,10 @@ def _check_lengths(deflection: Curves, force: Curves, *, several: bool) -> None:
         )
 
 
+# Least distance of two deflections, per the last one: slopes of more are no longer numbers.
+_APART = 1e-9
+
+
 def curve_fault(deflection: Sequence[float], force: Sequence[float]) -> tuple[str, int, str, str] | None:
     """What is wrong with a curve: key, number of the point from 0, problem, what is allowed; None where it is right."""
     for i, (x, f) in enumerate(zip(deflection, force, strict=True)):
@@ -150,6 +154,8 @@ def curve_fault(deflection: Sequence[float], force: Sequence[float]) -> tuple[st
             return "deflection", i, "is negative", "deflections from 0 up: their zero is the drawing without load"
         if x <= before:
             return "deflection", i, "does not rise", f"more than {before:g}, the point before"
+        if i and x - before < _APART * deflection[-1]:
+            return "deflection", i, "hardly rises", f"a billionth of {deflection[-1]:g}, the last point, apart"
         if not i and f != 0:
             return "force", i, "is not 0", "a first point with force 0: state the deflection of first touch"
         if f < last:

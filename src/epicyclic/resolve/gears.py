@@ -17,6 +17,7 @@ __all__ = ["Teeth", "finish_gear", "gap_of", "teeth_of_stage", "width_of"]
 
 DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
 HANDS = {"right": 1, "left": -1}
+_HELIX = math.radians(1e-3)  # below it a face is as long as 50 000 modules before a tooth overlaps the next
 FAR_RADIUS = 0.01  # given base radii of rounded print agree with teeth and module to a few per mille
 
 
@@ -67,6 +68,13 @@ def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
 def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict[str, Teeth]:
     """Teeth of the gears of one chain, which share module, pressure angle and helix angle. Raises ModelError."""
     helix = _shared(plan, chain, "helix_angle", log)
+    if 0 < helix < _HELIX:
+        raise ModelError(
+            "is no helix",
+            path=f"{plan.path}.helix_angle",
+            given=f"{math.degrees(helix):.3g} deg",
+            allowed=f"0, or from {math.degrees(_HELIX):g} deg on",
+        )
     normal = _shared(plan, chain, "pressure_angle", log)
     module, from_module = _module(plan, chain, (normal, helix), log)
     hands = _hands(plan, chain, helix, log)

@@ -192,6 +192,8 @@ def _from_json(path: str | Path) -> xr.Dataset:
     text = read_text(path, most=_MAX_JSON)
     try:
         table = json.loads(text)
+        if not isinstance(table, dict) or not isinstance(table.get("data_vars"), dict) or not table["data_vars"]:
+            raise ValueError("no data_vars")
         given = table.pop(_DIGEST, None)  # a file of an earlier version has none
         found = xr.Dataset.from_dict(table)
     except Exception as error:  # whatever xarray meets in a table that is no Dataset

@@ -17,7 +17,7 @@ import epicyclic
 from epicyclic.analyses.sharing import tone_forces
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.analyses.sharing.sharing import sharing
-from epicyclic.analyses.sharing.tone_forces import Method
+from epicyclic.analyses.sharing.tone_forces import Method, mean_force
 from epicyclic.analyses.sharing.waves import cycle_forces, line_phases, periodic_waves
 from epicyclic.analyses.sharing.worst_case import independent_blocks, worst_case
 from epicyclic.analyses.static.equilibrium import compliance, equilibrium
@@ -28,6 +28,7 @@ from epicyclic.analyses.steady.steady import steady
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.show.views.sharing import tables
+from epicyclic.system.faces import faces
 from epicyclic.system.system import Line, System
 
 Array = NDArray[np.float64]
@@ -447,3 +448,13 @@ def test_the_bound_of_two_mesh_frequencies_is_that_of_the_steady_state(build: An
     np.testing.assert_allclose(found.mesh_force_bound, exact.mesh_force_bound, rtol=1e-9)
     # harmonics of the other mesh frequency have tied phases: their sum is above what any phases make
     np.testing.assert_array_less(found.mesh_force_peak, found.mesh_force_bound * (1 + 1e-3))
+
+
+def test_the_mean_of_a_static_record_of_two_tones_is_that_of_its_instants(build: Any) -> None:
+    """Stiffness that follows several tones moves it from the force at the mean stiffness."""
+    system = two_tones(build, swing=0.3)
+    found = sharing(system, method="static", cycles=21, stored_cycles=21)
+    # the instants of the other tone's cycles are others
+    np.testing.assert_allclose(found.mesh_force_mean, found.mesh_force.mean("time"), rtol=3e-5)
+    still = faces(system.meshes).total(mean_force(system))
+    assert np.abs(found.mesh_force_mean.values / still - 1).max() > 3e-4

@@ -202,3 +202,16 @@ def test_pitch_deviations_take_units(tmp_path: Path) -> None:
     assert of_file.pitch[0] == tuple(i * 1e-6 for i in range(24))  # a product each, as ever
     with pytest.raises(ModelError, match=r"sun.pitch = .*without a unit"):
         read(written(tmp_path, TEXT[:start] + f"sun.pitch = [{', '.join(map(str, range(24)))}]\n"))
+
+
+@pytest.mark.parametrize(
+    ("setting", "likely"),
+    [
+        ("stages.main.planet_angles='[0, 2, 4]'", "[0, 2, 4] deg"),
+        ("stages.main.planet.bearing={radial='[4e8, 4e8, 4e5]'}", "[4e8, 4e8, 4e5] N/m"),
+    ],
+)
+def test_a_list_in_quotes_on_the_command_line_states_its_unit(setting: str, likely: str) -> None:
+    with pytest.raises(ModelError) as error:
+        set_on_the_command_line("ren2021", setting)
+    assert f'a number without a unit: "{likely}"?' in str(error.value)

@@ -153,3 +153,16 @@ def test_teeth_beyond_any_gear() -> None:
     with pytest.raises(ModelError) as caught:
         epicyclic.load("ren2021", {"stages.main.ring.teeth": "57000"})
     assert caught.value.path == "stages.main.ring.teeth"
+
+
+def test_a_helix_that_is_none() -> None:
+    with pytest.raises(ModelError, match="is no helix") as caught:
+        epicyclic.load("ren2021", {"stages.main.helix_angle": "1e-300 deg"})
+    assert caught.value.path == "stages.main.helix_angle"
+    epicyclic.load("ren2021", {"stages.main.helix_angle": "0.01 deg"})
+
+
+def test_points_of_a_force_table_that_hardly_rise() -> None:
+    table = {"deflection": "[0, 1e-300, 9] um", "force": "[0, 1, 2] kN"}
+    with pytest.raises(ModelError, match="hardly rises"):
+        epicyclic.load("ren2021", {"stages.main.meshes.sun-planet.stiffness": table})

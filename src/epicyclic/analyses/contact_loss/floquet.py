@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...errors import ModelError
 from ...system.system import Array, ComplexArray
 from ..stability.floquet import (
     BREAKING,
@@ -25,6 +26,7 @@ from ..stability.floquet import (
 from .problem import Problem, State, evaluate, gap_rows, prolonged
 
 if TYPE_CHECKING:
+    from ..steady.response import Response
     from .refinement import Refinement
 
 __all__ = [
@@ -34,11 +36,14 @@ __all__ = [
     "floquet_multipliers",
     "floquet_stability",
     "floquet_vector",
+    "require_fast_enough",
 ]
 
 
 # Steps of a mesh cycle in which contact changes; so many times as many where a multiplier is nearer to the circle.
 _STEPS, _TIMES, _NEAR = 48, 3, 0.03
+# Steps of a mesh cycle that are too many: beyond, one stability takes minutes and gigabytes.
+_MOST_STEPS = 1_000_000
 # Steps come in multiples of this, so that the grids of their samples are few.
 _STEP = 24
 # Samples of the contact in each step: its tangent is their mean.
@@ -69,6 +74,29 @@ class Stability:
     def stable(self) -> bool:
         """Whether every disturbance dies out."""
         return not self.kind
+
+
+def require_fast_enough(ready: Response, speed: float, path: str) -> None:
+    """Refuse a relative speed at which the multipliers of a mesh cycle would take too many steps.
+
+    path : keyword or option of the speed, for the error.
+
+    Raises
+    ------
+    ModelError : a speed that is too low.
+    """
+    if len(ready.lines.tones) > 1:
+        return
+    tone = float(ready.lines.tone)
+    top = ready.system.meshes.variation.shape[1]
+    steps = steps_needed(ready.modal, period=1 / (speed * tone), cycle=1 / (speed * tone), harmonics=top)
+    if steps > _MOST_STEPS:
+        raise ModelError(
+            f"a mesh cycle would take {steps:.1e} steps of the highest mode",
+            path=path,
+            given=f"{speed * tone:.3g} Hz mesh frequency",
+            allowed=f"from {speed * tone * steps / _MOST_STEPS:.2g} Hz on",
+        )
 
 
 def floquet_stability(

@@ -16,7 +16,7 @@ from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ..steady.response import Response, response
 from .branch_set import branch_set
-from .floquet import Stability
+from .floquet import Stability, require_fast_enough
 from .linear_motion import LinearMotion, linear_error, linear_motion, unchanging_lines
 from .outputs import TorusOutputs, torus_amplitudes, torus_outputs
 from .problem import embedded, gap_forces
@@ -83,6 +83,7 @@ def contact_steady(
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
         raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     given = torus(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
+    require_fast_enough(given.ready, float(relative_speed), "relative_speed")
     linear = linear_motion(given, float(relative_speed))
     lines = None if linear is None else unchanging_lines(given, linear)
     rms = None

@@ -23,7 +23,7 @@ from ..steady.speed_range import SpeedRange, speeds_of
 from .branch_set import BranchSet, Segment, branch_set
 from .branch_switching import IntegratedMotion
 from .continuation import folds_of_speed
-from .floquet import Stability
+from .floquet import Stability, require_fast_enough
 from .outputs import Measures, force_level, periodic_measures
 from .refinement import HARMONICS, Refinement, Solution, with_stability
 from .resumed import (
@@ -120,6 +120,8 @@ def contact_sweep(
     whirling = np.zeros(speed.size, dtype=bool)
     whirling[usable] = unstable_speeds(ready, speed[usable])
     usable &= ~whirling
+    if unstable != "ignore" and usable.any():
+        require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
     refinement, (rising, place) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
     shaft = torus(ready, most=shaft_tones) if shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]

@@ -188,6 +188,16 @@ def _point_or_reason(ready: ParametricSystem, frequency: float) -> _Point | str:
         return str(error)
 
 
+def _too_long(cycles: float) -> str:
+    """Why a speed has no multipliers whose common period has so many mesh cycles, and what helps."""
+    if cycles == 1:
+        return "a mesh cycle has too many steps of the highest mode: the speed is too low"
+    return (
+        f"the common period of all meshes, {cycles:g} cycles, is too long: "
+        "judge one mesh frequency at a time, with variation = none in the meshes of the others"
+    )
+
+
 def _point(ready: ParametricSystem, frequency: float) -> _Point:
     """Stability at a mesh frequency [Hz].
 
@@ -200,7 +210,7 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
     period = float(ready.cycles) / frequency
     steps = steps_needed(ready.modal, period=period, cycle=1 / (frequency * ready.fastest), harmonics=ready.harmonics)
     if steps > _MOST_STEPS:
-        raise ModelError(f"the common period of all meshes, {float(ready.cycles):g} cycles, is too long")
+        raise ModelError(_too_long(float(ready.cycles)))
     one = _floquet_at(ready, frequency, steps)
     if abs(_largest(one) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
         steps *= 2

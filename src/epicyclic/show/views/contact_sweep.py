@@ -48,8 +48,8 @@ def _forces(result: xr.Dataset, title: str) -> Table:
         # a mesh that rests on its far flank has negative forces alone: the largest in size counts
         ends = np.stack([result[name].sel(mesh=mesh).values for name in ("mesh_force_peak", "mesh_force_minimum")])
         known = ends[np.isfinite(ends)]
-        largest = float(known[np.abs(known).argmax()]) if known.size else 0.0
-        apart = float(np.nanmax(result.contact_open.sel(mesh=mesh).values, initial=0.0))
+        largest = float(known[np.abs(known).argmax()]) if known.size else np.nan
+        apart = float(np.nanmax(result.contact_open.sel(mesh=mesh).values, initial=0.0)) if known.size else np.nan
         rows.append((*row, largest, round(100 * apart, 1)))
     of = of_first_stage(result)
     where = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
