@@ -192,13 +192,13 @@ def _mass_properties(
         limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
         path = f"{plan.member_path(name)}.{key}"
         raise ModelError(
-            "leaves no solid beside the pitch circle", path=path, given=getattr(member, key), allowed=limit
+            "leaves no solid beside the pitch circle", path=path, given=_in_mm(getattr(member, key)), allowed=limit
         )
     if 0 < radii[1] < _BORE * radii[0] and not (gear is not None and gear.internal):
         raise ModelError(
             "is no bore of a gear",
             path=f"{plan.member_path(name)}.bore",
-            given=member.bore,
+            given=_in_mm(member.bore),
             allowed=f"0, or from {2e3 * _BORE * radii[0]:.2g} mm, a thousandth of the pitch circle",
         )
     squares = radii[0] ** 2 + radii[1] ** 2
@@ -209,6 +209,11 @@ def _mass_properties(
     if tilt is None:
         tilt = inertia / 2 + mass * width**2 / 12
     return _MassProperties(mass=mass, inertia=inertia, tilt=tilt, origins=(origins[0], origins[1], origins[2]))
+
+
+def _in_mm(length: float | None) -> str:
+    """A length [m] as a message has it."""
+    return f"{1e3 * (length or 0.0):.6g} mm"
 
 
 def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: float) -> float | None:

@@ -286,3 +286,10 @@ def wait_for(condition: object, seconds: float = 20.0) -> None:
 def test_numbers_of_numpy_are_kept() -> None:
     found = each(np.sqrt, [np.float64(2.0)])
     assert found[0] == np.sqrt(2.0)
+
+
+def test_long_runs_have_workers_from_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EPICYCLIC_JOBS", "2")
+    seen = set[int]()
+    runs(partial(stepped, 0, "whole"), (3, 4), arrived=lambda _, result: seen.add(result[1]), long=True)
+    assert len(seen) == 2

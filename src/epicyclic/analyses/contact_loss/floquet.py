@@ -13,6 +13,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray
+from ..modes.basis import Modal
 from ..stability.floquet import (
     BREAKING,
     DIVERGENCE,
@@ -88,8 +89,7 @@ def require_fast_enough(ready: Response, speed: float, path: str) -> None:
     if len(ready.lines.tones) > 1:
         return
     tone = float(ready.lines.tone)
-    top = ready.system.meshes.variation.shape[1]
-    steps = steps_needed(ready.modal, period=1 / (speed * tone), cycle=1 / (speed * tone), harmonics=top)
+    steps = _least_steps(ready.modal, 1 / (speed * tone), ready.system.meshes.variation)
     if steps > _MOST_STEPS:
         raise ModelError(
             f"a mesh cycle would take {steps:.1e} steps of the highest mode",
@@ -227,11 +227,15 @@ def _period(given: Problem, state: State) -> float:
 def _steps(refinement: Refinement, given: Problem, state: State) -> int:
     """Steps of a period, a whole number a mesh cycle; as of the linear system where contact does not change."""
     cycle = _period(given, state) / given.cycles
-    top = given.rows.flanks.variation.shape[1]
-    least = steps_needed(given.modal, period=cycle, cycle=cycle, harmonics=top)
+    least = _least_steps(given.modal, cycle, given.rows.flanks.variation)
     if not state.unchanging:
         least = max(_STEPS, least)
     return given.cycles * _STEP * -(-least // _STEP)
+
+
+def _least_steps(modal: Modal, cycle: float, variation: ComplexArray) -> int:
+    """Steps of a mesh cycle [s] of the linear system; variation : (r, H) of the stiffness."""
+    return steps_needed(modal, period=cycle, cycle=cycle, harmonics=variation.shape[1])
 
 
 def _largest(found: Floquet) -> complex:

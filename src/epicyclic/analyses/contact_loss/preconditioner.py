@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...system.system import Array, ComplexArray
-from .problem import Problem, State, together
+from .problem import Problem, State, contiguous
 
 __all__ = ["KeptPreconditioner", "preconditioner"]
 
@@ -80,10 +80,10 @@ def preconditioner(given: Problem, at: State) -> Operator:
         here = points[coupled]
         matrix = _coupling(given, here, tangent)
         _add_rates(matrix, rate[here])
-        parts.append((together(here), _factored(matrix, receptance[coupled])))
+        parts.append((contiguous(here), _factored(matrix, receptance[coupled])))
     if alone.size:
         here = points[alone]
-        parts.append((together(here), _alone(mean + 1j * rate[here], receptance[alone])))
+        parts.append((contiguous(here), _alone(mean + 1j * rate[here], receptance[alone])))
     from_mode, inverses = np.ascontiguousarray(gaps.T), [_of_points(at, here) for here, _ in parts]
 
     def apply(right: Array) -> Array:

@@ -38,6 +38,7 @@ from .transforms import Transforms, grid
 __all__ = [
     "Problem",
     "State",
+    "contiguous",
     "dynamic_size",
     "elastic_forces",
     "embedded",
@@ -52,7 +53,6 @@ __all__ = [
     "prolonged",
     "rate_rows",
     "speed_derivative",
-    "together",
     "unknowns",
 ]
 
@@ -501,11 +501,11 @@ def _lagged(rows: Array, lag: Array, w: Array) -> Array:
 
 
 def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
-    """Places of chosen columns (R,), as of `together`."""
-    return together(np.flatnonzero(chosen))
+    """Places of chosen columns (R,), as of `contiguous`."""
+    return contiguous(np.flatnonzero(chosen))
 
 
-def together(places: Index) -> slice | Index:
+def contiguous(places: Index) -> slice | Index:
     """Rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
     whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
     return slice(int(places[0]), int(places[-1]) + 1) if whole else places

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -25,7 +24,7 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray
 from ..modes.basis import Modal, modal_weights
 from ..modes.eigen import neutral_basis
-from .monodromy import independent_parts, monodromy
+from .monodromy import independent_parts, kick_maps, monodromy
 
 __all__ = [
     "BREAKING",
@@ -243,16 +242,12 @@ def _impulses(kicks: _Kicks, part: slice, h: float) -> Array:
 
     (steps, m, k) of the positions y; (steps, m, k + n) of the whole state where damping changes.
     """
-    change = kicks.stiffness.T[part, :, None]
-    force: Any = change * kicks.mean.gaps
-    force -= change * (((h * h / 12) * kicks.mass) @ force)
-    if kicks.damping is not None:
-        # the rate decays while it is kicked: the implicit midpoint of that
-        drag = kicks.damping.T[part, :, None]
-        force = np.concatenate([force, drag * kicks.mean.rows], axis=2)
-        force = np.linalg.solve(np.eye(drag.shape[1]) + (h / 2) * drag * kicks.mass, force)
-    impulse: Array = h * force
-    return impulse
+    m, each = len(kicks.mass), np.eye(len(kicks.mass))
+    damping = None if kicks.damping is None else kicks.damping.T[part, :, None] * each
+    maps = kick_maps(kicks.stiffness.T[part, :, None] * each, damping, kicks.mass, h)
+    if damping is None:
+        return maps @ kicks.mean.gaps
+    return np.concatenate([maps[:, :, :m] @ kicks.mean.gaps, maps[:, :, m:] @ kicks.mean.rows], axis=2)
 
 
 def _half_kick(kicks: _Kicks, z: ComplexArray) -> ComplexArray:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from epicyclic.analyses.modes.basis import Modal, modal_form
 from epicyclic.analyses.modes.eigen import whirl
-from epicyclic.analyses.stability.floquet import floquet, steps_needed
+from epicyclic.analyses.stability.floquet import Floquet, floquet, steps_needed, variational_flow
 from epicyclic.assemble import assemble
 from epicyclic.resolve import load
 from epicyclic.system.system import System
@@ -127,17 +127,16 @@ def test_order_of_the_splitting(case: Any) -> None:
     assert np.polyfit(np.log(steps), np.log(error), 1)[0] == pytest.approx(-4, abs=0.2)
 
 
-def _dragged(case: Any, system: System, modal: Modal, steps: int) -> NDArray[Any]:
+def _dragged(case: Any, system: System, modal: Modal, steps: int, *, vectors: bool = False) -> Floquet:
     """Multipliers with a mesh damping that goes with the stiffness, c(t) = 0.3 k(t) / k0."""
     law = change(case, system, speed=1.0, steps=steps, period=1.0)
     drag = 0.3 * (1 + law / system.meshes.stiffness[:, None])
-    return multipliers(modal, law, period=1.0, damping=drag)
+    return floquet(modal, law, period=1.0, damping=drag, vectors=vectors)
 
 
-def test_varying_mesh_damping(case: Any) -> None:
-    system = case.two(0.9, zeta=0.02)
-    law, B = case.stiffness(system, 1.0), system.meshes.B
-    rates = case.rates(system)
+def _dragged_monodromy(case: Any, system: System) -> Array:
+    """States after one period from unit states, by integration, with the mesh damping of `_dragged`."""
+    law, B, rates = case.stiffness(system, 1.0), system.meshes.B, case.rates(system)
 
     def slope(t: float, state: Array) -> Array:
         z = state.reshape(4, 4)
@@ -146,14 +145,48 @@ def test_varying_mesh_damping(case: Any) -> None:
         push += (B * 0.3 * k / system.meshes.stiffness) @ B.T @ z[2:]
         return np.concatenate([z[2:], -push]).ravel()
 
-    whole = scipy.integrate.solve_ivp(slope, (0, 1), np.eye(4).ravel(), method="DOP853", rtol=1e-12, atol=1e-14).y[
-        :, -1
-    ]
-    reference = np.linalg.eigvals(whole.reshape(4, 4))
+    ran = scipy.integrate.solve_ivp(slope, (0, 1), np.eye(4).ravel(), method="DOP853", rtol=1e-12, atol=1e-14)
+    whole: Array = ran.y[:, -1].reshape(4, 4)
+    return whole
+
+
+def test_varying_mesh_damping(case: Any) -> None:
+    system = case.two(0.9, zeta=0.02)
+    reference = np.linalg.eigvals(_dragged_monodromy(case, system))
     modal, steps = modal_form(system), np.array([48, 96, 192, 384])
-    error = [case.apart(_dragged(case, system, modal, int(N)), reference) for N in steps]
+    error = [case.apart(_dragged(case, system, modal, int(N)).multipliers, reference) for N in steps]
     assert np.polyfit(np.log(steps), np.log(error), 1)[0] == pytest.approx(-2, abs=0.2)
     assert error[0] < 1e-3
+
+
+def test_eigenvectors_with_varying_mesh_damping(case: Any) -> None:
+    system = case.two(0.9, zeta=0.02)
+    modal = modal_form(system)
+    one = _dragged(case, system, modal, 384, vectors=True)
+    assert one.position is not None
+    assert one.rate is not None
+    z = np.vstack([modal.shapes @ one.position, modal.shapes @ one.rate])
+    left = np.abs(_dragged_monodromy(case, system) @ z - z * one.multipliers).max(axis=0)
+    # of second order in the step
+    assert (left / np.abs(z).max(axis=0)).max() < 3e-4
+
+
+def test_states_side_by_side_go_by_the_same_steps(case: Any) -> None:
+    """Where no period ends them, unit states after all steps have the multipliers of the period."""
+    system = case.two(0.9, zeta=0.02)
+    modal, law = modal_form(system), change(case, system, speed=1.0, steps=96, period=1.0)
+    drag = 0.3 * (1 + law / system.meshes.stiffness[:, None])
+    for damping in (None, drag):
+        flow = variational_flow(
+            modal,
+            law.mean(axis=1),
+            step=1 / 96,
+            frame=1.0,
+            damping=None if damping is None else damping.mean(axis=1),
+            gaps=modal.gaps,
+        )
+        mu = np.linalg.eigvals(flow.propagated(np.eye(flow.size), law, damping))
+        assert case.apart(mu, multipliers(modal, law, period=1.0, damping=damping)) < 1e-12
 
 
 def _free(case: Any, *, drag: float = 0.0) -> System:

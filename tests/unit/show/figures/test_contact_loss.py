@@ -8,6 +8,7 @@ import xarray as xr
 
 from epicyclic.show.figures.contact_sweep import contact_sweep
 from epicyclic.show.report import report
+from epicyclic.show.views.contact_sweep import _forces
 
 
 def swept() -> xr.Dataset:
@@ -60,3 +61,17 @@ def test_run_up_coast_down_and_branches() -> None:
 
 def test_it_is_a_section_of_the_report() -> None:
     assert "Speed sweep with contact loss" in report({"contact_sweep": swept()})
+
+
+def test_forces_that_are_not_known_are_no_zeros() -> None:
+    """Of the second mesh nothing is known at any speed."""
+    known = swept()
+    for name in ("mesh_force_peak", "mesh_force_minimum"):
+        known[name] = known.mesh_force_rms
+    for name in ("mesh_force_rms", "mesh_force_peak", "mesh_force_minimum", "contact_open"):
+        known[name] = known[name].where(known.mesh != "main/planet-ring/1")
+    columns = _forces(known, "3 speeds").columns
+    assert columns["largest force [N]"][0] == 2400.0
+    assert columns["apart at most [% of the time]"][0] == 20.0
+    assert np.isnan(columns["largest force [N]"][1])
+    assert np.isnan(columns["apart at most [% of the time]"][1])
