@@ -45,20 +45,22 @@ def test_meshes_of_two_tones_are_not_joined() -> None:
     assert len(made.distinct) == 2
 
 
-def test_truncated_forces_are_made_once() -> None:
+@pytest.mark.parametrize(("name", "speeds"), [("encased-differential", (0.3, 0.7)), ("ren2021", (0.3, 1.0, 18.0))])
+def test_truncated_forces_are_made_once(name: str, speeds: tuple[float, ...]) -> None:
     """The force at truncated harmonics that a solution carries is the one that its gap gives.
 
     So it is where some speeds of a part are done and others go on with more harmonics.
     """
-    ready = ready_of("encased-differential")
-    blocks = list(respond(ready, np.linspace(0.3, 1.3, 9), tolerance=1e-6))
+    ready = ready_of(name)
+    blocks = list(respond(ready, np.array(speeds), tolerance=1e-6))
     assert len(blocks) > 1
     for block in blocks:
         for solved, shifted in ((block.mesh, False), (block.shaft, True)):
-            assert solved is not None
-            assert solved.truncated_force is not None
-            again = truncated_product(ready.kernel(block.truncation, shifted=shifted), solved.gap)
-            assert solved.truncated_force == pytest.approx(again, rel=1e-12, abs=1e-12 * np.abs(again).max())
+            if solved is not None:
+                assert solved.truncated_force is not None
+                again = truncated_product(ready.kernel(block.truncation, shifted=shifted), solved.gap)
+                assert solved.truncated_force == pytest.approx(again, rel=1e-12, abs=1e-12 * np.abs(again).max())
+    assert name != "encased-differential" or all(block.shaft is not None for block in blocks)
 
 
 def test_amplitudes_of_one_frequency_are_one_line() -> None:
