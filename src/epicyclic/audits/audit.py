@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..studies.source import system_of, train_of
 from ..verbs.record import keywords, verbs
-from .audit_file import Audit, Row, audited_drives, claim_of, read_audit
+from .audit_file import AS_PRINTED, Attempt, Audit, Row, attempts, audited_drives, claim_of, read_audit
 from .evaluation import converted, evaluate
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 __all__ = ["EXTRAS", "HOLDS", "NOT_COMPUTED", "audit"]
 
 HOLDS, CONTRADICTED = "holds", "contradicted"
+_WITHIN, _OUTSIDE = "within", "outside"
+_SHOWN, _NO_NUMBER = "shown", "no number"
 NOT_COMPUTED = "not computed"
 """Start of the outcome of a row whose run needs a package that is not installed; how to install it follows."""
 EXTRAS = {"numba": "fast", "pymoo": "optimise"}
@@ -39,16 +42,44 @@ class _NotInstalledError(Exception):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class _Tried:
+    """An attempt and its numbers [unit of the row], one for each published; nan where `failure` says why there is none.
+
+    within : whether each is within the tolerance or bounds; None where there are none, or no number.
+    """
+
+    attempt: Attempt
+    ours: Sequence[float]
+    failure: str
+    within: Sequence[bool | None]
+    fitted: bool
+
+    @property
+    def holds(self) -> bool:
+        """Whether the whole list of numbers comes out."""
+        return all(one is True for one in self.within)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Line:
-    """One row of the table, its list taken apart."""
+    """One row of the table, its list taken apart.
+
+    at : place in the list.  shown : the attempt whose number stands in the row.
+    tried : all attempts, where the row has readings.
+    """
 
     drive: str
     row: Row
     quantity: str
     published: float
-    ours: float
+    at: int
+    shown: _Tried
+    tried: Sequence[_Tried]
     outcome: str
-    fitted: bool
+
+    @property
+    def ours(self) -> float:
+        return self.shown.ours[self.at]
 
 
 def audit(
@@ -65,7 +96,10 @@ def audit(
     Dataset along ``row``: drive, quantity, place, published (nan where it is not one number), published_text,
         published_unit, ours, difference (ours - published), tolerance (all three in published_unit), verdict, outcome
         ("holds", "contradicted", "not computed: ..." where a package is missing, or why nothing came out), because,
-        reading, reason, fitted.
+        reading, reason, fitted, published_as, origin, nothing_to_try; ours to fitted are those of the reading shown.
+        Along ``attempt``, every number tried for a row with readings: attempt_row (label of ``row``), attempt_reading,
+        attempt_ours, attempt_difference, attempt_tolerance, attempt_because, attempt_reason, attempt_fitted,
+        attempt_outcome ("within", "outside", "shown" where nothing is to be checked, or why there is no number).
 
     Raises
     ------
@@ -90,7 +124,7 @@ def _lines(drive: str, data: Audit, count: Callable[[], None]) -> Iterator[_Line
     """Every row of an audit, computed and checked."""
     result_of = _runner(drive, data, count)
     for at, row in enumerate(data.rows):
-        yield from _checked(row, at, drive=drive, fitted=data.fitted(row), result_of=result_of)
+        yield from _checked(row, at, drive=drive, data=data, result_of=result_of)
 
 
 def _runner(drive: str, data: Audit, count: Callable[[], None]) -> Callable[[str], xr.Dataset]:
@@ -134,30 +168,47 @@ def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Trai
         raise ModelError(f"unknown option: {error}", path="options", allowed=", ".join(keywords(verb.run))) from None
 
 
-def _checked(row: Row, at: int, *, drive: str, fitted: bool, result_of: Callable[[str], xr.Dataset]) -> Iterator[_Line]:
+def _checked(row: Row, at: int, *, drive: str, data: Audit, result_of: Callable[[str], xr.Dataset]) -> Iterator[_Line]:
     """One line for each published number of a row."""
     published = row.published if isinstance(row.published, list) else [row.published]
-    ours, failure = _ours(row, at, len(published), result_of)
-    for place, (given, value) in enumerate(zip(published, ours, strict=True)):
+    tried = [_tried(one, row, at, published, data.fitted(one), result_of) for one in attempts(row)]
+    shown = _shown(row, tried)
+    for place, given in enumerate(published):
         label = row.labels[place] if row.labels else str(place + 1)
-        number = math.nan if isinstance(given, str) else float(given)
         yield _Line(
             drive=drive,
             row=row,
             quantity=row.quantity.replace("{}", label) if isinstance(row.published, list) else row.quantity,
-            published=number,
-            ours=value,
-            outcome=failure or (HOLDS if _holds(row, given, value) else CONTRADICTED),
-            fitted=fitted,
+            published=math.nan if isinstance(given, str) else float(given),
+            at=place,
+            shown=shown,
+            tried=tried if row.readings else (),
+            outcome=_outcome(row, tried, shown, place),
         )
 
 
-def _ours(row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]) -> tuple[Sequence[float], str]:
+def _tried(
+    attempt: Attempt,
+    row: Row,
+    at: int,
+    published: Sequence[float | str],
+    fitted: bool,
+    result_of: Callable[[str], xr.Dataset],
+) -> _Tried:
+    """An attempt computed and compared with each published number."""
+    ours, failure = _ours(attempt, row, at, len(published), result_of)
+    within = [_within(attempt, given, value) for given, value in zip(published, ours, strict=True)]
+    return _Tried(attempt=attempt, ours=ours, failure=failure, within=within, fitted=fitted)
+
+
+def _ours(
+    attempt: Attempt, row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]
+) -> tuple[Sequence[float], str]:
     """Our values (count,) in the unit of the row; nan and the reason where a run gave none."""
-    if row.ours is None:
+    if attempt.ours is None:
         return [math.nan] * count, ""
     try:
-        values = converted(evaluate(row.ours, result_of), row.unit).values
+        values = converted(evaluate(attempt.ours, result_of), row.unit).values
     except ConvergenceError as error:
         return [math.nan] * count, f"no convergence: {error}"
     except _NotInstalledError as error:
@@ -172,34 +223,57 @@ def _ours(row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset])
     return [float(value) for value in values], ""
 
 
-def _holds(row: Row, published: float | str, ours: float) -> bool:
-    """Whether our value [unit of the row] is consistent with the verdict."""
-    within = _within(row, published, ours)
+def _shown(row: Row, tried: Sequence[_Tried]) -> _Tried:
+    """The attempt whose numbers stand in the row: its own, or the best reading, one without a fitted value before."""
+    if row.verdict != "under a reading" or not row.readings:
+        return next((one for one in tried if one.attempt.ours is not None), tried[0])
+    return max(tried, key=lambda one: (one.holds, not one.fitted, one.within.count(True)))
+
+
+def _outcome(row: Row, tried: Sequence[_Tried], shown: _Tried, place: int) -> str:
+    """Whether the numbers are consistent with the verdict, at one place of the list; or why there are none."""
+    if not row.readings or row.verdict == "reproduced":
+        within = shown.within[place]
+        holds = row.verdict == "not compared" or _fits(row, within, missing=math.isnan(shown.ours[place]))
+        return shown.failure or (HOLDS if holds else CONTRADICTED)
+    plain = row.ours is not None and not row.reading and tried[0].holds
     if row.verdict == "not reproducible":
-        return row.ours is None or (not math.isnan(ours) and within is not True)
+        return CONTRADICTED if any(one.holds for one in tried) else HOLDS
+    if shown.holds:
+        return CONTRADICTED if plain else HOLDS  # what needs no reading is reproduced
+    absent = [one.failure for one in tried if one.failure.startswith(NOT_COMPUTED)]
+    return absent[0] if absent else shown.failure or (HOLDS if shown.within[place] else CONTRADICTED)
+
+
+def _fits(row: Row, within: bool | None, *, missing: bool) -> bool:
+    """Whether one number is consistent with the verdict of a row without readings; missing : the number is nan."""
+    if row.verdict == "not reproducible":
+        return row.ours is None or (not missing and within is not True)
     return within is True
 
 
-def _within(row: Row, published: float | str, ours: float) -> bool | None:
-    """Whether ours is within the tolerance or bounds; None where the row has none."""
+def _within(attempt: Attempt, published: float | str, ours: float) -> bool | None:
+    """Whether ours [unit of the row] is within the tolerance or bounds; None where there are none, or no number."""
+    if math.isnan(ours):
+        return None
     if isinstance(published, str):
         claim = claim_of(published)
         if claim is None:
             return None
         return claim.low < ours < claim.high if claim.strict else claim.low <= ours <= claim.high
-    tolerance = _tolerance(row, published)
+    tolerance = _tolerance(attempt, published)
     return None if math.isnan(tolerance) else abs(ours - published) <= tolerance + _ROUNDING * abs(published)
 
 
-def _tolerance(row: Row, published: float) -> float:
-    """Absolute tolerance [unit of the row]; nan where the row has none."""
-    if row.tolerance is not None:
-        return row.tolerance
-    return math.nan if row.relative is None else row.relative * abs(published)
+def _tolerance(attempt: Attempt, published: float) -> float:
+    """Absolute tolerance [unit of the row]; nan where there is none."""
+    if attempt.tolerance is not None:
+        return attempt.tolerance
+    return math.nan if attempt.relative is None else attempt.relative * abs(published)
 
 
 def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
-    """Dataset along `row` of all lines; what is contradicted or not computed is a warning."""
+    """Dataset along `row` of all lines and `attempt` of all that was tried; what does not hold is a warning."""
     columns: dict[str, Any] = {
         "drive": [line.drive for line in lines],
         "quantity": [line.quantity for line in lines],
@@ -209,18 +283,22 @@ def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
         "published_unit": [line.row.unit for line in lines],
         "ours": [line.ours for line in lines],
         "difference": [line.ours - line.published for line in lines],
-        "tolerance": [_tolerance(line.row, line.published) for line in lines],
+        "tolerance": [_tolerance(line.shown.attempt, line.published) for line in lines],
         "verdict": [line.row.verdict for line in lines],
         "outcome": [line.outcome for line in lines],
-        "because": [line.row.because for line in lines],
-        "reading": [line.row.reading for line in lines],
+        "because": [line.shown.attempt.because for line in lines],
+        "reading": [_reading(line) for line in lines],
         "reason": [line.row.reason for line in lines],
-        "fitted": [line.fitted for line in lines],
+        "fitted": [line.shown.fitted for line in lines],
+        "published_as": [line.row.published_as or "" for line in lines],
+        "origin": [line.row.origin for line in lines],
+        "nothing_to_try": [line.row.nothing_to_try for line in lines],
     }
+    found = [(at, line, one) for at, line in enumerate(lines) for one in line.tried]
     wrong = [f"{line.drive}: {line.quantity}: {line.outcome}" for line in lines if line.outcome != HOLDS]
     return dataset(
-        {name: ("row", np.array(values) if values else np.array([], dtype=str)) for name, values in columns.items()},
-        coords={"row": np.arange(len(lines))},
+        {name: ("row", _column(values, str)) for name, values in columns.items()} | _attempt_columns(found),
+        coords={"row": np.arange(len(lines)), "attempt": np.arange(len(found))},
         verb="audit",
         warnings=wrong,
         provenance={
@@ -229,6 +307,45 @@ def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
             "notes": json.dumps({drive: data.notes for drive, data in audits.items()}),
         },
     )
+
+
+def _attempt_columns(found: Sequence[tuple[int, _Line, _Tried]]) -> dict[str, Any]:
+    """Columns along `attempt`, of what was tried for each row: its number in the table, its line, the attempt."""
+    ours = [one.ours[line.at] for _, line, one in found]
+    columns: list[tuple[str, list[Any], type]] = [
+        ("attempt_row", [at for at, _, _ in found], int),
+        ("attempt_reading", [one.attempt.reading for _, _, one in found], str),
+        ("attempt_ours", ours, float),
+        (
+            "attempt_difference",
+            [value - line.published for value, (_, line, _) in zip(ours, found, strict=True)],
+            float,
+        ),
+        ("attempt_tolerance", [_tolerance(one.attempt, line.published) for _, line, one in found], float),
+        ("attempt_because", [one.attempt.because for _, _, one in found], str),
+        ("attempt_reason", [one.attempt.reason for _, _, one in found], str),
+        ("attempt_fitted", [one.fitted for _, _, one in found], bool),
+        ("attempt_outcome", [_attempt_outcome(one, line.at) for _, line, one in found], str),
+    ]
+    return {name: ("attempt", _column(values, kind)) for name, values, kind in columns}
+
+
+def _column(values: Sequence[Any], kind: type) -> NDArray[Any]:
+    """Array of a column; kind : of an empty one."""
+    return np.array(values) if values else np.array([], dtype=kind)
+
+
+def _attempt_outcome(tried: _Tried, place: int) -> str:
+    """How one number of an attempt compares with the published one."""
+    if tried.failure or tried.attempt.ours is None:
+        return tried.failure or _NO_NUMBER
+    within = tried.within[place]
+    return _SHOWN if within is None else _WITHIN if within else _OUTSIDE
+
+
+def _reading(line: _Line) -> str:
+    """Text of the reading whose number stands in the row; none where that needs no reading."""
+    return line.row.reading if line.shown.attempt.reading == AS_PRINTED else line.shown.attempt.reading
 
 
 def _published_text(line: _Line) -> str:

@@ -20,11 +20,31 @@ from ..errors import ModelError
 from ..input_files import read_text
 from ..verbs.record import verbs
 
-__all__ = ["AUDITED", "Audit", "Claim", "Label", "Row", "Run", "Value", "audited_drives", "claim_of", "read_audit"]
+__all__ = [
+    "AS_PRINTED",
+    "AUDITED",
+    "Attempt",
+    "Audit",
+    "Claim",
+    "Label",
+    "Row",
+    "Run",
+    "SourceReading",
+    "Value",
+    "Verdict",
+    "attempts",
+    "audited_drives",
+    "claim_of",
+    "read_audit",
+]
 
 AUDITED = ".audit.toml"
 _MAX_BYTES = 4_000_000  # as of a model file
-Verdict = Literal["reproduced", "under a reading", "not reproducible"]
+AS_PRINTED = "as printed"
+"""Text of the attempt that needs no reading."""
+Verdict = Literal["reproduced", "under a reading", "not reproducible", "not compared"]
+Origin = Literal["source", "hand calculation"]
+_SECOND = ("published_as", "origin", "readings", "nothing_to_try")  # keys of a row that format 1 does not know
 Label = str | bool | int | float
 Text = Annotated[str, Field(min_length=1)]
 _REDUCTIONS = ("max", "min", "mean", "sum", "rms", "range", "ratio", "largest", "count", "first", "last")
@@ -127,14 +147,49 @@ class Value(_Table):
         for part in self.parts:
             yield from part.runs()
 
+    def with_run(self, name: str) -> Value:
+        """The same value taken from another run."""
+        changed: dict[str, Any] = {} if self.run is None else {"run": name}
+        for key in _FORMS[1:-1]:
+            if (parts := getattr(self, key)) is not None:
+                changed[key] = tuple(part.with_run(name) for part in parts)
+        return self.model_copy(update=changed)
+
 
 _FORMS = ("take", "difference", "ratio", "sum", "product", "greatest", "least", "value")
+
+
+class SourceReading(_Table):
+    """One way to read the source, and the number it gives.
+
+    reading : the way, in words.  ours : how the number is computed, or run : the run with which `ours` of the row is.
+    tolerance or relative, because : if other than those of the row.  reason : why it fails, or gives no number.
+    fitted : a parameter was fitted.
+    """
+
+    reading: Text
+    ours: Value | None = None
+    run: str | None = None
+    tolerance: Annotated[float, Field(ge=0)] | None = None
+    relative: Annotated[float, Field(ge=0)] | None = None
+    because: str = ""
+    reason: str = ""
+    fitted: bool = False
+
+    @model_validator(mode="after")
+    def _claims_fit(self) -> SourceReading:
+        for problem, allowed in _reading_problems(self):
+            raise ModelError(problem, allowed=allowed)
+        return self
 
 
 class Row(_Table):
     """A published number (or list of them, one row each) and what is claimed of it.
 
-    published : number, list, inequality "> 0", range "0.2 .. 0.3"; any text where not reproducible.
+    published : number, list, inequality "> 0", range "0.2 .. 0.3"; any text where not reproducible or not compared.
+    published_as : "measured" or "drawn", of a row that is not compared.
+    origin : who gives `published`; a hand calculation of ours is no number of the source.
+    readings : the ways to read the source that were tried.  nothing_to_try : why there is no other way to read it.
     tolerance (in `unit`) or relative : how far ours may be away, and because : why so much.
     reading : under which reading of the source.  reason : erratum or missing datum.  fitted : a parameter was fitted.
     labels : of the numbers of a list, put in place of {} in `quantity`.
@@ -153,6 +208,10 @@ class Row(_Table):
     reason: str = ""
     fitted: bool = False
     labels: tuple[str, ...] = ()
+    published_as: Literal["measured", "drawn"] | None = None
+    origin: Origin = "source"
+    readings: tuple[SourceReading, ...] = ()
+    nothing_to_try: str = ""
 
     @model_validator(mode="after")
     def _claims_fit(self) -> Row:
@@ -162,9 +221,12 @@ class Row(_Table):
 
 
 class Audit(_Table):
-    """An audit file.  drive : ready drive or path of the model audited; None: the name of the file."""
+    """An audit file.  drive : ready drive or path of the model audited; None: the name of the file.
 
-    format: Literal[1]
+    Format 1 knows neither the keys of a row that format 2 brought (readings, ...) nor the verdict "not compared".
+    """
+
+    format: Literal[1, 2]
     drive: str | None = None
     source: Text
     notes: str = ""
@@ -174,8 +236,12 @@ class Audit(_Table):
     @model_validator(mode="after")
     def _runs_exist(self) -> Audit:
         for at, row in enumerate(self.rows):
+            self._of_format(row, f"rows.{at}")
             for name in row.ours.runs() if row.ours else ():
                 self._known(name, f"rows.{at}.ours.run")
+            for place, reading in enumerate(row.readings):
+                for name in (reading.run,) if reading.run else reading.ours.runs() if reading.ours else ():
+                    self._known(name, f"rows.{at}.readings.{place}.run")
         for name, run in self.runs.items():
             self._chain(name)
             if missing := [path for path in run.fitted if path not in self.resolved(name).set]:
@@ -207,9 +273,20 @@ class Audit(_Table):
             based_on=None if run.verb or base.verb else run.based_on,
         )
 
-    def fitted(self, row: Row) -> bool:
-        """Whether a row rests on a fitted parameter, its own or one of its runs'."""
+    def fitted(self, row: Row | Attempt) -> bool:
+        """Whether `ours` of a row or of an attempt rests on a fitted parameter, its own or one of its runs'."""
         return row.fitted or any(self.resolved(name).fitted for name in (row.ours.runs() if row.ours else ()))
+
+    def _of_format(self, row: Row, path: str) -> None:
+        """Raise ModelError for what a file of format 1 cannot hold."""
+        if self.format == 1:
+            if row.verdict == "not compared":
+                raise ModelError("not compared in a file of format 1", path=f"{path}.verdict", allowed="format = 2")
+            for key in _SECOND:
+                if key in row.model_fields_set:
+                    raise ModelError(
+                        "a key of format 2 in a file of format 1", path=f"{path}.{key}", allowed="format = 2"
+                    )
 
     def _chain(self, name: str) -> None:
         seen: list[str] = []
@@ -228,6 +305,52 @@ class Audit(_Table):
             raise ModelError(
                 "no such run", path=path, given=name, allowed=", ".join(self.runs) or "a table [runs.NAME]"
             )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attempt:
+    """One number of ours for a row: its own, or that of a reading.  ours : None where it gives no number.
+
+    reading, reason, because : texts, as in the file.
+    tolerance [unit of the row] or relative : None where there is none.
+    """
+
+    reading: str
+    ours: Value | None
+    tolerance: float | None
+    relative: float | None
+    because: str
+    reason: str
+    fitted: bool
+
+
+def attempts(row: Row) -> tuple[Attempt, ...]:
+    """The row's own number if it has one, then those of its readings, with their own tolerance or that of the row."""
+    own = Attempt(
+        reading=row.reading or AS_PRINTED,
+        ours=row.ours,
+        tolerance=row.tolerance,
+        relative=row.relative,
+        because=row.because,
+        reason=row.reason,
+        fitted=row.fitted,
+    )
+    tried = [] if row.ours is None and row.readings else [own]
+    for one in row.readings:
+        bounds = one if one.tolerance is not None or one.relative is not None else row
+        ours = row.ours.with_run(one.run) if one.run is not None and row.ours is not None else one.ours
+        tried.append(
+            Attempt(
+                reading=one.reading,
+                ours=ours,
+                tolerance=bounds.tolerance,
+                relative=bounds.relative,
+                because=bounds.because,
+                reason=one.reason,
+                fitted=one.fitted,
+            )
+        )
+    return tuple(tried)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -307,21 +430,16 @@ def _check_step(step: str, read: str | None) -> None:
 
 def _problems(row: Row) -> Iterator[tuple[str, str]]:
     """Contradictions within a row: problem, and what is allowed."""
-    claimed = row.verdict != "not reproducible"
+    runs = set(row.ours.runs()) if row.ours else set()
+    if len(runs) != 1 and any(reading.run for reading in row.readings):
+        yield "a reading names a run, but ours of the row is not computed from one", "ours = { ... } in the reading"
+    yield from _number_problems(row)
     bounds = row.tolerance is not None or row.relative is not None
-    worded = isinstance(row.published, str) and claim_of(row.published) is None
-    number = not isinstance(row.published, str)
-    if claimed and row.ours is None:
-        yield f"{row.verdict}, but nothing is computed", "ours = { run = ..., take = ... }"
-    if claimed and worded:
-        yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
-    if claimed and number and not bounds:
-        yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
     if row.tolerance is not None and row.relative is not None:
         yield "both tolerance and relative", "one of them"
     if bounds and not row.because:
         yield "a tolerance without its reason", 'because = "..."'
-    if row.verdict == "under a reading" and not row.reading:
+    if row.verdict == "under a reading" and not row.reading and not row.readings:
         yield "the reading is not stated", 'reading = "..."'
     if row.verdict == "not reproducible" and not row.reason:
         yield "no reason", 'reason = "the erratum, or the datum that is missing"'
@@ -329,6 +447,42 @@ def _problems(row: Row) -> Iterator[tuple[str, str]]:
         yield "reproduced with a fitted value", 'verdict = "under a reading"'
     if row.labels and (not isinstance(row.published, list) or len(row.labels) != len(row.published)):
         yield "labels do not go with the published list", "as many labels as published numbers"
+    if (row.verdict == "not compared") != (row.published_as is not None):
+        yield "not compared and published_as belong together", 'published_as = "measured" or "drawn"'
+    if row.verdict == "not compared" and (bounds or row.readings):
+        yield "not compared, with a tolerance or readings", "another verdict, or neither of them"
+    if row.nothing_to_try and row.verdict != "not reproducible":
+        yield "nothing_to_try, though a number came out", 'verdict = "not reproducible"'
+    if row.origin != "source" and row.verdict not in ("reproduced", "under a reading"):
+        yield f"a hand calculation that is {row.verdict}", "reproduced, under a reading"
+    texts = [row.reading or AS_PRINTED, *(reading.reading for reading in row.readings)]
+    if len(set(texts)) < len(texts):
+        yield "two readings of the same text", "one text each"
+
+
+def _number_problems(row: Row) -> Iterator[tuple[str, str]]:
+    """What a claimed number lacks to be checked: problem, and what is allowed."""
+    if row.verdict not in ("reproduced", "under a reading"):
+        return
+    tried = [one for one in attempts(row) if one.ours is not None]
+    if not tried or (row.verdict == "reproduced" and row.ours is None):
+        yield f"{row.verdict}, but nothing is computed", "ours = { run = ..., take = ... }"
+    if isinstance(row.published, str) and claim_of(row.published) is None:
+        yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
+    if not isinstance(row.published, str) and any(one.tolerance is None and one.relative is None for one in tried):
+        yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
+
+
+def _reading_problems(reading: SourceReading) -> Iterator[tuple[str, str]]:
+    """Contradictions within a reading: problem, and what is allowed."""
+    if reading.ours is not None and reading.run is not None:
+        yield "both ours and run", "one of them"
+    if reading.ours is None and reading.run is None and not reading.reason:
+        yield "no number and no reason", 'ours = { ... }, run = "NAME", or reason = "why it gives no number"'
+    if reading.tolerance is not None and reading.relative is not None:
+        yield "both tolerance and relative", "one of them"
+    if (reading.tolerance is not None or reading.relative is not None) and not reading.because:
+        yield "a tolerance without its reason", 'because = "..."'
 
 
 def _as_model_error(error: ValidationError, table: dict[str, Any]) -> ModelError:
@@ -350,6 +504,8 @@ def _keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
     table: type[BaseModel] = Audit
     if "ours" in loc[:-1]:
         table = Value
+    elif "readings" in loc[:-1]:
+        table = SourceReading
     elif len(loc) > 1:
         table = Run if loc[0] == "runs" else Row
     return tuple(table.model_fields)

@@ -335,6 +335,18 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "reading": ("", "reading of the source"),
     "reason": ("", "erratum or missing datum"),
     "fitted": ("", "whether a parameter was fitted"),
+    "published_as": ("", "measured or drawn, of what is not compared"),
+    "origin": ("", "the source, or a hand calculation of ours"),
+    "nothing_to_try": ("", "why there is no other way to read the source"),
+    "attempt_row": ("", "row for which it was tried"),
+    "attempt_reading": ("", "reading of the source that was tried"),
+    "attempt_ours": ("", "value under it"),
+    "attempt_difference": ("", "that value less the published"),
+    "attempt_tolerance": ("", "difference allowed"),
+    "attempt_because": ("", "reason of the tolerance"),
+    "attempt_reason": ("", "why it fails, or gives no number"),
+    "attempt_fitted": ("", "whether a parameter was fitted"),
+    "attempt_outcome": ("", "within or outside the tolerance, or why there is no number"),
 }
 
 _RELATIVE = ("1", "speed per operating speed")

@@ -16,6 +16,8 @@ import epicyclic
 from epicyclic.audits import audit as module
 from epicyclic.cli.main import app
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.model.model_writer import model_text
+from epicyclic.resolve.resolved_document import resolved_document
 from epicyclic.show.views.audit import tables, tally
 from epicyclic.verbs.record import Verb
 
@@ -86,8 +88,8 @@ def test_a_run_that_needs_what_is_not_installed_is_told(run: Auditor) -> None:
     outcome = "not computed: no_such_package is not installed; pip install no_such_package"
     assert result.outcome.values.tolist() == [outcome]
     assert json.loads(result.attrs["warnings"]) == [f"lin1999-n3: q {{}}: {outcome}"]
-    counted = {"reproduced": 0, "under a reading": 0, "not reproducible": 0, "contradicted": 0, "not computed": 1}
-    assert tally(result) == {"lin1999-n3": ", ".join(f"{count} {kind}" for kind, count in counted.items())}
+    kinds = ("reproduced", "under a reading", "not reproducible", "not compared", "contradicted")
+    assert tally(result) == {"lin1999-n3": ", ".join([*(f"0 {kind}" for kind in kinds), "1 not computed"])}
     shown, verdicts = tables(result)
     assert str(shown.columns["verdict"][0]) == "reproduced (not computed)"
     assert verdicts.columns["not computed"] == [1]
@@ -134,9 +136,6 @@ def test_a_list_is_taken_apart(run: Auditor) -> None:
 
 
 def test_a_model_file_of_ones_own(tmp_path: Path) -> None:
-    from epicyclic.model.model_writer import model_text
-    from epicyclic.resolve.resolved_document import resolved_document
-
     (tmp_path / "mine.toml").write_text(model_text(resolved_document(epicyclic.load("lin1999-n3"))), encoding="utf-8")
     text = HEAD.replace('drive = "lin1999-n3"\n', "") + row("reproduced")
     (tmp_path / "mine.audit.toml").write_text(text, encoding="utf-8")
@@ -205,15 +204,173 @@ def test_what_shows_only_when_it_runs(old: str, new: str, path: str, says: str, 
 
 
 def test_a_result_is_saved_and_reopened(run: Auditor, tmp_path: Path) -> None:
-    result = run(row("reproduced"), row("not reproducible", "a curve", ours="", extra=""))
-    epicyclic.save_result(result, tmp_path / "audit.nc")
-    xr.testing.assert_identical(epicyclic.load_result(tmp_path / "audit.nc"), result)
+    plain = run(row("reproduced"), row("not reproducible", "a curve", ours="", extra=""))
+    tried = run(bare("not reproducible", 5.0) + read("a sun of 0.5 kg", run='"heavy"'), head=HEAD_2)
+    for result in (plain, tried):
+        epicyclic.save_result(result, tmp_path / "audit.nc")
+        xr.testing.assert_identical(epicyclic.load_result(tmp_path / "audit.nc"), result)
 
 
 def test_progress_reaches_the_end(tmp_path: Path) -> None:
     seen: list[float] = []
     epicyclic.audit("lin1999-n3", progress=seen.append)
     assert seen[-1] == 1.0
+
+
+# readings -------------------------------------------------------------------------------------------------------------
+
+HEAD_2 = (
+    HEAD.replace("format = 1", "format = 2")
+    + """
+[runs.heavy]
+based_on = "modes"
+set = { "stages.main.sun.inertia" = "0.5 kg" }
+[runs.fitted]
+based_on = "modes"
+set = { "stages.main.sun.inertia" = "0.3 kg" }
+fitted = ["stages.main.sun.inertia"]
+"""
+)
+
+
+def read(text: str, **keys: str) -> str:
+    """A reading of the row before it; values of the keys as TOML."""
+    said = "".join(f"{key} = {value}\n" for key, value in keys.items())
+    return f'[[rows.readings]]\nreading = "{text}"\n{said}'
+
+
+def bare(verdict: str, published: object = 11775.3, *, ours: str = OURS, unit: str = "Hz") -> str:
+    """A row without a reading of its own."""
+    text = row(verdict, published, ours=ours).replace('reading = "so read"\n', "")
+    return text.replace('unit = "Hz"', f'unit = "{unit}"')
+
+
+HEAVY = float(epicyclic.modes("lin1999-n3", overrides={"stages.main.sun.inertia": "0.5 kg"}).frequency.values.max())
+FITTED = float(epicyclic.modes("lin1999-n3", overrides={"stages.main.sun.inertia": "0.3 kg"}).frequency.values.max())
+
+
+def test_the_best_reading_stands_in_the_row(run: Auditor) -> None:
+    """Three numbers for one that is printed; the second holds, and the others stay in sight."""
+    result = run(
+        bare("under a reading", HEAVY)
+        + read("a sun of 0.5 kg", run='"heavy"', reason='"why"')
+        + read("a sun of 0.3 kg", run='"fitted"')
+        + read("no number", reason='"a datum is missing"'),
+        head=HEAD_2,
+    )
+    assert result.outcome.values.tolist() == ["holds"]
+    assert result.reading.values.tolist() == ["a sun of 0.5 kg"]
+    assert result.ours.values == pytest.approx([HEAVY], rel=1e-12)
+    assert result.attempt_row.values.tolist() == [0] * 4
+    assert result.attempt_reading.values.tolist() == ["as printed", "a sun of 0.5 kg", "a sun of 0.3 kg", "no number"]
+    assert result.attempt_outcome.values.tolist() == ["outside", "within", "outside", "no number"]
+    assert result.attempt_fitted.values.tolist() == [False, False, True, False]
+    assert result.attempt_reason.values.tolist() == ["not printed", "why", "", "a datum is missing"]
+    assert result.attempt_ours.values[:3] == pytest.approx([11775.266, HEAVY, FITTED], rel=1e-7)
+    assert result.attempt_difference.values[:3] == pytest.approx(result.attempt_ours.values[:3] - HEAVY, abs=1e-9)
+    shown, verdicts = tables(result)
+    assert shown.columns["quantity"][:3] == ["q {}", "- as printed", "- a sun of 0.5 kg"]
+    assert [str(cell) for cell in shown.columns["verdict"]] == [
+        "only under a stated reading",
+        "outside",
+        "within",
+        "outside, fitted",
+        "no number",
+    ]
+    assert verdicts.columns["under a reading"] == [1]
+
+
+def test_a_fitted_reading_makes_the_row_fitted(run: Auditor) -> None:
+    text = bare("under a reading", FITTED) + read("a sun of 0.3 kg", run='"fitted"')
+    assert run(text, head=HEAD_2).fitted.values.tolist() == [True]
+    both = text + read("a sun of 0.5 kg", run='"heavy"', tolerance="1e6", because='"wide"')
+    better = run(both, head=HEAD_2)
+    assert better.reading.values.tolist() == ["a sun of 0.5 kg"]  # without a fitted value, though it comes later
+    assert better.fitted.values.tolist() == [False]
+    assert better.tolerance.values.tolist() == [1e6]
+
+
+TRIED = read("a sun of 0.5 kg", run='"heavy"') + read("a sun of 0.3 kg", run='"fitted"')
+
+
+@pytest.mark.parametrize(
+    ("text", "outcome"),
+    [
+        (bare("not reproducible", 5.0) + TRIED, "holds"),
+        (bare("not reproducible", HEAVY) + TRIED, "contradicted"),  # a reading gives it
+        (bare("not reproducible", 11775.3) + TRIED, "contradicted"),  # no reading is needed
+        (bare("under a reading", 5.0) + TRIED, "contradicted"),  # none gives it
+        (bare("under a reading", 11775.3) + TRIED, "contradicted"),  # no reading is needed
+        (bare("reproduced", 11775.3) + TRIED, "holds"),
+        (bare("reproduced", HEAVY) + TRIED, "contradicted"),
+        (bare("not reproducible", "> 20000") + TRIED, "holds"),
+        (bare("not reproducible", "> 11000") + TRIED, "contradicted"),
+        (bare("not reproducible", "a curve") + TRIED, "holds"),
+        (row("under a reading", 11775.3) + TRIED, "holds"),  # the row's own number is a reading
+    ],
+)
+def test_the_verdict_is_the_best_that_holds(text: str, outcome: str, run: Auditor) -> None:
+    assert run(text, head=HEAD_2).outcome.values.tolist() == [outcome]
+
+
+def test_of_a_list_a_reading_gives_all_numbers_or_none(run: Auditor) -> None:
+    """One of two numbers comes out by chance of each reading: neither gives the list."""
+    each = 'ours = { run = "modes", take = "frequency", pick = [0, -1], reduce = "each" }'
+    one = read("a sun of 0.5 kg", run='"heavy"')
+    result = run(bare("not reproducible", [0.0, 5.0], ours=each) + one, head=HEAD_2)
+    assert result.outcome.values.tolist() == ["holds", "holds"]
+    assert result.attempt_row.values.tolist() == [0, 0, 1, 1]
+    assert result.attempt_outcome.values.tolist() == ["within", "within", "outside", "outside"]
+    result = run(bare("under a reading", [0.0, HEAVY], ours=each) + one, head=HEAD_2)
+    assert result.outcome.values.tolist() == ["holds", "holds"]
+    result = run(bare("not reproducible", [0.0, HEAVY], ours=each) + one, head=HEAD_2)
+    assert result.outcome.values.tolist() == ["contradicted", "contradicted"]
+
+
+def test_a_reading_without_its_package(run: Auditor) -> None:
+    absent = '[runs.absent]\nbased_on = "heavy"\nneeds = "no_such_package"\n'
+    text = bare("under a reading", HEAVY) + read("not installed", run='"absent"')
+    (outcome,) = run(text, head=HEAD_2 + absent).outcome.values.tolist()
+    assert outcome.startswith("not computed: no_such_package")
+    other = text + read("a sun of 0.5 kg", run='"heavy"')
+    result = run(other, head=HEAD_2 + absent)
+    assert result.outcome.values.tolist() == ["holds"]
+    assert result.attempt_outcome.values[1].startswith("not computed: no_such_package")
+
+
+def test_what_is_measured_or_drawn_is_not_compared(run: Auditor) -> None:
+    rows = [
+        f'[[rows]]\nquantity = "q"\nplace = "Fig. 1"\npublished = {published}\nunit = "Hz"\n{ours}'
+        f'verdict = "not compared"\npublished_as = "{kind}"\n'
+        for published, ours, kind in (("1.12", "", "measured"), ('"a curve"', OURS + "\n", "drawn"))
+    ]
+    result = run(*rows, head=HEAD_2)
+    assert result.outcome.values.tolist() == ["holds", "holds"]
+    assert tally(result)["lin1999-n3"].endswith("0 not reproducible, 2 not compared, 0 contradicted")
+    words = [str(cell) for cell in tables(result)[0].columns["verdict"]]
+    assert words == ["not compared: measured", "not compared: drawn"]
+
+
+def test_a_hand_calculation_is_counted_apart(run: Auditor) -> None:
+    hand = row("reproduced", extra='tolerance = 0.05\norigin = "hand calculation"')
+    wrong = row("reproduced", 5.0, extra='tolerance = 0.05\norigin = "hand calculation"')
+    result = run(row("reproduced"), hand, head=HEAD_2)
+    expected = "1 reproduced, 0 under a reading, 0 not reproducible, 0 not compared, 0 contradicted, 1 hand calculation"
+    assert tally(result)["lin1999-n3"] == expected
+    assert str(tables(result)[0].columns["verdict"][1]) == "agrees with our hand calculation"
+    assert tally(run(hand, wrong, head=HEAD_2))["lin1999-n3"].endswith("1 contradicted, 1 hand calculation")
+
+
+def test_several_drives_keep_their_attempts_apart(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        text = HEAD_2 + row("reproduced") + bare("not reproducible", 5.0) + read(f"of {name}", run='"heavy"')
+        (tmp_path / f"{name}.audit.toml").write_text(text.replace('drive = "lin1999-n3"\n', ""), encoding="utf-8")
+        (tmp_path / f"{name}.toml").write_text(model_text(resolved_document(epicyclic.load("lin1999-n3"))))
+    result = epicyclic.audit([tmp_path / "a.audit.toml", tmp_path / "b.audit.toml"])
+    assert result.attempt_row.values.tolist() == [1, 1, 3, 3]
+    first, second, _ = tables(result)
+    assert first.columns["quantity"] == ["q {}", "q {}", "- as printed", "- of a"]
+    assert second.columns["quantity"] == ["q {}", "q {}", "- as printed", "- of b"]
 
 
 # the command line ----------------------------------------------------------------------------------------------------
@@ -234,7 +391,8 @@ def test_command_prints_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert command("audit", written(tmp_path, row("reproduced") + row("under a reading"))) == 0
     out = capsys.readouterr().out
     verdicts = next(line.split() for line in out.splitlines()[::-1] if line.strip())
-    assert verdicts == ["lin1999-n3", "1", "1", "0", "0"]  # reproduced, under a reading, not reproducible, contradicted
+    # reproduced, under a reading, not reproducible, not compared, contradicted
+    assert verdicts == ["lin1999-n3", "1", "1", "0", "0", "0"]
     assert "11775.3 Hz" in out
     assert "reading: so read" in out
 

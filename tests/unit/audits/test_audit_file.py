@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
-from epicyclic.audits.audit_file import audited_drives, claim_of, read_audit
+from epicyclic.audits.audit_file import Verdict, attempts, audited_drives, claim_of, read_audit
 from epicyclic.errors import ModelError
 
 HEAD = 'format = 1\nsource = "A. Author 2020"\n[runs.modes]\nverb = "modes"\n'
@@ -26,7 +27,7 @@ because = "printed to 0.1 Hz"
 
 # what is replaced, by what, where the error is, what it says
 WRONG = [
-    ("format = 1", "format = 2", "format", "1"),
+    ("format = 1", "format = 3", "format", "1 or 2"),
     ('source = "A. Author 2020"', "", "source", "required"),
     ('source = "A. Author 2020"', 'sources = "A. Author 2020"', "sources", "unknown key"),
     ('verb = "modes"', 'verb = "shapes"', "runs.modes", "no verb 'shapes'"),
@@ -65,6 +66,45 @@ WRONG = [
     ('because = "printed', 'why = "?"\nbecause = "printed', "rows.0.why", "unknown key"),
     ("[[rows]]", "[[rows]", "x.audit.toml", "not TOML"),
 ]
+
+
+READING = """
+[[rows.readings]]
+reading = "a heavier sun"
+run = "modes"
+tolerance = 0.1
+because = "as printed"
+"""
+ROW_2 = ROW.replace('"reproduced"', '"under a reading"') + READING
+WRONG_2 = [
+    ("format = 2", "format = 1", "rows.0.readings", "a key of format 2"),
+    ('run = "modes"\ntol', 'run = "mods"\ntol', "rows.0.readings.0.run", "no such run"),
+    ('run = "modes"\ntol', f'run = "modes"\n{OURS}\ntol', "rows.0.readings.0", "both ours and run"),
+    ('run = "modes"\ntol', "tol", "rows.0.readings.0", "no number and no reason"),
+    ('run = "modes"\ntol', 'why = "?"\ntol', "rows.0.readings.0.why", "fitted"),
+    ('run = "modes"\ntol', 'ours = { run = "modes", tke = "frequency" }\ntol', "rows.0.readings.0.ours.tke", "unknown"),
+    ('because = "as printed"', "", "rows.0.readings.0", "without its reason"),
+    ("tolerance = 0.1", "tolerance = 0.1\nrelative = 0.1", "rows.0.readings.0", "both tolerance and relative"),
+    ("tolerance = 0.1", "tolerance = -0.1", "rows.0.readings.0.tolerance", "greater than or equal to 0"),
+    ('"a heavier sun"', '"as printed"', "rows.0", "two readings of the same text"),
+    ('"a heavier sun"', '""', "rows.0.readings.0.reading", "at least 1"),
+    (OURS, "", "rows.0", "ours of the row is not computed from one"),
+    (OURS, "ours = { value = 1 }", "rows.0", "ours of the row is not computed from one"),
+    ("tolerance = 0.06", "", "rows.0", "no tolerance"),
+    ('"under a reading"', '"not compared"', "rows.0", "belong together"),
+    ('"under a reading"', '"not compared"\npublished_as = "drawn"', "rows.0", "with a tolerance or readings"),
+    ('"under a reading"', '"not compared"\npublished_as = "seen"', "rows.0.published_as", "'measured' or 'drawn'"),
+    ('"under a reading"', '"under a reading"\npublished_as = "drawn"', "rows.0", "belong together"),
+    ('"under a reading"', '"under a reading"\nnothing_to_try = "no"', "rows.0", "a number came out"),
+    (
+        '"under a reading"',
+        '"not reproducible"\nreason = "x"\norigin = "hand calculation"',
+        "rows.0",
+        "hand calculation that is not reproducible",
+    ),
+    ('"under a reading"', '"under a reading"\norigin = "us"', "rows.0.origin", "'source' or 'hand calculation'"),
+]
+"""Faults in what format 2 brought."""
 
 
 def write(folder: Path, text: str) -> Path:
@@ -126,6 +166,41 @@ verb = "modes"
     assert audit.resolved("other").options == {}  # those of another verb mean nothing
 
 
+@pytest.mark.parametrize(("old", "new", "path", "says"), WRONG_2, ids=[f"{w[2]}: {w[3]}" for w in WRONG_2])
+def test_what_is_wrong_in_format_2_is_said(old: str, new: str, path: str, says: str, tmp_path: Path) -> None:
+    text = HEAD.replace("format = 1", "format = 2") + ROW_2
+    read_audit(write(tmp_path, text))
+    assert old in text
+    with pytest.raises(ModelError) as error:
+        read_audit(write(tmp_path, text.replace(old, new, 1)))
+    assert error.value.path.endswith(path)
+    assert says in str(error.value)
+
+
+def test_not_compared_needs_format_2(tmp_path: Path) -> None:
+    text = f'{HEAD}[[rows]]\nquantity = "q"\nplace = "Fig. 1"\npublished = 1.1\nverdict = "not compared"\n'
+    with pytest.raises(ModelError, match="format 1") as error:
+        read_audit(write(tmp_path, text + 'published_as = "measured"\n'))
+    assert error.value.path == "rows.0.verdict"
+    assert "format = 2" in str(error.value)
+
+
+def test_a_reading_takes_the_same_from_another_run(tmp_path: Path) -> None:
+    """Also where ours is composed."""
+    ratio = 'ours = { ratio = [{ run = "modes", take = "frequency", pick = 1, reduce = "max" }, { value = 2 }] }'
+    text = (HEAD.replace("format = 1", "format = 2") + ROW_2).replace(OURS, ratio)
+    more = text.replace('run = "modes"\ntol', 'run = "more"\ntol') + '[runs.more]\nbased_on = "modes"\n'
+    _, audit = read_audit(write(tmp_path, more))
+    own, other = attempts(audit.rows[0])
+    assert own.ours is not None
+    assert other.ours is not None
+    assert [*own.ours.runs(), *other.ours.runs()] == ["modes", "more"]
+    changed = other.ours.model_dump()
+    changed["ratio"][0]["run"] = "modes"
+    assert changed == own.ours.model_dump()
+    assert (own.tolerance, other.tolerance, other.because) == (0.06, 0.1, "as printed")
+
+
 def test_a_fitted_run_makes_the_row_fitted(tmp_path: Path) -> None:
     text = (HEAD + ROW).replace('verb = "modes"', 'verb = "modes"\nset = { "a" = 1 }\nfitted = ["a"]')
     with pytest.raises(ModelError, match="reproduced with a fitted value"):
@@ -157,10 +232,14 @@ def test_words_are_no_claims(text: str) -> None:
 
 def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
     page = Path(__file__).parents[3] / "docs" / "audit.md"
-    (example,) = re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    readings, example = re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     _, audit = read_audit(write(tmp_path, example))
-    assert {row.verdict for row in audit.rows} == {"reproduced", "under a reading", "not reproducible"}
-    assert [audit.fitted(row) for row in audit.rows] == [False, False, True, False]
+    assert {row.verdict for row in audit.rows} == set(get_args(Verdict))
+    assert [audit.fitted(row) for row in audit.rows] == [False, False, True, False, False, False]
+    assert [row.origin for row in audit.rows][-1] == "hand calculation"
+    runs = '[runs.gravity]\nverb = "sharing"\n[runs.no-gravity]\nbased_on = "gravity"\n'
+    _, audit = read_audit(write(tmp_path, HEAD.replace("format = 1", "format = 2") + runs + readings))
+    assert [one.ours is not None for one in attempts(audit.rows[0])] == [True] * 3
 
 
 def test_audits_are_no_drives() -> None:

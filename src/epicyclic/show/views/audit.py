@@ -1,4 +1,7 @@
-"""`audit`: published numbers beside ours, a table a drive, remarks numbered below it, and the count of verdicts."""
+"""`audit`: published numbers beside ours, a table a drive, remarks numbered below it, and the count of verdicts.
+
+Below a row stand the readings of the source that were tried for it, each with its number.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +20,12 @@ if TYPE_CHECKING:
 __all__ = ["ORDER", "sections", "tables", "tally"]
 
 ORDER = 170
-_TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad"}
+_TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad", "not compared": "caution"}
+_CONTRADICTED, _BY_HAND = "contradicted", "hand calculation"
 _SHOWN = {"under a reading": "only under a stated reading"}
 _NOT_COMPUTED = "not computed"
-_REMARKS = {"reading": "reading", "reason": "reason", "because": "tolerance"}
+_REMARKS = {"reading": "reading", "reason": "reason", "because": "tolerance", "nothing_to_try": "nothing to try"}
+_ATTEMPT = "attempt_"  # start of the names of what was tried for the rows
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -40,7 +45,10 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
 
 def tally(result: xr.Dataset) -> dict[str, str]:
-    """Drive -> how many rows have which verdict, are contradicted, and are not computed where there are such."""
+    """Drive -> how many numbers of its source have which verdict, or are contradicted, each counted once.
+
+    Those not computed for want of a package, and our own hand calculations, are counted where there are such.
+    """
     return {
         drive: ", ".join(f"{count} {verdict}" for verdict, count in _counts(part).items())
         for drive, part in _drives(result)
@@ -48,41 +56,99 @@ def tally(result: xr.Dataset) -> dict[str, str]:
 
 
 def _drives(result: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Part of the table of each drive, with what was tried for its rows."""
     for drive in dict.fromkeys(map(str, result.drive.values)):
-        yield drive, result.isel(row=np.flatnonzero(result.drive.values == drive))
+        part = result.isel(row=np.flatnonzero(result.drive.values == drive))
+        if "attempt" in result.dims:
+            part = part.isel(attempt=np.flatnonzero(np.isin(result.attempt_row.values, part.row.values)))
+        yield drive, part
 
 
 def _counts(part: xr.Dataset) -> dict[str, int]:
-    outcomes = [str(outcome) for outcome in part.outcome.values]
-    missing = [outcome.startswith(_NOT_COMPUTED) for outcome in outcomes]
-    counts = Counter(str(verdict) for verdict, absent in zip(part.verdict.values, missing, strict=True) if not absent)
-    wrong = sum(outcome != "holds" and not absent for outcome, absent in zip(outcomes, missing, strict=True))
-    found = {verdict: counts[verdict] for verdict in _TONES} | {"contradicted": wrong}
-    return found | ({_NOT_COMPUTED: sum(missing)} if any(missing) else {})
+    """Kind -> number of rows; every row is of one kind."""
+    kinds = Counter(_kind(row) for row in _records(part, "row"))
+    always = {kind: kinds[kind] for kind in (*_TONES, _CONTRADICTED)}
+    return always | {kind: kinds[kind] for kind in (_NOT_COMPUTED, _BY_HAND) if kinds[kind]}
+
+
+def _kind(row: dict[str, Any]) -> str:
+    """What a row is counted as."""
+    if str(row["outcome"]).startswith(_NOT_COMPUTED):
+        return _NOT_COMPUTED
+    if row["outcome"] != "holds":
+        return _CONTRADICTED
+    return _BY_HAND if row.get("origin") == _BY_HAND else str(row["verdict"])
+
+
+def _records(part: xr.Dataset, along: str) -> list[dict[str, Any]]:
+    """Rows of the variables along a dimension, by name; empty where the result has no such dimension."""
+    names = [name for name in part.variables if part[name].dims == (along,)]
+    return [{str(name): part[name].values[at] for name in names} for at in range(part.sizes.get(along, 0))]
 
 
 def _rows(part: xr.Dataset, title: str, note: str) -> Table:
-    rows = [{str(name): part[name].values[at] for name in part.data_vars} for at in range(part.sizes["row"])]
+    """Table of a drive: every row, and below it what was tried."""
     remarks: dict[str, int] = {}
-    columns: dict[str, Any] = {
-        "quantity": [str(row["quantity"]) for row in rows],
-        "place": [str(row["place"]) for row in rows],
-        "published": [str(row["published_text"]) + _unit(str(row["published_unit"])) for row in rows],
-        "ours": [float(row["ours"]) for row in rows],
-        "difference": [float(f"{row['difference']:.2g}") for row in rows],
-        "verdict": [_verdict(row) for row in rows],
-        "remark": [_remarks(row, remarks) for row in rows],
-    }
+    attempts = [_as_row(attempt) for attempt in _records(part, "attempt")]
+    lines = []
+    for at, row in zip(part["row"].values, _records(part, "row"), strict=True):
+        tried = [attempt for attempt in attempts if attempt["row"] == at]
+        lines.append(_cells(row, tried, remarks))
+        lines += [_attempt_cells(attempt, remarks) for attempt in tried]
+    names = ("quantity", "place", "published", "ours", "difference", "verdict", "remark")
+    columns = {name: [line[at] for line in lines] for at, name in enumerate(names)}
     return Table(title=title, columns=columns, lead=" ".join(note.split()), notes=tuple(remarks))
+
+
+def _as_row(attempt: dict[str, Any]) -> dict[str, Any]:
+    """An attempt by the names of a row."""
+    return {name.removeprefix(_ATTEMPT): value for name, value in attempt.items()}
+
+
+def _cells(row: dict[str, Any], tried: Sequence[dict[str, Any]], remarks: dict[str, int]) -> tuple[Any, ...]:
+    """Cells of a row; tried : what was tried for it, whose texts stand below."""
+    published = str(row["published_text"]) + _unit(str(row["published_unit"]))
+    texts = {name: row.get(name, "") for name in _REMARKS if not (tried and name == "reading")}
+    return (
+        str(row["quantity"]),
+        str(row["place"]),
+        published,
+        float(row["ours"]),
+        float(f"{row['difference']:.2g}"),
+        _verdict(row, len(tried)),
+        _remarks(texts, remarks),
+    )
+
+
+def _attempt_cells(attempt: dict[str, Any], remarks: dict[str, int]) -> tuple[Any, ...]:
+    """Cells of an attempt below its row; its tolerance is explained where it is not that of the row."""
+    outcome = str(attempt["outcome"]) + (", fitted" if attempt["fitted"] else "")
+    tone: Any = "good" if attempt["outcome"] == "within" else "caution"
+    return (
+        f"- {attempt['reading']}",
+        "",
+        "",
+        float(attempt["ours"]),
+        float(f"{attempt['difference']:.2g}"),
+        Styled(text=outcome, tone=tone),
+        _remarks({"reason": attempt["reason"], "because": attempt["because"]}, remarks),
+    )
 
 
 def _unit(text: str) -> str:
     return "" if text == "1" else f" {text}"
 
 
-def _verdict(row: dict[str, Any]) -> Styled:
+def _verdict(row: dict[str, Any], tried: int) -> Styled:
+    """Words of the verdict; tried : number of readings tried."""
     verdict = str(row["verdict"])
     text = _SHOWN.get(verdict, verdict) + (", fitted" if row["fitted"] else "")
+    if row.get("origin") == _BY_HAND:
+        text = f"agrees with our {_BY_HAND}" if verdict == "reproduced" else f"{text}, our {_BY_HAND}"
+    if row.get("published_as"):
+        text += f": {row['published_as']}"
+    if verdict == "not reproducible" and tried:
+        text += f": {tried} readings tried"
     if str(row["outcome"]).startswith(_NOT_COMPUTED):
         return Styled(text=f"{text} ({_NOT_COMPUTED})", tone="caution")
     if row["outcome"] != "holds":
@@ -90,7 +156,7 @@ def _verdict(row: dict[str, Any]) -> Styled:
     return Styled(text=text, tone=_TONES[verdict])
 
 
-def _remarks(row: dict[str, Any], remarks: dict[str, int]) -> str:
-    """Numbers of the remarks of a row; a remark has one number wherever it comes."""
-    texts = [f"{word}: {row[name]}" for name, word in _REMARKS.items() if row[name]]
-    return " ".join(str(remarks.setdefault(text, len(remarks) + 1)) for text in texts)
+def _remarks(texts: dict[str, Any], remarks: dict[str, int]) -> str:
+    """Numbers of the remarks on a row, from texts by name; a remark has one number wherever it comes."""
+    said = [f"{_REMARKS[name]}: {text}" for name, text in texts.items() if text]
+    return " ".join(str(remarks.setdefault(text, len(remarks) + 1)) for text in said)
