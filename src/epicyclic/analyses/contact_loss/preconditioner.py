@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...system.system import Array, ComplexArray
-from .problem import Problem, State, contiguous
+from .problem import Problem, State
+from .transforms import contiguous
 
 __all__ = ["KeptPreconditioner", "preconditioner"]
 
@@ -74,7 +75,8 @@ def preconditioner(given: Problem, at: State) -> Operator:
     rate = np.multiply.outer(w, np.concatenate([drag, rows.lag[rows.count :] * mean[len(drag) :]]))
     points, receptance, loop = _soft_points(at, gaps, pulls, np.hypot(size, rate))
     order = np.argsort(-loop, kind="stable")
-    coupled, alone = (np.sort(part) for part in np.split(order, [_MOST // (2 * len(size))]))
+    most = _MOST // (2 * len(size)) if len(given.grid.counts) == 1 else 0
+    coupled, alone = (np.sort(part) for part in np.split(order, [most]))
     parts = list[tuple[slice | Index, Operator]]()
     if coupled.size:
         here = points[coupled]
