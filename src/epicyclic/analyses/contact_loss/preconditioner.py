@@ -34,7 +34,8 @@ Operator = Callable[[Array], Array]
 # of products depends on them (ren2021, 3000 bordered solves: 22.5 products with no point coupled, 7.0 from 0.2, 6.3
 # from 0.1, 5.9 from 0.05, whose matrices take twice as long).
 _SAME, _SOFT = 1e-3, 0.1
-# Unknowns of the matrix that couples points: its factors take a millisecond, as long as 20 products.
+# Unknowns of the matrix that couples points: its factors take a millisecond, as long as 20 products.  Over several
+# phases no points are coupled: those few save less than they cost (bench56 with two shaft tones: 1.50 s with, 1.40 s).
 _MOST = 300
 # Rounding of a bound of some hundred terms, with a wide margin.
 _ROUNDING = 1e-9
