@@ -162,7 +162,7 @@ def _slices() -> list[table.Row]:
     return [
         (
             f"slices in dynamics, 8 a mesh, {size} DOF: a point",
-            f"{1e3 * middle:.0f} ms",
+            f"{1e3 * middle:.1f} ms",
             "<= 25 ms",
             _target(middle <= 0.025),
         ),

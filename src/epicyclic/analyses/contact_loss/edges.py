@@ -1,13 +1,16 @@
-"""Edges of contact: samples of a cycle in which a flank touches for a part only.
+"""Edges of contact: samples of a cycle about an instant at which a flank meets or leaves its mate.
 
-A sample stands for its part of the cycle.  In it the gap runs through a width w about its value delta above first
-touch; the flank is closed for the part a = 1/2 + delta / w, with the mean penetration d = a w / 2:
+Between the samples before and after, the gap changes by d- and d+.  About a sample it runs through a width w around its
+value delta above first touch: the flank is closed for the part a = 1/2 + delta / w of it, all or none beyond, with the
+mean penetration d = a w / 2, delta where it is closed throughout:
 
-    f = a f(d),    w^2 = ((delta+ - delta-) / 2)^2 + ((delta+ - 2 delta + delta-) / 2)^2
+    f = a f(d) - k w B(delta / w) / 24,    w^2 = (d-^2 + d+^2) / 2
 
-with the samples before and after.  Taken at samples alone, the force would have a corner in the motion wherever first
-touch passes a sample, and a damper a jump; so its derivative is continuous, also where a gap only grazes first touch.
-Away from edges the force is that of the sample (derived here).
+Taken at samples alone, the force would have a corner in the motion wherever first touch passes a sample, and a damper a
+jump; so its derivative is continuous, also where a gap only grazes first touch.  The means over the width of all
+samples sum to k w^2 / 24 more than the integral of a force of tangent k at first touch: that is taken off again, in
+parts B, the quadratic B-spline, over the three samples nearest to first touch.  Away from edges the force is that of
+the sample (derived here).
 """
 
 from __future__ import annotations
@@ -24,8 +27,8 @@ __all__ = ["Edges", "WidthTangents", "edges"]
 
 Index = NDArray[np.int64]
 
-# Part of the second difference in the width: half of what a parabola about first touch opens.
-_BEND = 0.5
+# Half the support of the spline B, in widths.
+_REACH = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,10 +46,10 @@ class WidthTangents:
         """The same for rows that stand at other places (R,)."""
         return replace(self, at=(self.at[0], place[self.at[1]]))
 
-    def add(self, force: Array, gap: Array) -> None:
-        """Add what gaps (N, R) [m] change of forces (N, R) [N]."""
-        rows = self.at[1]
-        force[self.at] += (self.tangent * gap[self.samples, rows]).sum(axis=0)
+    def forces(self, gap: Array) -> Array:
+        """Changes of the forces at the edges (E,) [N] with gaps (N, R) [m]."""
+        change: Array = (self.tangent * gap[self.samples, self.at[1]]).sum(axis=0)
+        return change
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,27 +57,35 @@ class Edges:
     """Edges among the samples of some flanks.
 
     at : (E,) sample and (E,) column.  samples : (3, E) before, at and after it.  width : w (E,) [m].
-    share : a (E,).  turn : (3, E) change of the width with the gaps of the samples.
+    place : delta / w (E,).  share : a (E,).  inside : (E,) whether first touch is within the width.
+    turn : (3, E) change of the width with the gaps of the samples.  spline, slope : (E,) B and its derivative.
     """
 
     at: tuple[Index, Index]
     samples: Index
     width: Array
+    place: Array
     share: Array
+    inside: NDArray[np.bool_]
     turn: Array
+    spline: Array
+    slope: Array
 
     def enter_penetration(self, delta: Array, closed: Array) -> None:
         """Enter the mean penetration into gaps (N, c) [m]; closed : (N, c) above first touch."""
-        delta[self.at] += self.width * self.share / 2 - closed[self.at]
+        rise = self.width * self.share / 2 - closed[self.at]
+        delta[self.at] += np.where(self.inside, rise, 0.0)
 
-    def enter_means(self, force: Array, tangent: Array) -> Array:
+    def enter_means(self, force: Array, tangent: Array, first: Array) -> Array:
         """Enter mean forces [N] and tangents [N/m] into those at the mean penetration (N, c).
 
-        Returns the change of the forces with the width (E,) [N/m].
+        first : (N, c) tangents at first touch [N/m].  Returns the change of the forces with the width (E,) [N/m].
         """
-        f, k, a, w = force[self.at], tangent[self.at], self.share, self.width
-        force[self.at], tangent[self.at] = a * f, f / w + a * k / 2
-        change: Array = a * k / 4 - (a - 0.5) * f / w
+        f, k, a, w, excess = force[self.at], tangent[self.at], self.share, self.width, first[self.at] / 24
+        force[self.at] = a * f - excess * w * self.spline
+        tangent[self.at] = np.where(self.inside, f / w + a * k / 2, k) - excess * self.slope
+        by_width = np.where(self.inside, a * k / 4 - (a - 0.5) * f / w, 0.0)
+        change: Array = by_width - excess * (self.spline - self.place * self.slope)
         return change
 
     def tangents(self, change: Array, columns: Index) -> WidthTangents:
@@ -89,23 +100,52 @@ def edges(closed: Array, counts: tuple[int, ...], axis: Index) -> Edges | None:
     ----------
     counts : (D,) samples of each phase.  axis : (c,) phase that each column follows.
     """
-    before, after = _beside(counts, tuple(axis.tolist()))
-    low, high = closed.take(before), closed.take(after)
-    slope, bend = (high - low) / 2, _BEND * (high - 2 * closed + low)
-    width = np.sqrt(slope * slope + bend * bend)
-    sample, column = np.nonzero(np.abs(closed) < width / 2)
-    if not sample.size:
+    far = closed * closed
+    far *= 2 / _REACH**2
+    flat, c = np.flatnonzero(_squared_run(closed, counts, axis) > far), closed.shape[1]
+    if not flat.size:
         return None
+    sample, column = np.divmod(flat, c)
     at = sample, column
-    w, c = width[at], closed.shape[1]
-    slope, bend = slope[at] / (2 * w), _BEND * bend[at] / w
+    before, after = (side[at] for side in _beside(counts, tuple(axis.tolist())))
+    middle = closed[at]
+    fall, rise = middle - closed.take(before), closed.take(after) - middle
+    width = np.sqrt((fall * fall + rise * rise) / 2)
+    fall, rise = fall / (2 * width), rise / (2 * width)
+    place = middle / width
+    inside = np.abs(place) < 0.5
+    outer = np.abs(place) - _REACH
     return Edges(
         at=at,
-        samples=np.stack([before[at] // c, at[0], after[at] // c]),
-        width=w,
-        share=0.5 + closed[at] / w,
-        turn=np.stack([bend - slope, -2 * bend, bend + slope]),
+        samples=np.stack([before // c, sample, after // c]),
+        width=width,
+        place=place,
+        share=np.clip(0.5 + place, 0.0, 1.0),
+        inside=inside,
+        turn=np.stack([-fall, fall - rise, rise]),
+        spline=np.where(inside, 0.75 - place * place, outer * outer / 2),
+        slope=np.where(inside, -2 * place, np.sign(place) * outer),
     )
+
+
+def _squared_run(closed: Array, counts: tuple[int, ...], axis: Index) -> Array:
+    """d-^2 + d+^2 (N, c) [m^2] along the phase of each column."""
+    box = closed.reshape(*counts, -1)
+    if np.all(axis == axis[:1]):
+        return _squared_run_along(box, int(axis[0]) if axis.size else 0).reshape(closed.shape)
+    result = np.empty_like(box)
+    for phase in range(len(counts)):
+        result[..., axis == phase] = _squared_run_along(box[..., axis == phase], phase)
+    return result.reshape(closed.shape)
+
+
+def _squared_run_along(box: Array, phase: int) -> Array:
+    """The same of (..., c) along one of its axes."""
+    square = np.roll(box, -1, axis=phase)
+    square -= box
+    square *= square
+    square += np.roll(square, 1, axis=phase)
+    return square
 
 
 @lru_cache(maxsize=64)

@@ -33,12 +33,12 @@ from ..steady.response import FrameSpeed, Response
 from .edges import WidthTangents, edges
 from .lattice_points import PlacedLine
 from .rows import GapRows, GridLaws, gap_rows_of, grid_laws, line_gaps
-from .transforms import Transforms, grid
+from .transforms import Transforms, contiguous, grid
 
 __all__ = [
     "Problem",
     "State",
-    "contiguous",
+    "balanced_forces",
     "dynamic_size",
     "elastic_forces",
     "embedded",
@@ -297,10 +297,13 @@ def jacobian(given: Problem, at: State) -> Callable[[Array], Array]:
         """Jacobian-vector product of a step (2, J, n)."""
         product = step.reshape(-1, n) @ matrix
         gap = product[:, :R]
-        sampled = values(gap)
-        force = sampled * tangent
-        if width is not None:
-            width.add(force, sampled)
+        force = values(gap)
+        if width is None:
+            force *= tangent
+        else:
+            edges_alone = width.forces(force)
+            force *= tangent
+            force[width.at] += edges_alone
         if drag is not None:
             force += drag * values(rate_rows(gap, w))
         pulled = _lagged(back(force), lag, w) @ pulls
@@ -344,9 +347,23 @@ def speed_derivative(given: Problem, at: State) -> Array:
     return _times(at.inverse, moved)
 
 
-def gap_forces(given: Problem, at: State) -> Array:
-    """Force of every row over the grid of phases (N, R) [N], the dampers of links left out."""
+def balanced_forces(given: Problem, at: State) -> Array:
+    """Force of every row over the grid of phases (N, R) [N] as the balance has it, the dampers of links left out.
+
+    About edges of contact it is the share of the sample in the integral, not the force at an instant.
+    """
     return _forces(given, gap_rows(given, at.y) - given.error, at.speed).force
+
+
+def gap_forces(given: Problem, at: State) -> Array:
+    """Force of every row at the samples (N, R) [N], the dampers of links left out."""
+    opened, F = gap_rows(given, at.y) - given.error, given.rows.count
+    delta = given.grid.values(opened)
+    force = elastic_forces(given, delta)
+    if at.acting is not None:
+        rate = given.grid.values(rate_rows(opened[:, :F], at.speed * given.omega))
+        force[:, :F] += given.rows.damping * rate * at.touching
+    return np.pad(force, ((0, 0), (0, delta.shape[1] - force.shape[1])))
 
 
 def flank_force(given: Problem, at: State) -> Array:
@@ -375,7 +392,7 @@ def linearised_residual(given: Problem, at: State, other: Problem) -> Array:
     if at.acting is not None:
         force[:, :F] += at.acting * rows.damping * given.grid.values(rate_rows(moved[:, :F], w))
     if at.width is not None:
-        at.width.add(force, sampled)
+        force[at.width.at] += at.width.forces(sampled)
     back = _lagged(given.grid.rows(force), rows.lag, w)
     # the mean system holds the tangents of link rows, whose errors are forces on it
     back[:, F:] -= _lagged(rows.linear[F:] * moved[:, F:], rows.lag[F:], w)
@@ -409,7 +426,7 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
     if edge is not None:
         edge.enter_penetration(delta, closed)
     own, slope = laws.evaluate(delta)
-    change = None if edge is None else edge.enter_means(own, slope)
+    change = None if edge is None else edge.enter_means(own, slope, laws.first_tangent)
     unchanging = edge is None and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
         unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
@@ -418,7 +435,7 @@ def _forces(given: Problem, opened: Array, speed: float) -> _Forces:
         rate = given.grid.values(rate_rows(opened[:, columns], speed * given.omega))
         part, rise = pressed.astype(float), np.zeros_like(rate)
         if edge is not None and change is not None:
-            part[edge.at], rise[edge.at] = edge.share, rate[edge.at] / edge.width
+            part[edge.at], rise[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
             change -= damping[edge.at[1]] * rise[edge.at] * (edge.share - 0.5)
         own += damping * rate * part
         acting, opens = _spread(part, columns, F), _spread(rise, columns, F)
@@ -503,12 +520,6 @@ def _lagged(rows: Array, lag: Array, w: Array) -> Array:
 def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
     """Places of chosen columns (R,), as of `contiguous`."""
     return contiguous(np.flatnonzero(chosen))
-
-
-def contiguous(places: Index) -> slice | Index:
-    """Rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
-    whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
-    return slice(int(places[0]), int(places[-1]) + 1) if whole else places
 
 
 def _places(chosen: slice | Index, count: int) -> Index:

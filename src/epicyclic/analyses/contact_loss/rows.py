@@ -11,6 +11,7 @@ Friction with a memory sticks in small vibration and stays in the mean system.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -40,6 +41,9 @@ __all__ = [
 
 Index = NDArray[np.int64]
 Columns = slice | Index
+
+# Penetration that is a touch and no more [m].
+_JUST = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -253,12 +257,22 @@ class GridLaws:
     """Laws of F flanks over N samples of a grid, the last phase fastest; none is spread over the other phases.
 
     counts : (D,) samples of each phase.  chosen : laws of some flanks, by their numbers, made on first use.
+    made : `first_tangent`, made on first use.
     """
 
     parts: tuple[_AxisLaws, ...]
     counts: tuple[int, ...]
     count: int
     chosen: dict[bytes, GridLaws] = field(default_factory=dict)
+    made: list[Array] = field(default_factory=list)
+
+    @property
+    def first_tangent(self) -> Array:
+        """Tangent of each flank where it has just touched (N, F) [N/m]."""
+        if not self.made:
+            touched = _JUST - self.opening(np.zeros((math.prod(self.counts), self.count)))
+            self.made.append(self.evaluate(touched)[1])
+        return self.made[0]
 
     @property
     def least_touch(self) -> Array:
@@ -314,7 +328,7 @@ class GridLaws:
             laws = tuple((eased(law, own[rows], part), rows) for law, rows in p.laws.parts)
             touch = None if p.touch is None else np.minimum(p.touch, 0.0)
             parts.append(replace(p, laws=replace(p.laws, parts=laws), touch=touch))
-        return replace(self, parts=tuple(parts), chosen={})
+        return replace(self, parts=tuple(parts), chosen={}, made=[])
 
     def _less(self, values: Array, parts: Sequence[Array | None]) -> Array:
         """Values (N, F) less those (P, c) of each part at its own phase."""

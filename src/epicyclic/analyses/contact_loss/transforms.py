@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array
 
-__all__ = ["Grid", "Separable", "Transforms", "grid", "phases_of", "separable"]
+__all__ = ["Grid", "Separable", "Transforms", "contiguous", "grid", "phases_of", "separable"]
 
 Index = NDArray[np.int64]
 
@@ -138,3 +138,9 @@ def phases_of(counts: tuple[int, ...]) -> Array:
     """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
     axes = np.meshgrid(*(np.arange(count) / count for count in counts), indexing="ij")
     return np.stack([axis.ravel() for axis in axes], axis=1)
+
+
+def contiguous(places: Index) -> slice | Index:
+    """Rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
+    whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
+    return slice(int(places[0]), int(places[-1]) + 1) if whole else places

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ...system.system import Array
-from .problem import Problem, State, gap_forces
+from .problem import Problem, State, balanced_forces
 
 __all__ = ["TruncatedOrders", "truncated_orders", "truncation_residual"]
 
@@ -76,7 +76,7 @@ def _kind(found: NDArray[np.int64], mesh: int, orders: tuple[int, ...]) -> NDArr
 
 def truncation_residual(given: Problem, at: State, truncated: TruncatedOrders) -> Array:
     """Norm of the motion that the forces would put on the orders dropped, by kind (kinds,) [root of energy]."""
-    force, modal, rows = gap_forces(given, at), given.modal, given.rows
+    force, modal, rows = balanced_forces(given, at), given.modal, given.rows
     live = force.any(axis=0)
     if not live.any():  # no row presses at any phase
         return np.zeros(truncated.kinds)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
-from .free_motions import NOISE, SOFT, free_motions, soft_modes, stiffness_rows
+from .free_motions import NOISE, SOFT, all_free, free_motions, soft_modes, stiffness_rows
 
 __all__ = ["Modal", "mean_modes", "modal_form", "modal_weights"]
 
@@ -51,15 +51,18 @@ def mean_modes(system: System) -> tuple[Array, Array]:
     if squared.size and squared[0] < -NOISE * largest:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
     small = squared <= NOISE * largest
-    if not np.any(squared <= SOFT * largest):
+    soft = squared <= SOFT * largest
+    if not np.any(soft):
         return squared, shapes
+    if np.array_equal(soft, small) and all_free(system, shapes[:, small]):
+        return np.where(small, 0.0, squared), shapes
     rows = stiffness_rows(system)
     if rows is None:
         return np.where(small, 0.0, squared), shapes
     root = np.linalg.cholesky((system.M + system.M.T) / 2)
     scaled = scipy.linalg.solve_triangular(root, rows, lower=True)
     free, rest = free_motions(scaled)
-    if free.shape[1] == np.count_nonzero(small) and not np.any((squared <= SOFT * largest) & ~small):
+    if free.shape[1] == np.count_nonzero(small) and not np.any(soft & ~small):
         return np.where(small, 0.0, squared), shapes
     found, motions = soft_modes(scaled, free, rest)
     return found, scipy.linalg.solve_triangular(root.T, motions, lower=False)

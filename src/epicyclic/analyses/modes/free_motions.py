@@ -14,7 +14,7 @@ import scipy.linalg
 
 from ...system.system import Array, System
 
-__all__ = ["NOISE", "SOFT", "free_motions", "soft_modes", "spread_warnings", "stiffness_rows"]
+__all__ = ["NOISE", "SOFT", "all_free", "free_motions", "soft_modes", "spread_warnings", "stiffness_rows"]
 
 # Rounding of omega^2 from the eigenproblem, per largest one.
 NOISE = 1e-11
@@ -23,6 +23,9 @@ SOFT = 1e-8
 # Singular values of rows of unit length that are zero: rounding of rows is 1e-15, and radii printed to eight digits fit
 # one centre distance to 1e-8; rows that hold a motion on purpose have 1e-3 (a narrow face against tilt) and more.
 _RANK = 1e-8
+# Strain of a motion per unit row that rounding of the eigenproblem may leave: n eps over the gap to the elastic modes,
+# `SOFT` or more.  A mode that a row holds strains it by 1e-3 and more.
+_STRAIN = 1e-6
 # What K has beside its links, per geometric mean of its diagonal: rounding of the sum.
 _REST = 1e-12
 # Relative error of a natural frequency that is worth a warning.
@@ -47,6 +50,24 @@ def stiffness_rows(system: System) -> Array | None:
         return None
     rows: Array = np.concatenate([meshes.B * np.sqrt(meshes.stiffness), held, further], axis=1)
     return rows
+
+
+def all_free(system: System, shapes: Array) -> bool:
+    """Whether mass-normalised shapes (n, r) strain no row, where that shows without a decomposition of the rows.
+
+    False also where M is not diagonal, or K holds more than links: `free_motions` has the answer.
+    """
+    mass, links, meshes = np.diag(system.M), system.links, system.meshes
+    if np.count_nonzero(system.M) > mass.size:
+        return False
+    linear = np.isfinite(links.stiffness) & (links.stiffness != 0)
+    rest = system.K - (links.B[:, linear] * links.stiffness[linear]) @ links.B[:, linear].T
+    size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
+    if np.any(np.abs(rest) > _REST * np.outer(size, size)):
+        return False
+    rows = np.concatenate([meshes.B[:, meshes.stiffness != 0], links.B[:, linear]], axis=1)
+    length = np.sqrt((rows * rows / mass[:, None]).sum(axis=0))
+    return bool(np.all(np.abs(rows.T @ shapes) <= _STRAIN * length[:, None]))
 
 
 def _factor(matrix: Array) -> Array | None:

@@ -17,9 +17,11 @@ from epicyclic.analyses.contact_loss.problem import (
     flank_force,
     jacobian,
     mesh_problem,
+    prolonged,
     speed_derivative,
     unknowns,
 )
+from epicyclic.analyses.contact_loss.truncation import truncated_orders, truncation_residual
 from epicyclic.analyses.static.tangent import linear
 from epicyclic.analyses.steady.response import FrameSpeed, respond, response
 
@@ -80,13 +82,26 @@ def test_the_jacobian_of_a_drive_is_the_derivative_at_edges_of_contact(name: str
     at = evaluate(given, y, speed)
     assert 0.05 < at.touching.mean() < 0.95
     assert at.width is not None
-    assert at.width.at[0].size > 10
+    assert at.width.at[0].size > 5
     assert (at.acting is not None) == ("damping.mesh" in overrides)
     h = 1e-5
     ahead, behind = (evaluate(given, y + sign * h * step, speed) for sign in (1, -1))
     differences = (ahead.residual - behind.residual) / (2 * h)
     # 2e-10 .. 2e-9: h^2 of a third derivative, and rounding 1e-16 / h
     np.testing.assert_allclose(jacobian(given, at)(step), differences, atol=1e-8 * np.abs(differences).max(), rtol=0)
+
+
+def test_truncation_residual_is_the_residual_on_the_orders_dropped(made: Any) -> None:
+    """Of the same motion in a balance with all orders of the grid."""
+    ready = response(made.coupled())
+    small, large = (mesh_problem(ready, harmonics=harmonics, samples=49) for harmonics in (4, 24))
+    state = solved(small, 1.1)
+    assert 0.05 < state.touching.mean() < 0.95
+    dropped = truncated_orders(small, np.array([float(ready.omega[0])]), mesh=1, orders=())
+    found = evaluate(large, prolonged(small, large, state.y), 1.1)
+    exact = np.linalg.norm(found.residual[:, 5:])
+    assert exact > 3e-4 * np.linalg.norm(state.y)
+    assert np.linalg.norm(truncation_residual(small, state, dropped)) == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("frame", ["kinematic", "operating"])
