@@ -46,6 +46,8 @@ def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path
         if begun(folder) and (isinstance(error, KeyboardInterrupt) or error.problem.startswith("cannot be written")):
             command = _command(str(folder / record)) if record else _command()
             complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
+        elif keeps and isinstance(error, KeyboardInterrupt):
+            complain("nothing was done yet that could be kept")
         raise
     else:
         remove_folder(folder)

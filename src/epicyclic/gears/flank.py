@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -128,18 +129,37 @@ def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: 
     Raises
     ------
     ModelError : a relief without length or longer than the flank (end relief: than half the face), a negative or
-        infinite amount, heights of a profile that do not rise, pitch deviations of another number than teeth.
+        infinite amount or one above the height, heights of a profile that do not rise, pitch deviations of another
+        number than teeth.
     """
     for name, most in (("tip_relief", height), ("root_relief", height), ("end_relief", width / 2)):
         _check_relief(getattr(flank, name), most, f"{path}.{name}" if path else name)
     for name in ("crown", "slope"):
         if not math.isfinite(getattr(flank, name)):
             raise ModelError("is no finite length", path=f"{path}.{name}", given=getattr(flank, name))
+    for name, size in _amounts(flank):
+        if abs(size) > height:
+            raise ModelError(
+                "more than the height of the flank: no micro-geometry",
+                path=f"{path}.{name}" if path else name,
+                given=f"{size * 1e3:.6g} mm",
+                allowed=f"at most {height * 1e3:.5g} mm",
+            )
     heights = [at for at, _ in flank.profile]
     if any(b <= a for a, b in itertools.pairwise(heights)) or not np.isfinite(flank.profile).all():
         raise ModelError("heights below the tip must rise", path=f"{path}.profile", given=heights)
     if flank.pitch and len(flank.pitch) != teeth:
         raise ModelError("one deviation a tooth", path=f"{path}.pitch", given=len(flank.pitch), allowed=str(teeth))
+
+
+def _amounts(flank: Flank) -> Iterator[tuple[str, float]]:
+    """Yield name and size [m] of everything that takes material off, or leaves it."""
+    yield from (("crown", flank.crown), ("slope", flank.slope))
+    for name in ("tip_relief", "root_relief", "end_relief"):
+        if (relief := getattr(flank, name)) is not None:
+            yield f"{name}.amount", relief.amount
+    yield from (("profile.missing", missing) for _, missing in flank.profile)
+    yield from (("wave.amplitude", wave.amplitude) for wave in flank.waves)
 
 
 def _check_relief(relief: Relief | None, most: float, path: str) -> None:

@@ -231,7 +231,7 @@ def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str
 
     Raises
     ------
-    ModelError : no name or no text in an entry.
+    ModelError : no name or no text in an entry, or a name that comes twice.
     """
     if isinstance(value, Mapping):
         return dict(value)
@@ -240,6 +240,8 @@ def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str
         name, _, bounds = text.partition("=")
         if not name.strip() or not bounds.strip():
             raise ModelError("not bounds", path=path, given=text, allowed='tip_relief.amount="0..40 um"')
+        if name.strip() in found:
+            raise ModelError("stated twice", path=f"{path}.{name.strip()}", given=bounds.strip(), allowed="once")
         found[name.strip()] = bounds.strip()
     return found
 

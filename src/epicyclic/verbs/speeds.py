@@ -108,4 +108,8 @@ def mesh_frequencies(
         raise ModelError(
             "the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz", allowed="0 < first <= last"
         )
+    if points == 1 and start is not None and stop is not None and low < high:
+        raise ModelError(
+            "one speed is no range", path="points", given=1, allowed="2 or more; or start and stop the same"
+        )
     return [float(frequency) for frequency in np.linspace(low, high, points)]

@@ -287,6 +287,7 @@ def test_the_command_line_names_what_goes_on(
     calls[:] = [1]
     status, err = run(capsys, *words[:4], "-o", str(tmp_path / "none.nc"))
     assert status == 130
+    assert "nothing was done yet that could be kept" in err
     assert not (tmp_path / "none.nc.parts").exists()  # nothing was done: nothing is left
 
 

@@ -60,6 +60,12 @@ def test_a_sweep_in_rpm_is_that_in_hertz(ren: Train) -> None:
         epicyclic.sweep(system, start="50 rpm")
 
 
+def test_one_speed_between_two_ends_is_refused(ren: Train) -> None:
+    with pytest.raises(ModelError, match="points = 1: one speed is no range"):
+        epicyclic.sweep(ren, start="50 rpm", stop="60 rpm", points=1)
+    np.testing.assert_allclose(epicyclic.sweep(ren, start="50 rpm", stop="50 rpm", points=1).speed, [0.5], rtol=1e-12)
+
+
 @pytest.mark.parametrize(("value", "speed"), [("0.5", 0.5), ("13.65625 Hz", 0.5), ("50 rpm", 0.5), ("50 %", 0.5)])
 def test_one_speed_takes_the_same_texts(ren: Train, value: str, speed: float) -> None:
     assert relative(value, epicyclic.assemble(ren), ren) == pytest.approx(speed, rel=1e-15)

@@ -37,9 +37,9 @@ _GEARS = {
     "profile_shift": ("shift [-]", 1.0),
     "face_width": ("face width [mm]", 1e3),
     "base_radius": ("base radius [mm]", 1e3),
-    "reference_radius": ("reference [mm]", 1e3),
-    "tip_radius": ("tip [mm]", 1e3),
-    "root_radius": ("root [mm]", 1e3),
+    "reference_radius": ("reference radius [mm]", 1e3),
+    "tip_radius": ("tip radius [mm]", 1e3),
+    "root_radius": ("root radius [mm]", 1e3),
 }
 _MESHES = "Meshes (stiffness, force and backlash along the tooth normal)"
 _PATHS = {

@@ -118,7 +118,7 @@ def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most:
     force = np.nan_to_num(result["resonance_amplitude"].values[places], nan=-1.0)
     shown = np.sort(places[np.argsort(-force, kind="stable")[:most]])
     if len(shown) < len(places):
-        title += f": the {len(shown)} with the largest forces of {len(places)}"
+        title += f": of {len(places)} the {len(shown)} with the largest forces, by speed"
     speed, near = 100 * result["resonance_speed"].values, result["resonance_near"].values
     count = result["resonance_multiplicity"].values
     columns: dict[str, Any] = {
