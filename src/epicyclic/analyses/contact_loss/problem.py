@@ -356,14 +356,13 @@ def balanced_forces(given: Problem, at: State) -> Array:
 
 
 def gap_forces(given: Problem, at: State) -> Array:
-    """Force of every row at the samples (N, R) [N], the dampers of links left out."""
+    """Forces of flanks and link rows at the samples (N, F + L) [N], the dampers of links left out."""
     opened, F = gap_rows(given, at.y) - given.error, given.rows.count
-    delta = given.grid.values(opened)
-    force = elastic_forces(given, delta)
+    force = elastic_forces(given, given.grid.values(opened))
     if at.acting is not None:
         rate = given.grid.values(rate_rows(opened[:, :F], at.speed * given.omega))
         force[:, :F] += given.rows.damping * rate * at.touching
-    return np.pad(force, ((0, 0), (0, delta.shape[1] - force.shape[1])))
+    return force
 
 
 def flank_force(given: Problem, at: State) -> Array:

@@ -34,6 +34,8 @@ _BLOCK = 8
 # Windows run: at least one to leave the transient; at most, for states near to 1.  A growth within `_NEAR` of 1 is run
 # until its error is below `_ERROR`: a quarter of the 2e-3 a cycle that count as growth.
 _WINDOWS, _NEAR, _ERROR = 12, 0.03, 5e-4
+# Doubles of a matrix over the samples of some cycles and all rows, of which ten are alive at a time.
+_VALUES = 4_000_000
 # Samples in one product with the lattice points: bounds the memory of a (samples, 2 J) matrix.
 _BATCH = 2048
 
@@ -71,9 +73,9 @@ def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, .
     window, period = window_cycles(tones[1] / tones[0])
     cycle = 2 * np.pi / (float(given.tones[0]) * state.speed)
     steps = _steps(given, state, cycle)
-    turns = float(tones[1] / tones[0])
-    first = tangents_along(given, state, 0.0, window, steps, turns)
-    # rows that change in a later window do so somewhere on the grid
+    turns, size = float(tones[1] / tones[0]), _cycles_at_once(given, steps)
+    first = tangents_along(given, state, 0.0, min(size, window), steps, turns)
+    # rows that change later do so somewhere on the grid
     used = np.any(first.stiffness != 0, axis=1) | np.any(state.tangent != given.rows.linear, axis=0)
     if first.damping is not None:
         used |= np.any(first.damping != 0, axis=1)
@@ -89,9 +91,12 @@ def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, .
     block, rates = _start(flow.size), list[float]()
     whole = period and flow.size <= _BLOCK
     while True:
-        if rates and not period:
-            kept = _rows(tangents_along(given, state, len(rates) * window, window, steps, turns), used)
-        after = flow.propagated(block, kept.stiffness, kept.damping)
+        after = block
+        for begin in range(0, window, size):
+            start, count = (0 if period else len(rates) * window) + begin, min(size, window - begin)
+            if size < window or (rates and not period):
+                kept = _rows(tangents_along(given, state, start, count, steps, turns), used)
+            after = flow.propagated(after, kept.stiffness, kept.damping)
         if not np.isfinite(after).all():
             raise np.linalg.LinAlgError("a disturbance over a window is not finite")
         found, left = _rate(flow, block, after, window)
@@ -100,6 +105,11 @@ def quasi_periodic_growth(given: Problem, state: State, tones: tuple[Fraction, .
         if whole or len(rates) == _WINDOWS or (len(rates) > 1 and (error < _ERROR or abs(rate - 1) > _NEAR + error)):
             return Growth(rate=rate, error=error, steps=steps, cycles=len(rates) * window)
         block = np.linalg.qr(after)[0]
+
+
+def _cycles_at_once(given: Problem, steps: int) -> int:
+    """Cycles of the first tone whose tangents are made at once, so that a matrix over their samples stays small."""
+    return max(1, _VALUES // (steps * _SAMPLES * len(given.rows.linear)))
 
 
 def _summed(rates: list[float], left: float, *, period: bool) -> tuple[float, float]:

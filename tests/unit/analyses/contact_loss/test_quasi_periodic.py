@@ -198,3 +198,16 @@ def test_an_unstable_motion_of_two_tones_is_replaced(train: Any) -> None:
         assert reached.motion.stable
     else:
         assert np.isfinite(reached.motion.measures.rms).all()
+
+
+@pytest.mark.parametrize("ratio", [Fraction(13, 8), Fraction(89, 55)])
+def test_windows_in_parts_are_whole_windows(train: Any, ratio: Fraction, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tangents of a cycle at a time, as of large trains: the mean that kicks are counted from is another one."""
+    system = replace(train(ratio=ratio, swing=0.3, mesh_damping=400.0), zeta=0.01)
+    refinement, state = moved(system, 1.4)
+    given, tones = refinement.problem(12), refinement.ready.lines.tones
+    whole = quasi_periodic_growth(given, state, tones)
+    monkeypatch.setattr("epicyclic.analyses.contact_loss.quasi_periodic._VALUES", 1)
+    parts = quasi_periodic_growth(given, state, tones)
+    assert parts.rate == pytest.approx(whole.rate, abs=2e-4)
+    assert parts.cycles == whole.cycles
