@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.audits.audit_file import audited_drives, read_audit
+from epicyclic.audits.audit_file import attempts, audited_drives, read_audit
 from epicyclic.show.views.audit import tally
 
 PAGES = Path(__file__).parents[2] / "docs" / "drives"
@@ -41,10 +41,24 @@ def test_nothing_is_contradicted(drive: str) -> None:
     assert time.process_time() - started < MOST_SECONDS
 
 
+SEARCHED = ("dong2019", "encased-differential", "lin1999-n3", "lin1999-n4", "lin1999-n5")
+"""Drives whose readings have been searched."""
+
+
+@pytest.mark.parametrize("drive", SEARCHED)
+def test_what_is_not_reproducible_has_been_tried(drive: str) -> None:
+    """Three readings at least, each with a number; or why there is nothing to try."""
+    _, audit = read_audit(drive)
+    rows = [row for row in audit.rows if row.verdict == "not reproducible" and not row.nothing_to_try]
+    few = [row.quantity for row in rows if sum(one.ours is not None for one in attempts(row)) < 3]
+    assert few == []
+
+
 @pytest.mark.parametrize("drive", audited_drives())
 def test_every_run_is_used(drive: str) -> None:
     _, audit = read_audit(drive)
-    used = {name for row in audit.rows if row.ours for name in row.ours.runs()}
+    tried = [one.ours for row in audit.rows for one in attempts(row)]
+    used = {name for ours in tried if ours for name in ours.runs()}
     for name in sorted(used):
         while (name := audit.runs[name].based_on or "") and name not in used:
             used.add(name)

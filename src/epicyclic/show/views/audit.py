@@ -56,12 +56,9 @@ def tally(result: xr.Dataset) -> dict[str, str]:
 
 
 def _drives(result: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Part of the table of each drive, with what was tried for its rows."""
+    """Part of the table of each drive; what was tried for the rows is that of all drives."""
     for drive in dict.fromkeys(map(str, result.drive.values)):
-        part = result.isel(row=np.flatnonzero(result.drive.values == drive))
-        if "attempt" in result.dims:
-            part = part.isel(attempt=np.flatnonzero(np.isin(result.attempt_row.values, part.row.values)))
-        yield drive, part
+        yield drive, result.isel(row=np.flatnonzero(result.drive.values == drive))
 
 
 def _counts(part: xr.Dataset) -> dict[str, int]:
