@@ -278,6 +278,8 @@ def test_the_best_reading_stands_in_the_row(run: Auditor) -> None:
         "no number",
     ]
     assert verdicts.columns["under a reading"] == [1]
+    assert shown.notes == ("reason: not printed", "tolerance: printed", "reason: why", "reason: a datum is missing")
+    assert shown.columns["remark"] == ["1 2", "", "3", "", "4"]  # of an attempt only what its row has not said
 
 
 def test_a_fitted_reading_makes_the_row_fitted(run: Auditor) -> None:

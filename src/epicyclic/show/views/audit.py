@@ -91,7 +91,7 @@ def _rows(part: xr.Dataset, title: str, note: str) -> Table:
     for at, row in zip(part["row"].values, _records(part, "row"), strict=True):
         tried = [attempt for attempt in attempts if attempt["row"] == at]
         lines.append(_cells(row, tried, remarks))
-        lines += [_attempt_cells(attempt, remarks) for attempt in tried]
+        lines += [_attempt_cells(attempt, row, remarks) for attempt in tried]
     names = ("quantity", "place", "published", "ours", "difference", "verdict", "remark")
     columns = {name: [line[at] for line in lines] for at, name in enumerate(names)}
     return Table(title=title, columns=columns, lead=" ".join(note.split()), notes=tuple(remarks))
@@ -117,8 +117,9 @@ def _cells(row: dict[str, Any], tried: Sequence[dict[str, Any]], remarks: dict[s
     )
 
 
-def _attempt_cells(attempt: dict[str, Any], remarks: dict[str, int]) -> tuple[Any, ...]:
-    """Cells of an attempt below its row; its tolerance is explained where it is not that of the row."""
+def _attempt_cells(attempt: dict[str, Any], row: dict[str, Any], remarks: dict[str, int]) -> tuple[Any, ...]:
+    """Cells of an attempt below its row; it has the remarks that the row has not."""
+    texts = {name: attempt[name] for name in ("reason", "because") if attempt[name] != row[name]}
     outcome = str(attempt["outcome"]) + (", fitted" if attempt["fitted"] else "")
     tone: Any = "good" if attempt["outcome"] == "within" else "caution"
     return (
@@ -128,7 +129,7 @@ def _attempt_cells(attempt: dict[str, Any], remarks: dict[str, int]) -> tuple[An
         float(attempt["ours"]),
         float(f"{attempt['difference']:.2g}"),
         Styled(text=outcome, tone=tone),
-        _remarks({"reason": attempt["reason"], "because": attempt["because"]}, remarks),
+        _remarks(texts, remarks),
     )
 
 
