@@ -263,11 +263,11 @@ def test_fig_16_both_floating(system: System) -> None:
 
 def test_fig_16_with_the_supports_exchanged() -> None:
     """1.008 and 1.023 of Fig. 16 and all of Fig. 19, by the series formula too; 1.058 needs other supports."""
-    for sun, printed in ((K_R, 1.008), ("inf", 1.023)):
-        found = J(drive({"sun.run_out": "6 um"}, **supports(sun, K_W)), cycles=24, samples=5).max()
+    cases: tuple[tuple[Any, float, float], ...] = ((K_R, K_R, 1.008), ("inf", math.inf, 1.023))
+    for given, sun, printed in cases:
+        found = J(drive({"sun.run_out": "6 um"}, **supports(given, K_W)), cycles=24, samples=5).max()
         assert round(found, 3) == printed
-        stiff = k1(math.inf if sun == "inf" else sun, K_W)
-        assert found - 1 == pytest.approx(share(6 * UM, stiff, TORQUE), rel=4e-4)
+        assert found - 1 == pytest.approx(share(6 * UM, k1(sun, K_W), TORQUE), rel=4e-4)
     for torque, printed in ((200, 1.012), (245, 1.010), (285, 1.008), (325, 1.007), (370, 1.006)):
         assert round(1 + share(6 * UM, k1(K_R, K_W), torque), 3) == printed
     # 1/k1 of both afloat, sun fixed, both fixed but for one factor; their differences are the supports

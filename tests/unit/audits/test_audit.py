@@ -357,10 +357,12 @@ def test_a_hand_calculation_is_counted_apart(run: Auditor) -> None:
     hand = row("reproduced", extra='tolerance = 0.05\norigin = "hand calculation"')
     wrong = row("reproduced", 5.0, extra='tolerance = 0.05\norigin = "hand calculation"')
     result = run(row("reproduced"), hand, head=HEAD_2)
-    expected = "1 reproduced, 0 under a reading, 0 not reproducible, 0 not compared, 0 contradicted, 1 hand calculation"
+    expected = (
+        "1 reproduced, 0 under a reading, 0 not reproducible, 0 not compared, 0 contradicted, 1 hand calculations"
+    )
     assert tally(result)["lin1999-n3"] == expected
     assert str(tables(result)[0].columns["verdict"][1]) == "agrees with our hand calculation"
-    assert tally(run(hand, wrong, head=HEAD_2))["lin1999-n3"].endswith("1 contradicted, 1 hand calculation")
+    assert tally(run(hand, wrong, head=HEAD_2))["lin1999-n3"].endswith("1 contradicted, 1 hand calculations")
 
 
 def test_several_drives_keep_their_attempts_apart(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ __all__ = ["ORDER", "sections", "tables", "tally"]
 
 ORDER = 170
 _TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad", "not compared": "caution"}
-_CONTRADICTED, _BY_HAND = "contradicted", "hand calculation"
+_CONTRADICTED, _BY_HAND, _HAND_CALCULATIONS = "contradicted", "hand calculation", "hand calculations"
 _SHOWN = {"under a reading": "only under a stated reading"}
 _NOT_COMPUTED = "not computed"
 _REMARKS = {"reading": "reading", "reason": "reason", "because": "tolerance", "nothing_to_try": "nothing to try"}
@@ -65,7 +65,7 @@ def _counts(part: xr.Dataset) -> dict[str, int]:
     """Kind -> number of rows; every row is of one kind."""
     kinds = Counter(_kind(row) for row in _records(part, "row"))
     always = {kind: kinds[kind] for kind in (*_TONES, _CONTRADICTED)}
-    return always | {kind: kinds[kind] for kind in (_NOT_COMPUTED, _BY_HAND) if kinds[kind]}
+    return always | {kind: kinds[kind] for kind in (_NOT_COMPUTED, _HAND_CALCULATIONS) if kinds[kind]}
 
 
 def _kind(row: dict[str, Any]) -> str:
@@ -74,7 +74,7 @@ def _kind(row: dict[str, Any]) -> str:
         return _NOT_COMPUTED
     if row["outcome"] != "holds":
         return _CONTRADICTED
-    return _BY_HAND if row.get("origin") == _BY_HAND else str(row["verdict"])
+    return _HAND_CALCULATIONS if row.get("origin") == _BY_HAND else str(row["verdict"])
 
 
 def _records(part: xr.Dataset, along: str) -> list[dict[str, Any]]:
