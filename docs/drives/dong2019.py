@@ -1,4 +1,4 @@
-"""Figures of the page on dong2019: figures 6 to 17 and 19 of the source redrawn in kind, printed numbers as markers."""
+"""Figures of the page on dong2019: figures 5 to 17 and 19 of the source redrawn in kind, printed numbers as markers."""
 
 from __future__ import annotations
 
@@ -28,6 +28,10 @@ PRINTED_SIGN: Overrides = {
 }
 FIXED_SUN: Overrides = {"stages.main.sun.support.radial": "inf"}
 FIXED_RING: Overrides = {"stages.main.ring.support.radial": "inf"}
+EXCHANGED: Overrides = {
+    "stages.main.sun.support.radial": "9.31e6 N/m",
+    "stages.main.ring.support.radial": "1.78e7 N/m",
+}
 TEST_TORQUES = (200, 245, 285, 325, 370)
 THEORY = (1.012, 1.010, 1.008, 1.007, 1.006)
 TEST = (1.121, 1.074, 1.072, 1.077, 1.062)
@@ -89,23 +93,45 @@ def printed(drawn: go.Figure, x: Any, y: Any, name: str = "published", **options
     drawn.add_trace(go.Scatter(x=x, y=y, mode="markers", name=name, marker=dict(PUBLISHED), **options), **where)
 
 
+def fig5() -> go.Figure:
+    """Force of the spline over the float of the sun, from equilibria over 33 turns with all errors."""
+    title = "The law of the spline, Fig. 5: up to the friction force, slip over the clearance, then the shaft again"
+    drawn = figure(title, x="float of the sun [um]", y="force of the spline [N]")
+    for place, clearance in enumerate((4.0, 8.0, 20.0)):
+        result = static({**PRINTED_SIGN, **spline(clearance, {"force": 63.9})}, 33, 16)
+        stretch, force = result.group_stretch.values[0] * 1e6, result.group_force.values[0]
+        order = np.argsort(stretch)
+        line(drawn, stretch[order].round(3), force[order].round(2), f"clearance {clearance:g} um", place)
+    drawn.add_hline(y=63.9, line={"color": INK, "width": 1, "dash": "dot"})
+    drawn.add_annotation(
+        text="F_m = 63.9 N, fitted to Fig. 15", x=0, y=63.9, yshift=10, showarrow=False, xanchor="left"
+    )
+    return drawn.update_layout(legend={"x": 0.02, "y": 0.98})
+
+
 def fig6() -> go.Figure:
-    """Share of each star with all errors, right sign and printed sign."""
-    names = ["equations put right: largest 1.044", "sign of the ring's errors as printed: largest 1.036"]
-    title = "All errors of 6 um: the printed 1.036 takes the printed sign of the ring's errors, and single stars differ"
-    drawn = panels(title, names, height=560, vertical_spacing=0.12, shared_xaxes=True)
-    for row, overrides in enumerate(({}, PRINTED_SIGN), start=1):
+    """Share of each star with all errors, a panel each: sign of the ring's errors as printed, and put right."""
+    published = (1.023, 1.036, 1.028, 1.030, 1.025)
+    names = [f"star {star}" for star in range(1, N + 1)]
+    title = "All errors of 6 um: the largest of all is the printed 1.036 with the printed sign; single stars differ"
+    drawn = panels(title, names, height=820, vertical_spacing=0.045, shared_xaxes=True)
+    cases = {"sign of the ring's errors as printed": PRINTED_SIGN, "equations put right": {}}
+    for place, (name, overrides) in enumerate(cases.items()):
         result = static(overrides, 33)
-        stars(drawn, turns_of_sun(result), shares(result), row=row, legend=row == 1)
-    printed(drawn, [33.7], [1.036], "published J", row=2, col=1)
-    for star, value in enumerate((1.023, 1.036, 1.028, 1.030, 1.025)):
-        marker = {**PUBLISHED, "line": {"width": 2, "color": PALETTE[star]}}
-        trace = go.Scatter(x=[34.6 + 0.5 * star], y=[value], mode="markers", marker=marker, showlegend=star == 0)
-        drawn.add_trace(trace.update(name="published, stars 1 to 5"), row=2, col=1)
-    drawn.update_yaxes(title_text=SHARE, range=[0.95, 1.05])
-    drawn.update_xaxes(range=[0, 37.2])
-    drawn.update_xaxes(title_text="turns of the sun", row=2, col=1)
-    return drawn
+        time, curves = turns_of_sun(result), shares(result)
+        for row, curve in enumerate(curves, start=1):
+            width = {"color": PALETTE[place], "width": 1.7 if place == 0 else 1.0}
+            group = {"legendgroup": name, "showlegend": row == 1, "name": name}
+            trace = go.Scatter(x=time.round(3), y=curve.round(4), mode="lines", line=width, **group)
+            drawn.add_trace(trace, row=row, col=1)
+    for row, value in enumerate(published, start=1):
+        trace = {"x": [0, 33], "y": [value] * 2, "mode": "lines", "name": "published largest of the star"}
+        dash = {"color": INK, "width": 1.6, "dash": "dash"}
+        drawn.add_trace(go.Scatter(**trace, line=dash, legendgroup="p", showlegend=row == 1), row=row, col=1)
+    drawn.update_yaxes(range=[0.95, 1.05], title_text="J [-]")
+    drawn.update_xaxes(range=[0, 33])
+    drawn.update_xaxes(title_text="turns of the sun", row=N, col=1)
+    return drawn.update_layout(legend={"orientation": "h", "y": -0.08, "x": 0.5, "xanchor": "center"})
 
 
 def fig7() -> go.Figure:
@@ -263,23 +289,21 @@ def spline(clearance: float, friction: Overrides) -> dict[str, Any]:
 
 
 def fig16() -> go.Figure:
-    """Share of star 1 over time for three ways of holding sun and ring."""
-    cases = {
-        "K_w and a rigid ring, 16 um (fitted)": (FIXED_RING, 16, 1.058),
-        "K_w and K_r, 16 um": ({}, 16, 1.023),
-        "rigid sun and K_r, 6 um": (FIXED_SUN, 6, 1.023),
-        "K_w and K_r, 6 um": ({}, 6, 1.008),
+    """Share of star 1 over time for the ways of holding sun and ring, supports as printed and exchanged."""
+    cases: dict[str, Overrides] = {
+        "both afloat, exchanged: 1.008": EXCHANGED,
+        "sun fixed, exchanged: 1.023": {**EXCHANGED, **FIXED_SUN},
+        "sun fixed, as printed: 1.012": FIXED_SUN,
+        "ring fixed, as printed: 1.022": FIXED_RING,
     }
-    title = (
-        "Held and floating: 1.008 takes 6 um, 1.058 takes 16 um and a ring alone rigid; no one error gives the three"
-    )
+    title = "One error of 6 um: with K_w and K_r exchanged two of the three numbers of Fig. 16 follow, 1.058 never"
     drawn = figure(title, x="turns of the sun", y="share J of star 1 [-]")
-    for place, (name, (held, size, _)) in enumerate(cases.items()):
-        result = static({**held, **only({"sun.run_out": vector(size)})}, 2, 48)
+    for place, (name, held) in enumerate(cases.items()):
+        result = static({**only({"sun.run_out": vector(6)}), **held}, 2, 48)
         line(drawn, turns_of_sun(result).round(4), shares(result)[0].round(6), name, place)
     printed(drawn, [2.04] * 3, [1.058, 1.023, 1.008], "published J: neither floats, ring floats, both float")
     drawn.update_xaxes(range=[0, 2.1])
-    drawn.update_yaxes(range=[0.93, 1.13])
+    drawn.update_yaxes(range=[0.97, 1.1])
     return drawn.update_layout(legend={"x": 0.02, "y": 0.98})
 
 
@@ -321,6 +345,7 @@ def fig19() -> go.Figure:
 
 
 FIGURES: dict[str, Callable[[], go.Figure]] = {
+    "fig5": fig5,
     "fig6": fig6,
     "fig7": fig7,
     "fig8": fig8,

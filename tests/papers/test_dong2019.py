@@ -261,6 +261,22 @@ def test_fig_16_both_floating(system: System) -> None:
     assert f"{found:.4f}" == "1.0078"
 
 
+def test_fig_16_with_the_supports_exchanged() -> None:
+    """1.008 and 1.023 of Fig. 16 and all of Fig. 19, by the series formula too; 1.058 needs other supports."""
+    cases: tuple[tuple[Any, float, float], ...] = ((K_R, K_R, 1.008), ("inf", math.inf, 1.023))
+    for given, sun, printed in cases:
+        found = J(drive({"sun.run_out": "6 um"}, **supports(given, K_W)), cycles=24, samples=5).max()
+        assert round(found, 3) == printed
+        assert found - 1 == pytest.approx(share(6 * UM, k1(sun, K_W), TORQUE), rel=4e-4)
+    for torque, printed in ((200, 1.012), (245, 1.010), (285, 1.008), (325, 1.007), (370, 1.006)):
+        assert round(1 + share(6 * UM, k1(K_R, K_W), torque), 3) == printed
+    # 1/k1 of both afloat, sun fixed, both fixed but for one factor; their differences are the supports
+    both, fixed, neither = (np.array([printed - 1 - 0.0005, printed - 1 + 0.0005]) for printed in (1.008, 1.023, 1.058))
+    ratio = [(1 / x - 1 / y) / (1 / y - 1 / z) for x in both for y in fixed for z in neither]  # monotone in each
+    assert [round(float(bound), 1) for bound in (min(ratio), max(ratio))] == [2.7, 3.6]
+    assert [round(k / RHO**2, 2) for k in (K_R / K_W, K_W / K_R)] == [0.56, 2.03]
+
+
 @pytest.mark.parametrize(
     ("sun", "ring"), [(K_W, K_R), ("inf", K_R), (K_W, "inf"), (1e5, K_R), (3e8, 2e7), ("inf", "inf")]
 )
@@ -340,7 +356,7 @@ def test_torque_that_closes_a_short_star(softer: int, printed: float) -> None:
 
 
 def test_random_places_of_the_errors_of_the_stars() -> None:
-    """With the printed mesh stiffness star errors that point anywhere separate teeth, J = 2.3; softer teeth share."""
+    """With the printed mesh stiffness star errors that point anywhere separate teeth; softer teeth share."""
     rng = np.random.default_rng(2019)
     worst = {1: 0.0, 10: 0.0, 100: 0.0, 1000: 0.0}
     for _ in range(4):
@@ -448,6 +464,8 @@ def test_verdicts() -> None:
         assert (f"Table 2, {column}", verdict) in said
     for column in ("A_pII", "A_r"):
         assert {verdict for place, verdict in said if place == f"Table 2, {column}"} == {"not reproducible"}
+    fig16 = {row.published: row.verdict for row in audit.rows if row.place == "Fig. 16"}
+    assert fig16 == {1.008: "under a reading", 1.023: "under a reading", 1.058: "not reproducible"}
     assert audit.resolved("spline-20").fitted == ("stages.main.sun.support.friction",)
 
 

@@ -278,6 +278,8 @@ def test_the_best_reading_stands_in_the_row(run: Auditor) -> None:
         "no number",
     ]
     assert verdicts.columns["under a reading"] == [1]
+    assert shown.notes == ("reason: not printed", "tolerance: printed", "reason: why", "reason: a datum is missing")
+    assert shown.columns["remark"] == ["1 2", "", "3", "", "4"]  # of an attempt only what its row has not said
 
 
 def test_a_fitted_reading_makes_the_row_fitted(run: Auditor) -> None:
@@ -355,10 +357,12 @@ def test_a_hand_calculation_is_counted_apart(run: Auditor) -> None:
     hand = row("reproduced", extra='tolerance = 0.05\norigin = "hand calculation"')
     wrong = row("reproduced", 5.0, extra='tolerance = 0.05\norigin = "hand calculation"')
     result = run(row("reproduced"), hand, head=HEAD_2)
-    expected = "1 reproduced, 0 under a reading, 0 not reproducible, 0 not compared, 0 contradicted, 1 hand calculation"
+    expected = (
+        "1 reproduced, 0 under a reading, 0 not reproducible, 0 not compared, 0 contradicted, 1 hand calculations"
+    )
     assert tally(result)["lin1999-n3"] == expected
     assert str(tables(result)[0].columns["verdict"][1]) == "agrees with our hand calculation"
-    assert tally(run(hand, wrong, head=HEAD_2))["lin1999-n3"].endswith("1 contradicted, 1 hand calculation")
+    assert tally(run(hand, wrong, head=HEAD_2))["lin1999-n3"].endswith("1 contradicted, 1 hand calculations")
 
 
 def test_several_drives_keep_their_attempts_apart(tmp_path: Path) -> None:

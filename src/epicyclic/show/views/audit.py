@@ -21,7 +21,7 @@ __all__ = ["ORDER", "sections", "tables", "tally"]
 
 ORDER = 170
 _TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad", "not compared": "caution"}
-_CONTRADICTED, _BY_HAND = "contradicted", "hand calculation"
+_CONTRADICTED, _BY_HAND, _HAND_CALCULATIONS = "contradicted", "hand calculation", "hand calculations"
 _SHOWN = {"under a reading": "only under a stated reading"}
 _NOT_COMPUTED = "not computed"
 _REMARKS = {"reading": "reading", "reason": "reason", "because": "tolerance", "nothing_to_try": "nothing to try"}
@@ -56,19 +56,16 @@ def tally(result: xr.Dataset) -> dict[str, str]:
 
 
 def _drives(result: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Part of the table of each drive, with what was tried for its rows."""
+    """Part of the table of each drive; what was tried for the rows is that of all drives."""
     for drive in dict.fromkeys(map(str, result.drive.values)):
-        part = result.isel(row=np.flatnonzero(result.drive.values == drive))
-        if "attempt" in result.dims:
-            part = part.isel(attempt=np.flatnonzero(np.isin(result.attempt_row.values, part.row.values)))
-        yield drive, part
+        yield drive, result.isel(row=np.flatnonzero(result.drive.values == drive))
 
 
 def _counts(part: xr.Dataset) -> dict[str, int]:
     """Kind -> number of rows; every row is of one kind."""
     kinds = Counter(_kind(row) for row in _records(part, "row"))
     always = {kind: kinds[kind] for kind in (*_TONES, _CONTRADICTED)}
-    return always | {kind: kinds[kind] for kind in (_NOT_COMPUTED, _BY_HAND) if kinds[kind]}
+    return always | {kind: kinds[kind] for kind in (_NOT_COMPUTED, _HAND_CALCULATIONS) if kinds[kind]}
 
 
 def _kind(row: dict[str, Any]) -> str:
@@ -77,7 +74,7 @@ def _kind(row: dict[str, Any]) -> str:
         return _NOT_COMPUTED
     if row["outcome"] != "holds":
         return _CONTRADICTED
-    return _BY_HAND if row.get("origin") == _BY_HAND else str(row["verdict"])
+    return _HAND_CALCULATIONS if row.get("origin") == _BY_HAND else str(row["verdict"])
 
 
 def _records(part: xr.Dataset, along: str) -> list[dict[str, Any]]:
@@ -94,7 +91,7 @@ def _rows(part: xr.Dataset, title: str, note: str) -> Table:
     for at, row in zip(part["row"].values, _records(part, "row"), strict=True):
         tried = [attempt for attempt in attempts if attempt["row"] == at]
         lines.append(_cells(row, tried, remarks))
-        lines += [_attempt_cells(attempt, remarks) for attempt in tried]
+        lines += [_attempt_cells(attempt, row, remarks) for attempt in tried]
     names = ("quantity", "place", "published", "ours", "difference", "verdict", "remark")
     columns = {name: [line[at] for line in lines] for at, name in enumerate(names)}
     return Table(title=title, columns=columns, lead=" ".join(note.split()), notes=tuple(remarks))
@@ -120,8 +117,9 @@ def _cells(row: dict[str, Any], tried: Sequence[dict[str, Any]], remarks: dict[s
     )
 
 
-def _attempt_cells(attempt: dict[str, Any], remarks: dict[str, int]) -> tuple[Any, ...]:
-    """Cells of an attempt below its row; its tolerance is explained where it is not that of the row."""
+def _attempt_cells(attempt: dict[str, Any], row: dict[str, Any], remarks: dict[str, int]) -> tuple[Any, ...]:
+    """Cells of an attempt below its row; it has the remarks that the row has not."""
+    texts = {name: attempt[name] for name in ("reason", "because") if attempt[name] != row[name]}
     outcome = str(attempt["outcome"]) + (", fitted" if attempt["fitted"] else "")
     tone: Any = "good" if attempt["outcome"] == "within" else "caution"
     return (
@@ -131,7 +129,7 @@ def _attempt_cells(attempt: dict[str, Any], remarks: dict[str, int]) -> tuple[An
         float(attempt["ours"]),
         float(f"{attempt['difference']:.2g}"),
         Styled(text=outcome, tone=tone),
-        _remarks({"reason": attempt["reason"], "because": attempt["because"]}, remarks),
+        _remarks(texts, remarks),
     )
 
 
