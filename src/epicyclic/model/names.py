@@ -11,7 +11,7 @@ from itertools import product
 from ..errors import ModelError
 from .schema import KIND_BY_NAME, STAGE_KEYS
 
-__all__ = ["SIDES", "Names", "check_names", "collect", "full_path", "mesh_name", "nearest", "reference"]
+__all__ = ["SIDES", "Names", "check_label", "check_names", "collect", "full_path", "mesh_name", "nearest", "reference"]
 
 SIDES = ("left", "right")
 _TAKEN = (*SIDES, "meshes", "members", "bearings")
@@ -62,7 +62,12 @@ def check_names(names: Names, *layers: Mapping[str, object]) -> None:
         _check_name(body, f"bodies.{body}", _NAME, _TAKEN)
     for table, layer in product(("couplings", "loads"), layers):
         for name, _ in _tables(layer.get(table)):
-            _check_name(name, f"{table}.{name}", _LINK_NAME, ())
+            check_label(name, f"{table}.{name}")
+
+
+def check_label(name: str, path: str) -> None:
+    """Raise ModelError for a name, of the user's own, of a coupling, load or error that is none."""
+    _check_name(name, path, _LINK_NAME, ())
 
 
 def _check_name(name: str, path: str, form: re.Pattern[str], taken: tuple[str, ...]) -> None:
