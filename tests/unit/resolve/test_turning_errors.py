@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import epicyclic
 from epicyclic.analyses.static.static import static
 from epicyclic.assemble import assemble
 from epicyclic.errors import ModelError
 from epicyclic.model.document import read
 from epicyclic.resolve import load
 from epicyclic.resolve.resolved_document import resolved_document
+from epicyclic.studies.mesh_deviations import mesh_deviations
 from epicyclic.studies.parameters import all_parameters
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
@@ -276,3 +278,46 @@ def test_both_gears_on_the_carrier_have_no_common_normal() -> None:
     with pytest.raises(ModelError) as found:
         load(source, {"deviations.meshes.inner-outer.errors.c": error})
     assert found.value.path == "deviations.main.meshes.inner-outer.errors.c.from"
+
+
+# what verbs make of it -----------------------------------------------------------------------------------------------
+
+
+def test_check_lists_the_same_errors_by_both_routes() -> None:
+    """Amplitude, phase and frequency in each mesh, of a run-out by projection and of the error as it is stated."""
+    table = {"amplitude": "[20, 5, 3] um", "phase": "[30, 0, 7] deg"}
+    error = {"turns_with": "planet", **table, **ECCENTRIC}
+    errors = {f"deviations.meshes.{pair}.errors.mine": error for pair in ("sun-planet", "planet-ring")}
+    routes: list[Table] = [{"deviations.planet.run_out": table}, errors]
+    listed = [mesh_deviations(load("ren2021", {"deviations": None, **route})) for route in routes]
+    first, second = ({one.mesh: one for one in found} for found in listed)
+    assert set(first) == set(second) == {mesh.name for mesh in load("ren2021").meshes}
+    for name, one in first.items():
+        assert one.frequency == second[name].frequency == Fraction(437, 16) / 17
+        assert one.amplitude == pytest.approx(second[name].amplitude, rel=1e-14)
+        assert math.remainder(one.phase - second[name].phase, math.tau) == pytest.approx(0, abs=1e-13)
+    assert second["main/sun-planet/2/left"].path == PATH
+
+
+def test_check_lists_errors_that_stand_still_and_leaves_out_pitch() -> None:
+    more = {"deviations.sun.pitch": [1e-6, *[0.0] * 22], "deviations.meshes.sun-planet.gap": "-2 um"}
+    listed = mesh_deviations(with_error({"turns_with": "carrier", "sense": "closes", "amplitude": "3 um"}, more))
+    one = {item.path.rpartition("sun-planet.")[2]: item for item in listed if item.mesh == "main/sun-planet/1/left"}
+    assert {name: item.amplitude for name, item in one.items()} == pytest.approx({"gap": 2e-6, "errors.mine": 3e-6})
+    assert all(item.phase == math.pi and item.frequency == 0 for item in one.values())
+
+
+def test_sensitivity_of_the_mesh_forces_by_both_routes() -> None:
+    """RMS of every mesh force by the amplitude of a run-out, and by that of the errors it means."""
+    even = {"stages.main.meshes.sun-planet.variation": "none", "stages.main.meshes.planet-ring.variation": "none"}
+    error = {"turns_with": "sun", "amplitude": "20 um", **ECCENTRIC}
+    routes: dict[str, Table] = {
+        "deviations.main.sun.run_out.amplitude": {"deviations.sun.run_out.amplitude": "20 um"},
+        f"{PATH}.amplitude": {"deviations.meshes.sun-planet.errors.mine": error},
+    }
+    first, second = (
+        epicyclic.sensitivity("ren2021", overrides={"deviations": None, **even, **route}, of="force", paths=[path])
+        for path, route in routes.items()
+    )
+    assert np.abs(first.derivative).min() > 1.0  # [N per um]
+    np.testing.assert_allclose(first.derivative.values, second.derivative.values, rtol=1e-9)
