@@ -75,7 +75,8 @@ def _check_name(name: str, path: str, form: re.Pattern[str], taken: tuple[str, .
     if name in taken:
         raise ModelError("this name is taken", path=path, given=name, allowed="another name")
     if not form.fullmatch(name):
-        raise ModelError("not a name", path=path, given=name, allowed="letters, digits and _, at most 60")
+        letters = "letters, digits, _ and -" if form is _LINK_NAME else "letters, digits and _"
+        raise ModelError("not a name", path=path, given=name, allowed=f"{letters}, at most 60")
 
 
 def full_path(segments: tuple[str, ...], names: Names) -> tuple[str, ...]:

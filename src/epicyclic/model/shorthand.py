@@ -191,8 +191,12 @@ def _errors(table: Any, path: str, stage: str, names: Names) -> Any:
         member = entry.get("turns_with")
         if not isinstance(member, str):
             return entry
-        full = member if "." in member else f"{stage}.{member}"
-        return entry | {"turns_with": reference(full, names, path=f"{where}.turns_with", sides=False)}
+        full, path = member if "." in member else f"{stage}.{member}", f"{where}.turns_with"
+        try:
+            return entry | {"turns_with": reference(full, names, path=path, sides=False)}
+        except ModelError as problem:
+            allowed = "a gear of the mesh, or the carrier of the stage"
+            raise ModelError(problem.problem, path=path, given=member, allowed=allowed) from None
 
     result = {k: _errors(v, f"{path}.{k}", stage, names) if k in SIDES else v for k, v in table.items()}
     if isinstance(errors := table.get("errors"), dict):

@@ -135,10 +135,20 @@ def deviations_of(
         for key, resolve_mesh in MESH_KINDS.items():
             for path, value in _statements(levels, key):
                 resolve_mesh(scope, mesh, path, value)
+    _warn_unmeshed(model, meshes, log)
     if effects.left_out:
         names = ", ".join(dict.fromkeys(effects.left_out))
         log.warn(f"no speed is given (operation.speed): left out, because they turn: {names}")
     return effects
+
+
+def _warn_unmeshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) -> None:
+    """Warn of deviations of a pair that does not mesh, or of a side that its meshes have not."""
+    pairs = {mesh.pair.removeprefix("stages.") for mesh in meshes}
+    sides = {f"{mesh.pair.removeprefix('stages.')}.{mesh.side}" for mesh in meshes}
+    for name in model.deviations.meshes:
+        if name not in pairs | sides:
+            log.warn(f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}")
 
 
 def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:

@@ -235,7 +235,8 @@ def test_its_numbers_are_parameters() -> None:
     ("more", "path", "given", "allowed"),
     [
         ({"turns_with": "ring"}, ".turns_with", "main.ring", "main.sun, main.planet, main.carrier"),
-        ({"turns_with": "snu"}, ".turns_with", "snu", "a member"),
+        ({"turns_with": "snu"}, ".turns_with", "snu", "a gear of the mesh"),
+        ({"turns_with": "main/sun"}, ".turns_with", "main/sun", "a gear of the mesh"),
         ({"turns_with": 3}, ".turns_with", "3", "a text"),
         ({"turns_with": None}, ".turns_with", "", "a gear of the mesh, or the carrier"),
         ({"amplitude": None}, ".amplitude", "", "amplitude"),
@@ -254,6 +255,14 @@ def test_what_is_wrong_is_named(more: Table, path: str, given: str, allowed: str
     assert error.value.path == PATH + path
     assert given in str(error.value.given)
     assert allowed in error.value.allowed
+
+
+def test_a_pair_that_does_not_mesh_is_warned_of() -> None:
+    for key, named in (("sun-ring", "sun-ring"), ("sun-planet.left", "sun-planet.left")):
+        error = {f"deviations.meshes.{key}.errors.a": {"turns_with": "sun", "amplitude": "1 um"}}
+        (warning,) = [text for text in load("lin1999-n4", {**TURNING, **error}).warnings if "no effect" in text]
+        assert warning.startswith(f"deviations.main.meshes.{named} has no effect: no such mesh")
+        assert "main.meshes.planet-ring, main.meshes.sun-planet" in warning
 
 
 def test_a_name_is_one_word() -> None:
