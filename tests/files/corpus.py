@@ -87,6 +87,7 @@ BEARING = 'bearing = { radial = "1e8 N/m" }'
 
 RING_SUPPORT = 'support = { radial = "1e9 N/m" }'
 SLICES = "[stages.main.meshes]\nsun-planet.slices"
+ERROR = "meshes.sun-planet.errors.mine"
 
 
 def _bolts(keys: str) -> str:
@@ -389,6 +390,23 @@ CASES: tuple[Case, ...] = (
         "order",
         "0",
         ">= 1",
+    ),
+    _read("error-turns-with", '"10 um"', f'"10 um"\n{ERROR} = {{turns_with = "ring"}}', "mine.amplitude", "", ""),
+    _read(
+        "error-of-another-mesh",
+        '"10 um"',
+        f'"10 um"\n{ERROR} = {{turns_with = "ring", amplitude = "1 um"}}',
+        "deviations.main.meshes.sun-planet.errors.mine.turns_with",
+        "main.ring",
+        "main.sun, main.planet",
+    ),
+    _read(
+        "error-sense",
+        '"10 um"',
+        f'"10 um"\n{ERROR} = {{turns_with = "sun", amplitude = "1 um", sense = "up"}}',
+        "errors.mine.sense",
+        "up",
+        "closes",
     ),
     # assumed, tolerance
     _read(

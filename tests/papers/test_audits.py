@@ -80,13 +80,21 @@ def test_verdicts_of_lin1999() -> None:
 
 
 def test_verdicts_of_ren2021() -> None:
-    """None of its three load-sharing coefficients follows from the source; what it says of curves mostly does."""
+    """Two of its three load-sharing coefficients come out with its wrong signs alone, one with a fitted torque."""
     result = audited("ren2021")
-    numbers = np.flatnonzero(np.isin(result.published.values, [1.10, 1.043, 1.15]))
-    assert len(numbers) == 10
-    part = result.isel(row=numbers)
-    assert Counter(part.verdict.values.tolist()) == {"not reproducible": 9, "under a reading": 1}
-    assert part.fitted.values[part.verdict.values == "under a reading"].tolist() == [True]
+    found = {
+        float(row.published): (str(row.verdict.values), bool(row.fitted), str(row.reading.values).split(",")[0])
+        for row in (result.isel(row=i) for i in range(result.sizes["row"]))
+        if float(row.published) in (1.10, 1.043, 1.15)
+    }
+    assert found == {
+        1.10: ("under a reading", True, "errors put right"),
+        1.043: ("under a reading", False, "printed signs"),
+        1.15: ("under a reading", False, "printed signs"),
+    }
+    tried = Counter(result.attempt_row.values.tolist())
+    lost = np.flatnonzero(result.verdict.values == "not reproducible").tolist()
+    assert all(tried[row] >= 3 or result.nothing_to_try.values[row] for row in lost)
 
 
 def test_verdicts_of_encased_differential() -> None:

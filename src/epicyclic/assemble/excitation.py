@@ -44,7 +44,7 @@ class FullModel:
 
 @dataclass(slots=True)
 class _LineParts:
-    """Amplitudes at one frequency, in unreduced rows.  Errors of a mesh itself are on its loaded flank alone.
+    """Amplitudes at one frequency, in unreduced rows.  An error of a mesh itself is on one of its flanks.
 
     mesh (m,), far (c,), link (p,), rigid (r,) : errors of the rows [m].  force : (3, 6 nb) by power of s and
     ramp : (6 nb,) per s' [N, N m].
@@ -72,7 +72,10 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
     names = np.array([row.whole for row in structure.meshes])
     for error in train.mesh_errors:
         parts, amplitude = _line_at(lines, error.frequency, np.array(error.amplitude), error.path, structure)
-        parts.mesh[names == error.mesh] += complex(amplitude)
+        if error.far:
+            parts.far[names[structure.far_of] == error.mesh] += complex(amplitude)
+        else:
+            parts.mesh[names == error.mesh] += complex(amplitude)
     for load in train.loads:
         _add_load(lines, load, structure, train)
     if any(train.gravity):

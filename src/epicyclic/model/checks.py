@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pydantic.fields import FieldInfo
 
 from ..errors import ModelError
-from .deviations import MemberDeviationsTable, kind_of
-from .names import SIDES, nearest
+from .deviations import MemberDeviationsTable, TurningErrorTable, kind_of
+from .names import SIDES, check_label, nearest
 from .schema import KIND_BY_NAME, BodyTable, MemberTable, ModelFile, SideTable, StageTable
 from .schema_fields import Unit, metadata_of
 from .schema_links import CouplingTable, LinkTable, SupportTable
@@ -200,6 +200,25 @@ def _check_deviations(model: ModelFile) -> None:
         planets = any(stage.members[g].kind == "planet" for g in gears)
         for where, value in _values(mesh, f"deviations.{path}"):
             _check_count(where, value, stage.branches if planets else 0)
+        for name, error in mesh.errors.items():
+            _check_turning(f"deviations.{path}.errors.{name}", name, error, path.partition(".")[0], gears, stage)
+
+
+def _check_turning(
+    path: str, name: str, error: TurningErrorTable, stage_name: str, gears: Sequence[str], stage: StageTable
+) -> None:
+    """Check the name of an error of a mesh, and that it turns with a gear of the mesh or with the carrier."""
+    check_label(name, path)
+    carriers = [member for member, table in stage.members.items() if table.kind == "carrier"]
+    known = [f"{stage_name}.{member}" for member in (*gears, *carriers)]
+    if error.turns_with not in known:
+        given = error.turns_with
+        raise ModelError(
+            "turns with no part of this mesh", path=f"{path}.turns_with", given=given, allowed=", ".join(known)
+        )
+    both = all(stage.members[gear].kind == "planet" for gear in gears)
+    if error.from_ == "normal" and both and error.turns_with not in known[: len(gears)]:
+        raise ModelError("the carrier carries both gears", path=f"{path}.from", given="normal", allowed='"pitch-point"')
 
 
 def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tuple[str, object]]:

@@ -1,10 +1,10 @@
 """Deviations from nominal: the tables of the file, one field a kind.
 
 A kind of deviation is a field of `MemberDeviationsTable` (`deviations.MEMBER.KIND`) or of `MeshDeviationsTable`
-(`deviations.meshes.A-B.KIND`). The type of the field gives its form, units and shorthand, the description is its
-row in docs/model-file.md, and `DeviationKind` in the annotation holds the rest. Shorthand, normalisation, checks, error
-messages, JSON Schema and the page read these fields. The effect of a kind on the train stands in
-`resolve/deviations.py`, under the same key.
+(`deviations.meshes.A-B.KIND`, of `errors` with a name behind it). The type of the field gives its form, units and
+shorthand, the description is its row in docs/model-file.md, and `DeviationKind` in the annotation holds the rest.
+Shorthand, normalisation, checks, error messages, JSON Schema and the page read these fields. The effect of a kind on
+the train stands in `resolve/deviations.py`, under the same key.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ __all__ = [
     "MeshDeviationsTable",
     "ProfileErrorTable",
     "TiltTable",
+    "TurningErrorTable",
     "UnbalanceTable",
     "bare_keys",
     "kind_of",
@@ -211,11 +212,35 @@ class ProfileErrorTable(SchemaTable):
     seed: Annotated[int, Field(ge=0)] | None = key(None, "seed of random phases")
 
 
+class TurningErrorTable(SchemaTable):
+    """Error of a mesh that turns with a member: a cosine of the angle of the member.
+
+    The meshes of one member may so show its error each with its own amplitude, phase and sense, as published equations
+    state it.
+    """
+
+    turns_with: str = Field(description="a gear of the mesh, or the carrier of the stage")
+    amplitude: Error = Field(description="amplitude")
+    order: Annotated[int, Field(ge=1, le=1000)] = key(1, "waves in one turn of the member; default 1")
+    phase: Angle | None = key(None, "of the wave where the x axis of the member points as `from` says; default 0")
+    from_: Literal["pitch-point", "normal"] = key(
+        "pitch-point",
+        "from where the member's x axis counts: towards the pitch point, or along the tooth force on the member",
+        alias="from",
+    )
+    direction: Literal["normal", "transverse"] = key("normal", "along the tooth normal or the base tangent")
+    sense: Literal["opens", "closes"] = key("opens", "what a positive value does to the gap")
+    flanks: Literal["loaded", "both"] = key("loaded", "on the loaded flank, or on the far one too, from its own normal")
+
+
 class MeshDeviationsTable(SchemaTable):
     """Deviations of one mesh or one side of it."""
 
     profile: ProfileErrorTable | None = key(None, "profile error, a harmonic of the mesh frequency")
     gap: Error | None = key(None, "error of the tooth thickness, positive opens the gap")
+    errors: dict[str, TurningErrorTable] = Field(
+        default_factory=dict, description="errors [m] of this pair that turn with a member, by names of your own"
+    )
 
 
 class DeviationsTable(SchemaTable):

@@ -140,6 +140,7 @@ def _deviations(defs: Schema) -> None:
             table["properties"][name] = _either({k: v for k, v in own.items() if k != "description"}, long)
     for table, ref in ((member, "MemberDeviations"), (mesh, "MeshDeviations")):
         table["properties"] |= {side: {"$ref": f"#/$defs/{ref}"} for side in ("left", "right")}
+    mesh["properties"]["errors"]["propertyNames"] = {"pattern": _LINK_NAME}
     meshes = {
         "description": "deviations of meshes, by `A-B`",
         "type": "object",

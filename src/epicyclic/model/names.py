@@ -11,7 +11,7 @@ from itertools import product
 from ..errors import ModelError
 from .schema import KIND_BY_NAME, STAGE_KEYS
 
-__all__ = ["SIDES", "Names", "check_names", "collect", "full_path", "mesh_name", "nearest", "reference"]
+__all__ = ["SIDES", "Names", "check_label", "check_names", "collect", "full_path", "mesh_name", "nearest", "reference"]
 
 SIDES = ("left", "right")
 _TAKEN = (*SIDES, "meshes", "members", "bearings")
@@ -62,7 +62,12 @@ def check_names(names: Names, *layers: Mapping[str, object]) -> None:
         _check_name(body, f"bodies.{body}", _NAME, _TAKEN)
     for table, layer in product(("couplings", "loads"), layers):
         for name, _ in _tables(layer.get(table)):
-            _check_name(name, f"{table}.{name}", _LINK_NAME, ())
+            check_label(name, f"{table}.{name}")
+
+
+def check_label(name: str, path: str) -> None:
+    """Raise ModelError for a name, of the user's own, of a coupling, load or error that is none."""
+    _check_name(name, path, _LINK_NAME, ())
 
 
 def _check_name(name: str, path: str, form: re.Pattern[str], taken: tuple[str, ...]) -> None:
@@ -70,7 +75,8 @@ def _check_name(name: str, path: str, form: re.Pattern[str], taken: tuple[str, .
     if name in taken:
         raise ModelError("this name is taken", path=path, given=name, allowed="another name")
     if not form.fullmatch(name):
-        raise ModelError("not a name", path=path, given=name, allowed="letters, digits and _, at most 60")
+        letters = "letters, digits, _ and -" if form is _LINK_NAME else "letters, digits and _"
+        raise ModelError("not a name", path=path, given=name, allowed=f"{letters}, at most 60")
 
 
 def full_path(segments: tuple[str, ...], names: Names) -> tuple[str, ...]:

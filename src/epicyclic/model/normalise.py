@@ -115,7 +115,7 @@ def _mesh_deviations(table: PlainTable, stage: str, names: Names) -> PlainTable:
     for name, value in table.items():
         path = f"{stage}.meshes.{name}"
         mesh_name(name, stage, names, path=f"deviations.{path}")
-        entry = _table(value, f"deviations.{path}", f"a table of {' and '.join(MeshDeviationsTable.model_fields)}")
+        entry = _table(value, f"deviations.{path}", f"a table of {', '.join(MeshDeviationsTable.model_fields)}")
         sides = {k: v for k, v in entry.items() if k in SIDES}
         own = {k: v for k, v in entry.items() if k not in sides}
         result |= ({path: own} if own or not sides else {}) | {f"{path}.{k}": v for k, v in sides.items()}

@@ -170,14 +170,38 @@ def _full(table: PlainTable, names: Names, path: str) -> PlainTable:
 
 
 def _deviations(table: PlainTable, names: Names) -> PlainTable:
-    """Expand `[deviations]`: the stage put in front, mesh names in order, bare amplitudes."""
+    """Expand `[deviations]`: the stage put in front, mesh names in order, bare amplitudes, members of errors."""
     result = _full(table, names, "deviations")
     for stage in names.stages:
         if isinstance(entry := result.get(stage), dict):
             if isinstance(meshes := entry.get("meshes"), dict):
-                entry = entry | {"meshes": _renamed(meshes, stage, names, f"deviations.{stage}.meshes")}
+                path = f"deviations.{stage}.meshes"
+                renamed = _renamed(meshes, stage, names, path)
+                entry = entry | {"meshes": {k: _errors(v, f"{path}.{k}", stage, names) for k, v in renamed.items()}}
             result[stage] = entry
     return {k: _amplitudes(v) if isinstance(v, dict) else v for k, v in result.items()}
+
+
+def _errors(table: Any, path: str, stage: str, names: Names) -> Any:
+    """Write out the member that each error of a mesh, or of a side of it, turns with."""
+    if not isinstance(table, dict):
+        return table
+
+    def error(entry: PlainTable, where: str) -> PlainTable:
+        member = entry.get("turns_with")
+        if not isinstance(member, str):
+            return entry
+        full, path = member if "." in member else f"{stage}.{member}", f"{where}.turns_with"
+        try:
+            return entry | {"turns_with": reference(full, names, path=path, sides=False)}
+        except ModelError as problem:
+            allowed = "a gear of the mesh, or the carrier of the stage"
+            raise ModelError(problem.problem, path=path, given=member, allowed=allowed) from None
+
+    result = {k: _errors(v, f"{path}.{k}", stage, names) if k in SIDES else v for k, v in table.items()}
+    if isinstance(errors := table.get("errors"), dict):
+        result["errors"] = _each(errors, f"{path}.errors", error)
+    return result
 
 
 def _amplitudes(table: PlainTable) -> PlainTable:

@@ -63,6 +63,8 @@ def _of_mesh(table: MeshDeviationsTable, path: str) -> Iterator[tuple[str, float
         yield f"{path}.profile.amplitude", _largest(table.profile.amplitude)
     if table.gap is not None:
         yield f"{path}.gap", _largest(table.gap)
+    for name, error in table.errors.items():
+        yield f"{path}.errors.{name}.amplitude", _largest(error.amplitude)
 
 
 def _largest(value: float | tuple[float, ...]) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Literal
@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gears.deviations import pitch_lines, profile_amplitude, random_phases, tooth_phase
-from ..model.deviations import DisplacementTable, ProfileErrorTable, TiltTable, UnbalanceTable
+from ..model.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
 from ..model.schema import ModelFile
 from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link, Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import Displacement, Load, MeshError
-from .inheritance import Level, Levels, stated
+from .inheritance import Level, Levels, stated, subtables
 from .resolution_log import ResolutionLog, per_branch
 from .tilt import link_row
 
@@ -133,12 +133,22 @@ def deviations_of(
     for mesh in meshes:
         levels = _levels(model.deviations.meshes, mesh.pair.removeprefix("stages."), mesh.side)
         for key, resolve_mesh in MESH_KINDS.items():
-            if (found := stated(levels, key)) is not None:
-                resolve_mesh(scope, mesh, found.path, found.value)
+            for path, value in _statements(levels, key):
+                resolve_mesh(scope, mesh, path, value)
+    _warn_unmeshed(model, meshes, log)
     if effects.left_out:
         names = ", ".join(dict.fromkeys(effects.left_out))
         log.warn(f"no speed is given (operation.speed): left out, because they turn: {names}")
     return effects
+
+
+def _warn_unmeshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) -> None:
+    """Warn of deviations of a pair that does not mesh, or of a side that its meshes have not."""
+    pairs = {mesh.pair.removeprefix("stages.") for mesh in meshes}
+    sides = {f"{mesh.pair.removeprefix('stages.')}.{mesh.side}" for mesh in meshes}
+    for name in model.deviations.meshes:
+        if name not in pairs | sides:
+            log.warn(f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}")
 
 
 def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:
@@ -151,6 +161,17 @@ def _levels(tables: Mapping[str, object], name: str, side: str | None) -> Levels
     """The tables that may state a deviation of a member or mesh, nearest first."""
     own = (Level("side", f"deviations.{name}.{side}", tables.get(f"{name}.{side}")),) if side else ()
     return (*own, Level("member", f"deviations.{name}", tables.get(name)))
+
+
+def _statements(levels: Levels, key: str) -> Iterable[tuple[str, Any]]:
+    """Path and value of a kind in the nearest table that states it; of named errors the nearest of each name."""
+    found = stated(levels, key)
+    if found is None or not isinstance(found.value, dict):
+        return [] if found is None else [(found.path, found.value)]
+    named: dict[str, tuple[str, Any]] = {}
+    for level in reversed(subtables(levels, key)):
+        named |= {name: (f"{level.path}.{name}", table) for name, table in (level.table or {}).items()}  # type: ignore[attr-defined]
+    return named.values()
 
 
 # displaced features --------------------------------------------------------------------------------------------------
@@ -370,6 +391,68 @@ def _gap(scope: DeviationScope, mesh: Mesh, path: str, gap: float | tuple[float,
         scope.effects.mesh_errors.append(error)
 
 
+def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningErrorTable) -> None:
+    """Error that turns with a gear of the mesh or with the carrier: A cos(order theta + phase).
+
+    theta : angle that the x axis of the member has turned past the direction of `from`, counter-clockwise.
+    Derived here.
+    """
+    gears = [next(b for b in scope.bodies if b.name == name) for name in (mesh.a, mesh.b)]
+    body = _turning_body(scope, gears, table.turns_with, mesh.side)
+    amplitude = scope.value_of_mesh(mesh, table.amplitude, f"{path}.amplitude")
+    if amplitude == 0.0:
+        return
+    # in the frame, which turns with the carrier, that stands still whether a speed is given or not
+    turns = Fraction(0) if body.kind == "carrier" else scope.relative(body)
+    if turns is None:
+        scope.effects.left_out.append(path)
+        return
+    size = amplitude * (math.cos(mesh.base_helix) if table.direction == "transverse" else 1.0)
+    phase = scope.value_of_mesh(mesh, table.phase, f"{path}.phase")
+    for far in (False, True) if table.flanks == "both" else (False,):
+        if table.from_ == "pitch-point":
+            origin = _pitch_point_angle(mesh, gears[0], body)
+        else:
+            origin = _force_angle(mesh, gears, body, far=far)
+        wave = cmath.rect(size, table.order * (body.angle - origin) + phase)
+        error = MeshError(
+            path=path,
+            cause="errors",
+            mesh=mesh.name,
+            amplitude=-wave if table.sense == "closes" else wave,
+            frequency=table.order * turns,
+            far=far,
+        )
+        scope.effects.mesh_errors.append(error)
+
+
+def _turning_body(scope: DeviationScope, gears: Sequence[Body], member: str, side: str | None) -> Body:
+    """The gear of a mesh, or the carrier of its stage, that an error turns with; of a split one the half of a side."""
+    carriers = [body for body in scope.bodies if body.kind == "carrier" and body.frame == gears[0].frame]
+    nearest = sorted(carriers, key=lambda body: body.side != side)
+    return next(body for body in (*gears, *nearest) if body.member == member)
+
+
+def _pitch_point_angle(mesh: Mesh, a: Body, body: Body) -> float:
+    """Polar angle from the centre of a body to the pitch point of a mesh with the gear a [rad]."""
+    x = a.centre[0] + mesh.radius_a * math.cos(mesh.direction) - body.centre[0]
+    y = a.centre[1] + mesh.radius_a * math.sin(mesh.direction) - body.centre[1]
+    return math.atan2(y, x)
+
+
+def _force_angle(mesh: Mesh, gears: Sequence[Body], body: Body, *, far: bool) -> float:
+    """Polar angle of the transverse tooth force of the loaded or the far flank on a body [rad].
+
+    The force on gear a is -n, on gear b it is +n (docs/conventions.md, The mesh row); on the carrier it is that on the
+    planet of the mesh.
+    """
+    a, b = gears
+    flank = -mesh.flank if far else mesh.flank
+    normal = mesh.direction + flank * (math.pi / 2 - mesh.pressure_angle)
+    on_a = body is a or (body is not b and a.branch is not None)
+    return normal + math.pi if on_a else normal
+
+
 # (scope, body or mesh, path in the file, value of the schema); displacements and errors are added in this order
 MEMBER_KINDS: dict[str, Callable[[DeviationScope, Body, str, Any], None]] = {
     "run_out": _run_out,
@@ -379,4 +462,8 @@ MEMBER_KINDS: dict[str, Callable[[DeviationScope, Body, str, Any], None]] = {
     "unbalance": _unbalance,
     "pitch": _pitch,
 }
-MESH_KINDS: dict[str, Callable[[DeviationScope, Mesh, str, Any], None]] = {"profile": _profile, "gap": _gap}
+MESH_KINDS: dict[str, Callable[[DeviationScope, Mesh, str, Any], None]] = {
+    "profile": _profile,
+    "gap": _gap,
+    "errors": _turning_error,
+}

@@ -18,6 +18,7 @@ from ..train.bodies import DIRECTIONS, Body, GearData
 from ..train.connections import Mesh
 from ..train.train import Train
 from .choices import choices
+from .mesh_deviations import mesh_deviations
 from .readiness import Readiness
 
 __all__ = ["check", "train_provenance"]
@@ -50,6 +51,7 @@ def check(train: Train) -> xr.Dataset:
         **_stage_columns(train),
         **_order_columns(train),
         **_path_columns(train),
+        **_deviation_columns(train),
     }
     variables = {name: column for name, column in columns.items() if name != column[0]}
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
@@ -300,6 +302,19 @@ def _path_columns(train: Train) -> Columns:
         "path_share": ("path", power / driving if driving else np.full(len(paths), _NAN)),
         "path_rolling_power": ("path", np.array([path.rolling for path in paths])),
         "path_circulating": ("path", np.array([path.circulating for path in paths], dtype=bool)),
+    }
+
+
+def _deviation_columns(train: Train) -> Columns:
+    """Amplitude [m], phase [rad] and frequency [Hz] of what each deviation shows in each mesh."""
+    found = mesh_deviations(train)
+    return {
+        "mesh_deviation": ("mesh_deviation", _texts(f"{one.path} in {one.mesh}" for one in found)),
+        "deviation_path": ("mesh_deviation", _texts(one.path for one in found)),
+        "deviation_mesh": ("mesh_deviation", _texts(one.mesh for one in found)),
+        "deviation_amplitude": ("mesh_deviation", _numbers(one.amplitude for one in found)),
+        "deviation_phase": ("mesh_deviation", _numbers(one.phase for one in found)),
+        "deviation_frequency": ("mesh_deviation", _numbers(one.frequency for one in found)),
     }
 
 

@@ -51,10 +51,11 @@ class Displacement:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeshError:
-    """A scalar error of one mesh, along the tooth normal: profile, gap, one harmonic of a pitch deviation.
+    """A scalar error of one mesh, along the tooth normal: profile, gap, turning error, a harmonic of a pitch deviation.
 
-    e(t) = Re(amplitude exp(2 pi i frequency t)) [m], positive = material missing.  cause : profile, gap, pitch;
-    contact where it is that of loaded contact (`Mesh.table`).
+    e(t) = Re(amplitude exp(2 pi i frequency t)) [m], positive = material missing.  cause : profile, gap, errors, pitch;
+    contact where it is that of loaded contact (`Mesh.table`).  far : on the far flank, which a mesh without backlash
+    has not.
     """
 
     path: str
@@ -62,6 +63,7 @@ class MeshError:
     mesh: str
     amplitude: complex
     frequency: Fraction
+    far: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -36,7 +36,7 @@ unknown-member negative-teeth half-teeth teeth-true teeth-text teeth-huge zero-p
 hand split-text module-true module-table support-number unknown-direction friction-law
 bolts-no-angle bolts-no-radius bolts-none bolts-half bolts-unknown bolts-number bolts-lists
 body-frame-number slices-none slices-half slices-text slices-many slices-of-side coupling-number
-held-text deviation-unknown profile-order
+held-text deviation-unknown profile-order error-turns-with error-sense
 no-unit wrong-unit no-number comma endless-power degrees-bare hertz per-second torque-in-N inertia-unit
 bolts-torsion mesh-word module-inf module-list module-zero load-zero
 both-vectors shorthand-and-long torque-and-power two-ways

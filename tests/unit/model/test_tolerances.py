@@ -23,6 +23,7 @@ def toleranced(path: str, text: object, version: int = 2) -> Document:
         (RUN_OUT, "uniform(-5 um, 5 um)"),
         (RUN_OUT, "uniform(0, 0)"),
         ("deviations.main.planet.position.y", "normal(0, 12 um)"),  # not given, but could be
+        ("deviations.main.meshes.sun-planet.profile.amplitude", "normal(0, 12 um)"),
         ("stages.main.sun.support.radial", "normal(1e9 N/m, 1e8 N/m)"),
         ("stages.main.sun.inertia", "normal(663 kg, 3 kg)"),
         ("stages.main.sun.inertia", "normal(90 kg m^2, 3 kg m^2)"),
@@ -66,3 +67,11 @@ def test_refused_with_its_path(path: str, text: object, problem: str, allowed: s
 def test_a_number_without_a_unit_is_told_in_format_1() -> None:
     (warning,) = toleranced(RUN_OUT, "normal(0, 1e-5)", version=1).warnings
     assert warning.startswith(f"tolerance.{RUN_OUT} = normal(0, 1e-5): 1e-5 has no unit, read in m")
+
+
+def test_an_error_of_a_mesh_has_its_tolerance() -> None:
+    path = "deviations.main.meshes.sun-planet.errors.mine"
+    error = {"turns_with": "sun", "amplitude": "20 um", "phase": "[0, 120, 240] deg"}
+    spreads = {f"{path}.amplitude": "normal(20 um, 5 um)", f"{path}.phase": "uniform(0 deg, 360 deg)"}
+    document = read("ren2021", {"deviations.meshes.sun-planet.errors.mine": error, "tolerance": spreads})
+    assert dict(document.model.tolerance) == spreads

@@ -18,7 +18,12 @@ from epicyclic.resolve import load
 from epicyclic.resolve.deviations import MEMBER_KINDS, MESH_KINDS
 
 PAGE = Path(__file__).parents[3] / "docs" / "model-file.md"
-VALUES: dict[str, Any] = {"pitch": [1e-6, *[0.0] * 17], "tilt": "1e-4 rad", "unbalance": "3 g mm"}  # else a length
+VALUES: dict[str, Any] = {
+    "pitch": [1e-6, *[0.0] * 17],
+    "tilt": "1e-4 rad",
+    "unbalance": "3 g mm",
+    "errors": {"mine": {"turns_with": "sun", "amplitude": "3 um"}},
+}  # else a length
 
 
 def value_of(kind: str) -> Any:
@@ -50,8 +55,8 @@ def test_a_kind_of_member_acts_under_its_own_path(kind: str) -> None:
 @pytest.mark.parametrize("kind", MeshDeviationsTable.model_fields)
 def test_a_kind_of_mesh_acts_under_its_own_path(kind: str) -> None:
     path = f"deviations.main.meshes.sun-planet.{kind}"
-    train = load("ren2021", {"deviations": None, f"deviations.meshes.sun-planet.{kind}": "3 um"})
-    assert {error.path for error in train.mesh_errors} == {path}
+    train = load("ren2021", {"deviations": None, f"deviations.meshes.sun-planet.{kind}": value_of(kind)})
+    assert {error.path for error in train.mesh_errors} == {f"{path}.mine" if kind == "errors" else path}
     assert {error.cause for error in train.mesh_errors} == {kind}
 
 
@@ -87,8 +92,9 @@ def rows_of(table: Any, head: str) -> list[str]:
         form = next((a for a in get_args(field.annotation) if hasattr(a, "bare")), None)
         number = field if form is None else form.model_fields[form.bare]
         units = [KINDS[m.kinds.split()[0]].unit for m in metadata_of(number) if isinstance(m, Unit)]
+        own = ".NAME" if name == "errors" else ""
         unit = units[0] if units else re.search(r"\[(.*?)\]", field.description)[1]  # type: ignore[index]
-        found.append(f"| `{head}.{name}` | {unit} | {field.description} |")
+        found.append(f"| `{head}.{name}{own}` | {unit} | {field.description} |")
     return found
 
 

@@ -69,6 +69,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         found.append(Table(title=title, columns=columns_of(result, "path", _PATHS)))
     return [
         *found,
+        *_deviations(result),
         _links(result),
         *_choices(result),
         *_readiness(result),
@@ -221,6 +222,21 @@ def _meshes(
     if "backlash" in check.variables and np.isfinite(check["backlash"].values).any():
         columns["backlash [µm]"] = list(1e6 * numbers(check, "backlash", "mesh"))
     return Table(title=title, columns=columns)
+
+
+def _deviations(result: xr.Dataset) -> list[Table]:
+    """What each deviation shows in each mesh."""
+    if not result.sizes.get("mesh_deviation"):
+        return []
+    columns: dict[str, Any] = {
+        "deviation": texts(result, "deviation_path", "mesh_deviation"),
+        "mesh": texts(result, "deviation_mesh", "mesh_deviation"),
+        "amplitude [µm]": list(1e6 * numbers(result, "deviation_amplitude")),
+        "phase [deg]": list(_DEGREES * numbers(result, "deviation_phase")),
+        "frequency [Hz]": list(numbers(result, "deviation_frequency")),
+    }
+    title = "Deviations in the meshes (opening of the loaded flanks along the tooth normal, a cosine)"
+    return [Table(title=title, columns=columns)]
 
 
 def _links(result: xr.Dataset) -> Table:
