@@ -1,8 +1,8 @@
 """Sliding along the path of contact, loss factor of a mesh, and the mean coefficient of friction of its teeth.
 
-The teeth of a pair slide on each other with v_s = |s| (w_a + w_b), in a ring |s| (w_b - w_a), at the distance s from the
-pitch point, across the plane of action; w are speeds in the frame of the carrier.  The normal force F_n transmits the
-power F_n cos beta_b v with v = w_a r_ba = w_b r_bb, so that of a power P the friction takes mu H_V P with
+At the distance s from the pitch point the teeth of a pair slide on each other with v_s = |s| (w_a + w_b), in a ring
+|s| (w_a - w_b), across the plane of action; w are speeds in the frame of the carrier.  The normal force F_n transmits
+the power F_n cos beta_b v with v = w_a r_ba = w_b r_bb, so that of a power P the friction takes mu H_V P with
 
     H_V = 2 pi / cos beta_b |1/z_a +- 1/z_b| <|sigma|>        - for a ring b, s = sigma p_bt, r_b = z p_bt / 2 pi
 
@@ -73,7 +73,7 @@ def sliding_distance(limits: Limits, overlap: float = 0.0) -> float:
 
 
 def path_load(limits: Limits, overlap: float, sigma: ArrayLike) -> Array:
-    """Mesh force per base pitch at places of the path of contact, per mesh force (n,) [1], with uniform load per length.
+    """Mesh force per base pitch at places of the path of contact, per mesh force (n,) [1]; uniform load per length.
 
     Mean over mesh cycle and face; of spur teeth the share of a pair in contact there.  Its integral over the path is 1.
     sigma : (n,) [base pitches].  limits, overlap : as of `sliding_distance`.
@@ -150,9 +150,10 @@ def mean_friction(
 
     Parameters
     ----------
-    load_per_width : F_bt / b, transverse normal force per face width [N/m].  sum_speed : of the flanks at the pitch point
-        [m/s].  curvature_radius : relative, there, in the normal plane [m].  viscosity : dynamic, of the oil in the mesh
-        [Pa s].  roughness : mean Ra of both flanks [m].
+    load_per_width : F_bt / b, transverse normal force per face width [N/m].
+    sum_speed : sum of the speeds of both flanks at the pitch point [m/s].
+    curvature_radius : relative, there, in the normal plane [m].
+    viscosity : dynamic, of the oil in the mesh [Pa s].  roughness : mean Ra of both flanks [m].
     """
     load = load_per_width * 1e-3 / (sum_speed * curvature_radius * 1e3)
     return float(0.048 * load**0.2 * (viscosity * 1e3) ** -0.05 * (roughness * 1e6) ** 0.25)

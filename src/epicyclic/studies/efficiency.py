@@ -22,13 +22,13 @@ from ..tooth_contact.phases import cycle_mean
 from ..train.bodies import Body, GearData
 from ..train.connections import Mesh
 from ..train.kinematics import Gearing
-from ..train.losses import LossyFlow, lossy_flow
+from ..train.losses import LossyFlow, lossy_flow, require_flow
 from ..train.train import Train
 from .check import train_provenance
 from .contact_resolution import resolution, sigma_at
 from .tooth_contact import TOLERANCE, flank_map, helices_of, normal_force
 
-__all__ = ["FRICTION", "Oil", "efficiency", "require_flow"]
+__all__ = ["FRICTION", "Oil", "efficiency"]
 
 Array = NDArray[np.float64]
 
@@ -138,7 +138,7 @@ def efficiency(
     ModelError : no speed, no torque, no power; friction outside 0 .. 1, or so high that nothing is left; helical teeth
         without face width; teeth that do not keep contact; with contact what `contact` refuses.
     """
-    require_flow(train)
+    require_flow(train.kinematics)
     if not 0 <= friction <= 1:
         raise ModelError("a coefficient of friction", path="friction", given=friction, allowed="0 to 1")
     teeth = {g.pair: _teeth(train, g, sharing) for g in train.kinematics.gearings}
@@ -176,22 +176,6 @@ def efficiency(
         provenance=train_provenance(train),
     )
     return result
-
-
-def require_flow(train: Train) -> None:
-    """Refuse a train that says no speed or torque, or through which no power flows.
-
-    Raises
-    ------
-    ModelError : such a train.
-    """
-    kinematics = train.kinematics
-    if kinematics.speed is None:
-        raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
-    if kinematics.torque is None:
-        raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
-    if not any(value > 0 for value in (kinematics.power or {}).values()):
-        raise ModelError("no power flows", path="operation.torque", allowed="torque and speed of one member")
 
 
 # teeth ---------------------------------------------------------------------------------------------------------------
@@ -287,7 +271,8 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[str]) -> float:
     force = mean_force(train, mesh) * math.cos(mesh.base_helix)
     line = teeth.base_speed / math.cos(mesh.pressure_angle)
     if 0 < force / teeth.width < _LEAST_LOAD:
-        said.append(f"{mesh.pair}: {force / teeth.width * 1e-3:.3g} N/mm, friction by oil is meant for 150 N/mm and more")
+        load = f"{force / teeth.width * 1e-3:.3g} N/mm"
+        said.append(f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more")
     if line > _MOST_SPEED:
         said.append(f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s")
     return teeth.friction(force, oil)

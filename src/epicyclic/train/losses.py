@@ -3,7 +3,7 @@
 A mesh takes its losses from its rolling power, with velocities in the frame of its carrier.  Of the share f the gear
 that drives there puts in P, and (1 - f) P goes on: the torque on a, lossless T_a, becomes T_a / (1 - f) where a drives
 and (1 - f) T_a where b does, for one torque on b; the carrier takes what balances both.  Speeds are those of
-`Kinematics`.  Which gear drives follows from the torques, so that the directions are found by iteration: directions that
+`Kinematics`.  Which gear drives follows from the torques, so that the directions are found by iteration: those that
 follow from the torques they give are consistent.  Where none are, the train is self-locking.
 """
 
@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ModelError
 from .kinematics import Gearing, Kinematics
 
-__all__ = ["LossyFlow", "MeshPower", "lossy_flow"]
+__all__ = ["LossyFlow", "MeshPower", "lossy_flow", "require_flow"]
 
 Array = NDArray[np.float64]
 Directions = tuple[int, ...]
@@ -67,6 +68,21 @@ class LossyFlow:
     indeterminate: bool
 
 
+def require_flow(kinematics: Kinematics) -> None:
+    """Refuse a train that states no speed or torque, or through which no power flows.
+
+    Raises
+    ------
+    ModelError : such a train.
+    """
+    if kinematics.speed is None:
+        raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
+    if kinematics.torque is None:
+        raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
+    if not any(value > 0 for value in (kinematics.power or {}).values()):
+        raise ModelError("no power flows", path="operation.torque", allowed="torque and speed of one member")
+
+
 def lossy_flow(kinematics: Kinematics, share: Mapping[str, float]) -> LossyFlow | None:
     """Torques and power with losses, None where no directions of power are consistent: the train is self-locking.
 
@@ -108,9 +124,10 @@ def _candidates(balance: _Balance, start: Directions) -> list[Directions]:
 class _Balance:
     """Balance of torques of all members with losses: B x = -given, x the torques of E ends and of m meshes and ties.
 
-    members : (n,).  ends : members whose torque follows.  speed : (n,) [rad/s].  relative : (p,) speed of b in the frame
-    of the carrier, of the p pairs [rad/s].  given : (n,) torques kept [N m].  lossless : (E + m,) solution without
-    losses; of meshes torque per tooth [N m].
+    members : (n,).  ends : members whose torque follows.  speed : (n,) [rad/s].
+    share : (p,) of the power of each pair that friction takes [1].  relative : (p,) speed of b in the frame of the
+    carrier [rad/s].  given : (n,) torques kept [N m].  lossless : (E + m,) solution without losses, of meshes torque
+    per tooth [N m].  kept : members whose stated torque is kept.
     """
 
     kinematics: Kinematics

@@ -21,7 +21,7 @@ def efficiency(
     overrides: "Overrides | None" = None,
     friction: Annotated[
         float | None,
-        Option("Coefficient of friction of all meshes.", least=0, most=1, default="0.05, or by viscosity and roughness"),
+        Option("Coefficient of friction of all meshes.", least=0, most=1, default="0.05, or by the oil"),
     ] = None,
     viscosity: Annotated[
         float | str | None,
