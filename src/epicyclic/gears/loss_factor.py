@@ -206,7 +206,6 @@ def _inverse_length(phase: Array, limits: Limits, overlap: float) -> Array:
 def _log_mean(one: Array, other: Array) -> Array:
     """Logarithmic mean (n,), whose inverse is the mean of 1/x of a linear x from one to the other."""
     apart = (other - one) / one
-    near = np.abs(apart) < 1e-4  # a series there: the error of the fourth order is below rounding
-    safe = np.where(near, 1.0, apart)
-    series = 1 + apart / 2 - apart**2 / 12 + apart**3 / 24
-    return np.asarray(one * np.where(near, series, safe / np.log1p(safe)))
+    varies = apart != 0
+    safe = np.where(varies, apart, 1.0)
+    return np.asarray(one * np.where(varies, safe / np.log1p(safe), 1.0))

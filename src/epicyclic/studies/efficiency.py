@@ -36,6 +36,8 @@ FRICTION = 0.05
 """Coefficient of friction by default: that of [yue2014, section 3.2], in the usual range of lubricated steel teeth."""
 # places along the path of contact: the steps of spur teeth within half a per cent of the path
 _PLACES = 201
+# The ends of the path are asked for this far inside [base pitches]: phases of contact stand on both sides of them.
+_INSIDE = 1e-8
 # loads per face width [N/m] and pitch-line speeds [m/s] that the formula of friction is meant for [iso14179]
 _LEAST_LOAD, _MOST_SPEED = 150e3, 50.0
 # power of a member below this share of the largest is rounding
@@ -244,8 +246,10 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array) -> tuple[tuple[float, ..
     found = all_loaded(segments, np.array([force]), tangents=False)
     distance = tuple(float(cycle_mean(_moment(one), cut.phase)) for one in found)
     lines, share = found[0].segments.lines, found[0].force[0] / found[0].load[0][:, None, None]
-    load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, sigma)).sum(axis=0)
-    return distance, load
+    inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)
+    load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, inside)).sum(axis=0)
+    # interpolation loses a per cent at pieces of the face that the ends of the path cut
+    return distance, load / np.trapezoid(load, sigma)
 
 
 def _moment(contact: LoadedContact) -> Array:
