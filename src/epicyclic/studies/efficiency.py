@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..assemble.tooth_pairs import mean_force, pair_of
 from ..errors import ModelError
 from ..gears import geometry
-from ..gears.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance, touches_always
+from ..gears.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
 from ..results.dataset import dataset
 from ..tooth_contact.loaded_contact import LoadedContact
 from ..tooth_contact.mirror import all_loaded, all_segments
@@ -22,7 +22,7 @@ from ..tooth_contact.phases import cycle_mean
 from ..train.bodies import Body, GearData
 from ..train.connections import Mesh
 from ..train.kinematics import Gearing
-from ..train.losses import LossyFlow, lossy_flow, require_flow
+from ..train.losses import LossyFlow, lossy_flow, require_contact, require_flow
 from ..train.train import Train
 from .check import train_provenance
 from .contact_resolution import resolution, sigma_at
@@ -193,7 +193,7 @@ def _teeth(train: Train, gearing: Gearing, sharing: str) -> _Teeth:
     meshes = [mesh for mesh in train.meshes if mesh.pair == gearing.pair]
     helices = tuple(mesh for mesh in meshes if mesh.branch == meshes[0].branch)
     for mesh in helices:
-        _check_contact(mesh)
+        require_contact(mesh)
     bodies = {body.name: body for body in train.bodies}
     a, b = _gear(bodies[meshes[0].a]), _gear(bodies[meshes[0].b])
     speed = train.kinematics.speed or {}
@@ -220,19 +220,6 @@ def _teeth(train: Train, gearing: Gearing, sharing: str) -> _Teeth:
 def _gear(body: Body) -> GearData:
     assert body.gear is not None
     return body.gear
-
-
-def _check_contact(mesh: Mesh) -> None:
-    """Raise ModelError where the contact lines of a mesh are not known, or none touches at some instant."""
-    if math.isnan(mesh.overlap_ratio):
-        raise ModelError(
-            "is missing: the contact lines of helical teeth need it",
-            path=f"stages.{mesh.name.split('/')[0]}.face_width",
-            allowed="of one helix [m]",
-        )
-    if not touches_always(mesh.limits, mesh.overlap_ratio):
-        ratio = f"contact ratio {mesh.limits[1] - mesh.limits[0]:.4g}"
-        raise ModelError("the teeth do not keep contact", path=mesh.pair, given=ratio, allowed="1 or more")
 
 
 def _of_contact(train: Train, mesh: Mesh, sigma: Array) -> tuple[tuple[float, ...], Array]:

@@ -15,7 +15,7 @@ from ..assemble import assemble
 from ..assemble.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ..errors import ConvergenceError, ModelError
 from ..system.system import Array, System
-from ..train.losses import require_flow
+from ..train.losses import require_contact, require_flow
 from ..train.train import Train
 
 __all__ = ["Readiness"]
@@ -24,7 +24,7 @@ _RESPONSE = ("equations", "inertia", "damping", "speed", "balance")
 NEEDS: dict[str, tuple[str, ...]] = {
     "campbell": ("equations", "inertia", "speed"),
     "contact": ("torque", "first_teeth"),
-    "efficiency": ("flow",),
+    "efficiency": ("flow", "contact_lines"),
     "modes": ("equations", "inertia"),
     "modulation": (*_RESPONSE, "ring"),
     "relief": ("torque", "any_teeth"),
@@ -118,6 +118,11 @@ class Readiness:
     def flow(self) -> None:
         """Check that power flows."""
         require_flow(self.train.kinematics)
+
+    def contact_lines(self) -> None:
+        """Check that the contact lines of every pair are known and touch."""
+        for mesh in self.train.meshes:
+            require_contact(mesh)
 
     def balance(self) -> None:
         """Check that the mean load works on no motion without stiffness."""

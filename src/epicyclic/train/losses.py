@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..gears.loss_factor import touches_always
+from .connections import Mesh
 from .kinematics import Gearing, Kinematics
 
-__all__ = ["LossyFlow", "MeshPower", "lossy_flow", "require_flow"]
+__all__ = ["LossyFlow", "MeshPower", "lossy_flow", "require_contact", "require_flow"]
 
 Array = NDArray[np.float64]
 Directions = tuple[int, ...]
@@ -81,6 +83,24 @@ def require_flow(kinematics: Kinematics) -> None:
         raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
     if not any(value > 0 for value in (kinematics.power or {}).values()):
         raise ModelError("no power flows", path="operation.torque", allowed="torque and speed of one member")
+
+
+def require_contact(mesh: Mesh) -> None:
+    """Refuse a mesh whose contact lines are not known, or of which none touches at some instant.
+
+    Raises
+    ------
+    ModelError : such a mesh.
+    """
+    if math.isnan(mesh.overlap_ratio):
+        raise ModelError(
+            "is missing: the contact lines of helical teeth need it",
+            path=f"stages.{mesh.name.split('/')[0]}.face_width",
+            allowed="of one helix [m]",
+        )
+    if not touches_always(mesh.limits, mesh.overlap_ratio):
+        ratio = f"contact ratio {mesh.limits[1] - mesh.limits[0]:.4g}"
+        raise ModelError("the teeth do not keep contact", path=mesh.pair, given=ratio, allowed="1 or more")
 
 
 def lossy_flow(kinematics: Kinematics, share: Mapping[str, float]) -> LossyFlow | None:
