@@ -37,7 +37,7 @@ def test_nothing_is_contradicted(drive: str) -> None:
     wrong = result.isel(row=np.flatnonzero(result.outcome.values != "holds"))
     columns = (wrong.quantity.values, wrong.published_text.values, wrong.ours.values, wrong.outcome.values)
     assert list(zip(*(column.tolist() for column in columns), strict=True)) == []
-    assert tally(result)[drive].endswith(", 0 contradicted")
+    assert ", 0 contradicted" in tally(result)[drive]
     assert time.process_time() - started < MOST_SECONDS
 
 
