@@ -279,4 +279,4 @@ def test_what_is_read_first() -> None:
     assert "main.carrier" in members.columns["member"]
     assert meshes.columns["mesh"] == ["sun-planet left", "sun-planet right", "planet-ring left", "planet-ring right"]
     assert meshes.columns["driver"] == ["sun", "sun", "planet", "planet"]
-    assert sum(meshes.columns["lost [W]"]) == pytest.approx(float(found.power_loss))
+    assert 1e3 * sum(meshes.columns["lost [kW]"]) == pytest.approx(float(found.power_loss))

@@ -93,13 +93,13 @@ def _meshes(result: xr.Dataset) -> Table:
     factor, driver = numbers(result, "loss_factor"), texts(result, "driving_gear")
     several = len({p[1] for p in pairs}) > 1
     columns: dict[str, Any] = {
-        "mesh": [f"{pair if several else pair.split('/')[1]} {side}".strip() for pair, side in groups],
+        "mesh": [f"{pair.replace('/', ' ') if several else pair.split('/')[1]} {side}".strip() for pair, side in groups],
         "meshes": [len(meshes) for meshes in groups.values()],
         "driver": [driver[meshes[0]].split("/")[1] if driver[meshes[0]] else "" for meshes in groups.values()],
         "loss factor H_V": [float(factor[meshes[0]]) for meshes in groups.values()],
         "coefficient of friction": [float(friction[pair]) for pair, _ in groups],
         "rolling power [kW]": [float(rolling[meshes].sum()) / 1e3 for meshes in groups.values()],
-        "lost [W]": [float(loss[meshes].sum()) for meshes in groups.values()],
+        "lost [kW]": [float(loss[meshes].sum()) / 1e3 for meshes in groups.values()],
         "lost [% of power in]": [100 * float(loss[meshes].sum() / result["power_in"]) for meshes in groups.values()],
     }
     return Table(title="Meshes, all branches together (driver and power in the frame of the carrier)", columns=columns)
