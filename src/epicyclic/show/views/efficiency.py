@@ -93,7 +93,9 @@ def _meshes(result: xr.Dataset) -> Table:
     factor, driver = numbers(result, "loss_factor"), texts(result, "driving_gear")
     several = len({p[1] for p in pairs}) > 1
     columns: dict[str, Any] = {
-        "mesh": [f"{pair.replace('/', ' ') if several else pair.split('/')[1]} {side}".strip() for pair, side in groups],
+        "mesh": [
+            f"{pair.replace('/', ' ') if several else pair.split('/')[1]} {side}".strip() for pair, side in groups
+        ],
         "meshes": [len(meshes) for meshes in groups.values()],
         "driver": [driver[meshes[0]].split("/")[1] if driver[meshes[0]] else "" for meshes in groups.values()],
         "loss factor H_V": [float(factor[meshes[0]]) for meshes in groups.values()],
