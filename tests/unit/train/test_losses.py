@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from epicyclic.errors import ModelError
@@ -281,6 +281,7 @@ def test_a_closed_loop_of_equal_ratios_stays_near_the_lossless_torques() -> None
     assert halves[0] == pytest.approx(halves[1], rel=0.03)  # of the size of the losses
 
 
+@settings(max_examples=60, deadline=None)
 @given(
     st.integers(12, 60),
     st.integers(12, 60),
