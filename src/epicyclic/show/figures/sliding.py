@@ -58,12 +58,13 @@ def sliding(result: xr.Dataset) -> go.Figure:
             )
     for row, title in enumerate(("sliding speed [m/s]", "specific sliding [1]", "load [1]"), start=1):
         drawn.update_yaxes(title_text=title, row=row, col=1)
-    drawn.update_yaxes(range=[-_MOST, 1.5], row=2, col=1)
+    least = min(float(np.nanmin(_within(result[name].values))) for name in ("specific_sliding_a", "specific_sliding_b"))
+    drawn.update_yaxes(range=[1.1 * max(least, -_MOST), 1.2], row=2, col=1)
     drawn.update_yaxes(rangemode="tozero", row=3, col=1)
     drawn.update_xaxes(title_text="place from the pitch point [base pitches]", row=3, col=1)
     return drawn
 
 
 def _within(values: Array) -> Array:
-    """Specific sliding (n,) [1], nan far outside the panel."""
+    """Specific sliding [1] of any shape, nan far outside the panel."""
     return np.where(np.abs(values) <= 2 * _MOST, values, np.nan)
