@@ -15,6 +15,7 @@ from .train.train import Train as Train
 from .verbs.campbell import campbell as campbell
 from .verbs.check import check as check
 from .verbs.contact import contact as contact
+from .verbs.efficiency import efficiency as efficiency
 from .verbs.modes import modes as modes
 from .verbs.modulation import modulation as modulation
 from .verbs.relief import relief as relief

@@ -43,6 +43,7 @@ LIKELY: dict[str, Ladder] = {
     "angle": ((1.6, "deg"), (0.0, "rad")),  # angles of gears in rad are below pi/2
     "density": ((100.0, "kg/m^3"), (0.0, "g/cm^3")),
     "pressure": ((1e8, "Pa"), (1e4, "MPa"), (0.0, "GPa")),  # Young's modulus: 2.1e11, 2.1e5, 210
+    "viscosity": ((1.0, "mPa s"), (0.0, "Pa s")),  # oils in gears have 3 to 300 mPa s
     "stiffness": ((1e5, "N/m"), (0.0, "N/um")),
     "torsional_stiffness": ((1e4, "N m/rad"), (0.0, "kN m/rad")),
     "power": ((1e4, "W"), (10.0, "kW"), (0.0, "MW")),

@@ -49,6 +49,7 @@ UNIT_PATTERNS: dict[str, str] = {
     "inertia": f"{_MASS}{_TIMES}{_AREA}",
     "density": f"{_MASS}{_OVER}{_LENGTH}{_CUBED}",
     "pressure": f"(?:{_STRESS}|{_FORCE}{_OVER}{_AREA})",
+    "viscosity": f"m?Pa{_TIMES}s",
     "stiffness": f"{_FORCE}{_OVER}{_LENGTH}",
     "stiffness_per_width": f"(?:{_FORCE}(?:{_OVER}{_AREA}|{_per(_LENGTH, _LENGTH)})|{_STRESS})",
     "torsional_stiffness": f"{_TORQUE}{_OVER}{_ANGLE}",

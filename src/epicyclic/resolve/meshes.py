@@ -110,6 +110,7 @@ def _mesh(shape: StageShape, p: GearPair, side: str | None, branch: int, law: Me
         backlash=law.backlash,
         tooth_shift=2 * _shift(shape, p),
         contact_ratio=meshing.contact_ratio,
+        limits=meshing.limits,
         overlap_ratio=overlap_of(meshing, shape, p, width),
     )
 

@@ -15,6 +15,7 @@ from ..assemble import assemble
 from ..assemble.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ..errors import ConvergenceError, ModelError
 from ..system.system import Array, System
+from ..train.losses import require_contact, require_flow
 from ..train.train import Train
 
 __all__ = ["Readiness"]
@@ -23,6 +24,7 @@ _RESPONSE = ("equations", "inertia", "damping", "speed", "balance")
 NEEDS: dict[str, tuple[str, ...]] = {
     "campbell": ("equations", "inertia", "speed"),
     "contact": ("torque", "first_teeth"),
+    "efficiency": ("flow", "contact_lines"),
     "modes": ("equations", "inertia"),
     "modulation": (*_RESPONSE, "ring"),
     "relief": ("torque", "any_teeth"),
@@ -112,6 +114,15 @@ class Readiness:
         """Check that torque passes the first mesh."""
         if not mean_force(self.train, self.train.meshes[0]) > 0:
             raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
+
+    def flow(self) -> None:
+        """Check that power flows."""
+        require_flow(self.train.kinematics)
+
+    def contact_lines(self) -> None:
+        """Check that the contact lines of every pair are known and touch."""
+        for mesh in self.train.meshes:
+            require_contact(mesh)
 
     def balance(self) -> None:
         """Check that the mean load works on no motion without stiffness."""

@@ -51,6 +51,7 @@ class Mesh:
     damping : along the normal [N s/m].  backlash : normal [m], inf = the far flank never touches.
     tooth_shift : 2 c of gear a, how far its tooth is thicker or thinner there than half a pitch [pitches].
     contact_ratio, overlap_ratio : transverse and overlap contact ratio [1], nan where the data are not given.
+    limits : (sigma_min, sigma_max) of the path of contact [base pitches], nan where the data are not given.
     slices : along the face from left to right; empty where the mesh is one row.  Stiffness, variation, lead and damping
         above are those of the whole mesh, the sum of the slices.
     teeth : data of tooth contact; None where the model file has no face width.
@@ -82,6 +83,7 @@ class Mesh:
     tooth_shift: float = 0.0
     contact_ratio: float = float("nan")
     overlap_ratio: float = float("nan")
+    limits: tuple[float, float] = (float("nan"), float("nan"))
     slices: tuple[MeshSlice, ...] = ()
     teeth: ToothPair | None = None
     along: float = 0.0

@@ -65,6 +65,9 @@ class Kinematics:
         or None.
     tie_torque : of each tie (its name): torque it puts on member b [N m], or None.
     held : members that do not turn.
+    gearings, ties : the equations of meshes and couplings.
+    stated : members whose external torque or power is given.
+    reacting : members whose external torque follows: held ones and those that balance.
     """
 
     freedoms: tuple[str, ...]
@@ -78,6 +81,10 @@ class Kinematics:
     mesh_torque: Mapping[str, float] | None = None
     tie_torque: Mapping[str, float] | None = None
     held: tuple[str, ...] = ()
+    gearings: tuple[Gearing, ...] = ()
+    ties: tuple[Tie, ...] = ()
+    stated: tuple[str, ...] = ()
+    reacting: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """One line: freedoms, held members, number of members, mesh frequencies."""
@@ -140,7 +147,8 @@ def solve_kinematics(
     coupled = {name for tie in ties for name in (tie.a, tie.b)}
     ratio = {name: {end: motion[name] for end, motion in motions.items()} for name in members}
     names = tones(gearings, ratio)
-    torque = _external_torques(members, rows, motions, loads, held, balance, ends, coupled, named) if loads else None
+    found = _external_torques(members, rows, motions, loads, held, balance, ends, coupled, named) if loads else None
+    torque, reacting = (None, ()) if found is None else found
     inner = None if torque is None else _internal_torques(members, gearings, ties, rows, torque)
     return Kinematics(
         freedoms=tuple(motions),
@@ -154,6 +162,10 @@ def solve_kinematics(
         mesh_torque=None if inner is None else inner[0],
         tie_torque=None if inner is None else inner[1],
         held=tuple(held),
+        gearings=tuple(gearings),
+        ties=tuple(ties),
+        stated=tuple(loads),
+        reacting=reacting,
     )
 
 
@@ -298,8 +310,8 @@ def _external_torques(
     ends: Sequence[str],
     coupled: Iterable[str],
     named: Mapping[str, str],
-) -> dict[str, Fraction]:
-    """External torque on every member, reactions and balancing ends included, in equilibrium exactly [N m]."""
+) -> tuple[dict[str, Fraction], tuple[str, ...]]:
+    """External torque on every member in equilibrium exactly [N m], and the members whose torque follows."""
     free = list(_motions(members, rows).values())
     missing = {end: -_work(loads, motion) for end, motion in motions.items()}
     scale = max(abs(value * motion[name]) for motion in motions.values() for name, value in loads.items())
@@ -321,7 +333,8 @@ def _external_torques(
             given={named[name]: float(value) for name, value in loads.items()},
             allowed=f'torques in equilibrium, or "balance" at {len(motions)} of the members',
         )
-    return {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
+    torque = {name: loads.get(name, Fraction(0)) + found.get(name, Fraction(0)) for name in members}
+    return torque, tuple(unknown)
 
 
 def _balancing_ends(

@@ -63,17 +63,17 @@ LACKING = {
     "speed": (
         changed("operation.speed", None),
         "operation.speed",
-        RESPONSES | {"campbell", "stability", "transient"},
+        RESPONSES | {"campbell", "efficiency", "stability", "transient"},
     ),
     "torque": (
         changed("operation.torque", None),
         "operation.torque",
-        {"contact", "relief", "sharing", "train_contact"},
+        {"contact", "efficiency", "relief", "sharing", "train_contact"},
     ),
     "face width": (
         changed("stages.main.face_width", None),
         "stages.main.face_width",
-        {"contact", "relief", "train_contact"},
+        {"contact", "efficiency", "relief", "train_contact"},
     ),
     "tilt inertia": (
         changed("stages.main.carrier.support", {"radial": "1e9 N/m", "tilt": "1e8 N m/rad"}),

@@ -348,10 +348,7 @@ def speed_derivative(given: Problem, at: State) -> Array:
 
 
 def balanced_forces(given: Problem, at: State) -> Array:
-    """Force of every row over the grid of phases (N, R) [N] as the balance has it, the dampers of links left out.
-
-    About edges of contact it is the share of the sample in the integral, not the force at an instant.
-    """
+    """Force of every row in the balance (N, R) [N]: about edges of contact the share of a sample in the integral."""
     return _forces(given, gap_rows(given, at.y) - given.error, at.speed).force
 
 
@@ -360,8 +357,8 @@ def gap_forces(given: Problem, at: State) -> Array:
     opened, F = gap_rows(given, at.y) - given.error, given.rows.count
     force = elastic_forces(given, given.grid.values(opened))
     if at.acting is not None:
-        rate = given.grid.values(rate_rows(opened[:, :F], at.speed * given.omega))
-        force[:, :F] += given.rows.damping * rate * at.touching
+        rate = rate_rows(opened[:, :F], at.speed * given.omega)
+        force[:, :F] += given.rows.damping * given.grid.values(rate) * at.touching
     return force
 
 

@@ -20,6 +20,7 @@ __all__ = [
     "pair_title",
     "pairs",
     "short_names",
+    "split_name",
     "stage_count",
     "texts",
     "thinned",

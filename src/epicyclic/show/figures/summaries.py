@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from .series import Array, numbers, short_names, stage_count, texts
+from .series import Array, numbers, short_names, split_name, stage_count, texts
 
 __all__ = [
     "Member",
     "ModeGroup",
     "by_pair_and_side",
     "largest_coefficients",
+    "losses_of_pairs",
     "members_of",
     "mesh_tones",
     "mode_groups",
@@ -173,3 +174,12 @@ def stability_verdict(kind: np.ndarray, points: str) -> str:
     left = f", not known at {kind.size - judged}" if judged < kind.size else ""
     found = f"Unstable at {unstable} of {judged} {points}" if unstable else f"Stable at {judged} {points}"
     return (found + " judged" if left else found) + left
+
+
+def losses_of_pairs(names: list[str], loss: Array) -> list[tuple[str, str, float]]:
+    """Stage, pair and loss [W] of all branches and sides, of meshes (w,) by name, in their order."""
+    found: dict[tuple[str, str], float] = {}
+    for name, value in zip(names, loss, strict=True):
+        stage, pair, _, _ = split_name(name)
+        found[stage, pair] = found.get((stage, pair), 0.0) + float(value)
+    return [(stage, pair, value) for (stage, pair), value in found.items()]

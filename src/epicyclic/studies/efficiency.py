@@ -1,0 +1,376 @@
+"""Mesh power loss and efficiency of a train: loss factors from the path of contact, losses from the power flow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..assemble.tooth_pairs import mean_force, pair_of
+from ..errors import ModelError
+from ..gears import geometry
+from ..gears.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
+from ..results.dataset import dataset
+from ..tooth_contact.loaded_contact import LoadedContact
+from ..tooth_contact.mirror import all_loaded, all_segments
+from ..tooth_contact.phases import cycle_mean
+from ..train.bodies import Body, GearData
+from ..train.connections import Mesh
+from ..train.kinematics import Gearing
+from ..train.losses import LossyFlow, lossy_flow, require_contact, require_flow
+from ..train.train import Train
+from .check import train_provenance
+from .contact_resolution import resolution, sigma_at
+from .tooth_contact import TOLERANCE, flank_map, helices_of, normal_force
+
+__all__ = ["FRICTION", "Oil", "efficiency"]
+
+Array = NDArray[np.float64]
+
+FRICTION = 0.05
+"""Coefficient of friction by default: that of [yue2014, section 3.2], in the usual range of lubricated steel teeth."""
+# places along the path of contact: the steps of spur teeth within half a per cent of the path
+_PLACES = 201
+# The ends of the path are asked for this far inside [base pitches]: phases of contact stand on both sides of them.
+_INSIDE = 1e-8
+# loads per face width [N/m] and pitch-line speeds [m/s] that the formula of friction is meant for [iso14179]
+_LEAST_LOAD, _MOST_SPEED = 150e3, 50.0
+# power of a member below this share of the largest is rounding
+_NONE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Oil:
+    """Lubrication of all meshes, for the formula of friction.
+
+    viscosity : dynamic, at the temperature in the mesh [Pa s].  roughness : mean Ra of both flanks [m].
+    """
+
+    viscosity: float
+    roughness: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Teeth:
+    """Friction of one pair: helices of one branch, distance <|sigma|> of each and load along the path of the first.
+
+    a, b : gears.  base_speed : of the base circles in the frame of the carrier [m/s].  width : least face width [m].
+    """
+
+    helices: tuple[Mesh, ...]
+    a: GearData
+    b: GearData
+    base_speed: float
+    width: float
+    distance: tuple[float, ...]
+    sigma: Array
+    load: Array
+
+    @property
+    def factors(self) -> tuple[float, ...]:
+        """Loss factor H_V of each helix [1]."""
+        mesh = self.helices[0]
+        return tuple(
+            loss_factor(self.a.teeth, self.b.teeth, mesh.base_helix, distance, internal=mesh.internal)
+            for distance in self.distance
+        )
+
+    @property
+    def rolling(self) -> Rolling:
+        """Motion of the flanks along the path."""
+        return self._at(self.sigma)
+
+    def friction(self, force: float, oil: Oil) -> float:
+        """Mean coefficient of friction [1] under the transverse normal force of one helix [N]; 0 without motion."""
+        pitch = self._at(np.zeros(1))
+        speed = abs(float(pitch.speed_a[0] + pitch.speed_b[0]))
+        if not speed or not force:
+            return 0.0
+        mesh = self.helices[0]
+        roll_a, roll_b = (r * math.sin(mesh.pressure_angle) for r in (mesh.radius_a, mesh.radius_b))
+        inverse = 1 / roll_a - 1 / roll_b if mesh.internal else 1 / roll_a + 1 / roll_b
+        radius = 1 / (inverse * math.cos(mesh.base_helix))
+        return mean_friction(force / self.width, speed, radius, oil.viscosity, oil.roughness)
+
+    def _at(self, sigma: Array) -> Rolling:
+        mesh = self.helices[0]
+        cosine = math.cos(mesh.pressure_angle)
+        return Rolling.of(
+            sigma,
+            base_a=mesh.radius_a * cosine,
+            base_b=mesh.radius_b * cosine,
+            pressure_angle=mesh.pressure_angle,
+            base_pitch=geometry.base_pitch(self.a.module, self.a.pressure_angle, self.a.helix_angle),
+            base_speed=self.base_speed,
+            internal=mesh.internal,
+        )
+
+
+def efficiency(
+    train: Train,
+    *,
+    friction: float = FRICTION,
+    oil: Oil | None = None,
+    sharing: Literal["uniform", "contact"] = "uniform",
+) -> xr.Dataset:
+    """Mesh power loss and efficiency of a train at its operating point.  Branches and sides share the load equally.
+
+    Losses of bearings, seals and oil are none of the meshes and not here.
+
+    Parameters
+    ----------
+    friction : mean coefficient of friction of all meshes [1], in place of which oil gives that of each pair.
+    sharing : load along the contact lines: uniform, or that of loaded tooth contact at the lossless load.
+
+    Returns
+    -------
+    Dataset : train_efficiency and power_loss [W] (); loss_factor [1], mesh_power_loss and mesh_rolling_power [W] and
+        driving_gear (mesh); friction_coefficient (mesh_pair) [1]; stage_power_loss [W] (stage); torque [N m] and power
+        [W] of every loaded member with losses and without (member); sliding_speed [m/s], specific sliding [1] and
+        path_load [1] along the path of contact (mesh_pair, flank_place).  Torques, power and losses are nan where the
+        train is self-locking as stated.
+
+    Raises
+    ------
+    ModelError : no speed, no torque, no power; friction outside 0 .. 1, or so high that nothing is left; helical teeth
+        without face width; teeth that do not keep contact; with contact what `contact` refuses.
+    """
+    require_flow(train.kinematics)
+    if not 0 <= friction <= 1:
+        raise ModelError("a coefficient of friction", path="friction", given=friction, allowed="0 to 1")
+    teeth = {g.pair: _teeth(train, g, sharing) for g in train.kinematics.gearings}
+    said: list[str] = []
+    mu = {pair: friction if oil is None else _oiled(train, one, oil, said) for pair, one in teeth.items()}
+    share = {pair: mu[pair] * float(np.mean(one.factors)) for pair, one in teeth.items()}
+    for pair, value in share.items():
+        if value >= 1:
+            raise ModelError(
+                f"takes all power of {pair}", path="friction", given=mu[pair], allowed=f"below {mu[pair] / value:.4g}"
+            )
+    flow = lossy_flow(train.kinematics, share)
+    result = dataset(
+        {
+            **_totals(train, flow),
+            **_mesh_columns(train, teeth, flow),
+            "friction_coefficient": ("mesh_pair", np.array([mu[pair] for pair in teeth])),
+            "stage_power_loss": ("stage", np.array([_stage_loss(train, stage, flow) for stage in train.planets])),
+            **_member_columns(train, flow),
+            **_path_columns(list(teeth.values())),
+        },
+        coords={
+            "mesh": [mesh.name for mesh in train.meshes],
+            "mesh_pair": list(teeth),
+            "stage": list(train.planets),
+            "member": _loaded(train, flow),
+            "flank_place": np.linspace(0.0, 1.0, _PLACES),
+        },
+        verb="efficiency",
+        options={
+            "sharing": sharing,
+            **({"friction": friction} if oil is None else {"viscosity": oil.viscosity, "roughness": oil.roughness}),
+        },
+        warnings=[*train.warnings, *_said(train, flow), *dict.fromkeys(said)],
+        provenance=train_provenance(train),
+    )
+    return result
+
+
+# teeth ---------------------------------------------------------------------------------------------------------------
+
+
+def _teeth(train: Train, gearing: Gearing, sharing: str) -> _Teeth:
+    """Friction data of a pair, load uniform or as of loaded contact.
+
+    Raises
+    ------
+    ModelError : helical teeth without face width, teeth that do not keep contact.
+    """
+    meshes = [mesh for mesh in train.meshes if mesh.pair == gearing.pair]
+    helices = tuple(mesh for mesh in meshes if mesh.branch == meshes[0].branch)
+    for mesh in helices:
+        require_contact(mesh)
+    bodies = {body.name: body for body in train.bodies}
+    a, b = _gear(bodies[meshes[0].a]), _gear(bodies[meshes[0].b])
+    speed = train.kinematics.speed or {}
+    frame = speed[gearing.carrier] if gearing.carrier is not None else 0
+    relative = abs(float(speed[gearing.a] - frame)) * math.tau / 60
+    sigma = np.linspace(*helices[0].limits, _PLACES)
+    if sharing == "contact" and (train.kinematics.mesh_torque or {})[gearing.pair]:
+        distance, load = _of_contact(train, helices[0], sigma)
+    else:
+        distance = tuple(sliding_distance(mesh.limits, mesh.overlap_ratio) for mesh in helices)
+        load = path_load(helices[0].limits, helices[0].overlap_ratio, sigma)
+    return _Teeth(
+        helices=helices,
+        a=a,
+        b=b,
+        base_speed=relative * helices[0].radius_a * math.cos(helices[0].pressure_angle),
+        width=min((gear.face_width for gear in (a, b) if gear.face_width is not None), default=math.nan),
+        distance=distance,
+        sigma=sigma,
+        load=load,
+    )
+
+
+def _gear(body: Body) -> GearData:
+    assert body.gear is not None
+    return body.gear
+
+
+def _of_contact(train: Train, mesh: Mesh, sigma: Array) -> tuple[tuple[float, ...], Array]:
+    """Distances <|sigma|> of all helices of a branch under load, and load along the path of the first (n,) [1]."""
+    helices = helices_of(train, mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0])
+    force = normal_force(train, helices, None)
+    pairs = [pair_of(train, one) for one in helices]
+    cut = resolution(helices, pairs, force, tolerance=TOLERANCE, samples=None, slices=None)
+    pairs = [pair_of(train, one, slices=cut.slices) for one in helices]
+    segments = all_segments(pairs, [sigma_at(one, cut.phase) for one in helices])
+    found = all_loaded(segments, np.array([force]), tangents=False)
+    distance = tuple(float(cycle_mean(_moment(one), cut.phase)) for one in found)
+    lines, share = found[0].segments.lines, found[0].force[0] / found[0].load[0][:, None, None]
+    inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)
+    load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, inside)).sum(axis=0)
+    # interpolation loses a per cent at pieces of the face that the ends of the path cut
+    return distance, load / np.trapezoid(load, sigma)
+
+
+def _moment(contact: LoadedContact) -> Array:
+    """Mean distance of the load from the pitch point at every phase (T,) [base pitches]."""
+    force = contact.force[0]
+    return np.asarray((force * np.abs(contact.segments.lines.sigma)).sum(axis=(1, 2)) / force.sum(axis=(1, 2)))
+
+
+def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[str]) -> float:
+    """Mean coefficient of friction of a pair [1] by oil, load and speed; `said` takes what leaves the formula's range.
+
+    Raises
+    ------
+    ModelError : no face width.
+    """
+    mesh = teeth.helices[0]
+    if math.isnan(teeth.width):
+        raise ModelError(
+            "is missing: friction by oil needs the load per width",
+            path=f"stages.{mesh.name.split('/')[0]}.face_width",
+            allowed="of one helix [m], or a number for friction",
+        )
+    force = mean_force(train, mesh) * math.cos(mesh.base_helix)
+    line = teeth.base_speed / math.cos(mesh.pressure_angle)
+    if 0 < force / teeth.width < _LEAST_LOAD:
+        load = f"{force / teeth.width * 1e-3:.3g} N/mm"
+        said.append(f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more")
+    if line > _MOST_SPEED:
+        said.append(f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s")
+    return teeth.friction(force, oil)
+
+
+# columns -------------------------------------------------------------------------------------------------------------
+
+
+def _totals(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
+    """Efficiency [1], power in, out and lost [W]; in and out by what drives without losses."""
+    if flow is None:
+        return {name: ((), math.nan) for name in ("train_efficiency", "power_in", "power_out", "power_loss")}
+    before = train.kinematics.power or {}
+    least = _NONE * max(abs(value) for value in before.values())
+    into = math.fsum(flow.power[name] for name, value in before.items() if value > least)
+    out = -math.fsum(flow.power[name] for name, value in before.items() if value < -least)
+    return {
+        "train_efficiency": ((), out / into),
+        "power_in": ((), into),
+        "power_out": ((), out),
+        "power_loss": ((), math.fsum(one.loss for one in flow.meshes.values())),
+    }
+
+
+def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow | None) -> dict[str, Any]:
+    """Loss factor [1], rolling power and loss [W], driving gear of every mesh; meshes of a pair share its power."""
+    count = {pair: sum(mesh.pair == pair for mesh in train.meshes) for pair in teeth}
+    factor, rolling, loss, driver = [], [], [], []
+    for mesh in train.meshes:
+        own, power = teeth[mesh.pair], None if flow is None else flow.meshes[mesh.pair]
+        place = [one.side for one in own.helices].index(mesh.side)
+        factor.append(own.factors[place])
+        rolling.append(math.nan if power is None else power.rolling / count[mesh.pair])
+        part = own.factors[place] / sum(own.factors) * len(own.factors)
+        loss.append(math.nan if power is None else power.loss / count[mesh.pair] * part)
+        member = "" if power is None else power.driver
+        driver.append(next((body.name for body in train.bodies if _is(body, mesh, member)), ""))
+    return {
+        "loss_factor": ("mesh", np.array(factor)),
+        "mesh_rolling_power": ("mesh", np.array(rolling)),
+        "mesh_power_loss": ("mesh", np.array(loss)),
+        "driving_gear": ("mesh", np.array(driver, dtype=str)),
+    }
+
+
+def _is(body: Body, mesh: Mesh, member: str) -> bool:
+    return body.member == member and body.name in (mesh.a, mesh.b)
+
+
+def _stage_loss(train: Train, stage: str, flow: LossyFlow | None) -> float:
+    """Loss of all meshes of a stage [W]."""
+    if flow is None:
+        return math.nan
+    return math.fsum(flow.meshes[g.pair].loss for g in train.kinematics.gearings if g.stage == stage)
+
+
+def _loaded(train: Train, flow: LossyFlow | None) -> list[str]:
+    """Members with an external torque, with losses or without."""
+    without = train.kinematics.torque or {}
+    own = {} if flow is None else flow.torque
+    least = _NONE * max(abs(value) for value in without.values())
+    return [name for name, value in without.items() if max(abs(value), abs(own.get(name, 0.0))) > least]
+
+
+def _member_columns(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
+    """External torque [N m] and power [W] of every loaded member, with losses and without."""
+    names, kinematics = _loaded(train, flow), train.kinematics
+
+    def column(values: Mapping[str, float] | None) -> tuple[str, Array]:
+        return "member", np.array([math.nan if values is None else values[name] for name in names])
+
+    return {
+        "torque": column(None if flow is None else flow.torque),
+        "power": column(None if flow is None else flow.power),
+        "lossless_torque": column(kinematics.torque),
+        "lossless_power": column(kinematics.power),
+    }
+
+
+def _path_columns(teeth: Sequence[_Teeth]) -> dict[str, Any]:
+    """Place [base pitches], load [1], sliding speed [m/s] and specific sliding [1] along the path of every pair."""
+    dims = ("mesh_pair", "flank_place")
+    rolling = [one.rolling for one in teeth]
+    return {
+        "contact_place": (dims, np.array([one.sigma for one in teeth])),
+        "path_load": (dims, np.array([one.load for one in teeth])),
+        "sliding_speed": (dims, np.array([one.sliding for one in rolling])),
+        "specific_sliding_a": (dims, np.array([one.specific_a for one in rolling])),
+        "specific_sliding_b": (dims, np.array([one.specific_b for one in rolling])),
+    }
+
+
+def _said(train: Train, flow: LossyFlow | None) -> list[str]:
+    """What the losses change beside the numbers: self-locking, stated torques that follow, an open balance."""
+    power = train.kinematics.power or {}
+    driving = ", ".join(name for name, value in power.items() if value > 0)
+    if flow is None:
+        return [f"self-locking: with these torques friction in the meshes holds the train, {driving} cannot turn it"]
+    least = _NONE * max(abs(value) for value in power.values())
+    said = [
+        f"self-locking: friction takes more than {driving} brings; {name}, which takes power off without losses, "
+        "must drive too"
+        for name, value in power.items()
+        if value < -least and flow.power[name] > -_NONE * least
+    ]
+    if flow.released:
+        said.append(f"the torques stated of {', '.join(flow.released)} balance without losses; here they follow")
+    if flow.indeterminate:
+        said.append("the balance leaves torques in a closed loop open: taken nearest to those without losses")
+    return said
