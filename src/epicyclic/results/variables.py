@@ -61,6 +61,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "planets": ("1", "number of branches"),
     "link_first": ("", "first body of the link"),
     "link_second": ("", "second body of the link, nothing for the frame or housing"),
+    "link_kind": ("", "support, bearing, neck, shaft or coupling"),
+    "link_station": ("m", "axial place of the link"),
     "link_clearance": ("m", "clearance of the link, the play before it presses"),
     "mesh_slices": ("1", "slices of the mesh along its face, each a row of its own; 1 is the whole mesh"),
     "mesh_deviation": ("", "deviation and mesh in which it shows, pitch deviations left out"),

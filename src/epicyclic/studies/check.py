@@ -39,8 +39,8 @@ def check(train: Train) -> xr.Dataset:
     Dataset : speed [rpm], torque [N m] and power [W] of every body (external torque, held members included), power
         through every coupling, shaft and pair (from the first to the second member, seen from the housing), geometry
         [m, rad] of every gear, lead [mesh cycles], contact ratio and backlash [m] of every mesh, and the force at which
-        its stiffness is the tangent of a table [N], stiffness [N/m, N m/rad] and clearance [m] of every link; nan where
-        the model gives no value.  Choices that matter (see `choices`), with their origin and effect.  What every verb
+        its stiffness is the tangent of a table [N], axial place [m], stiffness [N/m, N m/rad] and clearance [m] of every
+        link; nan where the model gives no value.  Choices that matter (see `choices`), with their origin and effect.  What every verb
         still needs; "" where it is ready.  Attributes ``values`` (path,
         value, unit, origin of each resolved value) and ``assumed``.
     """
@@ -62,6 +62,8 @@ def check(train: Train) -> xr.Dataset:
             **variables,
             "link_first": ("link", _texts(link.first for link in links)),
             "link_second": ("link", _texts(link.second or "" for link in links)),
+            "link_kind": ("link", _texts(link.kind for link in links)),
+            "link_station": ("link", _numbers(link.station for link in links)),
             "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
             "link_clearance": ("link", _numbers(link.clearance for link in links)),
             "choice_value": ("choice", _texts(choice.value for choice in chosen)),

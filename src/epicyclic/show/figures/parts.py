@@ -17,7 +17,7 @@ __all__ = ["Part", "faces", "matings", "one_per_place", "parts", "stages", "titl
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """One body; lengths [m], angles [rad], speed [rpm]; nan where the model says nothing.
+    """One body; lengths [m], angles [rad], speed [rpm], torque [N m]; nan where the model says nothing.
 
     x, y : centre in frame axes.  offset : what the drawing adds to x so that stages stand side by side.
     angle : polar angle of its own x axis.  outer : outer radius as drawn.  reach : R of u = R rz.
@@ -39,6 +39,7 @@ class Part:
     reach: float
     speed: float
     mass: float
+    torque: float = math.nan
     form: ToothForm | None = None
     width: float = math.nan
     gap: float = 0.0
@@ -132,11 +133,11 @@ def _bodies(check: xr.Dataset) -> list[Part]:
     words = [texts(check, name, "body") for name in ("body", "member", "kind", "body_stage", "side", "carried_by")]
     values = [
         numbers(check, name, "body").tolist()
-        for name in ("branch", "centre_x", "centre_y", "station", "axes_angle", "outer_radius", "speed", "mass")
+        for name in ("branch", "centre_x", "centre_y", "station", "axes_angle", "outer_radius", "speed", "mass", "torque")
     ]
     found = []
     for name, member, kind, stage, side, carrier, *rest in zip(*words, *values, strict=True):
-        branch, x, y, station, angle, outer, speed, mass = rest
+        branch, x, y, station, angle, outer, speed, mass, torque = rest
         body = Part(
             name=name,
             member=member or name,
@@ -153,6 +154,7 @@ def _bodies(check: xr.Dataset) -> list[Part]:
             reach=outer,
             speed=speed,
             mass=mass,
+            torque=torque,
         )
         found.append(_toothed(body, gears[name]) if name in gears else body)
     return found

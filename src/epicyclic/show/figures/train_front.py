@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from .parts import Part, matings, one_per_place, parts, stages, turns
-from .series import Array, compact, engineering
+from .series import Array, compact, engineering, numbers, texts
 from .style import INK, PALE, WARNING, figure, kind_colour, tint, wide_height
 from .teeth import Mating, outline
 
@@ -30,10 +30,11 @@ def train_front(check: xr.Dataset) -> go.Figure:
     found = [part for part in one_per_place(parts(check)) if part.stage in stages(parts(check))]
     turned = turns(check, found)
     drawn = figure("Front view, to scale", x="x [mm]", y="y [mm]", height=620)
-    for part in sorted(found, key=lambda one: _ORDER.get(one.kind, 2)):
+    for part in sorted(found, key=lambda one: (_ORDER.get(one.kind, 2), -one.outer)):
         for trace in _body(part, turned.get(part.name, 0.0), found):
             drawn.add_trace(trace)
-    drawn.add_traces([_circles(found), *_hidden(found), *_actions(check, found), *_senses(found), _names(found)])
+    drawn.add_traces([_circles(check, found), *_hidden(found), *_actions(check, found)])
+    drawn.add_traces([*_held(check, found), *_senses(found), *_names(check, found)])
     _frame(drawn, found)
     return drawn
 
@@ -77,7 +78,7 @@ def _body(part: Part, turn: float, found: Sequence[Part]) -> list[go.Scatter]:
 def _hidden(found: Sequence[Part]) -> list[go.Scatter]:
     carriers = [(part, [pin for pin in found if pin.carried_by == part.name]) for part in found]
     pieces = [_arms(part, pins) for part, pins in carriers if pins]
-    look = {"line": {"color": PALE, "width": 1, "dash": "dash"}}
+    look = {"line": {"color": tint(PALE, 0.45), "width": 1, "dash": "dash"}}  # faint: names stand over it
     return [_line(*_joined(pieces), look)] if pieces else []
 
 
@@ -101,11 +102,50 @@ def _joined(pieces: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
     )
 
 
-def _circles(found: Sequence[Part]) -> go.Scatter:
-    gears = [(part, part.form) for part in found if part.form is not None]
-    pieces = [_circle(part.x + part.offset, part.y, form.reference_radius, 73) for part, form in gears]
+def _circles(check: xr.Dataset, found: Sequence[Part]) -> go.Scatter:
+    """Pitch circles of every gear, one for each mesh that works at another angle; else its reference circle."""
+    angles: dict[str, set[float]] = {}
+    for one in matings(check):
+        for name in (one.a, one.b):
+            if np.isfinite(one.pressure_angle):
+                angles.setdefault(name, set()).add(round(one.pressure_angle, 6))
+    pieces = []
+    for part in found:
+        if part.form is not None:
+            radii = [part.form.base_radius / math.cos(angle) for angle in sorted(angles.get(part.name, ()))]
+            for radius in radii or [part.form.reference_radius]:
+                pieces.append(_circle(part.x + part.offset, part.y, radius, 73))
     line = {"color": PALE, "width": 1, "dash": "dashdot"}
-    return _line(*_joined(pieces), {"name": "reference circles", "showlegend": True, "line": line})
+    return _line(*_joined(pieces), {"name": "pitch circles", "showlegend": True, "line": line})
+
+
+def _still(check: xr.Dataset) -> set[str]:
+    """Bodies that do not turn: without speed, or held by the housing about their axis."""
+    speed = numbers(check, "speed", "body")
+    found = {name for name, value in zip(texts(check, "body"), speed, strict=True) if value == 0}
+    if "link" in check.dims:
+        rigid = np.isinf(check["link_stiffness"].sel(direction="rz").values)
+        ends = zip(texts(check, "link_first"), texts(check, "link_second"), rigid, strict=True)
+        found |= {first for first, second, fixed in ends if fixed and not second}
+    return found
+
+
+def _held(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
+    """Strokes of the housing around a held ring, within another held gear."""
+    still, pieces = _still(check), []
+    for part in found:
+        if part.name in still and part.form is not None and not part.branch:
+            radius = part.outer if part.form.internal else 0.88 * part.form.root_radius
+            deep = 0.03 * part.outer
+            count = 48 if part.form.internal else 16
+            for angle in 2 * math.pi * np.arange(count) / count:
+                turned = angle + (1.6 * deep / radius if part.form.internal else -1.6 * deep / radius)
+                ends = np.array([radius, radius + deep if part.form.internal else radius - deep])
+                both = np.array([angle, turned])
+                pieces.append((part.x + part.offset + ends * np.cos(both), part.y + ends * np.sin(both)))
+            pieces.append(_circle(part.x + part.offset, part.y, radius))
+    line = {"line": {"color": INK, "width": 1.2}, "name": "held", "showlegend": True}
+    return [_line(*_joined(pieces), line)] if pieces else []
 
 
 def _actions(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
@@ -135,9 +175,9 @@ def _action(mating: Mating, a: Part, b: Part) -> tuple[Array, Array]:
 
 
 def _senses(found: Sequence[Part]) -> list[go.Scatter]:
-    """Arc arrows of the absolute speeds."""
+    """Arc arrows of the absolute speeds, one for all gears that turn alike on one axis."""
     arcs, heads = [], []
-    for part in found:
+    for part in {(one.x + one.offset, one.y, one.speed, _inside(one)): one for one in found}.values():
         if part.form is None or not np.isfinite(part.speed) or part.speed == 0:
             continue
         rim = (part.form.root_radius + part.outer) / 2
@@ -158,30 +198,79 @@ def _senses(found: Sequence[Part]) -> list[go.Scatter]:
     return [_line(*_joined(arcs), {**arc, **group}), _line(at[:, 0], at[:, 1], {**head, **group})]
 
 
-def _names(found: Sequence[Part]) -> go.Scatter:
-    """Names in the gears; that of a ring above and that of a carrier below the stage."""
-    x, y, words, places = [], [], [], []
+def _inside(part: Part) -> bool:
+    return part.form is not None and part.form.internal
+
+
+def _names(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
+    """Names in the gears, one for all on one axis; that of a ring above and that of a carrier below the stage."""
+    still = _still(check)
+    shown = 780.0 / (1e-9 + _across(found))  # [px/m] of a figure of 900 px that its width limits
+    shown = min(shown, 440.0 / (2.36 * max((part.radius + part.outer for part in found), default=1.0)))
+    rows: dict[tuple[int, str], list[tuple[float, float, str]]] = {}
+    outside: dict[tuple[str, str], list[Part]] = {}
+    axes: dict[tuple[float, float], list[Part]] = {}
     for part in found:
-        gear, height, place = part.form, part.y, "middle center"
-        if gear is None or gear.internal:
-            reach = max(other.radius + other.outer for other in found if other.stage == part.stage)
-            height += (1 if gear else -1) * 1.03 * reach
-            place = "top center" if gear else "bottom center"
-        x.append(part.x + part.offset)
-        y.append(height)
-        words.append(_name(part))
-        places.append(place)
-    look = {"size": 12, "color": INK}
-    options = {"mode": "text", "text": words, "textposition": places, "textfont": look}
-    return _line(np.array(x), np.array(y), options)
+        if part.form is None or part.form.internal:
+            outside.setdefault((part.stage, "top" if part.form else "bottom"), []).append(part)
+        else:
+            axes.setdefault((round(part.x + part.offset, 9), round(part.y, 9)), []).append(part)
+    for (x, y), own in axes.items():
+        room = 1.7 * max(part.form.root_radius for part in own if part.form) * shown
+        text, size = _fitting(own, still, room)
+        rows.setdefault((size, "middle center"), []).append((x, y, text))
+    for (stage, side), own in outside.items():
+        reach = max(other.radius + other.outer for other in found if other.stage == stage)
+        height = (1 if side == "top" else -1) * 1.05 * reach
+        text = "<br>".join(_name(part, still) for part in own)
+        rows.setdefault((12, f"{side} center"), []).append((own[0].x + own[0].offset, height, text))
+    return [
+        _line(
+            np.array([x for x, _, _ in own]),
+            np.array([y for _, y, _ in own]),
+            {
+                "mode": "text",
+                "text": [text for _, _, text in own],
+                "textposition": place,
+                "textfont": {"size": size, "color": INK},
+            },
+        )
+        for (size, place), own in rows.items()
+    ]
 
 
-def _name(part: Part) -> str:
+def _fitting(own: Sequence[Part], still: Collection[str], room: float) -> tuple[str, int]:
+    """Name and teeth of the gears on one axis in the largest type that so many pixels hold, else the branch alone."""
+    tried = [
+        "<br>".join(_name(part, still) for part in own) if len(own) == 1 else _stepped(own, still),
+        "<br>".join(part.short for part in own),
+        str(own[0].branch or own[0].short),
+    ]
+    for text in tried:
+        wide = max(len(line) for line in text.split("<br>"))
+        for size in (12, 11, 10, 9):
+            if 0.56 * size * wide <= room and 1.3 * size * (text.count("<br>") + 1) <= room:
+                return text, size
+    return tried[-1], 9
+
+
+def _stepped(own: Sequence[Part], still: Collection[str]) -> str:
+    return "<br>".join(_name(part, still).replace("<br>", ", ") for part in own)
+
+
+def _name(part: Part, still: Collection[str]) -> str:
     teeth = f"z = {part.form.teeth}" if part.form else ""
     if part.form is not None and not part.form.internal:
-        return f"{part.short}<br>{teeth}"
-    speed = "held" if part.speed == 0 else f"{engineering(abs(part.speed))} rpm {'↺' if part.speed > 0 else '↻'}"
-    return ", ".join(text for text in (part.short, teeth, speed if np.isfinite(part.speed) else "") if text)
+        held = ", held" if part.name in still and not part.branch else ""
+        return f"{part.short}<br>{teeth}{held}"
+    turning = f"{engineering(abs(part.speed))} rpm {'↺' if part.speed > 0 else '↻'}"
+    speed = "held" if part.name in still else turning if np.isfinite(part.speed) else ""
+    return ", ".join(text for text in (part.short, teeth, speed) if text)
+
+
+def _across(found: Sequence[Part]) -> float:
+    low = min((part.offset - part.radius - part.outer for part in found), default=-1.0)
+    return 1.08 * (max((part.offset + part.radius + part.outer for part in found), default=1.0) - low)
 
 
 def _frame(drawn: go.Figure, found: Sequence[Part]) -> None:
