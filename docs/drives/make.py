@@ -1,7 +1,8 @@
 """Draw the figures of the pages on the ready drives: python docs/drives/make.py [NAME ...]
 
-Each NAME.py beside this file defines FIGURES, name -> function that returns a plotly figure.  They are written to
-figures/NAME-FIGURE.svg through a headless Chromium (package playwright, a Chromium on PATH or playwright's own).
+Each NAME.py beside this file defines FIGURES, name -> function that returns a plotly figure; schematics.py adds the
+drawings of the train.  They are written to figures/NAME-FIGURE.svg through a headless Chromium (package playwright, a
+Chromium on PATH or playwright's own), as SVG that plain renderers read alike.
 """
 
 from __future__ import annotations
@@ -25,7 +26,11 @@ FIGURES = HERE / "figures"
 WIDTH, HEIGHT = 900, 500
 MOST_BYTES = 200_000
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-_NOT_PAGES = ("make", "common")
+_NOT_PAGES = ("make", "common", "schematics")
+_RAISED = re.compile(  # an exponent, and the return to the line
+    '\u200b?<tspan style="font-size:70%" dy="-0.6em">([-−0-9]+)</tspan><tspan dy="0.42em">\u200b</tspan>'
+)
+_SUPERSCRIPTS = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _DRAW = """async ([spec, width, height]) => {
   const options = { format: "svg", width: width, height: height };
   return await Plotly.toImage({ data: spec.data, layout: spec.layout }, options);
@@ -40,7 +45,7 @@ def names() -> list[str]:
 
 
 def figures_of(name: str) -> dict[str, Callable[[], go.Figure]]:
-    """FIGURES of one page."""
+    """Drawings of the train and FIGURES of one page."""
     if str(HERE) not in sys.path:  # pages import what is beside them
         sys.path.insert(0, str(HERE))
     spec = importlib.util.spec_from_file_location(f"drives_{name}", HERE / f"{name}.py")
@@ -48,8 +53,9 @@ def figures_of(name: str) -> dict[str, Callable[[], go.Figure]]:
         raise SystemExit(f"no {name}.py in {HERE}; there are {', '.join(names())}")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    figures: dict[str, Callable[[], go.Figure]] = module.FIGURES
-    return figures
+    from schematics import schematics_of
+
+    return {**schematics_of(name), **module.FIGURES}
 
 
 @contextmanager
@@ -71,17 +77,28 @@ def renderer() -> Iterator[Renderer]:
 
 
 def _svg(browser: Any, figure: go.Figure, name: str) -> str:
-    """SVG of a figure, 900 x 500 or as much higher as its layout says; the same text for the same figure."""
+    """SVG of a figure, 900 x 500 or as much higher as its layout says; the same text for the same figure.
+
+    A drawing to scale keeps its own height.
+    """
     spec = json.loads(figure.to_json())
     for place, trace in enumerate(spec["data"]):  # plotly draws what is not named at random, here and below
         trace["uid"] = f"-{place}"
     page = browser.new_page()  # a new one each: plotly remembers widths of texts, and they depend on what came before
     page.add_script_tag(content=get_plotlyjs())
-    address = page.evaluate(_DRAW, [spec, WIDTH, max(HEIGHT, int(figure.layout.height or 0))])
+    least = 0 if figure.layout.yaxis.scaleanchor and figure.layout.height else HEIGHT
+    address = page.evaluate(_DRAW, [spec, WIDTH, max(least, int(figure.layout.height or 0))])
     page.close()
-    text = unquote(address.partition(",")[2])
+    text = plain_superscripts(unquote(address.partition(",")[2]))
     found = re.search(r'id="(?:top)?defs-([0-9a-f]{6})"', text)
     return text.replace(found[1], name) if found else text
+
+
+def plain_superscripts(text: str) -> str:
+    """SVG with exponents as characters of their own: plotly's raised text has a size in percent, which SVG 1.1 does
+    not know and some renderers take for a multiple.
+    """
+    return _RAISED.sub(lambda found: found[1].translate(_SUPERSCRIPTS), text)
 
 
 def draw(wanted: Sequence[str]) -> int:

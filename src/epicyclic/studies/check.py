@@ -39,9 +39,9 @@ def check(train: Train) -> xr.Dataset:
     Dataset : speed [rpm], torque [N m] and power [W] of every body (external torque, held members included), power
         through every coupling, shaft and pair (from the first to the second member, seen from the housing), geometry
         [m, rad] of every gear, lead [mesh cycles], contact ratio and backlash [m] of every mesh, and the force at which
-        its stiffness is the tangent of a table [N], axial place [m], stiffness [N/m, N m/rad] and clearance [m] of every
-        link; nan where the model gives no value.  Choices that matter (see `choices`), with their origin and effect.  What every verb
-        still needs; "" where it is ready.  Attributes ``values`` (path,
+        its stiffness is the tangent of a table [N], axial place [m], stiffness [N/m, N m/rad] and clearance [m] of
+        every link; nan where the model gives no value.  Choices that matter (see `choices`), with their origin and
+        effect.  What every verb still needs; "" where it is ready.  Attributes ``values`` (path,
         value, unit, origin of each resolved value) and ``assumed``.
     """
     columns = {

@@ -131,10 +131,8 @@ def _senses(check: xr.Dataset) -> list[int]:
 def _bodies(check: xr.Dataset) -> list[Part]:
     gears = _gears(check)
     words = [texts(check, name, "body") for name in ("body", "member", "kind", "body_stage", "side", "carried_by")]
-    values = [
-        numbers(check, name, "body").tolist()
-        for name in ("branch", "centre_x", "centre_y", "station", "axes_angle", "outer_radius", "speed", "mass", "torque")
-    ]
+    asked = ("branch", "centre_x", "centre_y", "station", "axes_angle", "outer_radius", "speed", "mass", "torque")
+    values = [numbers(check, name, "body").tolist() for name in asked]
     found = []
     for name, member, kind, stage, side, carrier, *rest in zip(*words, *values, strict=True):
         branch, x, y, station, angle, outer, speed, mass, torque = rest

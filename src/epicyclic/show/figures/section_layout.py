@@ -12,7 +12,22 @@ import xarray as xr
 from .parts import Part, faces, matings, parts
 from .series import numbers, texts
 
-__all__ = ["Column", "Coupling", "Group", "Layout", "SectionLink", "layout_of", "text_width"]
+__all__ = [
+    "AIR",
+    "BODY",
+    "LANE",
+    "MARGIN",
+    "PLATE",
+    "SEGMENT",
+    "WIDE",
+    "Column",
+    "Coupling",
+    "Group",
+    "Layout",
+    "SectionLink",
+    "layout_of",
+    "text_width",
+]
 
 WIDE = 800.0  # of the drawing in a figure of 900 px [px]
 TALL = 400.0  # at most, of radii [px]

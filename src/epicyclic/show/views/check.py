@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, SideBySide, Styled, Table
+from ..elements import Company, Drawing, KeyFigure, Part, Section, Styled, Table
 from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import members_of, mesh_tones
 from ..provenance import assumed_tables, value_tables
@@ -51,6 +51,13 @@ _PATHS = {
     "path_rolling_power": ("rolling power [kW]", 1e-3),
     "path_circulating": ("circulates", 1),
 }
+
+_FRONT = "Seen from the right end; teeth as they stand at time zero."
+_SECTION = (
+    "Through the axis and branch 1, branches turned into the plane; below the axis the second axis of a branch with "
+    "two. Gears end at their pitch circles. A support in the middle of its member is drawn on the shaft that shows, "
+    "others where they stand; shafts, couplings and what lies between stages are a scheme."
+)
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -109,19 +116,9 @@ def _train(check: xr.Dataset) -> list[Part]:
 
     if "gear" not in check.dims or not check.sizes["gear"]:
         return []
-    front = Drawing(
-        anchor="front",
-        figure=train_front(check),
-        caption="Seen from the right end; teeth as they stand at time zero.",
-    )
-    section = Drawing(
-        anchor="section", figure=train_section(check), caption="Half section, branch 1 turned into the plane."
-    )
-    drawings: list[Part] = (
-        [front, section] if check.sizes.get("stage", 1) > 1 else [SideBySide(left=front, right=section)]
-    )
     return [
-        *drawings,
+        Drawing(anchor="front", figure=train_front(check), caption=_FRONT),
+        Drawing(anchor="section", figure=train_section(check), caption=_SECTION),
         _stages(check),
         _gears(check, _by_member(check), "Gears; hand of the left helix, width of one helix"),
     ]

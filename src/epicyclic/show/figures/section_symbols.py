@@ -1,0 +1,146 @@
+"""Bearings, supports and the housing in an axial section."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from .section_layout import LANE, SEGMENT, Column, Group, Layout, SectionLink
+from .section_shapes import base_of, beyond, cheek, end_of, lane_of, lane_radii, signs, trace, where_of
+from .series import engineering
+from .style import INK
+
+__all__ = ["spring", "supports"]
+
+_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+_UNITS = ("N/m", "N/m", "N/m", "N m/rad", "N m/rad", "N m/rad")
+_SYMBOLS = {
+    "elastic support or bearing": {"symbol": "square-x-open", "color": INK},
+    "rigid support or bearing": {"symbol": "square-x", "color": "#9AA5B1"},
+}
+
+
+def supports(layout: Layout) -> list[go.Scatter]:
+    """Bearings and supports where they stand, and the housing that they, pins and held members stand in."""
+    where = where_of(layout)
+    marks: dict[tuple[float, float], list[SectionLink]] = {}
+    walls: set[tuple[float, float, str]] = set()
+    stems: list[tuple[float, float, float]] = []
+    for link in layout.links:
+        ends = [where[name] for name in (link.first, link.second) if name in where]
+        if link.kind not in ("support", "bearing") or not ends:
+            continue
+        group, column = next((one for one in ends if one[0].first.branch), ends[0])
+        if not (link.radial or link.axial or link.turning):
+            continue
+        for sign in signs(group, layout):
+            z, r = _seat(link, group, column, layout)
+            fixed = not link.second and (group.held or link.turning) and not group.first.branch
+            if group.internal:
+                top = group.high + layout.length(20)
+                walls.add((round(z, 9), sign * top, "up" if sign > 0 else "down"))
+                stems.append((z, sign * group.high, sign * top))
+                r = group.high + layout.length(10)
+            if fixed and not group.internal and group.key in (*column.left, *column.right) and not column.lone:
+                side = "left" if group.key in column.left else "right"
+                end = end_of(group, column, side, layout)
+                walls.add((round(end, 9), sign * lane_radii(lane_of(group, column, side), layout)[1] / 2, side))
+            if not (fixed and group.internal) and (link.radial or link.axial):
+                marks.setdefault((round(z, 9), sign * r), []).append(link)
+    walls |= _pin_walls(layout)
+    stem = {"line": {"color": INK, "width": 1.6}}
+    lines = [trace([z, z], [low, high], stem) for z, low, high in dict.fromkeys(stems)]
+    return [*lines, *_grounds(walls, layout), *_marked(marks, layout)]
+
+
+def _pin_walls(layout: Layout) -> set[tuple[float, float, str]]:
+    """Where pins of planets that no carrier holds stand in the housing."""
+    return {
+        (round(cheek(column, side, layout)[1], 9), group.half * group.first.radius, side)
+        for column in layout.columns
+        for group in column.groups
+        if group.first.branch and not group.first.carried_by
+        for side in ("left", "right")
+    }
+
+
+def _seat(link: SectionLink, group: Group, column: Column, layout: Layout) -> tuple[float, float]:
+    """Place of a support or bearing [m]: its station; of one in the middle of its member, the shaft that shows."""
+    station = link.station if np.isfinite(link.station) else group.first.station
+    if group.first.branch:
+        return station + column.shift, group.first.radius
+    if group.internal:
+        return station + column.shift, group.high
+    if group.first.radius > 1e-9:
+        lumped = column.low <= station <= column.high
+        place = beyond(column, "left", 0.5 * SEGMENT, layout) if lumped else station + column.shift
+        return place, group.first.radius
+    if column.lone:
+        return station + column.shift, base_of(group, column, layout) + layout.length(LANE)
+    sides = [side for side, stack in (("left", column.left), ("right", column.right)) if group.key in stack]
+    if not sides:
+        return station + column.shift, base_of(group, column, layout) + layout.length(LANE / 2)
+    side = "right" if "right" in sides and station > (column.low + column.high) / 2 else sides[0]
+    low, high = lane_radii(lane_of(group, column, side), layout)
+    if column.low <= station <= column.high:
+        out = SEGMENT / 2 if not group.held else 0.7 * SEGMENT
+        inward = -1 if side == "right" else 1
+        return end_of(group, column, side, layout) + inward * layout.length(out), (low + high) / 2
+    return station + column.shift, (low + high) / 2
+
+
+def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]], layout: Layout) -> list[go.Scatter]:
+    """Symbols of supports and bearings: elastic or rigid; with bars on both sides where they hold axially."""
+    found: list[go.Scatter] = []
+    for name, look in _SYMBOLS.items():
+        rigid = name.startswith("rigid")
+        own = {at: links for at, links in marks.items() if any(link.radial for link in links)}
+        own = {at: links for at, links in own.items() if all(math.isinf(max(k.stiffness[:2])) for k in links) == rigid}
+        if own:
+            words = ["<br>".join(map(spring, links)) for links in own.values()]
+            marker = {**look, "size": 11, "line": {"width": 1.4, "color": INK}}
+            words_of = {"hoverinfo": "text", "text": words, "name": name, "showlegend": True}
+            found.append(
+                trace([z for z, _ in own], [r for _, r in own], {"mode": "markers", "marker": marker, **words_of})
+            )
+    axial = [at for at, links in marks.items() if any(link.axial for link in links)]
+    if axial:
+        z = [one[0] + way * layout.length(9) for one in axial for way in (-1, 1)]
+        bar = {"symbol": "line-ns-open", "size": 13, "color": INK, "line": {"width": 1.8, "color": INK}}
+        shown = {"mode": "markers", "marker": bar, "name": "holds axially", "showlegend": True}
+        found.append(trace(z, [one[1] for one in axial for _ in (0, 1)], shown))
+    return found
+
+
+def _grounds(walls: Iterable[tuple[float, float, str]], layout: Layout) -> list[go.Scatter]:
+    """The housing: a line with oblique strokes behind it."""
+    z: list[float] = []
+    r: list[float] = []
+    half, deep = layout.length(10), layout.length(5)
+    for at, height, way in sorted(walls):
+        along = np.linspace(-half, half, 5)
+        upright = way in ("left", "right")
+        sign = 1 if way in ("up", "right") else -1
+        places = [(0.0, one) for one in (-half, half)] if upright else [(one, 0.0) for one in (-half, half)]
+        strokes = [places]
+        for one in along:
+            end = (sign * deep, one - deep) if upright else (one - deep, sign * deep)
+            strokes.append([(0.0, one) if upright else (one, 0.0), end])
+        for stroke in strokes:
+            z += [*(at + dz for dz, _ in stroke), math.nan]
+            r += [*(height + dr for _, dr in stroke), math.nan]
+    look = {"line": {"color": INK, "width": 1.3}, "name": "housing", "showlegend": True}
+    return [trace(z, r, look)] if z else []
+
+
+def spring(link: SectionLink) -> str:
+    """The stiffness of a link (6,) [N/m, N m/rad] in words."""
+    rows = [
+        f"{direction}: {'rigid' if np.isinf(value) else f'{engineering(float(value))} {unit}'}"
+        for direction, unit, value in zip(_DIRECTIONS, _UNITS, link.stiffness, strict=True)
+        if value > 0
+    ]
+    return "<br>".join([f"<b>{link.name}</b>", *rows])
