@@ -88,7 +88,7 @@ def test_branch_colours_differ() -> None:
 
 def test_the_front_view_has_the_teeth_of_every_gear(ren: Datasets) -> None:
     drawn = train_front(ren["check"])
-    text = next(trace for trace in drawn.data if trace.mode == "text").text
+    text = [word for trace in drawn.data if trace.mode == "text" for word in trace.text]
     assert sum("z = 17" in word for word in text) == 3
     assert "ring, z = 57, held" in text
     assert any(word.startswith("carrier, 28.75 rpm") for word in text)
