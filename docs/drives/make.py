@@ -1,4 +1,4 @@
-"""Draw the figures of the pages on the ready drives: python docs/drives/make.py [NAME ...]
+"""Draw the figures of the pages on the ready drives: python docs/drives/make.py [NAME ... | NAME/FIGURE ...]
 
 Each NAME.py beside this file defines FIGURES, name -> function that returns a plotly figure; schematics.py adds the
 drawings of the train.  They are written to figures/NAME-FIGURE.svg through a headless Chromium (package playwright, a
@@ -102,12 +102,17 @@ def plain_superscripts(text: str) -> str:
 
 
 def draw(wanted: Sequence[str]) -> int:
-    """Draw the figures of some pages; returns how many are too large."""
+    """Draw the figures of some pages, or some figures ``page/figure``; returns how many are too large."""
     FIGURES.mkdir(exist_ok=True)
     large = 0
     with renderer() as to_svg:
-        for page in wanted:
-            for name, build in figures_of(page).items():
+        for page, _, only in (one.partition("/") for one in wanted):
+            found = figures_of(page)
+            if only and only not in found:
+                raise SystemExit(f"no figure {only} in {page}; there are {', '.join(found)}")
+            for name, build in found.items():
+                if only and name != only:
+                    continue
                 target = FIGURES / f"{page}-{name}.svg"
                 text = to_svg(build(), f"{page}-{name}")
                 target.write_text(text, encoding="utf-8")
@@ -119,7 +124,7 @@ def draw(wanted: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    unknown = [name for name in sys.argv[1:] if name not in names()]
+    unknown = [name for name in sys.argv[1:] if name.partition("/")[0] not in names()]
     if unknown:
         raise SystemExit(f"no page {', '.join(unknown)}; there are {', '.join(names())}")
     raise SystemExit(1 if draw(sys.argv[1:] or names()) else 0)
