@@ -19,7 +19,6 @@ __all__ = [
     "Listing",
     "Part",
     "Section",
-    "SideBySide",
     "Styled",
     "Table",
     "listed",
@@ -74,14 +73,6 @@ class Listing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SideBySide:
-    """Two parts beside each other where the page is wide enough."""
-
-    left: Part
-    right: Part
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Details:
     """Parts that are folded away until asked for.  summary : what is clicked on."""
 
@@ -89,7 +80,7 @@ class Details:
     parts: Sequence[Part]
 
 
-Part = Table | Drawing | Listing | SideBySide | Details
+Part = Table | Drawing | Listing | Details
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

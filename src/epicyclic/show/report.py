@@ -16,7 +16,7 @@ import xarray as xr
 from plotly.offline import get_plotlyjs
 
 from ..results.whole_file import write_text
-from .elements import Details, Drawing, Part, Section, SideBySide, Table, number, shown_columns
+from .elements import Details, Drawing, Part, Section, Table, number, shown_columns
 from .figures.series import engineering
 from .provenance import provenance
 from .views import key_figures_of, sections_of
@@ -105,8 +105,6 @@ class _Page:
             return html_table(part)
         if isinstance(part, Drawing):
             return _figure(self.anchor(f"figure-{part.anchor}"), part)
-        if isinstance(part, SideBySide):
-            return f'<div class="pair">{self.html([part.left, part.right])}</div>'
         if isinstance(part, Details):
             return f"<details><summary>{escape(part.summary)}</summary>{self.html(part.parts)}</details>"
         return f"<pre>{escape(part.text)}</pre>"

@@ -23,7 +23,7 @@ __all__ = [
     "Column",
     "Coupling",
     "Group",
-    "Layout",
+    "SectionLayout",
     "SectionLink",
     "layout_of",
     "text_width",
@@ -144,7 +144,7 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
+class SectionLayout:
     """The whole section.  scale : [px/m] in a figure of 900 px.  both : drawn above and below the axis."""
 
     columns: tuple[Column, ...]
@@ -164,7 +164,7 @@ def text_width(text: str) -> float:
     return 6.9 * max(len(line) for line in text.split("<br>"))
 
 
-def layout_of(check: xr.Dataset) -> Layout:
+def layout_of(check: xr.Dataset) -> SectionLayout:
     """Stages in the order of the file or of their stations, lone bodies between what they couple.
 
     Parameters
@@ -183,7 +183,7 @@ def layout_of(check: xr.Dataset) -> Layout:
     top = max(column.top for column in columns if not column.lone or len(columns) == 1)
     both = any(group.half < 0 for group in groups)
     scale = _scale(columns, top, both)
-    return Layout(
+    return SectionLayout(
         columns=tuple(_shifted(columns, scale)), couplings=tuple(found), links=links, scale=scale, top=top, both=both
     )
 

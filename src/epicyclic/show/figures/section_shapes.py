@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from .section_layout import BODY, LANE, PLATE, SEGMENT, Column, Group, Layout
+from .section_layout import BODY, LANE, PLATE, SEGMENT, Column, Group, SectionLayout
 from .series import Array, compact, engineering
 from .style import kind_colour, tint
 
@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 
-def where_of(layout: Layout) -> dict[str, tuple[Group, Column]]:
+def where_of(layout: SectionLayout) -> dict[str, tuple[Group, Column]]:
     """Body -> its group and column."""
     return {part.name: (group, column) for column in layout.columns for group in column.groups for part in group.bodies}
 
@@ -47,13 +47,13 @@ def box(along: tuple[float, float], radii: tuple[float, float], look: Mapping[st
 
 
 def boxes(
-    along: tuple[float, float], radii: tuple[float, float], group: Group, layout: Layout, look: Mapping[str, Any]
+    along: tuple[float, float], radii: tuple[float, float], group: Group, layout: SectionLayout, look: Mapping[str, Any]
 ) -> list[go.Scatter]:
     """A box above the axis, below it, or both where the group turns about the axis."""
     return [box(along, (sign * radii[0], sign * radii[1]), look) for sign in signs(group, layout)]
 
 
-def signs(group: Group, layout: Layout) -> tuple[int, ...]:
+def signs(group: Group, layout: SectionLayout) -> tuple[int, ...]:
     if group.first.branch:
         return (group.half,)
     return (1, -1) if layout.both and group.first.radius < 1e-9 else (1,)
@@ -76,7 +76,7 @@ def appearance(group: Group, white: float = 0.62) -> dict[str, Any]:
     }
 
 
-def lane_radii(number: int, layout: Layout) -> tuple[float, float]:
+def lane_radii(number: int, layout: SectionLayout) -> tuple[float, float]:
     """Radii of a shaft [m]; that in lane 0 is solid."""
     return layout.length(LANE * number + 1.0) if number else 0.0, layout.length(LANE * (number + 1) - 1.0)
 
@@ -87,7 +87,7 @@ def lane_of(group: Group, column: Column, side: str) -> int:
     return column.passing + (stack.index(group.key) if group.key in stack and not column.lone else 0)
 
 
-def base_of(group: Group, column: Column, layout: Layout) -> float:
+def base_of(group: Group, column: Column, layout: SectionLayout) -> float:
     """Inner radius of a member about the axis [m]."""
     sides = [side for side, stack in (("left", column.left), ("right", column.right)) if group.key in stack]
     number = min((lane_of(group, column, side) for side in sides), default=column.passing)
@@ -98,12 +98,12 @@ def edge_of(column: Column, side: str) -> float:
     return (column.low if side == "left" else column.high) + column.shift
 
 
-def beyond(column: Column, side: str, pixels: float, layout: Layout) -> float:
+def beyond(column: Column, side: str, pixels: float, layout: SectionLayout) -> float:
     """Place so many pixels beyond the gears [m]."""
     return edge_of(column, side) + (-1 if side == "left" else 1) * layout.length(pixels)
 
 
-def end_of(group: Group, column: Column, side: str, layout: Layout) -> float:
+def end_of(group: Group, column: Column, side: str, layout: SectionLayout) -> float:
     """End of its shaft: the nearer the axis, the further out [m]."""
     if column.lone:
         return beyond(column, side, BODY / 2, layout)
@@ -111,11 +111,11 @@ def end_of(group: Group, column: Column, side: str, layout: Layout) -> float:
     return beyond(column, side, 4 * PLATE + SEGMENT * (len(stack) - stack.index(group.key)), layout)
 
 
-def cheek(column: Column, side: str, layout: Layout) -> tuple[float, float]:
+def cheek(column: Column, side: str, layout: SectionLayout) -> tuple[float, float]:
     """Axial ends of a carrier's cheek [m]."""
     return beyond(column, side, 0.4 * PLATE, layout), beyond(column, side, 1.4 * PLATE, layout)
 
 
-def disc(column: Column, side: str, layout: Layout) -> tuple[float, float]:
+def disc(column: Column, side: str, layout: SectionLayout) -> tuple[float, float]:
     """Axial ends of the disc that carries a turning ring [m]."""
     return beyond(column, side, 2.2 * PLATE, layout), beyond(column, side, 3.2 * PLATE, layout)

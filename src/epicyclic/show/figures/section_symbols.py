@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from .section_layout import LANE, SEGMENT, Column, Group, Layout, SectionLink
+from .section_layout import LANE, SEGMENT, Column, Group, SectionLayout, SectionLink
 from .section_shapes import base_of, beyond, cheek, end_of, lane_of, lane_radii, signs, trace, where_of
 from .series import engineering
 from .style import INK
@@ -23,7 +23,7 @@ _SYMBOLS = {
 }
 
 
-def supports(layout: Layout) -> list[go.Scatter]:
+def supports(layout: SectionLayout) -> list[go.Scatter]:
     """Bearings and supports where they stand, and the housing that they, pins and held members stand in."""
     where = where_of(layout)
     marks: dict[tuple[float, float], list[SectionLink]] = {}
@@ -56,7 +56,7 @@ def supports(layout: Layout) -> list[go.Scatter]:
     return [*lines, *_grounds(walls, layout), *_marked(marks, layout)]
 
 
-def _pin_walls(layout: Layout) -> set[tuple[float, float, str]]:
+def _pin_walls(layout: SectionLayout) -> set[tuple[float, float, str]]:
     """Where pins of planets that no carrier holds stand in the housing."""
     return {
         (round(cheek(column, side, layout)[1], 9), group.half * group.first.radius, side)
@@ -67,7 +67,7 @@ def _pin_walls(layout: Layout) -> set[tuple[float, float, str]]:
     }
 
 
-def _seat(link: SectionLink, group: Group, column: Column, layout: Layout) -> tuple[float, float]:
+def _seat(link: SectionLink, group: Group, column: Column, layout: SectionLayout) -> tuple[float, float]:
     """Place of a support or bearing [m]: its station; of one in the middle of its member, the shaft that shows."""
     station = link.station if np.isfinite(link.station) else group.first.station
     if group.first.branch:
@@ -92,7 +92,7 @@ def _seat(link: SectionLink, group: Group, column: Column, layout: Layout) -> tu
     return station + column.shift, (low + high) / 2
 
 
-def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]], layout: Layout) -> list[go.Scatter]:
+def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]], layout: SectionLayout) -> list[go.Scatter]:
     """Symbols of supports and bearings: elastic or rigid; with bars on both sides where they hold axially."""
     found: list[go.Scatter] = []
     for name, look in _SYMBOLS.items():
@@ -115,7 +115,7 @@ def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]], layout: 
     return found
 
 
-def _grounds(walls: Iterable[tuple[float, float, str]], layout: Layout) -> list[go.Scatter]:
+def _grounds(walls: Iterable[tuple[float, float, str]], layout: SectionLayout) -> list[go.Scatter]:
     """The housing: a line with oblique strokes behind it."""
     z: list[float] = []
     r: list[float] = []

@@ -278,7 +278,12 @@ def _frame(drawn: go.Figure, found: Sequence[Part]) -> None:
     high = max((part.offset + part.radius + part.outer for part in found), default=1.0)
     tall = max((part.radius + part.outer for part in found), default=1.0)
     drawn.update_xaxes(range=[1.04e3 * low, 1.04e3 * high], constrain="domain", showgrid=False)
-    drawn.update_yaxes(range=[-1.18e3 * tall, 1.18e3 * tall], scaleanchor="x", constrain="domain", showgrid=False)
+    rings: dict[str, int] = {}
+    for part in found:
+        if part.form is not None and part.form.internal:
+            rings[part.stage] = rings.get(part.stage, 0) + 1
+    above = 1.18 + 0.09 * max(max(rings.values(), default=1) - 1, 0)  # a line of text for each further ring
+    drawn.update_yaxes(range=[-1.18e3 * tall, above * 1e3 * tall], scaleanchor="x", constrain="domain", showgrid=False)
     if len(stages(found)) > 1:
         drawn.update_layout(height=wide_height(high - low, 2.36 * tall))
     drawn.update_layout(legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.13, "yanchor": "top"})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from .section_layout import (
     Column,
     Coupling,
     Group,
-    Layout,
+    SectionLayout,
     SectionLink,
     layout_of,
     text_width,
@@ -82,7 +83,7 @@ def widths_given(check: xr.Dataset) -> bool:
     return "gear" not in check.dims or bool(np.isfinite(numbers(check, "face_width", "gear")).all())
 
 
-def _shafts(column: Column, layout: Layout) -> list[go.Scatter]:
+def _shafts(column: Column, layout: SectionLayout) -> list[go.Scatter]:
     """Shafts of the members about the axis; a gear on an axis of its own has one through it."""
     found = []
     for group in column.groups:
@@ -103,7 +104,7 @@ def _shafts(column: Column, layout: Layout) -> list[go.Scatter]:
     return found
 
 
-def _solid(group: Group, column: Column, layout: Layout) -> list[go.Scatter]:
+def _solid(group: Group, column: Column, layout: SectionLayout) -> list[go.Scatter]:
     if group.first.form is not None:
         return _gear(group, column, layout)
     if _carried(group, column):
@@ -113,12 +114,12 @@ def _solid(group: Group, column: Column, layout: Layout) -> list[go.Scatter]:
     return boxes((middle - half, middle + half), radii, group, layout, appearance(group))
 
 
-def _height(column: Column, layout: Layout) -> float:
+def _height(column: Column, layout: SectionLayout) -> float:
     """Radius of a lone body, which has none of its own [m]."""
     return max(0.3 * layout.top, lane_radii(column.passing + 2, layout)[1])
 
 
-def _gear(group: Group, column: Column, layout: Layout) -> list[go.Scatter]:
+def _gear(group: Group, column: Column, layout: SectionLayout) -> list[go.Scatter]:
     form, look, shift = group.first.form, appearance(group), column.shift
     assert form is not None
     low = base_of(group, column, layout) if not group.internal and group.first.radius < 1e-9 else group.low
@@ -140,7 +141,7 @@ def _gear(group: Group, column: Column, layout: Layout) -> list[go.Scatter]:
     return traces
 
 
-def _web(group: Group, low: float, layout: Layout) -> tuple[float, float] | None:
+def _web(group: Group, low: float, layout: SectionLayout) -> tuple[float, float] | None:
     """What joins two helices: the body of one gear, a neck between two, nothing between two that are apart."""
     form = group.first.form
     assert form is not None
@@ -161,7 +162,7 @@ def _between(link: SectionLink, group: Group) -> bool:
 
 
 def _helix(
-    group: Group, along: tuple[float, float], radii: tuple[float, float], hand: int, layout: Layout
+    group: Group, along: tuple[float, float], radii: tuple[float, float], hand: int, layout: SectionLayout
 ) -> list[go.Scatter]:
     """Three tooth traces on the side of the gear that looks at the viewer: of a right hand they fall to the right."""
     left, right = along
@@ -183,7 +184,7 @@ def _carried(group: Group, column: Column) -> list[Group]:
     return [other for other in column.groups if other.first.carried_by in names]
 
 
-def _carrier(group: Group, column: Column, layout: Layout) -> list[go.Scatter]:
+def _carrier(group: Group, column: Column, layout: SectionLayout) -> list[go.Scatter]:
     """A cheek on either side of the planets, down to its shaft where it has one there."""
     traces, look = [], appearance(group)
     pins = _carried(group, column)
@@ -198,7 +199,7 @@ def _carrier(group: Group, column: Column, layout: Layout) -> list[go.Scatter]:
     return traces
 
 
-def _pins(column: Column, layout: Layout) -> list[go.Scatter]:
+def _pins(column: Column, layout: SectionLayout) -> list[go.Scatter]:
     """Pins of planets: from cheek to cheek of their carrier, or from wall to wall of the housing."""
     traces = []
     carriers = {part.name: group for group in column.groups for part in group.bodies}
@@ -217,7 +218,7 @@ def _housing() -> dict[str, Any]:
     return {"line": {"color": INK, "width": 1}, "fill": "toself", "fillcolor": tint(INK, 0.8)}
 
 
-def _meshes(check: xr.Dataset, layout: Layout) -> list[go.Scatter]:
+def _meshes(check: xr.Dataset, layout: SectionLayout) -> list[go.Scatter]:
     """A line along the face at the pitch point of every mesh whose gears stand in one plane."""
     where = where_of(layout)
     z: list[float] = []
@@ -249,7 +250,7 @@ def _overlaps(a: Group, b: Group) -> list[tuple[float, float]]:
     return sorted(found)
 
 
-def _couplings(layout: Layout) -> list[go.Scatter]:
+def _couplings(layout: SectionLayout) -> list[go.Scatter]:
     """Shaft ends with facing flanges, and what is elastic between them; shafts that pass a stage."""
     columns = {group.key: (group, column) for column in layout.columns for group in column.groups}
     places = [column.place for column in layout.columns]
@@ -298,11 +299,11 @@ def _levels(one: Coupling, left: Group, at_left: Column, right: Group, at_right:
     return begin, begin, end
 
 
-def _link(name: str, layout: Layout) -> SectionLink:
+def _link(name: str, layout: SectionLayout) -> SectionLink:
     return next(link for link in layout.links if link.name == name)
 
 
-def _names(drawn: go.Figure, layout: Layout) -> None:
+def _names(drawn: go.Figure, layout: SectionLayout) -> None:
     """Names in the gears where they fit, else beside them; of rings and lone bodies above, with the stage's name."""
     several = sum(not column.lone for column in layout.columns) > 1
     for column in layout.columns:
@@ -313,13 +314,9 @@ def _names(drawn: go.Figure, layout: Layout) -> None:
                 _write(drawn, words, middle, _height(column, layout), yanchor="bottom", yshift=3)
             elif not group.internal:
                 _name(drawn, group, column, layout)
-        rings = [group for group in column.groups if group.internal]
-        words = ", ".join(group.word + (" (held)" if group.held else "") for group in rings)
         title = f"<b>{column.place}</b>" if several and not column.lone else ""
-        if (said := "<br>".join(text for text in (title, words) if text)) and not column.lone:
-            over = rings[0].faces if len(rings) == 1 else [(column.low, column.high, 0)]
-            middle = (over[0][0] + over[-1][1]) / 2 + column.shift
-            _write(drawn, said, middle, column.top, yanchor="bottom", yshift=30 if rings else 4)
+        if not column.lone:
+            _rings(drawn, title, column, layout)
         for side, stack in (("left", column.left), ("right", column.right)):
             for key in stack:
                 group = next(one for one in column.groups if one.key == key)
@@ -327,8 +324,32 @@ def _names(drawn: go.Figure, layout: Layout) -> None:
                     _port(drawn, group, column, side, layout)
 
 
-def _write(drawn: go.Figure, text: str, z: float, r: float, **options: Any) -> None:
-    note(drawn, text, x=round(1e3 * z, 3), y=round(1e3 * r, 3), font={"size": 12, "color": INK}, **options)
+def _write(drawn: go.Figure, text: str, z: float, r: float, *, size: float = 12, **options: Any) -> None:
+    note(drawn, text, x=round(1e3 * z, 3), y=round(1e3 * r, 3), font={"size": size, "color": INK}, **options)
+
+
+def _rings(drawn: go.Figure, title: str, column: Column, layout: SectionLayout) -> None:
+    """Names of the rings above them, each over its own where they have room side by side; the name of the stage."""
+    rings = [group for group in column.groups if group.internal]
+    texts = [group.word + (" (held)" if group.held else "") for group in rings]
+    middles = [(group.faces[0][0] + group.faces[-1][1]) / 2 + column.shift for group in rings]
+    if len(rings) > 1:
+        places = sorted(zip(middles, texts, strict=True))
+        pairs = pairwise(places)
+        room = [
+            (far - near) * layout.scale - (text_width(one) + text_width(other)) / 2
+            for (near, one), (far, other) in pairs
+        ]
+        if min(room) < AIR:
+            middles, texts = [sum(middles) / len(middles)], [", ".join(texts)]
+    if title and len(texts) == 1:
+        texts = [f"{title}<br>{texts[0]}"]
+    elif title or not texts:
+        middles, texts = [*middles, (column.low + column.high) / 2 + column.shift], [*texts, title]
+    for middle, text in zip(middles, texts, strict=True):
+        lift = (46 if len(texts) > 1 and text == title else 30) if rings else 4
+        if text:
+            _write(drawn, text, middle, column.top, yanchor="bottom", yshift=lift)
 
 
 def _power(group: Group) -> str:
@@ -336,24 +357,20 @@ def _power(group: Group) -> str:
     return f"{engineering(size / 1e6)} MW {way}" if size >= 1e6 else f"{engineering(size / 1e3)} kW {way}"
 
 
-def _floats(group: Group, layout: Layout) -> bool:
+def _floats(group: Group, layout: SectionLayout) -> bool:
     """Whether nothing holds a member about the axis radially."""
     names = {part.name for part in group.bodies}
     mine = [link for link in layout.links if link.kind == "support" and link.first in names]
     return not group.first.branch and not any(link.radial for link in mine)
 
 
-def _name(drawn: go.Figure, group: Group, column: Column, layout: Layout) -> None:
+def _name(drawn: go.Figure, group: Group, column: Column, layout: SectionLayout) -> None:
     words = group.word + (" (held)" if group.held else "")
     if group.first.form is None:
-        pin = _carried(group, column)[0]
-        z = beyond(column, "right", 2.0 * PLATE, layout)
-        side = "left" if _crowded(column, "right") else "right"
-        if side == "left":
-            z = beyond(column, "left", 2.0 * PLATE, layout)
-        towards = "left" if side == "right" else "right"
-        _write(drawn, words, z, pin.half * 1.05 * pin.first.radius, yanchor="middle", xanchor=towards)
-        return
+        pins = _carried(group, column)
+        level = pins[0].half * 1.05 * pins[0].first.radius if pins else _height(column, layout)
+        side, towards = ("left", "right") if _crowded(column, "right") else ("right", "left")
+        return _write(drawn, words, beyond(column, side, 2.0 * PLATE, layout), level, yanchor="middle", xanchor=towards)
     if _floats(group, layout):
         words += ", floats"
     left, right = (one + column.shift for one in (group.faces[0][0], group.faces[-1][1]))
@@ -362,12 +379,13 @@ def _name(drawn: go.Figure, group: Group, column: Column, layout: Layout) -> Non
     wide, tall = (right - left) * layout.scale, (top - low) * layout.scale
     middle, level = (left + right) / 2, group.half * (low + top) / 2
     look = {"bgcolor": appearance(group)["fillcolor"], "borderpad": 1}
-    for text in dict.fromkeys((words, words.replace(", ", "<br>").replace(" (", "<br>("))):
-        lines = text.count("<br>") + 1
-        if text_width(text) + 4 <= wide and 15 * lines + 3 <= tall:
-            return _write(drawn, text, middle, level, yanchor="middle", **look)
-        if text_width(text) + 4 <= tall and 15 * lines + 3 <= wide:
-            return _write(drawn, text, middle, level, textangle=-90, **look)
+    broken = words.replace(", ", "<br>").replace(" (", "<br>(")
+    for text, size in ((words, 12), (broken, 12), (words, 10), (broken, 10)):
+        long, high = text_width(text) * size / 12 + 4, 1.25 * size * (text.count("<br>") + 1) + 3
+        if long <= wide and high <= tall:
+            return _write(drawn, text, middle, level, size=size, yanchor="middle", **look)
+        if long <= tall and high <= wide:
+            return _write(drawn, text, middle, level, size=size, textangle=-90, **look)
     discs = {side for side in ("left", "right") if _crowded(column, side)}
     side = "right" if "left" in discs and "right" not in discs else "left"
     beside = beyond(column, side, (4.5 * PLATE if side in discs else 1.8 * PLATE) if group.first.branch else 4, layout)
@@ -381,7 +399,7 @@ def _crowded(column: Column, side: str) -> bool:
     return any(group.internal and group.key in stack for group in column.groups)
 
 
-def _port(drawn: go.Figure, group: Group, column: Column, side: str, layout: Layout) -> None:
+def _port(drawn: go.Figure, group: Group, column: Column, side: str, layout: SectionLayout) -> None:
     """Power at the end of a shaft, with the way it goes."""
     if any(one.left == group.key or one.right == group.key for one in layout.couplings):
         return
@@ -391,12 +409,15 @@ def _port(drawn: go.Figure, group: Group, column: Column, side: str, layout: Lay
     inwards = "←" if side == "right" else "→"
     arrow = inwards if into else outwards
     words = f"{arrow} {_power(group)}" if side == "right" else f"{_power(group)} {arrow}"
-    anchor = {"xanchor": "left" if side == "right" else "right", "xshift": 6 if side == "right" else -6}
-    at = end_of(group, column, side, layout)
-    _write(drawn, words, at, (low + high) / 2, yanchor="middle", bgcolor="white", **anchor)
+    towards, shift = ("left", 6) if side == "right" else ("right", -6)
+    at, stack = end_of(group, column, side, layout), column.left if side == "left" else column.right
+    look: dict[str, Any] = {"xanchor": towards, "xshift": shift, "bgcolor": "white"}
+    if stack.index(group.key):  # another shaft comes out of this one: above it
+        return _write(drawn, words, at, high, yanchor="bottom", **look)
+    return _write(drawn, words, at, (low + high) / 2, yanchor="middle", **look)
 
 
-def _frame(drawn: go.Figure, layout: Layout) -> None:
+def _frame(drawn: go.Figure, layout: SectionLayout) -> None:
     """Axis, scale bar, and a range in which everything has room."""
     first, last = layout.columns[0], layout.columns[-1]
     low = beyond(first, "left", first.room_left + MARGIN, layout)
