@@ -21,10 +21,15 @@ from urllib.parse import unquote
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
+from epicyclic.show.figures.style import FONT
+
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures"
 WIDTH, HEIGHT = 900, 500
 MOST_BYTES = 200_000
+# Two typefaces of one width, one of which stands on nearly every machine: a legend is cut where it was measured in a
+# narrower one than it is shown in.
+PAGE_FONT = "Verdana, 'DejaVu Sans', sans-serif"
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 _NOT_PAGES = ("make", "common", "schematics")
 _RAISED = re.compile(  # an exponent, and the return to the line
@@ -81,7 +86,7 @@ def _svg(browser: Any, figure: go.Figure, name: str) -> str:
 
     A drawing to scale keeps its own height.
     """
-    spec = json.loads(figure.to_json())
+    spec = json.loads(figure.to_json().replace(json.dumps(FONT)[1:-1], PAGE_FONT))
     for place, trace in enumerate(spec["data"]):  # plotly draws what is not named at random, here and below
         trace["uid"] = f"-{place}"
     page = browser.new_page()  # a new one each: plotly remembers widths of texts, and they depend on what came before
