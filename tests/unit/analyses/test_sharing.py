@@ -228,6 +228,26 @@ def test_worst_case_by_grid_equals_exhaustion(build: Any) -> None:
     np.testing.assert_allclose(found, all_values, atol=1e-4)
 
 
+def test_worst_case_of_tied_lines() -> None:
+    """Tooth numbers with a common factor: no phase moves alone, neighbours along one line are far along the others."""
+    ratios = [Fraction(1, 21), Fraction(2, 39), Fraction(4, 99)]
+    turns = np.array([[0.02, 0.29, 0.61], [0.37, 0.66, 0.12], [0.71, 0.93, 0.44]])
+
+    def source(phases: Array) -> Array:
+        """Forces of three meshes, with sharp peaks."""
+        waves = np.cos(2 * np.pi * (phases[:, None, :] + turns)) * [0.03, 0.02, 0.025]
+        return (1 + waves.sum(axis=2) + 4 * waves.prod(axis=2) / 0.025**2)[:, :, None]
+
+    members = [np.arange(3)]
+    exact, every = worst_case(source, ratios, members, meshes=3, points=9009)
+    assert every
+    for points, least in ((64, 0.92), (512, 0.99)):
+        found, every = worst_case(source, ratios, members, meshes=3, points=points)
+        assert not every
+        assert np.all(found <= exact)
+        assert np.all(found - 1 >= least * (exact - 1))
+
+
 def test_worst_case_with_huge_periods(build: Any) -> None:
     """Two speeds without a common measure worth naming: the grid still answers, below the two-line bound."""
     ratios = (Fraction(10**12 + 39, 10**13 + 37), Fraction(1, 17))

@@ -35,6 +35,8 @@ _STORED = 64
 _RATE, _LONGEST = 2e7, 4 * 3600.0
 # Instants with laws that a record may have by default, each some 50 us.
 _SOLVED = 100_000
+# Least points of the grid that the search for the worst case begins with, where each is solved anew: half a second.
+_LEAST_POINTS = 512
 # Instants per mesh cycle or turn of a record that is solved instant by instant.
 _INSTANTS = 32
 
@@ -211,7 +213,7 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
     seen = record.cycle_peak
     if cycles >= part.period:
         return seen, "every cycle of the hunting period"
-    points = min(65_536, max(64, part.affordable // 8))
+    points = min(65_536, max(_LEAST_POINTS, part.affordable // 8))
     worst, every = worst_case(part.by_phase, part.ratios, part.members, meshes=len(seen), points=points)
     how = "every cycle of the hunting period" if every else "refined grid over the slow phases"
     return np.maximum(worst, seen), how

@@ -2,7 +2,9 @@
 
 Lines whose denominators (tooth numbers, mostly) share no factor take all combinations of their phases, by the
 Chinese remainder theorem; the period is the product of such blocks.  A grid over the blocks, refined by a pattern
-search at each mesh's best point, evaluates phases that do occur and nothing else.
+search at each mesh's best point, evaluates phases that do occur and nothing else.  Within a block of tied lines no
+phase moves alone: the search goes by the numbers of cycles after which all phases of the block recur most closely, and
+by their multiples.
 """
 
 from __future__ import annotations
@@ -24,6 +26,10 @@ Source = Callable[[Array], Array]
 """Line phases (cycles, L) [turns] -> mesh forces (cycles, m, samples) [N]."""
 
 _CHUNK = 256
+# Cycles of a block among which close recurrences are looked for, and how many are taken for each of its lines.
+_LOOKED, _RECURRENCES = 200_000, 3
+# Farthest that a phase moves in one step of the search [turns].
+_FAR = 0.25
 
 
 def worst_case(
@@ -58,8 +64,9 @@ def worst_case(
     if counts == sizes:
         return best, True
     here = grid[values.argmax(axis=0)]
-    steps = [max(1, size // count // 2) for size, count in zip(sizes, counts, strict=True)]
-    return _pattern_search(score, here, best, steps, meshes), False
+    single = [max(1, size // count // 2) for size, count in zip(sizes, counts, strict=True)]
+    levels = _levels([_recurrences(ratios, part, size) for part, size in zip(parts, sizes, strict=True)], single)
+    return _pattern_search(score, here, best, levels, meshes), False
 
 
 def independent_blocks(ratios: Sequence[Fraction]) -> list[list[int]]:
@@ -91,6 +98,48 @@ def _grid_counts(sizes: Sequence[int], points: int) -> list[int]:
     return counts
 
 
+def _stride(ratios: Sequence[Fraction], part: Sequence[int], size: int) -> int:
+    """Cycles in which the finest line of a block advances by its smallest phase, 1 where there is no such number."""
+    finest = max((ratios[i] for i in part), key=lambda ratio: ratio.denominator)
+    return pow(finest.numerator, -1, size) if gcd(finest.numerator, size) == 1 else 1
+
+
+def _recurrences(ratios: Sequence[Fraction], part: Sequence[int], size: int) -> list[tuple[int, float]]:
+    """Steps along a block after which the phases of its tied lines recur most closely, and by how much [turns]."""
+    alike = {ratios[i].denominator for i in part}
+    if len(alike) == 1 or size > _LOOKED:
+        return [(1, 1 / max(alike))]
+    steps = np.arange(1, size // 2 + 1)
+    cycles = steps.astype(object) * _stride(ratios, part, size) % size
+    moved = np.zeros(len(steps))
+    for i in part:
+        turns = turn_fraction(ratios[i], (cycles % ratios[i].denominator).astype(np.int64))
+        moved = np.maximum(moved, np.abs(turns - np.rint(turns)))
+    nearest = np.argsort(moved, kind="stable")[: _RECURRENCES * len(alike)]
+    return [(int(steps[i]), float(moved[i])) for i in nearest]
+
+
+def _levels(recurrences: Sequence[Sequence[tuple[int, float]]], first: Sequence[int]) -> list[NDArray[np.object_]]:
+    """Moves (K, blocks) of the pattern search, each way, the longest first.
+
+    recurrences : of each block.  first : longest step of a block of one line.
+    """
+    blocks = len(recurrences)
+    steps = [
+        (block, step, longest if len(own) == 1 else max(1, int(_FAR / moved)))
+        for block, (own, longest) in enumerate(zip(recurrences, first, strict=True))
+        for step, moved in own
+    ]
+    found = []
+    for level in range(max(far for _, _, far in steps).bit_length())[::-1]:
+        moves = np.zeros((2 * len(steps), blocks), dtype=object)
+        for row, (block, step, far) in enumerate(steps):
+            moves[2 * row, block] = step * min(2**level, far)
+            moves[2 * row + 1, block] = -moves[2 * row, block]
+        found.append(moves)
+    return found
+
+
 def _phases_at(
     ratios: Sequence[Fraction], parts: Sequence[Sequence[int]], sizes: Sequence[int], places: NDArray[np.object_]
 ) -> Array:
@@ -100,9 +149,7 @@ def _phases_at(
     """
     result = np.zeros((len(places), len(ratios)))
     for column, (part, size) in enumerate(zip(parts, sizes, strict=True)):
-        finest = max((ratios[i] for i in part), key=lambda ratio: ratio.denominator)
-        stride = pow(finest.numerator, -1, size) if gcd(finest.numerator, size) == 1 else 1
-        cycles = (places[:, column] * stride) % size
+        cycles = (places[:, column] * _stride(ratios, part, size)) % size
         for i in part:
             q = ratios[i].denominator
             result[:, i] = (
@@ -129,27 +176,24 @@ def _pattern_search(
     score: Callable[[NDArray[np.object_]], Array],
     here: NDArray[np.object_],
     best: Array,
-    steps: list[int],
+    levels: Sequence[NDArray[np.object_]],
     meshes: int,
 ) -> Array:
     """Largest coefficients (m,) [1] by pattern search from each mesh's best grid point (m, blocks).
 
-    The better neighbour is taken, else the step is halved, down to one.  Places are integers: no continuous optimiser
-    applies.
+    The best neighbour is taken while one is better, then the next level of moves (K, blocks).  Places are integers: no
+    continuous optimiser applies.
     """
-    best, blocks_ = best.copy(), len(steps)
+    best, blocks = best.copy(), here.shape[1]
     every = np.arange(meshes)
-    while True:
-        moves = np.zeros((2 * blocks_, blocks_), dtype=object)
-        for b, step in enumerate(steps):
-            moves[2 * b, b], moves[2 * b + 1, b] = step, -step
-        places = here[:, None, :] + moves[None]
-        values = score(places.reshape(-1, blocks_)).reshape(meshes, 2 * blocks_, meshes)[every, :, every]
-        choice = values.argmax(axis=1)
-        better = values[every, choice] > best * (1 + 1e-12)
-        here[better] = places[every, choice][better]
-        best = np.where(better, values[every, choice], best)
-        if not better.any():
-            if max(steps) == 1:
-                return best
-            steps = [max(1, step // 2) for step in steps]
+    for moves in levels:
+        while True:
+            places = here[:, None, :] + moves[None]
+            values = score(places.reshape(-1, blocks)).reshape(meshes, len(moves), meshes)[every, :, every]
+            choice = values.argmax(axis=1)
+            better = values[every, choice] > best * (1 + 1e-12)
+            here[better] = places[every, choice][better]
+            best = np.where(better, values[every, choice], best)
+            if not better.any():
+                break
+    return best

@@ -74,15 +74,20 @@ def _merged(names: list[str], values: Array) -> list[tuple[str, Array]]:
         if not float(np.nanmax(curves, initial=0.0)) > 1e-6 * largest:
             continue
         short = name if several else name.split("/", 1)[-1]
-        # closer than a line is wide on any screen
-        same = [
-            found for found, other in kept if np.allclose(other, curves, rtol=0, atol=1e-3 * largest, equal_nan=True)
-        ]
+        same = [found for found, other in kept if _coincide(other, curves, values)]
         if same:
             same[0].append(short)
         else:
             kept.append(([short], curves))
     return [(_together(found), curves) for found, curves in kept]
+
+
+def _coincide(one: Array, other: Array, values: Array) -> bool:
+    """Whether two pairs of curves (2, P) are closer than a line is wide, in each panel of all curves (k, 2, P)."""
+    return all(
+        np.allclose(a, b, rtol=0, atol=1e-3 * float(np.nanmax(panel, initial=0.0)), equal_nan=True)
+        for a, b, panel in zip(one, other, values.swapaxes(0, 1), strict=True)
+    )
 
 
 def _together(names: list[str]) -> str:
