@@ -25,6 +25,7 @@ from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
 from .contact_resolution import Resolution, resolution, sigma_at
+from .root_columns import RootColumns, root_columns
 
 __all__ = ["FACTORS", "TOLERANCE", "contact", "flank_map", "helices_of", "in_radians", "normal_force", "unresolved"]
 
@@ -57,6 +58,7 @@ def contact(
     cut: Resolution | None = None,
     segments: Sequence[ContactSegments] | None = None,
     tangents: bool = True,
+    roots: bool = True,
 ) -> xr.Dataset:
     """Loaded tooth contact of one mesh over its mesh cycle, both helices.
 
@@ -79,14 +81,15 @@ def contact(
     cut : phases and slices as they are, in place of samples, slices and tolerance.
     segments : of every helix at these phases and slices, of a pair that differs in its micro-geometry alone; its
         compliance is taken over.
-    tangents : compute the tangent stiffness; else it is nan.
+    tangents : compute the tangent stiffness; else it is nan.  roots : compute the stress in the tooth roots.
 
     Returns
     -------
     Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
         pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
         and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).  Loads per
-        length and pressures are means over a length of contact line (`line_load`).  Attributes: samples, slices,
+        length and pressures are means over a length of contact line (`line_load`).  Stress in the tooth roots [Pa]
+        (`root_columns`).  Attributes: samples, slices,
         averaging_length [m], tolerance, estimated_error (of the three numbers, largest; nan where both are given).
 
     Raises
@@ -116,8 +119,10 @@ def contact(
     operating = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
     place = _path_places(results, operating)
+    stresses = root_columns(results, operating) if roots else RootColumns()
     result = dataset(
         {
+            **stresses.variables,
             **_load_columns(results, cut),
             **_phase_columns(results, operating),
             **_face_columns(results, operating, place),
@@ -131,6 +136,7 @@ def contact(
             "path_place": place,
             "harmonic": np.arange(_ORDERS + 1),
             "end": ["before", "behind"],
+            **stresses.coords,
         },
         verb="contact",
         options={"samples": samples, "slices": slices, "tolerance": tolerance, **more, "torque_ends": torque_ends},
