@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,7 +29,7 @@ class RootColumns:
     """Variables and coordinates of a Dataset."""
 
     variables: dict[str, tuple[Any, Array]] = field(default_factory=dict)
-    coords: dict[str, Any] = field(default_factory=dict)
+    coords: dict[Hashable, Any] = field(default_factory=dict)
 
 
 def root_columns(results: Sequence[LoadedContact], operating: int) -> RootColumns:

@@ -96,8 +96,9 @@ def train_contact(
         side and branch (torque_factor, mesh or mesh_pair), flank_load_per_length [N/m] (mesh, width, flank_place),
         displacement [m, rad] (dof, time), link_force and link_deflection (link_row, time), relative residuals
         (torque_factor).  Loads per length are means over a length of contact line (`line_load`), averaging_length [m]
-        (mesh), largest_root_stress and lowest_root_stress [Pa] (torque_factor, mesh, mesh_gear).  Attributes: samples, slices, tolerance, estimated_error (of largest load and K_gamma, largest; nan
-        where both are given), estimated_face_error (of K_Hbeta).
+        (mesh), largest_root_stress and lowest_root_stress [Pa] (torque_factor, mesh, mesh_gear).  Attributes: samples,
+        slices, tolerance, estimated_error (of largest load and K_gamma, largest; nan where both are given),
+        estimated_face_error (of K_Hbeta).
 
     Raises
     ------

@@ -7,8 +7,8 @@ pitches with a phase between their sides: the answer is that of the whole gear, 
 tooth is that of its virtual gear, the number of teeth rounded to close the circle.
 
 On a free surface the stress along it is the whole stress, E/(1 - nu^2) times the strain along it.  The strain is taken
-at Gauss' two points of each edge, where that of a quadratic element is exact to one order more [barlow1976].  The method is
-derived here; bending, compression, notch and neighbouring teeth are all in it, and nothing is fitted.
+at Gauss' two points of each edge, where that of a quadratic element is exact to one order more [barlow1976].  Bending,
+compression, notch and neighbouring teeth are all in it, and nothing is fitted.  The method is derived here.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ _FLANK, _FILLET, _SPACE, _ACROSS, _BODY = 12, 10, 8, 14, 12
 # The cross line between tooth and body stands where the fillet leans by this much, so that it divides the angle between
 # flank and floor of the space about evenly.
 _CORNER = math.radians(45)
-# Half the width of the pressure on the flank [modules], and points of it: the elements resolve it, Hertz's is narrower.  Beyond it the
-# surface has no stress along it from the contact itself; below it the stress is compression.
+# Half the width of the pressure on the flank [modules], and points of it: the elements resolve it, Hertz's is narrower.
+# Beyond it the contact itself stresses no surface, below it the surface is compressed.
 _PRESSED, _PRESSURES = 0.1, 24
 # Nearest load to the end of the flank [modules]; a nearer one counts as there.  Its pressure would reach the fillet,
 # whose stress is then that of contact.  A load further up stresses the root more.
@@ -198,7 +198,7 @@ def _pitch_mesh(outline: Outline, held: float, refined: int) -> _PitchMesh:
 
 
 def _growing(count: int, length: float, first: float) -> Array:
-    """Shares (count + 1,) of a length [m], 0 to 1, elements growing evenly from the first [m] (shrinking if it must)."""
+    """Shares (count + 1,) of a length [m], 0 to 1, elements growing or shrinking evenly from the first [m]."""
     from scipy.optimize import brentq
 
     power = np.arange(count)
@@ -291,9 +291,9 @@ def _side_axes(mesh: _PitchMesh) -> sparse.csr_matrix:
 
 
 def _fillet_strain(mesh: _PitchMesh) -> tuple[sparse.csr_matrix, Array, Array]:
-    """Strain along the fillets from the motion of the nodes, (2 p, 2 n) [1/m], at lengths (p,) [m] and leans (p,) [rad].
+    """Strain along the fillets from the motion of the nodes, (2 p, 2 n) [1/m], at lengths (p,) [m], leans (p,) [rad].
 
-    Gauss' two points of every edge.
+    At Gauss' two points of every edge.
     """
     slope = edge_values(_EDGE)[1]
     edges = np.stack([mesh.fillets[:, k : k + 3] for k in range(0, mesh.fillets.shape[1] - 2, 2)], axis=1)

@@ -118,7 +118,7 @@ def _coupling(plane: PlaneOfAction, tooth: ElasticTooth, face: tuple[float, floa
     """Load per length on each slice per force on another (K, K) [1/m]; along the tooth."""
     slant = math.cos(plane.base_helix)
     span = plane.width / slices
-    centre = plane.face[0] + span * (np.arange(slices) + 0.5)
+    centre: Array = plane.face[0] + span * (np.arange(slices, dtype=np.float64) + 0.5)
     width = (face[1] - face[0]) / slant
     middle = (centre - 0.5 * (face[0] + face[1])) / slant
     return face_coupling(middle, width, tooth.face_decay(width), np.full(slices, span / slant))

@@ -18,7 +18,7 @@ from epicyclic.gears.outline import GearForm, tooth_outline
 
 from .roots import GEARS, fillet_stress, root_form, root_radii
 
-__all__ = ["TARGET", "notch_stress", "solved"]
+__all__ = ["TARGET", "notch_stress", "root_form", "solved"]
 
 TARGET = Path(__file__).parents[3] / "docs" / "teeth" / "root.json"
 

@@ -42,20 +42,24 @@ def test_one_pair_of_teeth_bears_alone(spur: ContactPair) -> None:
 
 
 def test_two_pairs_of_teeth(spur: ContactPair) -> None:
-    # of gear a the pair at sigma + 1 stands one tooth ahead; its fillet behind is stretched by the tooth behind
+    # the pair at sigma + 1 stands one tooth ahead of the loaded flanks of a, one behind those of b
     sigma = spur.plane.limits[0] + 0.1
     result = loaded_contact(spur, [1250.0], [sigma])
     lines = result.segments.lines
-    gear, _ = root_stress(spur, lines.sigma, result.force, pair_influences(spur))
-    assert isinstance(spur.tooth_a, ToothCompliance)
-    influence = root_influence(spur.tooth_a.gear)
+    gears = root_stress(spur, lines.sigma, result.force, pair_influences(spur))
     p = result.force[0, 0].sum(axis=1) / spur.plane.width
-    place = sigma - lines.pair[0] - np.floor(sigma)
-    radius = spur.plane.radius_a(np.clip(lines.sigma[0, :, 0], *spur.plane.limits))
-    for j in range(len(p)):
-        whole = sum(p[k] * fillet_stress(influence, radius[k], ahead=k - j)[0] for k in range(len(p)))
-        assert gear.tension[0, 0, j, 0] == pytest.approx(float(np.max(whole)), rel=1e-9)
-    assert np.all(np.diff(place) > 0)
+    assert np.count_nonzero(p) == 2
+    assert (np.diff(lines.pair[0]) < 0).all()
+    at = np.clip(lines.sigma[0, :, 0], *spur.plane.limits)
+    for gear, tooth, radius, sense in (
+        (gears[0], spur.tooth_a, spur.plane.radius_a(at), 1),
+        (gears[1], spur.tooth_b, spur.plane.radius_b(at), -1),
+    ):
+        assert isinstance(tooth, ToothCompliance)
+        influence = root_influence(tooth.gear)
+        for j in range(len(p)):
+            parts = [p[k] * fillet_stress(influence, radius[k], ahead=sense * (k - j))[0] for k in range(len(p))]
+            assert gear.tension[0, 0, j, 0] == pytest.approx(float(np.max(sum(parts))), rel=1e-9)
 
 
 def test_a_load_at_an_end_of_the_face(spur: ContactPair) -> None:
