@@ -24,6 +24,7 @@ from ..tooth_contact.segments import ContactSegments, with_microgeometry
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
+from .contact_errors import NO_ERRORS, ToothErrors, placed_errors
 from .contact_resolution import Resolution, resolution, sigma_at
 from .root_columns import RootColumns, root_columns
 
@@ -55,6 +56,7 @@ def contact(
     corner: bool = False,
     misalignment: float | str = 0.0,
     torque_ends: tuple[str | None, str | None] = (None, None),
+    errors: ToothErrors = NO_ERRORS,
     cut: Resolution | None = None,
     segments: Sequence[ContactSegments] | None = None,
     tangents: bool = True,
@@ -78,6 +80,7 @@ def contact(
     misalignment : of the flanks, in the plane of action [rad], or a text with its unit; positive opens the right end.
     torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear, whose
         bodies then twist along the face; None: rigid.
+    errors : pitch and profile errors, and which mesh cycle is analysed.
     cut : phases and slices as they are, in place of samples, slices and tolerance.
     segments : of every helix at these phases and slices, of a pair that differs in its micro-geometry alone; its
         compliance is taken over.
@@ -107,12 +110,14 @@ def contact(
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
     more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
     pairs = [pair_of(train, one, **more) for one in helices]
+    placed = placed_errors(train, helices, pairs, force, errors)
+    pairs = list(placed.pairs)
     if cut is None:
-        cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices)
+        cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices, start=placed.start)
     _require_room(cut.phase.size, cut.slices, loads.size)
     pairs = [replace(pair, slices=cut.slices) for pair in pairs]
     if segments is None:
-        segments = all_segments(pairs, [sigma_at(one, cut.phase) for one in helices])
+        segments = all_segments(pairs, [sigma_at(one, cut.phase, placed.start) for one in helices])
     else:
         segments = [with_microgeometry(one, pair) for one, pair in zip(segments, pairs, strict=True)]
     results = all_loaded(segments, loads, tangents=tangents)
@@ -143,6 +148,7 @@ def contact(
         warnings=[
             *train.warnings,
             *dict.fromkeys(messages),
+            *placed.warnings,
             *_warnings(results, operating, corner),
             *unresolved(cut, tolerance),
         ],
@@ -158,6 +164,8 @@ def contact(
         "tolerance": tolerance,
         "estimated_error": float(cut.error.max()),
     }
+    if errors != NO_ERRORS:
+        result.attrs |= placed.attributes
     return result
 
 

@@ -70,6 +70,8 @@ class ContactPair:
     youngs_modulus [Pa], poisson [1] : of a and b.  teeth : numbers of teeth, for pitch deviations.
     misalignment : gap per length along the axis, about the middle of the mesh [1], positive opens the right end.
     gap : further gap over the face, ((zeta, gap), ...) from left to right, linear between [m].
+    pair_gaps : further gap of pairs of teeth by their number, from `first_pair` on [m]; pairs beyond either end have
+        the gap of that end.
     torsion_a, torsion_b : twist of the bodies along the face; None: rigid.
     slices : segments of the face.  linear_at : load per length [N/m] whose secant replaces the line contact at every
         load; None: Hertzian.  corner : corner contact, tips bear beyond the path of contact.
@@ -85,6 +87,8 @@ class ContactPair:
     teeth: tuple[int, int] = (1, 1)
     misalignment: float = 0.0
     gap: tuple[tuple[float, float], ...] = ()
+    pair_gaps: tuple[float, ...] = ()
+    first_pair: int = 0
     torsion_a: Torsion | None = None
     torsion_b: Torsion | None = None
     slices: int = 20

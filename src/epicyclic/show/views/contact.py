@@ -87,8 +87,21 @@ def _resolution(result: xr.Dataset) -> str:
     left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
     return (
         f"{attrs['samples']} phases and {attrs['slices']} slices{left}; loads and pressures are means over "
-        f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line."
+        f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line.{_errors(result)}"
     )
+
+
+def _errors(result: xr.Dataset) -> str:
+    """Pitch and profile errors, and the mesh cycle they are shown in; empty without them."""
+    attrs = result.attrs
+    if "cycle" not in attrs:
+        return ""
+    parts = [f"pitch error {1e6 * float(attrs['pitch_error']):.4g} um"] if attrs["pitch_error"] else []
+    if attrs["profile_error"]:
+        phase = np.degrees(float(attrs["profile_phase"]))
+        parts.append(f"profile error {1e6 * float(attrs['profile_error']):.4g} um at {phase:.4g} deg")
+    parts += ["deviations of the file"] if attrs["deviations"] else []
+    return f" With {', '.join(parts)}; the mesh cycle begins at {float(attrs['cycle']):.4g}."
 
 
 def _loads(result: xr.Dataset) -> Table:
