@@ -2,8 +2,8 @@
 
 A pitch error is of teeth that turn: which of them are in mesh is a matter of the mesh cycle that is looked at.  The gap
 of a pair of teeth is that of both its flanks, from measured pitch deviations of the file, or one step between a pair
-and the one before it.  A profile error of a whole order of the mesh frequency opens all pairs of teeth alike: it adds
-to the transmission error and leaves the rest as it is.
+and the one before it.  Errors of a mesh over its phase, of its profile or turning with a member, open all pairs of
+teeth in mesh alike: they add to the transmission error and leave the loads as they are.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..gears.flank import Wave
 from ..model.bare_numbers import stated
 from ..tooth_contact.loaded_contact import loaded_contact
-from ..tooth_contact.pair import ContactPair, uniform_along_face
+from ..tooth_contact.pair import ContactPair, MeshWave, uniform_along_face
 from ..train.connections import Mesh
 from ..train.train import Train
 
@@ -34,6 +33,8 @@ Index = NDArray[np.int64]
 _STARTS, _SLICES, _PHASES = 64, 6, 64
 # Cycles looked at: the steps between neighbouring pairs are known of all, the contact of the largest few is solved.
 _MOST_CYCLES, _SOLVED = 20_000, 6
+# Causes of errors that open all pairs in mesh alike.
+_COMMON = ("profile", "errors")
 # Pairs of teeth beside the pitch point that may be in mesh: of a long face many.
 _BESIDE = 8
 
@@ -115,7 +116,7 @@ def placed_errors(
     messages: list[str] = []
     if errors.deviations:
         named = {helix.name for helix in helices}
-        if not any(one.cause in ("pitch", "profile") and one.mesh in named for one in train.mesh_errors):
+        if not any(one.cause in ("pitch", *_COMMON) and one.mesh in named for one in train.mesh_errors):
             messages.append("contact: the file has no pitch or profile deviations of this mesh, or no speeds")
         pairs = [_with_waves(train, helix, pair) for helix, pair in zip(helices, pairs, strict=True)]
     turning = errors.deviations or errors.pitch != 0.0
@@ -128,8 +129,8 @@ def placed_errors(
     for helix, pair in zip(helices, pairs, strict=True):
         one = _with_gaps(train, helix, pair, errors, start)
         if errors.profile:
-            wave = Wave(amplitude=errors.profile, order=1, phase=phase or 0.0)
-            one = replace(one, flank_a=replace(one.flank_a, waves=(*one.flank_a.waves, wave)))
+            wave = MeshWave(amplitude=errors.profile, order=1.0, phase=phase or 0.0)
+            one = replace(one, waves=(*one.waves, wave))
         found.append(one)
     attributes = {
         "pitch_error": errors.pitch,
@@ -162,15 +163,21 @@ def pair_gaps(train: Train, helix: Mesh, numbers: Index) -> Array:
 
 
 def _with_waves(train: Train, helix: Mesh, pair: ContactPair) -> ContactPair:
-    """Pair with the profile deviations of the file, as waves of whole orders of the place on the path of contact."""
+    """Pair with the errors of the file over the mesh phase: of the profile, and those that turn with a member."""
     frequency = (train.kinematics.mesh_frequency or {}).get(helix.stage)
     waves = []
     for one in train.mesh_errors:
-        if one.cause == "profile" and one.mesh == helix.name and frequency:
-            order = round(one.frequency / frequency)
+        if one.cause in _COMMON and one.mesh == helix.name and frequency and not one.far:
+            order = float(one.frequency / frequency)
             turn = float(np.angle(one.amplitude)) - 2 * math.pi * order * float(helix.lead)
-            waves.append(Wave(amplitude=abs(one.amplitude), order=order, phase=helix.sense * turn))
-    return replace(pair, flank_a=replace(pair.flank_a, waves=(*pair.flank_a.waves, *waves)))
+            waves.append(MeshWave(amplitude=abs(one.amplitude), order=order, phase=helix.sense * turn))
+    return replace(pair, waves=(*pair.waves, *waves))
+
+
+def _common(pair: ContactPair, sigma: Array) -> Array:
+    """Gap (n,) of all pairs in mesh alike at places (n,) of one pair, counted on from cycle to cycle [m]."""
+    parts = [wave.amplitude * np.cos(2 * np.pi * wave.order * sigma + wave.phase) for wave in pair.waves]
+    return np.asarray(sum(parts, np.zeros(len(sigma))))
 
 
 def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors, start: float) -> ContactPair:
@@ -194,7 +201,7 @@ def _worst(
     """Beginning of the mesh cycle [mesh cycles] and phase of the profile error [rad] with the largest peak to peak."""
     angles = np.arange(_PHASES) * 2 * np.pi / _PHASES if errors.phase is None else np.array([errors.phase])
     most, found = -1.0, (0.0, 0.0)
-    for middle in _candidates(train, helices[0], errors):
+    for middle in _candidates(train, helices[0], pairs[0], errors):
         time = middle + np.arange(-2 * _STARTS, 2 * _STARTS + 1) / _STARTS
         error, sigma = _errors(train, helices, pairs, force, errors, time)
         slant = math.cos(pairs[0].plane.base_helix)
@@ -212,14 +219,15 @@ def _chosen_window(time: Array, cycle: float) -> int:
     return int(np.clip(np.searchsorted(time, cycle), 0, len(time) - _STARTS - 1))
 
 
-def _candidates(train: Train, helix: Mesh, errors: ToothErrors) -> list[float]:
-    """Times [mesh cycles] about which the worst cycle is looked for: where neighbouring pairs differ most."""
+def _candidates(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors) -> list[float]:
+    """Times [mesh cycles] about which the worst cycle is looked for: where gaps of neighbouring pairs differ most."""
     if errors.cycle is not None:
         return [errors.cycle + 1.0]
     if not errors.deviations:
         return [-float(helix.lead)]
     numbers = np.arange(_MOST_CYCLES)
-    step = np.abs(np.diff(pair_gaps(train, helix, helix.sense * numbers)))
+    passing = helix.sense * numbers  # at the pitch point
+    step = np.abs(np.diff(pair_gaps(train, helix, passing) + _common(pair, passing.astype(float))))
     largest = np.argsort(-step, kind="stable")[:_SOLVED] + 1
     return [float(numbers[k]) - float(helix.lead) for k in largest] if step.any() else [-float(helix.lead)]
 

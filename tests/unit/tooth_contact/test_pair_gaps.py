@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from epicyclic.gears.flank import Flank, Wave
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
-from epicyclic.tooth_contact.pair import ContactPair
+from epicyclic.tooth_contact.pair import ContactPair, MeshWave
 
 Array = NDArray[np.float64]
 
@@ -84,3 +84,16 @@ def test_a_whole_order_opens_all_pairs_alike(pair_of: Callable[..., ContactPair]
     added = 4e-6 * np.cos(4 * math.pi * sigma + 0.7)
     np.testing.assert_allclose(waved.approach[0], plain.approach[0] + added, rtol=1e-9)
     np.testing.assert_allclose(waved.force, plain.force, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("helix", [0.0, 15.0])
+def test_a_wave_of_the_mesh_opens_all_pairs_alike(pair_of: Callable[..., ContactPair], helix: float) -> None:
+    # of an order that is not whole, over several cycles: what turns with a gear
+    pair = pair_of(helix=helix, slices=5)
+    sigma = np.linspace(-1.3, 2.6, 40)
+    plain = loaded_contact(pair, [9e3], sigma)
+    wave = MeshWave(amplitude=6e-6, order=3 / 21, phase=0.4)
+    waved = loaded_contact(replace(pair, waves=(wave,)), [9e3], sigma)
+    added = 6e-6 * np.cos(2 * math.pi * 3 / 21 * sigma + 0.4)
+    np.testing.assert_allclose(waved.approach[0], plain.approach[0] + added, rtol=1e-8)
+    np.testing.assert_allclose(waved.force, plain.force, rtol=1e-5, atol=1e-5)
