@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..model.bare_numbers import stated
+from ..model.units import Bounds
 from ..tooth_contact.loaded_contact import loaded_contact
 from ..tooth_contact.pair import ContactPair, MeshWave, uniform_along_face
 from ..train.connections import Mesh
@@ -33,6 +34,8 @@ Index = NDArray[np.int64]
 _STARTS, _SLICES, _PHASES = 64, 6, 64
 # Cycles looked at: the steps between neighbouring pairs are known of all, the contact of the largest few is solved.
 _MOST_CYCLES, _SOLVED = 20_000, 6
+# As of pitch deviations in the model file [m].
+_SIZE = Bounds(low=-1.0, high=1.0)
 # Causes of errors that open all pairs in mesh alike.
 _COMMON = ("profile", "errors")
 # Pairs of teeth beside the pitch point that may be in mesh: of a long face many.
@@ -87,8 +90,8 @@ def tooth_errors(
     ModelError : a text without a unit, a number that is not finite, a place of errors without errors.
     """
     found = ToothErrors(
-        pitch=stated(pitch, "length", "pitch_error"),
-        profile=stated(profile, "length", "profile_error"),
+        pitch=stated(pitch, "length", "pitch_error", bounds=_SIZE),
+        profile=stated(profile, "length", "profile_error", bounds=_SIZE),
         deviations=deviations,
         cycle=cycle,
         phase=None if phase is None else stated(phase, "angle", "profile_phase"),

@@ -127,6 +127,7 @@ def test_the_file_in_contact() -> None:
     [
         ({"pitch_error": "10"}, "pitch_error"),
         ({"pitch_error": "10 deg"}, "pitch_error"),
+        ({"pitch_error": "10 m"}, "pitch_error"),
         ({"profile_error": float("nan")}, "profile"),
         ({"profile_phase": "30 deg"}, "profile_phase"),
         ({"cycle": 1.0}, "cycle"),
