@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.assemble.tooth_pairs import pair_of
+from epicyclic.show.figures.root_stress import root_stress as root_stress_figure
+from epicyclic.show.views.contact import tables
 from epicyclic.tooth_contact.loaded_contact import loaded_contact
 from epicyclic.tooth_contact.pair import ContactPair
 from epicyclic.tooth_contact.root_influence import fillet_stress, root_influence
@@ -99,3 +101,19 @@ def test_stress_in_the_train() -> None:
     # the train bends and tilts; branches share evenly within some percent
     np.testing.assert_allclose(found, own, rtol=0.15)
     assert (train.lowest_root_stress.values < 0).all()
+
+
+def test_figure_and_table() -> None:
+    result = epicyclic.contact("ren2021", mesh="sun-planet", samples=8, slices=4, loads=[1.0])
+    drawn = root_stress_figure(result)
+    kinds = [trace.type for trace in drawn.data]
+    assert (kinds.count("scatter"), kinds.count("heatmap")) == (8, 4)
+    axes = [axis for axis in drawn.to_plotly_json()["layout"] if axis.startswith(("xaxis", "yaxis"))]
+    titles = {str(drawn.layout[axis].title.text) for axis in axes} - {"None"}
+    assert all("[" in title for title in titles)
+    (table,) = [one for one in tables(result) if one.title == "Stress in the tooth roots"]
+    assert table.columns["gear"] == ["sun", "planet"] * 2
+    now = int(np.argmin(np.abs(result.mesh_load.values - result.attrs["force"])))
+    np.testing.assert_allclose(
+        table.columns["tension [MPa]"], result.largest_root_stress.values[..., now].ravel() / 1e6, rtol=1e-12
+    )
