@@ -22,6 +22,12 @@ def face() -> ModuleType:
     return _module("tabulate_face")
 
 
+@pytest.fixture(scope="session")
+def root() -> ModuleType:
+    """Stress in the tooth roots of spur gears in plane strain by finite elements."""
+    return _module("tabulate_root")
+
+
 def _module(module: str) -> ModuleType:
     name = "epicyclic_peers_plane"
     if name not in sys.modules:

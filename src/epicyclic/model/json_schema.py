@@ -55,7 +55,8 @@ def _as_written(root: Schema, defs: Schema) -> None:
     _links(defs)
     _deviations(defs)
     _operation(defs["Operation"])
-    defs["Variation"] = _either({"enum": ["none", "contact-lines", "energy"]}, _without(defs["Variation"], "form"))
+    words = ["none", "contact-lines", "energy", "ishikawa"]
+    defs["Variation"] = _either({"enum": words}, _without(defs["Variation"], "form"))
     for name in ("stages", "bodies"):
         root["properties"][name]["propertyNames"] = {"pattern": _NAME}
     for name in ("couplings", "loads"):

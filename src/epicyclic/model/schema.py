@@ -205,16 +205,18 @@ class MemberTable(SchemaTable):
 
 
 _NO_BACKLASH = "leave it out where the far flank never touches"
-_VARIATIONS = ("none", "contact-lines", "energy")
+_VARIATIONS = ("none", "contact-lines", "energy", "ishikawa")
 
 
 class VariationTable(SchemaTable):
     """Mesh stiffness over one mesh cycle, relative to its mean: a word, a Fourier series or a table.
 
-    In the file `"none"`, `"contact-lines"`, `"energy"`, `{cosine, sine}` or `{values}`; `form` names it.
+    In the file `"none"`, `"contact-lines"`, `"energy"`, `"ishikawa"`, `{cosine, sine}` or `{values}`; `form` names it.
     """
 
-    form: Literal["none", "contact-lines", "energy", "series", "values"] = Field(description="which of the five")
+    form: Literal["none", "contact-lines", "energy", "ishikawa", "series", "values"] = Field(
+        description="which of the six"
+    )
     cosine: Coefficients = key((), "cosine coefficients of orders 1, 2, ...")
     sine: Coefficients = key((), "sine coefficients of orders 1, 2, ...")
     values: Coefficients = key((), "relative stiffness at equal steps of sigma, from 0 to 1")
@@ -252,7 +254,7 @@ class MeshSideTable(SchemaTable):
                 low=0,
                 above=True,
                 many=True,
-                words=("iso6336", "energy", "contact"),
+                words=("iso6336", "energy", "ishikawa", "contact"),
                 table=MeshForceTable,
                 likely=MESH,
             ),

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +28,14 @@ from .inheritance import Stated, stated, stated_value
 from .materials import elastic_constants, member_material
 from .plan import GearPair
 from .resolution_log import ResolutionLog, per_branch
-from .tooth_forms import energy_law, nominal_load
+from .tooth_forms import nominal_load, tooth_law
 
 __all__ = ["MeshLaw", "contact_errors", "mesh_law", "overlap_of"]
 
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
 Series = NDArray[np.complex128]
+# Methods that give mean and variation from the shape of the teeth.
+_BY_SHAPE: tuple[Literal["energy", "ishikawa"], ...] = ("energy", "ishikawa")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +81,7 @@ def mesh_law(
     path = f"{p.path}.stiffness" if own_stiffness is None else own_stiffness.path
     count, computed = len(plan.angles), not isinstance(value, Quantity)
     form = _form(p, side, str(value) if computed else "")
-    own, loaded = None, None
+    own, shaped, loaded = None, None, None
     if value == "contact":
         _needed_width(shape, p, side, path)
         if teeth is None:
@@ -88,13 +91,17 @@ def mesh_law(
                 allowed=f"a face width of the stage, or of {p.a} and of {p.b}",
             )
         loaded = _contact_law(shape, p, teeth, lean, torque, log)
-    if "energy" in (value, form):
-        _needed_width(shape, p, side, path)
-        own = energy_law(shape, p, side, model, torque, log)
+    for method in _BY_SHAPE:
+        # where mean and variation are of two methods, the series is that of the variation
+        if method in (value, form):
+            _needed_width(shape, p, side, path)
+            found = tooth_law(shape, p, side, model, torque, log, method=method)
+            shaped = found[0] if value == method else shaped
+            own = found[1] if form == method else own
     if isinstance(value, Quantity):
         stiffness = per_branch(_normal(shape, p, side, value, path), count, path)
-    elif value == "energy" and own is not None:
-        stiffness = (own[0],) * count
+    elif shaped is not None:
+        stiffness = (shaped,) * count
     elif loaded is not None:
         stiffness = (loaded.stiffness,) * count
     else:
@@ -111,7 +118,7 @@ def mesh_law(
         log.note(f"{p.path}.variation", form, "", "default")
         variation, narrow = loaded.variation, None
     else:
-        variation, narrow = _variation(shape, p, side, form, None if own is None else own[1], log)
+        variation, narrow = _variation(shape, p, side, form, own, log)
     return MeshLaw(
         stiffness=stiffness,
         variation=variation,
@@ -191,7 +198,9 @@ def _form(p: GearPair, side: str | None, method: str) -> str:
     variation: VariationTable | None = stated_value(p.levels(side), "variation", None)
     if variation is not None:
         return variation.form
-    return {"": "none", "energy": "energy", "contact": "contact"}.get(method, "contact-lines")
+    if method in ("contact", *_BY_SHAPE):
+        return method
+    return "contact-lines" if method else "none"
 
 
 def _variation(
@@ -199,13 +208,13 @@ def _variation(
 ) -> tuple[Series, Series | None]:
     """Relative Fourier coefficients (L,) over sigma [1], and those of a narrow slice where the helix shifts slices.
 
-    own : series (L,) of a narrow slice by energy.
+    own : series (L,) of a narrow slice by the shape of the teeth.
     """
     meshing = shape.meshes[p.name]
     series: VariationTable | None = stated_value(p.levels(side), "variation", None)
-    if form in ("none", "contact-lines", "energy"):
+    if form in ("none", "contact-lines", *_BY_SHAPE):
         log.note(f"{p.path}.variation", form, "", "default" if series is None else "given")
-    if form in ("contact-lines", "energy"):
+    if form in ("contact-lines", *_BY_SHAPE):
         overlap = overlap_of(meshing, shape, p, meshing.width[side])
         if math.isnan(overlap):
             _needed_width(shape, p, side, f"{p.path}.stiffness")

@@ -1,9 +1,10 @@
-"""Tooth forms of a mesh, the nominal load in operation, and mesh stiffness by strain energy."""
+"""Tooth forms of a mesh, the nominal load in operation, and mesh stiffness from the shape of the teeth."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Literal
 
 from ..gears.outline import GearForm
 from ..gears.series import ComplexArray
@@ -14,7 +15,7 @@ from .materials import elastic_constants, member_material
 from .plan import GearPair
 from .resolution_log import ResolutionLog
 
-__all__ = ["energy_law", "nominal_load", "tooth_form"]
+__all__ = ["nominal_load", "tooth_form", "tooth_law"]
 
 # Where the file states no thickness of the body: a hub of half the root diameter; a rim of 3.5 modules, which the
 # standard holds for as good as solid.
@@ -74,17 +75,20 @@ def nominal_load(shape: StageShape, p: GearPair, torque: Mapping[str, float] | N
     return load if load > 0 and math.isfinite(load) else _LOAD
 
 
-def energy_law(
+def tooth_law(
     shape: StageShape,
     p: GearPair,
     side: str | None,
     model: ModelFile,
     torque: Mapping[str, float] | None,
     log: ResolutionLog,
+    *,
+    method: Literal["energy", "ishikawa"],
 ) -> tuple[float, ComplexArray]:
     """Mean stiffness of one helix along the tooth normal [N/m], and the relative series of a narrow slice of it.
 
-    torque : of each pair, as `Kinematics.mesh_torque`.
+    torque : of each pair, as `Kinematics.mesh_torque`.  method : by strain energy under the load of the operation, or
+    Ishikawa's tooth, which knows no load.
 
     Raises
     ------
@@ -95,6 +99,7 @@ def energy_law(
         energy_series,
         interference_warnings,
     )
+    from ..tooth_contact.ishikawa import ishikawa_series
     from ..tooth_contact.tooth import tooth_compliance
 
     meshing = shape.meshes[p.name]
@@ -103,9 +108,12 @@ def energy_law(
         tooth_compliance(tooth_form(shape, name, model, log), path=shape.plan.member_path(name)) for name in (p.a, p.b)
     )
     mesh = MeshedTeeth(a=a, b=b, working_angle=meshing.tooth_angle, limits=meshing.limits)
-    load = nominal_load(shape, p, torque, width)
-    log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
-    mean, series = energy_series(mesh, load, path=p.path)
+    if method == "ishikawa":
+        mean, series = ishikawa_series(mesh, path=p.path)
+    else:
+        load = nominal_load(shape, p, torque, width)
+        log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
+        mean, series = energy_series(mesh, load, path=p.path)
     for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path, names=(p.a, p.b))):
         log.warn(f"{p.path}: {text}")
     return mean * width / math.cos(mesh.base_helix), series

@@ -75,9 +75,13 @@ def check_tolerance(tolerance: float) -> None:
         raise ModelError("a relative error", path="tolerance", given=tolerance, allowed="above 0, below 1")
 
 
-def sigma_at(mesh: Mesh, phase: Array) -> Array:
-    """Places sigma (T,) [base pitches] of one pair of teeth of a helix at phases (T,) of the mesh cycle."""
-    return np.asarray(mesh.sense * (phase + float(mesh.lead)))
+def sigma_at(mesh: Mesh, phase: Array, start: float = 0.0) -> Array:
+    """Places sigma (T,) [base pitches] of one pair of teeth of a helix at phases (T,) of the mesh cycle.
+
+    start : beginning of that cycle [mesh cycles], which is whole where it is 0; phases before it are of the next one.
+    """
+    whole = np.ceil(start - phase) if start else 0.0
+    return np.asarray(mesh.sense * (phase + whole + float(mesh.lead)))
 
 
 def mesh_phases(helices: Sequence[Mesh], pairs: Sequence[ContactPair], samples: int) -> Array:
@@ -96,6 +100,7 @@ def resolution(
     tolerance: float,
     samples: int | None = None,
     slices: int | None = None,
+    start: float = 0.0,
 ) -> Resolution:
     """Phases and slices with which the operating load is solved within a tolerance.
 
@@ -103,6 +108,7 @@ def resolution(
     ----------
     pairs : of the helices, of any number of slices.  force : of a helix [N].  tolerance : of each number [1].
     samples, slices : given ones, even phases; None: doubled until the tolerance holds, or to a limit.
+    start : as of `sigma_at`.
 
     Raises
     ------
@@ -114,7 +120,7 @@ def resolution(
         return mesh_phases(helices, pairs, count) if samples is None else np.arange(count) / count
 
     def numbers(count: int, cut: int) -> Array:
-        return _numbers(helices, [replace(pair, slices=cut) for pair in pairs], force, phases(count))
+        return _numbers(helices, [replace(pair, slices=cut) for pair in pairs], force, phases(count), start)
 
     error = np.zeros(3)
     coarse = _FEWEST[1] if slices is None else slices
@@ -140,12 +146,12 @@ def resolution(
     )
 
 
-def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, phase: Array) -> Array:
+def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, phase: Array, start: float) -> Array:
     """Peak to peak of the transmission error [m], largest load [N/m] and pressure [Pa] under a force [N], and scales.
 
     Rows : the numbers, and what their errors are relative to, (2, 3).
     """
-    segments = all_segments(pairs, [sigma_at(mesh, phase) for mesh in helices])
+    segments = all_segments(pairs, [sigma_at(mesh, phase, start) for mesh in helices])
     found = all_loaded(segments, [force], tangents=False)
     swing, deflection = _swing(found)
     load = max(float(one.largest_load[0]) for one in found)

@@ -24,7 +24,9 @@ from ..tooth_contact.segments import ContactSegments, with_microgeometry
 from ..train.connections import Mesh
 from ..train.train import Train
 from .check import train_provenance
+from .contact_errors import NO_ERRORS, ToothErrors, placed_errors
 from .contact_resolution import Resolution, resolution, sigma_at
+from .root_columns import RootColumns, root_columns
 
 __all__ = ["FACTORS", "TOLERANCE", "contact", "flank_map", "helices_of", "in_radians", "normal_force", "unresolved"]
 
@@ -54,9 +56,11 @@ def contact(
     corner: bool = False,
     misalignment: float | str = 0.0,
     torque_ends: tuple[str | None, str | None] = (None, None),
+    errors: ToothErrors = NO_ERRORS,
     cut: Resolution | None = None,
     segments: Sequence[ContactSegments] | None = None,
     tangents: bool = True,
+    roots: bool = True,
 ) -> xr.Dataset:
     """Loaded tooth contact of one mesh over its mesh cycle, both helices.
 
@@ -76,17 +80,19 @@ def contact(
     misalignment : of the flanks, in the plane of action [rad], or a text with its unit; positive opens the right end.
     torque_ends : end of the face, left or right, at which the torque leaves the first and the second gear, whose
         bodies then twist along the face; None: rigid.
+    errors : pitch and profile errors, and which mesh cycle is analysed.
     cut : phases and slices as they are, in place of samples, slices and tolerance.
     segments : of every helix at these phases and slices, of a pair that differs in its micro-geometry alone; its
         compliance is taken over.
-    tangents : compute the tangent stiffness; else it is nan.
+    tangents : compute the tangent stiffness; else it is nan.  roots : compute the stress in the tooth roots.
 
     Returns
     -------
     Dataset : loaded transmission error [m] (mesh_load, mesh_phase); stiffness [N/m], largest load per length [N/m] and
         pressure [Pa] (side, mesh_load, ...); at the operating load transmission error, share of the tooth pairs, load
         and pressure over the face (side, width, mesh_phase) and over the flank (side, width, path_place).  Loads per
-        length and pressures are means over a length of contact line (`line_load`).  Attributes: samples, slices,
+        length and pressures are means over a length of contact line (`line_load`).  Stress in the tooth roots [Pa]
+        (`root_columns`).  Attributes: samples, slices,
         averaging_length [m], tolerance, estimated_error (of the three numbers, largest; nan where both are given).
 
     Raises
@@ -104,20 +110,24 @@ def contact(
     ends = _face_end(torque_ends[0]), _face_end(torque_ends[1])
     more: dict[str, Any] = {"linear_at": linear_at, "corner": corner, "misalignment": angle, "torque_ends": ends}
     pairs = [pair_of(train, one, **more) for one in helices]
+    placed = placed_errors(train, helices, pairs, force, errors)
+    pairs = list(placed.pairs)
     if cut is None:
-        cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices)
+        cut = resolution(helices, pairs, force, tolerance=tolerance, samples=samples, slices=slices, start=placed.start)
     _require_room(cut.phase.size, cut.slices, loads.size)
     pairs = [replace(pair, slices=cut.slices) for pair in pairs]
     if segments is None:
-        segments = all_segments(pairs, [sigma_at(one, cut.phase) for one in helices])
+        segments = all_segments(pairs, [sigma_at(one, cut.phase, placed.start) for one in helices])
     else:
         segments = [with_microgeometry(one, pair) for one, pair in zip(segments, pairs, strict=True)]
     results = all_loaded(segments, loads, tangents=tangents)
     operating = int(np.argmin(np.abs(loads - force)))
     messages = [text for pair, one in zip(pairs, helices, strict=True) for text in tooth_warnings(pair, one)]
     place = _path_places(results, operating)
+    stresses = root_columns(results, operating) if roots else RootColumns()
     result = dataset(
         {
+            **stresses.variables,
             **_load_columns(results, cut),
             **_phase_columns(results, operating),
             **_face_columns(results, operating, place),
@@ -131,12 +141,14 @@ def contact(
             "path_place": place,
             "harmonic": np.arange(_ORDERS + 1),
             "end": ["before", "behind"],
+            **stresses.coords,
         },
         verb="contact",
         options={"samples": samples, "slices": slices, "tolerance": tolerance, **more, "torque_ends": torque_ends},
         warnings=[
             *train.warnings,
             *dict.fromkeys(messages),
+            *placed.warnings,
             *_warnings(results, operating, corner),
             *unresolved(cut, tolerance),
         ],
@@ -152,6 +164,8 @@ def contact(
         "tolerance": tolerance,
         "estimated_error": float(cut.error.max()),
     }
+    if errors != NO_ERRORS:
+        result.attrs |= placed.attributes
     return result
 
 

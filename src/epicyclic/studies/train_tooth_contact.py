@@ -38,6 +38,7 @@ from ..tooth_contact.line_load import averaging_length
 from ..tooth_contact.phases import corner_phases
 from ..train.train import Train
 from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
+from .root_columns import GEARS, largest_root_stresses
 from .tooth_contact import TOLERANCE, flank_map
 
 __all__ = ["TORQUES", "train_contact"]
@@ -95,8 +96,9 @@ def train_contact(
         side and branch (torque_factor, mesh or mesh_pair), flank_load_per_length [N/m] (mesh, width, flank_place),
         displacement [m, rad] (dof, time), link_force and link_deflection (link_row, time), relative residuals
         (torque_factor).  Loads per length are means over a length of contact line (`line_load`), averaging_length [m]
-        (mesh).  Attributes: samples, slices, tolerance, estimated_error (of largest load and K_gamma, largest; nan
-        where both are given), estimated_face_error (of K_Hbeta).
+        (mesh), largest_root_stress and lowest_root_stress [Pa] (torque_factor, mesh, mesh_gear).  Attributes: samples,
+        slices, tolerance, estimated_error (of largest load and K_gamma, largest; nan where both are given),
+        estimated_face_error (of K_Hbeta).
 
     Raises
     ------
@@ -126,6 +128,7 @@ def train_contact(
         {
             **_force_columns(case.system, case.record, force[..., :instants]),
             **_face_columns(laws, loads, operating, case.weight),
+            **_root_columns(laws, loads),
             **_motion_columns(case, states[operating]),
             "averaging_length": ("mesh", _gathered(laws, [_averaging_lengths(law) for law in laws])),
             "contact_residual": ("torque_factor", np.array([state.contact_residual.max() for state in states])),
@@ -135,6 +138,7 @@ def train_contact(
             "torque_factor": levels,
             "mesh": [mesh.name for mesh in train.meshes],
             "mesh_pair": list(dict.fromkeys(mesh.pair for mesh in train.meshes)),
+            "mesh_gear": list(GEARS),
             "width": (np.arange(cut.slices) + 0.5) / cut.slices,
             "flank_place": np.linspace(0.0, 1.0, _PLACES),
             "dof": list(case.system.dofs.names),
@@ -499,6 +503,14 @@ def _face_columns(
             gathered([_flank_maps(one) for one in loads[operating]]),
         ),
     }
+
+
+def _root_columns(laws: Sequence[MeshFaceLaw], loads: Sequence[Sequence[FaceLoad]]) -> dict[str, Any]:
+    """Largest stresses in the tooth roots of both gears of every mesh [Pa]; loads : at each torque, by law."""
+    found = largest_root_stresses(laws, loads)
+    over = ("torque_factor", "mesh", "mesh_gear")
+    names = ("largest_root_stress", "lowest_root_stress")
+    return {name: (over, _gathered(laws, [one[i] for one in found]).transpose(1, 0, 2)) for i, name in enumerate(names)}
 
 
 def _flank_maps(load: FaceLoad) -> Array:

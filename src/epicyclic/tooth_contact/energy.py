@@ -12,6 +12,7 @@ between them: the usual energy method.  The sum over the face is the mean of k o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ from ..gears.stiffness import DEFAULT_HARMONICS
 from . import hertz
 from .tooth import ToothCompliance
 
-__all__ = ["MeshedTeeth", "energy_series", "interference_warnings", "section_stiffness"]
+__all__ = ["MeshedTeeth", "cycle_series", "energy_series", "interference_warnings", "section_stiffness"]
 
 Array = NDArray[np.float64]
 
@@ -105,12 +106,26 @@ def energy_series(
 ) -> tuple[float, ComplexArray]:
     """Mean stiffness of a plane section over a mesh cycle [N/m^2] and its relative series v_l (L,) over sigma [1].
 
-    The stiffness jumps where a pair enters or leaves; between the jumps Gauss' rule integrates it.
     load : per length of contact line [N/m].  path : of the mesh in the model file, for the message.
 
     Raises
     ------
-    ModelError : a load that is not positive, a contact ratio below 1, tips that interfere (`interference_warnings`).
+    ModelError : a load that is not positive, and as of `cycle_series`.
+    """
+    return cycle_series(mesh, lambda sigma: section_stiffness(mesh, sigma, load), harmonics=harmonics, path=path)
+
+
+def cycle_series(
+    mesh: MeshedTeeth, stiffness_at: Callable[[Array], Array], *, harmonics: int, path: str = ""
+) -> tuple[float, ComplexArray]:
+    """Mean over a mesh cycle [N/m^2] and relative series v_l (L,) over sigma [1] of the stiffness of a plane section.
+
+    The stiffness jumps where a pair enters or leaves; between the jumps Gauss' rule integrates it.
+    stiffness_at : places sigma (n,) [base pitches] -> stiffness (n,) [N/m^2].  path : of the mesh in the model file.
+
+    Raises
+    ------
+    ModelError : a contact ratio below 1, tips that interfere (`interference_warnings`).
     """
     low, high = mesh.limits
     if not high - low >= 1:
@@ -122,7 +137,7 @@ def energy_series(
     points, weights = np.polynomial.legendre.leggauss(_POINTS + 2 * harmonics)
     sigma = (middle[:, None] + half[:, None] * points).ravel()
     weight = (half[:, None] * weights).ravel()
-    stiffness = section_stiffness(mesh, sigma, load) * weight
+    stiffness = stiffness_at(sigma) * weight
     mean = float(stiffness.sum())
     order = np.arange(1, harmonics + 1)
     turns = np.exp(-2j * np.pi * np.outer(order, sigma))

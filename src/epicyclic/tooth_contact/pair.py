@@ -16,7 +16,7 @@ from ..gears.tooth_pair import ToothPair
 from .lines import PlaneOfAction
 from .tooth import ToothCompliance, tooth_compliance
 
-__all__ = ["ContactPair", "ElasticTooth", "Torsion", "check_pair", "drawn_pair", "uniform_along_face"]
+__all__ = ["ContactPair", "ElasticTooth", "MeshWave", "Torsion", "check_pair", "drawn_pair", "uniform_along_face"]
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,19 @@ class Torsion:
     end: Literal["left", "right"]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeshWave:
+    """Gap A cos(2 pi order sigma + phase) of all pairs of teeth in mesh alike: A [m], phase [rad].
+
+    order : waves a mesh cycle, not whole where it turns with a gear.  sigma : of one pair of teeth at mid-face, counted
+    on from cycle to cycle.
+    """
+
+    amplitude: float
+    order: float
+    phase: float = 0.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContactPair:
     """One pair of gears on one helix, the model of a loaded tooth contact analysis.
@@ -70,6 +83,9 @@ class ContactPair:
     youngs_modulus [Pa], poisson [1] : of a and b.  teeth : numbers of teeth, for pitch deviations.
     misalignment : gap per length along the axis, about the middle of the mesh [1], positive opens the right end.
     gap : further gap over the face, ((zeta, gap), ...) from left to right, linear between [m].
+    pair_gaps : further gap of pairs of teeth by their number, from `first_pair` on [m]; pairs beyond either end have
+        the gap of that end.
+    waves : further gap of all pairs in mesh alike, over the phase.
     torsion_a, torsion_b : twist of the bodies along the face; None: rigid.
     slices : segments of the face.  linear_at : load per length [N/m] whose secant replaces the line contact at every
         load; None: Hertzian.  corner : corner contact, tips bear beyond the path of contact.
@@ -85,6 +101,9 @@ class ContactPair:
     teeth: tuple[int, int] = (1, 1)
     misalignment: float = 0.0
     gap: tuple[tuple[float, float], ...] = ()
+    pair_gaps: tuple[float, ...] = ()
+    first_pair: int = 0
+    waves: tuple[MeshWave, ...] = ()
     torsion_a: Torsion | None = None
     torsion_b: Torsion | None = None
     slices: int = 20

@@ -295,6 +295,12 @@ def _gap_at(pair: ContactPair, at: _Places) -> Array:
         total = total + tip_separation(plane, at.sigma)
     if pair.gap:
         total = total + np.interp(at.zeta, *np.array(pair.gap).T)
+    if pair.pair_gaps:
+        total = total + np.array(pair.pair_gaps)[np.clip(at.number - pair.first_pair, 0, len(pair.pair_gaps) - 1)]
+    if pair.waves:
+        sigma = at.sigma + at.number - plane.per_pitch * at.zeta  # of the phase, at mid-face
+        for wave in pair.waves:
+            total = total + wave.amplitude * np.cos(2 * np.pi * wave.order * sigma + wave.phase)
     for flank, gear in ((pair.flank_a, 0), (pair.flank_b, 1)):
         below_tip, above_root = at.heights[gear]
         total = total + profile_modification(flank, below_tip=below_tip, above_root=above_root, sigma=at.sigma)

@@ -48,6 +48,23 @@ def contact(
     torque_end_b: Annotated[str | None, Option("The same of the second gear.", default="nowhere")] = None,
     corner: Corner = False,
     linear_at: LinearAt = None,
+    pitch_error: Annotated[
+        float | str,
+        Option('Pitch error [m], or e.g. "10 um": gap of a pair of teeth and those after it over those before it.'),
+    ] = 0.0,
+    profile_error: Annotated[
+        float | str,
+        Option('Amplitude [m], or e.g. "8 um", of a profile error: a cosine over the mesh cycle, the teeth alike.'),
+    ] = 0.0,
+    deviations: Annotated[bool, Option("Count the pitch and profile deviations of the file.")] = False,
+    cycle: Annotated[
+        float | None,
+        Option("Beginning of the mesh cycle that is analysed, with errors [mesh cycles].", default="the worst cycle"),
+    ] = None,
+    profile_phase: Annotated[
+        float | str | None,
+        Option('Of --profile-error at the pitch point [rad], or e.g. "30 deg".', default="the worst"),
+    ] = None,
     train: Annotated[bool, Option("Old spelling of train-contact.", hidden=True)] = False,
 ) -> "xr.Dataset":
     """Loaded tooth contact of one mesh: load over the flank, transmission error, stiffness, at several loads.
@@ -62,6 +79,13 @@ def contact(
         )
         from .train_contact import train_contact
 
+        refuse_without(
+            False,
+            "a single mesh",
+            pitch_error=pitch_error or None,
+            profile_error=profile_error or None,
+            deviations=deviations or None,
+        )
         ends = {"torque_end_a": torque_end_a, "torque_end_b": torque_end_b}
         refuse_without(False, "a single mesh", mesh=mesh, torque=torque, misalignment=misalignment or None, **ends)
         return train_contact(
@@ -76,6 +100,7 @@ def contact(
             linear_at=linear_at,
         )
     factors = loads_of(loads, load_points, RANGE_LOADS)
+    from ..studies.contact_errors import tooth_errors
     from ..studies.source import train_of
     from ..studies.tooth_contact import FACTORS
     from ..studies.tooth_contact import contact as run
@@ -91,6 +116,9 @@ def contact(
         corner=corner,
         misalignment=misalignment,
         torque_ends=(torque_end_a, torque_end_b),
+        errors=tooth_errors(
+            pitch=pitch_error, profile=profile_error, deviations=deviations, cycle=cycle, phase=profile_phase
+        ),
         factors=FACTORS if factors is None else factors,
     )
 

@@ -22,17 +22,41 @@ from scipy.spatial import cKDTree
 
 from epicyclic.gears.outline import GearForm, Outline, tooth_outline
 
-__all__ = ["SOLVER", "Answer", "Load", "graded", "solve", "tip_bulge", "with_middles"]
+__all__ = [
+    "SOLVER",
+    "Answer",
+    "Fineness",
+    "Load",
+    "calculix",
+    "gear_mesh",
+    "graded",
+    "held_nodes",
+    "pressed",
+    "solve",
+    "tip_bulge",
+    "with_middles",
+]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SOLVER = shutil.which("ccx")
 # A mesh twice as fine everywhere moves what is measured by 3e-4.
-_BODY_ROWS = 10
 _COARSE = (3, 4, 2)  # rows and columns of a tooth without load, columns of half a gap
-_FINE = (8, 8, 4)
 _STEP = 4  # elements over the half width of contact
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fineness:
+    """Rows and columns of a loaded tooth, columns of half a gap; rows of the body; first of these, 1: a sixth of the
+    thickness of a tooth."""
+
+    tooth: tuple[int, int, int]
+    body: int
+    first: float
+
+
+_FINE = Fineness(tooth=(8, 8, 4), body=10, first=1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,10 +89,10 @@ def solve(gear: GearForm, loads: Sequence[Load]) -> Answer:
     if SOLVER is None:
         raise FileNotFoundError("ccx")
     shape = tooth_outline(gear)
-    points, cells, places = _mesh(gear, shape, loads)
-    held = _held(points, gear)
-    forces = [_pressed(points, places[load.tooth], shape, load) for load in loads]
-    moved = _calculix(points, cells, held, forces, gear)
+    points, cells, places = gear_mesh(gear, shape, loads)
+    held = held_nodes(points, gear)
+    forces = [pressed(points, places[load.tooth], shape, load) for load in loads]
+    moved = calculix(points, cells, held, forces, gear)
     surface = np.array([[np.sum(f * u[n]) for u in moved] for n, f in forces])
     middle = np.array([[_middle(points, u, shape, load) for u in moved] for load in loads])
     return Answer(surface=surface, middle=middle)
@@ -77,7 +101,9 @@ def solve(gear: GearForm, loads: Sequence[Load]) -> Answer:
 # mesh ----------------------------------------------------------------------------------------------------------------
 
 
-def _mesh(gear: GearForm, shape: Outline, loads: Sequence[Load]) -> tuple[Array, Index, dict[int, Index]]:
+def gear_mesh(
+    gear: GearForm, shape: Outline, loads: Sequence[Load], fine: Fineness = _FINE
+) -> tuple[Array, Index, dict[int, Index]]:
     """Nodes (n, 2) [mm], eight-noded cells (m, 8), and per loaded tooth the node numbers of its grid."""
     found: list[Array] = []
     cells: list[Index] = []
@@ -85,7 +111,7 @@ def _mesh(gear: GearForm, shape: Outline, loads: Sequence[Load]) -> tuple[Array,
     count = 0
     for number in range(gear.teeth):
         own = [load for load in loads if load.tooth == number]
-        tooth, body = _pitch(gear, shape, own)
+        tooth, body = _pitch(gear, shape, own, fine)
         rotation = _rotation(shape, number)
         for grid in (tooth, body):
             numbers = count + np.arange(grid.shape[0] * grid.shape[1]).reshape(grid.shape[:2])
@@ -97,11 +123,12 @@ def _mesh(gear: GearForm, shape: Outline, loads: Sequence[Load]) -> tuple[Array,
     return _merged(np.concatenate(found), np.concatenate(cells), places)
 
 
-def _pitch(gear: GearForm, shape: Outline, loads: Sequence[Load]) -> tuple[Array, Array]:
+def _pitch(gear: GearForm, shape: Outline, loads: Sequence[Load], fine: Fineness) -> tuple[Array, Array]:
     """Grids of a tooth and of the body under it, odd rows and columns mid-sides, (rows, columns, 2) [mm]."""
     line = np.column_stack([shape.x, shape.radius * np.cos(shape.psi)]) * 1e3
     corner = shape.form + int(np.searchsorted(shape.slope[shape.form :], np.pi / 4))
-    rows, columns, gap = _FINE if loads else _COARSE
+    rows, columns, gap = fine.tooth if loads else _COARSE
+    body_rows, first = fine.body, fine.first
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     marks = _marks(along[corner], rows, [(_arc_at(shape, along, load), load.half_width) for load in loads])
     across = _across(columns, [load.half_width for load in loads], float(line[corner, 0]))
@@ -116,7 +143,7 @@ def _pitch(gear: GearForm, shape: Outline, loads: Sequence[Load]) -> tuple[Array
     angle = np.arctan2(top[:, 0], top[:, 1])
     edge = 1e3 * gear.bore
     bottom = np.linspace(-1, 1, len(angle)) * 0.4 * angle[-1] + 0.6 * angle  # the crowded columns open towards it
-    grade = graded(2 * _BODY_ROWS, abs(edge - np.hypot(*top[-1])), np.pi * gear.module * 1e3 / 12)
+    grade = graded(2 * body_rows, abs(edge - np.hypot(*top[-1])), np.pi * gear.module * 1e3 / 12 * first)
     start, end = np.hypot(*top.T), np.full(len(top), edge)
     radius = start + np.outer(grade, end - start)
     theta = angle + np.outer(np.minimum(1.0, 3 * grade), bottom - angle)
@@ -208,11 +235,11 @@ def _merged(points: Array, cells: Index, places: dict[int, Index]) -> tuple[Arra
 # loads, supports, solution -------------------------------------------------------------------------------------------
 
 
-def _held(points: Array, gear: GearForm) -> Index:
+def held_nodes(points: Array, gear: GearForm) -> Index:
     return np.flatnonzero(np.abs(np.hypot(*points.T) - 1e3 * gear.bore) < 1e-6)
 
 
-def _pressed(points: Array, grid: Index, shape: Outline, load: Load) -> tuple[Index, Array]:
+def pressed(points: Array, grid: Index, shape: Outline, load: Load) -> tuple[Index, Array]:
     """Nodes of the right flank and their forces, (n,) and (n, 2), of an elliptic pressure of 1 N/mm."""
     nodes = grid[:, -1]
     flank = points[nodes]
@@ -262,21 +289,30 @@ def _middle(points: Array, moved: Array, shape: Outline, load: Load) -> float:
     return float(value @ _direction(shape, load))
 
 
-def _calculix(
-    points: Array, cells: Index, held: Index, forces: Sequence[tuple[Index, Array]], gear: GearForm
+def calculix(
+    points: Array,
+    cells: Index,
+    held: Index,
+    forces: Sequence[tuple[Index, Array]],
+    gear: GearForm,
+    *,
+    stresses: bool = False,
 ) -> list[Array]:
-    """Displacements (n, 2) [mm] of every load case."""
+    """Displacements (n, 2) [mm] of every load case, or stresses (n, 3) [MPa], xx, yy, xy, means at the nodes."""
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "gear"
-        job.with_suffix(".inp").write_text(_deck(points, cells, held, forces, gear), encoding="ascii")
+        job.with_suffix(".inp").write_text(_deck(points, cells, held, forces, gear, stresses), encoding="ascii")
         done = subprocess.run([str(SOLVER), "-i", str(job)], cwd=folder, capture_output=True, text=True, check=False)
         result = job.with_suffix(".frd")
         if done.returncode or not result.exists():
             raise RuntimeError(done.stdout[-2000:] + done.stderr[-2000:])
-        return _displacements(result.read_text(encoding="ascii"), len(points))
+        columns = (0, 1, 3) if stresses else (0, 1)
+        return _blocks(result.read_text(encoding="ascii"), len(points), "STRESS" if stresses else "DISP", columns)
 
 
-def _deck(points: Array, cells: Index, held: Index, forces: Sequence[tuple[Index, Array]], gear: GearForm) -> str:
+def _deck(
+    points: Array, cells: Index, held: Index, forces: Sequence[tuple[Index, Array]], gear: GearForm, stresses: bool
+) -> str:
     lines = ["*NODE, NSET=NALL"]
     lines += [f"{k + 1}, {x:.12g}, {y:.12g}, 0" for k, (x, y) in enumerate(points)]
     lines += ["*ELEMENT, TYPE=CPE8R, ELSET=EALL"]
@@ -289,19 +325,20 @@ def _deck(points: Array, cells: Index, held: Index, forces: Sequence[tuple[Index
         lines += ["*STEP", "*STATIC", "*CLOAD, OP=NEW"]
         for n, vector in zip(nodes, vectors, strict=True):
             lines += [f"{n + 1}, {axis + 1}, {value:.12g}" for axis, value in enumerate(vector)]
-        lines += ["*NODE FILE, OUTPUT=2D", "U", "*END STEP"]
+        lines += ["*EL FILE, OUTPUT=2D", "S"] if stresses else ["*NODE FILE, OUTPUT=2D", "U"]
+        lines += ["*END STEP"]
     return "\n".join(lines) + "\n"
 
 
-def _displacements(text: str, count: int) -> list[Array]:
-    """Displacement blocks of a result file."""
+def _blocks(text: str, count: int, name: str, columns: tuple[int, ...]) -> list[Array]:
+    """Columns of the blocks of a name in a result file, (count, columns) each."""
     found: list[Array] = []
     block: Array | None = None
     for line in text.splitlines():
-        if line.startswith(" -4  DISP"):
-            block = np.full((count, 2), np.nan)
+        if line.startswith(f" -4  {name}"):
+            block = np.full((count, len(columns)), np.nan)
         elif block is not None and line.startswith(" -1"):
-            block[int(line[3:13]) - 1] = float(line[13:25]), float(line[25:37])
+            block[int(line[3:13]) - 1] = [float(line[13 + 12 * k : 25 + 12 * k]) for k in columns]
         elif block is not None and line.startswith(" -3"):
             found.append(block)
             block = None

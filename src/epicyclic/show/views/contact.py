@@ -18,19 +18,22 @@ ORDER = 140
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
-    """Both helices at the operating load, then all loads."""
-    return [_sides(result), _loads(result)]
+    """Both helices at the operating load, stress in the tooth roots there, then all loads."""
+    return [_sides(result), *_roots(result), _loads(result)]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Load over the flank; transmission error over mesh cycle and load, and stiffness."""
     from ..figures.contact_curves import contact_curves
     from ..figures.contact_map import contact_map
+    from ..figures.root_stress import root_stress
 
     parts = [
         Drawing(anchor="flanks", figure=contact_map(result)),
         Drawing(anchor="contact", figure=contact_curves(result)),
     ]
+    if "root_stress" in result:
+        parts.append(Drawing(anchor="roots", figure=root_stress(result)))
     return [Section(anchor="contact", title="Teeth in contact", parts=parts)]
 
 
@@ -55,6 +58,26 @@ def _sides(result: xr.Dataset) -> Table:
     return Table(title=title, columns=columns, lead=_resolution(result))
 
 
+def _roots(result: xr.Dataset) -> list[Table]:
+    """Largest stresses in the roots of both gears at the operating load; of a result without them nothing."""
+    if "root_stress" not in result:
+        return []
+    at = result.isel(mesh_load=int(np.argmin(np.abs(result.mesh_load.values - float(result.attrs["force"])))))
+    rows = [(i, j) for i in range(result.sizes["side"]) for j in range(result.sizes["mesh_gear"])]
+    stress = result.root_stress.max("width").values
+    columns: dict[str, Any] = {
+        "side": [str(result.side.values[i]) for i, _ in rows],
+        "gear": [str(result.attrs[f"gear_{result.mesh_gear.values[j]}"]) for _, j in rows],
+        "tension [MPa]": [float(at.largest_root_stress.values[row]) / 1e6 for row in rows],
+        "at a place of its contact [base pitches]": [
+            float(result.tooth_place.values[int(stress[row].argmax())]) for row in rows
+        ],
+        "at a lean of the fillet of [deg]": [float(np.degrees(result.root_stress_lean.values[row])) for row in rows],
+        "compression [MPa]": [float(at.lowest_root_stress.values[row]) / 1e6 for row in rows],
+    }
+    return [Table(title="Stress in the tooth roots", columns=columns)]
+
+
 def _resolution(result: xr.Dataset) -> str:
     """Phases and slices, and the error they leave; empty of a result of an earlier version."""
     attrs = result.attrs
@@ -64,8 +87,21 @@ def _resolution(result: xr.Dataset) -> str:
     left = "" if np.isnan(error) else f", estimated error {100 * error:.2g} %"
     return (
         f"{attrs['samples']} phases and {attrs['slices']} slices{left}; loads and pressures are means over "
-        f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line."
+        f"{1e3 * float(attrs['averaging_length']):.3g} mm of contact line.{_errors(result)}"
     )
+
+
+def _errors(result: xr.Dataset) -> str:
+    """Pitch and profile errors, and the mesh cycle they are shown in; empty without them."""
+    attrs = result.attrs
+    if "cycle" not in attrs:
+        return ""
+    parts = [f"pitch error {1e6 * float(attrs['pitch_error']):.4g} um"] if attrs["pitch_error"] else []
+    if attrs["profile_error"]:
+        phase = np.degrees(float(attrs["profile_phase"]))
+        parts.append(f"profile error {1e6 * float(attrs['profile_error']):.4g} um at {phase:.4g} deg")
+    parts += ["deviations of the file"] if attrs["deviations"] else []
+    return f" With {', '.join(parts)}; the mesh cycle begins at {float(attrs['cycle']):.4g}."
 
 
 def _loads(result: xr.Dataset) -> Table:

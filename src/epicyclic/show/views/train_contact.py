@@ -45,6 +45,11 @@ def _meshes(result: xr.Dataset) -> Table:
         "share of its side": list(at.side_share.values),
         "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
     }
+    if "largest_root_stress" in at:
+        columns |= {
+            f"root stress {gear} [MPa]": list(at.largest_root_stress.sel(mesh_gear=gear).values / 1e6)
+            for gear in map(str, at.mesh_gear.values)
+        }
     return Table(title="Tooth contact in the train, at the operating torque", columns=columns)
 
 

@@ -375,6 +375,7 @@ def _before_and_after(
                 cut=cut,
                 segments=_shared_segments(helices, cut),
                 tangents=False,
+                roots=False,
             )
             for helices in problem.meshes
         ]

@@ -1,0 +1,248 @@
+"""Pitch and profile errors in tooth contact: gaps of the pairs of teeth, and the mesh cycle in which they are worst.
+
+A pitch error is of teeth that turn: which of them are in mesh is a matter of the mesh cycle that is looked at.  The gap
+of a pair of teeth is that of both its flanks, from measured pitch deviations of the file, or one step between a pair
+and the one before it.  Errors of a mesh over its phase, of its profile or turning with a member, open all pairs of
+teeth in mesh alike: they add to the transmission error and leave the loads as they are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from ..model.bare_numbers import stated
+from ..model.units import Bounds
+from ..tooth_contact.loaded_contact import loaded_contact
+from ..tooth_contact.pair import ContactPair, MeshWave, uniform_along_face
+from ..train.connections import Mesh
+from ..train.train import Train
+
+__all__ = ["NO_ERRORS", "PlacedErrors", "ToothErrors", "pair_gaps", "placed_errors", "tooth_errors"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# The search for the worst cycle: places of its beginning in a mesh cycle, slices of a face that is not even, phases of
+# a profile error.  The peak to peak over a cycle changes by a thousandth where its beginning does by one place.
+_STARTS, _SLICES, _PHASES = 64, 6, 64
+# Cycles looked at: the steps between neighbouring pairs are known of all, the contact of the largest few is solved.
+_MOST_CYCLES, _SOLVED = 20_000, 6
+# As of pitch deviations in the model file [m].
+_SIZE = Bounds(low=-1.0, high=1.0)
+# Causes of errors that open all pairs in mesh alike.
+_COMMON = ("profile", "errors")
+# Pairs of teeth beside the pitch point that may be in mesh: of a long face many.
+_BESIDE = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ToothErrors:
+    """Errors of the teeth of a mesh.
+
+    pitch : gap of the pairs of teeth from one on, over those before it [m].  profile : amplitude of a cosine over the
+    mesh cycle [m].  deviations : those of the file.  cycle : beginning of the mesh cycle [mesh cycles], None: the one
+    with the largest peak to peak of the transmission error.  phase : of the profile error at the pitch point [rad],
+    None: the one with the largest peak to peak.
+    """
+
+    pitch: float = 0.0
+    profile: float = 0.0
+    deviations: bool = False
+    cycle: float | None = None
+    phase: float | None = None
+
+
+NO_ERRORS = ToothErrors()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PlacedErrors:
+    """Contact pairs with their errors, and the mesh cycle that is analysed.
+
+    start : its beginning [mesh cycles].  attributes : of the result.
+    """
+
+    pairs: tuple[ContactPair, ...]
+    start: float
+    warnings: tuple[str, ...]
+    attributes: dict[str, Any]
+
+
+def tooth_errors(
+    *,
+    pitch: float | str = 0.0,
+    profile: float | str = 0.0,
+    deviations: bool = False,
+    cycle: float | None = None,
+    phase: float | str | None = None,
+) -> ToothErrors:
+    """Errors from numbers in SI, or texts with their unit.
+
+    Raises
+    ------
+    ModelError : a text without a unit, a number that is not finite, a place of errors without errors.
+    """
+    found = ToothErrors(
+        pitch=stated(pitch, "length", "pitch_error", bounds=_SIZE),
+        profile=stated(profile, "length", "profile_error", bounds=_SIZE),
+        deviations=deviations,
+        cycle=cycle,
+        phase=None if phase is None else stated(phase, "angle", "profile_phase"),
+    )
+    for name in ("pitch", "profile", "cycle", "phase"):
+        value = getattr(found, name)
+        if value is not None and not math.isfinite(value):
+            raise ModelError("is no number", path=name, given=value, allowed="a finite number")
+    if found.phase is not None and not found.profile:
+        raise ModelError("is of a profile error, and there is none", path="profile_phase", given=phase)
+    if found.cycle is not None and not (found.pitch or found.profile or deviations):
+        raise ModelError("without errors all mesh cycles are alike", path="cycle", given=cycle)
+    return found
+
+
+def placed_errors(
+    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors
+) -> PlacedErrors:
+    """Contact pairs of the helices with their errors, in the mesh cycle that is chosen, or in the worst.
+
+    force : operating one, at which the worst cycle is looked for [N].
+    """
+    if errors == NO_ERRORS:
+        return PlacedErrors(pairs=tuple(pairs), start=0.0, warnings=(), attributes={})
+    messages: list[str] = []
+    if errors.deviations:
+        named = {helix.name for helix in helices}
+        if not any(one.cause in ("pitch", *_COMMON) and one.mesh in named for one in train.mesh_errors):
+            messages.append("contact: the file has no pitch or profile deviations of this mesh, or no speeds")
+        pairs = [_with_waves(train, helix, pair) for helix, pair in zip(helices, pairs, strict=True)]
+    turning = errors.deviations or errors.pitch != 0.0
+    start, phase = errors.cycle if turning else 0.0, errors.phase
+    if start is None or (phase is None and errors.profile):
+        worst = _worst(train, helices, pairs, force, errors)
+        start = worst[0] if start is None else start
+        phase = worst[1] if phase is None else phase
+    found = []
+    for helix, pair in zip(helices, pairs, strict=True):
+        one = _with_gaps(train, helix, pair, errors, start)
+        if errors.profile:
+            wave = MeshWave(amplitude=errors.profile, order=1.0, phase=phase or 0.0)
+            one = replace(one, waves=(*one.waves, wave))
+        found.append(one)
+    attributes = {
+        "pitch_error": errors.pitch,
+        "profile_error": errors.profile,
+        "profile_phase": phase if errors.profile and phase is not None else math.nan,
+        "deviations": int(errors.deviations),
+        "cycle": start,
+    }
+    return PlacedErrors(pairs=tuple(found), start=start, warnings=tuple(messages), attributes=attributes)
+
+
+def pair_gaps(train: Train, helix: Mesh, numbers: Index) -> Array:
+    """Gaps (n,) of pairs of teeth by their numbers (n,), from the pitch deviations of the file [m].
+
+    The lines of the train are those of a gap that is linear from tooth to tooth (`gears.deviations.pitch_lines`), z of
+    them.  At the moment in which a pair is at the pitch point the orders j and z - j are the same: without the factor
+    2 sinc^2 of each they add up to the deviation of its teeth, exactly.
+    """
+    gaps = np.zeros(len(numbers))
+    frequency = (train.kinematics.mesh_frequency or {}).get(helix.stage)
+    if not frequency:
+        return gaps
+    at = helix.sense * numbers - float(helix.lead)  # time at which each pair is at the pitch point [mesh cycles]
+    for one in train.mesh_errors:
+        if one.cause == "pitch" and one.mesh == helix.name:
+            order = float(one.frequency / frequency)
+            share = 2 * np.sinc(order) ** 2 if order else 1.0
+            gaps += (one.amplitude * np.exp(2j * np.pi * order * at)).real / share
+    return gaps
+
+
+def _with_waves(train: Train, helix: Mesh, pair: ContactPair) -> ContactPair:
+    """Pair with the errors of the file over the mesh phase: of the profile, and those that turn with a member."""
+    frequency = (train.kinematics.mesh_frequency or {}).get(helix.stage)
+    waves = []
+    for one in train.mesh_errors:
+        if one.cause in _COMMON and one.mesh == helix.name and frequency and not one.far:
+            order = float(one.frequency / frequency)
+            turn = float(np.angle(one.amplitude)) - 2 * math.pi * order * float(helix.lead)
+            waves.append(MeshWave(amplitude=abs(one.amplitude), order=order, phase=helix.sense * turn))
+    return replace(pair, waves=(*pair.waves, *waves))
+
+
+def _common(pair: ContactPair, sigma: Array) -> Array:
+    """Gap (n,) of all pairs in mesh alike at places (n,) of one pair, counted on from cycle to cycle [m]."""
+    parts = [wave.amplitude * np.cos(2 * np.pi * wave.order * sigma + wave.phase) for wave in pair.waves]
+    return np.asarray(sum(parts, np.zeros(len(sigma))))
+
+
+def _with_gaps(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors, start: float) -> ContactPair:
+    """Pair with the gaps of the pairs of teeth that may be in mesh within two mesh cycles of a start [mesh cycles]."""
+    middle = round(helix.sense * (start + 0.5 + float(helix.lead)))
+    numbers = np.arange(middle - _BESIDE, middle + _BESIDE + 1)
+    gaps = errors.pitch * (helix.sense * numbers >= 0).astype(float)  # later pairs have higher numbers, or lower ones
+    if errors.deviations:
+        gaps = gaps + pair_gaps(train, helix, numbers)
+    if not gaps.any():
+        return pair
+    return replace(pair, pair_gaps=tuple(gaps.tolist()), first_pair=int(numbers[0]))
+
+
+# the worst cycle -----------------------------------------------------------------------------------------------------
+
+
+def _worst(
+    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors
+) -> tuple[float, float]:
+    """Beginning of the mesh cycle [mesh cycles] and phase of the profile error [rad] with the largest peak to peak."""
+    angles = np.arange(_PHASES) * 2 * np.pi / _PHASES if errors.phase is None else np.array([errors.phase])
+    most, found = -1.0, (0.0, 0.0)
+    for middle in _candidates(train, helices[0], pairs[0], errors):
+        time = middle + np.arange(-2 * _STARTS, 2 * _STARTS + 1) / _STARTS
+        error, sigma = _errors(train, helices, pairs, force, errors, time)
+        slant = math.cos(pairs[0].plane.base_helix)
+        for angle in angles if errors.profile else angles[:1]:
+            whole = error + errors.profile * np.cos(2 * np.pi * sigma + angle) / slant
+            windows = np.lib.stride_tricks.sliding_window_view(whole, _STARTS + 1)[:, :-1]
+            swing = np.ptp(windows, axis=1)
+            at = _chosen_window(time, errors.cycle) if errors.cycle is not None else int(swing.argmax())
+            if swing[at] > most * (1 + 1e-9):
+                most, found = float(swing[at]), (float(time[at]), float(angle))
+    return found
+
+
+def _chosen_window(time: Array, cycle: float) -> int:
+    return int(np.clip(np.searchsorted(time, cycle), 0, len(time) - _STARTS - 1))
+
+
+def _candidates(train: Train, helix: Mesh, pair: ContactPair, errors: ToothErrors) -> list[float]:
+    """Times [mesh cycles] about which the worst cycle is looked for: where gaps of neighbouring pairs differ most."""
+    if errors.cycle is not None:
+        return [errors.cycle + 1.0]
+    if not errors.deviations:
+        return [-float(helix.lead)]
+    numbers = np.arange(_MOST_CYCLES)
+    passing = helix.sense * numbers  # at the pitch point
+    step = np.abs(np.diff(pair_gaps(train, helix, passing) + _common(pair, passing.astype(float))))
+    largest = np.argsort(-step, kind="stable")[:_SOLVED] + 1
+    return [float(numbers[k]) - float(helix.lead) for k in largest] if step.any() else [-float(helix.lead)]
+
+
+def _errors(
+    train: Train, helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, errors: ToothErrors, time: Array
+) -> tuple[Array, Array]:
+    """Loaded transmission error, mean of the helices (T,) [m], and place of the first helix (T,), at times (T,)."""
+    found = []
+    for helix, pair in zip(helices, pairs, strict=True):
+        one = _with_gaps(train, helix, pair, errors, float(time.mean()))
+        cut = 1 if uniform_along_face(pair) else _SLICES
+        sigma = helix.sense * (time + float(helix.lead))
+        found.append(loaded_contact(replace(one, slices=cut), [force], sigma).transmission_error[0])
+    return np.mean(found, axis=0), np.asarray(helices[0].sense * (time + float(helices[0].lead)))
