@@ -211,7 +211,8 @@ class TorusOutputs:
 def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
     """Statistics of a point of the torus.
 
-    Lines superposed add their mean square to the RMS and their amplitude to the extremes.
+    Lines superposed add their mean square to the RMS and their amplitude to the extremes.  A mesh whose far flank stays
+    away has no force below those at the samples and 0, whatever they add: teeth do not pull.
     """
     system, rows, face, balance = given.ready.system, len(given.face.row), given.face, point.problem
     flank = flank_force(balance, point.state)
@@ -225,17 +226,19 @@ def torus_outputs(given: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         _with_lines(values, amplitudes, counts)
         for values, amplitudes in ((force, extra), (-force, extra), (own_force, each))
     )
+    far_share = _far(given, point, far)
+    least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
     return TorusOutputs(
         force=force,
         row_force=own_force,
         reach=_reach(extra, len(force)) if extra else np.zeros_like(force),
         rms=np.sqrt(_variance(given, point, force, lines, extra)),
         peak=high,
-        minimum=-low,
+        minimum=np.maximum(-low, least),
         row_peak=row_high,
         open=1.0 - np.logical_or.reduceat(loaded, face.first, axis=1).mean(axis=0),
         row_open=1.0 - loaded.mean(axis=0),
-        far=_far(given, point, far),
+        far=far_share,
         flank=_with_lines(flank, [line.force for line in lines], counts),
     )
 

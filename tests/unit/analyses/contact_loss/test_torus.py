@@ -170,6 +170,11 @@ def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
         without = torus_outputs(given.mesh_orders_only, flat).rms
         # what the line adds to the RMS of the first mesh, a square, is wrong by no more than twice what its force is
         assert abs(true[0] - ours[0]) < 2 * stated[-1] * abs(ours[0] - without[0])
+        for found in (torus_outputs(given, point), torus_outputs(given.mesh_orders_only, flat, lines)):
+            assert found.open[0] > 0
+            assert found.far[0] == 0
+            # teeth that part do not pull, in no sample and not between samples
+            assert found.minimum[0] == 0
     # it is wrong for the share of time in which the line decides who touches, which is first order; its RMS the root
     assert 1.7 < stated[0] / stated[1] < 2.4
 
