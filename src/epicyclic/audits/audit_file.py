@@ -14,7 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
 from ..errors import ModelError
 from ..input_files import read_text
@@ -170,8 +170,8 @@ class SourceReading(_Table):
     reading: Text
     ours: Value | None = None
     run: str | None = None
-    tolerance: Annotated[float, Field(ge=0)] | None = None
-    relative: Annotated[float, Field(ge=0)] | None = None
+    tolerance: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    relative: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     because: str = ""
     reason: str = ""
     fitted: bool = False
@@ -197,12 +197,12 @@ class Row(_Table):
 
     quantity: Text
     place: Text
-    published: float | str | list[float]
+    published: FiniteFloat | str | list[FiniteFloat]
     unit: str = "1"
     ours: Value | None = None
     verdict: Verdict
-    tolerance: Annotated[float, Field(ge=0)] | None = None
-    relative: Annotated[float, Field(ge=0)] | None = None
+    tolerance: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    relative: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     because: str = ""
     reading: str = ""
     reason: str = ""

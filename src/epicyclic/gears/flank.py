@@ -22,6 +22,7 @@ __all__ = [
     "Flank",
     "Relief",
     "Wave",
+    "amounts",
     "check_flank",
     "lead_modification",
     "profile_modification",
@@ -137,7 +138,7 @@ def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: 
     for name in ("crown", "slope"):
         if not math.isfinite(getattr(flank, name)):
             raise ModelError("is no finite length", path=f"{path}.{name}", given=getattr(flank, name))
-    for name, size in _amounts(flank):
+    for name, size in amounts(flank):
         if abs(size) > height:
             raise ModelError(
                 "more than the height of the flank: no micro-geometry",
@@ -152,7 +153,7 @@ def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: 
         raise ModelError("one deviation a tooth", path=f"{path}.pitch", given=len(flank.pitch), allowed=str(teeth))
 
 
-def _amounts(flank: Flank) -> Iterator[tuple[str, float]]:
+def amounts(flank: Flank) -> Iterator[tuple[str, float]]:
     """Yield name and size [m] of everything that takes material off, or leaves it."""
     yield from (("crown", flank.crown), ("slope", flank.slope))
     for name in ("tip_relief", "root_relief", "end_relief"):

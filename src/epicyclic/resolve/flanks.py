@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from ..errors import ModelError
 from ..gears import geometry
-from ..gears.flank import PLAIN, Flank, Relief, Wave, check_flank
+from ..gears.flank import PLAIN, Flank, Relief, Wave, amounts, check_flank
 from ..gears.tooth_pair import ToothPair
 from ..model.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
 from ..tooth_contact.lines import PlaneOfAction
@@ -19,6 +19,9 @@ from .resolution_log import ResolutionLog
 from .tooth_forms import tooth_form
 
 __all__ = ["tooth_pair"]
+
+# Part of a module above which micro-geometry is more often a slip in the unit: reliefs are a hundredth of it.
+_DOUBTFUL = 0.1
 
 
 def tooth_pair(
@@ -54,6 +57,11 @@ def tooth_pair(
         paths=(_path(plan, p.a, side), _path(plan, p.b, side)),
     )
     _check(teeth, p.internal)
+    for flank, path in zip(flanks, teeth.paths, strict=True):
+        for name, size in amounts(flank):
+            if abs(size) > _DOUBTFUL * a.module:
+                words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
+                log.warn(f"{path}.{name} = {size * 1e3:.4g} mm is {words}")
     return teeth
 
 

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 __all__ = ["VERB", "efficiency"]
 
 
+# Viscosity [Pa s] and roughness [m] between which they may be those of oils and tooth flanks.
+_RANGES = ((1e-4, 10.0, "0.1 mPa s to 10 Pa s"), (1e-8, 1e-4, "0.01 um to 100 um"))
+
+
 @bounded
 def efficiency(
     source: "Source",
@@ -48,6 +52,8 @@ def efficiency(
     from ..studies.efficiency import efficiency as run
     from ..studies.source import train_of
 
+    if sharing not in (choices := ("uniform", "contact")):
+        raise ModelError("no such sharing", path="sharing", given=sharing, allowed=", ".join(choices))
     oil = _oil(friction, viscosity, roughness)
     train = train_of(source, overrides=overrides)
     return run(train, friction=FRICTION if friction is None else friction, oil=oil, sharing=sharing)
@@ -74,9 +80,9 @@ def _oil(friction: float | None, viscosity: float | str | None, roughness: float
         name: stated(value or 0.0, kind, name)
         for name, value, kind in (("viscosity", viscosity, "viscosity"), ("roughness", roughness, "length"))
     }
-    for name, number in read.items():
-        if not number > 0:
-            raise ModelError("out of range", path=name, given=number, allowed="above 0")
+    for (name, number), (least, most, words) in zip(read.items(), _RANGES, strict=True):
+        if not least <= number <= most:
+            raise ModelError("out of range", path=name, given=number, allowed=words)
     return Oil(**read)
 
 

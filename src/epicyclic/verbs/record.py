@@ -18,7 +18,7 @@ from inspect import Parameter, signature
 from math import isfinite
 from numbers import Real
 from pkgutil import iter_modules
-from types import MappingProxyType
+from types import MappingProxyType, NoneType
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin
 
 from ..errors import ModelError
@@ -160,11 +160,19 @@ def bounded(run: Run) -> Run:
 
     @wraps(run)
     def within(*arguments: Any, **options: Any) -> Any:
-        for name, (_, _, option) in keywords(run).items():
+        for name, (_, kind, option) in keywords(run).items():
+            _check_number(name, options.get(name), kind)
             _check_bounds(name, options.get(name), option)
         return run(*arguments, **options)
 
     return cast(Run, within)
+
+
+def _check_number(name: str, value: object, kind: object) -> None:
+    """Raise ModelError where an option that is a number is given something else."""
+    kinds = set(get_args(kind) or (kind,)) - {NoneType}
+    if value is not None and kinds <= {int, float} and (isinstance(value, bool) or not isinstance(value, Real)):
+        raise ModelError("not a number", path=name, given=value, allowed="a number")
 
 
 def _check_bounds(name: str, value: object, option: Option) -> None:

@@ -60,6 +60,8 @@ WRONG = [
     ('verdict = "reproduced"', 'verdict = "reproduced"\nfitted = true', "rows.0", "with a fitted value"),
     ("tolerance = 0.06", "", "rows.0", "no tolerance"),
     ("tolerance = 0.06", "tolerance = -1", "rows.0.tolerance", "greater than or equal to 0"),
+    ("tolerance = 0.06", "tolerance = inf", "rows.0.tolerance", "finite"),
+    ("published = 11775.3", "published = nan", "rows.0.published", "finite"),
     ("tolerance = 0.06", "tolerance = 0.06\nrelative = 1e-4", "rows.0", "both tolerance and relative"),
     ('because = "printed to 0.1 Hz"', "", "rows.0", "without its reason"),
     ('because = "printed', 'labels = ["a"]\nbecause = "printed', "rows.0", "labels"),

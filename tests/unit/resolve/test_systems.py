@@ -277,12 +277,15 @@ def differing(first: Train, second: Train) -> list[str]:
 
 
 def _sorted(train: Train, name: str) -> object:
-    """Links and paths by name: the order of tables in a file means nothing.
+    """Links, ties and paths by name: the order of tables in a file means nothing.
 
     A stiffness written out comes from no method.
     """
     if name == "links":
         return sorted(train.links, key=lambda entry: entry.name)
+    if name == "kinematics":
+        ties = tuple(sorted(train.kinematics.ties, key=lambda tie: tie.name))
+        return dataclasses.replace(train.kinematics, ties=ties)
     if name == "power_paths":
         return sorted(train.power_paths, key=lambda entry: entry.path)
     if name == "warnings":

@@ -316,6 +316,17 @@ def test_a_mesh_of_another_tone_has_its_own_rays(ren: Datasets) -> None:
     assert len(found) == 12 + 12 + 2 - 1  # 10 x 0.3 is 3 x 1
 
 
+def test_bearings_are_told_apart_in_each_panel(ren: Datasets) -> None:
+    """Curves that coincide beside the static forces of the other panel are two where their own panel shows it."""
+    sweep = ren["sweep"].copy(deep=True)
+    sweep["bearing_force_peak"].values[:] = 1e6
+    rms = sweep["bearing_force_rms"]
+    rms.values[:] = 500.0
+    rms.values[-1] = 900.0
+    names = [trace.name for trace in bearing_forces(sweep).data if trace.showlegend is not False][:2]
+    assert str(sweep["bearing"].values[-1]).split("/", 1)[-1].replace("/", " ") in names
+
+
 def test_bearings_that_carry_the_same_are_one_curve(ren: Datasets) -> None:
     drawn = bearing_forces(ren["sweep"], ren["modes"])
     names = [trace.name for trace in drawn.data if trace.showlegend is not False and trace.y[0] is not None]
