@@ -236,7 +236,8 @@ def test_worst_case_of_tied_lines() -> None:
     def source(phases: Array) -> Array:
         """Forces of three meshes, with sharp peaks."""
         waves = np.cos(2 * np.pi * (phases[:, None, :] + turns)) * [0.03, 0.02, 0.025]
-        return (1 + waves.sum(axis=2) + 4 * waves.prod(axis=2) / 0.025**2)[:, :, None]
+        found: Array = (1 + waves.sum(axis=2) + 4 * waves.prod(axis=2) / 0.025**2)[:, :, None]
+        return found
 
     members = [np.arange(3)]
     exact, every = worst_case(source, ratios, members, meshes=3, points=9009)
