@@ -83,7 +83,7 @@ def fillet_stress(influence: RootInfluence, radius: ArrayLike, *, ahead: int = 0
 
     First the fillet of the loaded flank, positive in tension.  ahead : pitches by which the loaded tooth is ahead.
     """
-    return np.asarray(np.einsum("fpr,...r->...fp", influence.shape, influence.amounts(radius)[..., REACH + ahead, :]))
+    return np.asarray(np.einsum("spm,...m->...sp", influence.shape, influence.amounts(radius)[..., REACH + ahead, :]))
 
 
 @lru_cache(maxsize=32)
