@@ -108,11 +108,11 @@ def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
 
     Both sides of a herringbone mesh are one where nothing tilts.
     """
-    _, first, owner = np.unique(np.vstack([tone, B]), axis=1, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    place = np.empty_like(order)
-    place[order] = np.arange(order.size)
-    return first[order], place[owner.ravel()]
+    columns = np.vstack([tone, B]).T + 0.0  # -0 is 0
+    found: dict[bytes, int] = {}
+    owner = [found.setdefault(column.tobytes(), len(found)) for column in columns]
+    _, first = np.unique(owner, return_index=True)
+    return first, np.array(owner, np.int64)
 
 
 def _joined(axis: Axis, owner: Index) -> Axis:

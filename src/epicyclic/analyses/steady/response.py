@@ -325,7 +325,9 @@ def _chunks(
 ) -> Iterator[tuple[Index, Truncation]]:
     """Parts of the speeds `index` (P,) of one truncation (P, D + 1) each, so small that a batch stays in the cache."""
     lines = len(ready.lines.shaft) if shaft_orders else 0
-    for values in np.unique(truncation, axis=0):
+    # one for all, mostly: unique rows take half a millisecond
+    alike = bool(np.all(truncation == truncation[:1]))
+    for values in truncation[:1] if alike else np.unique(truncation, axis=0):
         key = tuple(int(value) for value in values)
         same = index[(truncation == values).all(axis=1)]
         points = len(ready.kernel(key, shifted=False).lattice.points)
