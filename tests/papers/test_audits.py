@@ -43,7 +43,7 @@ def test_nothing_is_contradicted(drive: str) -> None:
 
 SEARCHED = (
     *("dong2019", "encased-differential", "lin1999-n3", "lin1999-n4", "lin1999-n5"),
-    *("yue2014-i", "yue2014-ii", "yue2014-iii"),
+    *("ren2021", "xu2020", "yue2014-i", "yue2014-ii", "yue2014-iii"),
 )
 """Drives whose readings have been searched."""
 
@@ -123,7 +123,7 @@ def test_what_is_worked_out_by_hand_is_not_of_the_source(drive: str) -> None:
     hand = [("by hand" in place or "closed form" in place) for place in result.place.values.tolist()]
     assert not any(np.array(hand) & (result.origin.values == "source"))
     kinds = tally(result)[drive]
-    assert ("hand calculation" in kinds) == drive.startswith(("encased-differential", "yue2014"))
+    assert ("hand calculation" in kinds) == drive.startswith(("encased-differential", "xu2020", "yue2014"))
     assert drive != "encased-differential" or "2 reproduced" in kinds
 
 
