@@ -52,9 +52,7 @@ def distinct(case: str) -> list[int]:
 
 def table2() -> go.Figure:
     """Natural frequencies of the three cases, printed and ours."""
-    title = (
-        "Three double values common to all cases, three simple ones: the structure is the source's, the values are not"
-    )
+    title = "Three double values common to all cases, three simple: the source's structure, not its values"
     drawn = panels(title, list(CASES.values()), height=520, columns=3, shared_yaxes=True, horizontal_spacing=0.02)
     for column, case in enumerate(CASES, start=1):
         table = published(case)
@@ -100,9 +98,7 @@ def bounds() -> go.Figure:
         epicyclic.modes("yue2014-i", overrides={"stages.main.sun.support.radial": float(value)}) for value in stiffness
     ]
     double = np.array([one.angular_frequency.values[one.mode_kind.values == "translational"][::2] for one in found])
-    title = (
-        "However the sun is held, the second common value stays below 8022 rad/s and the third above: 6559 is no third"
-    )
+    title = "Second common value below 8022 rad/s, third above, however the sun is held: 6559 is no third"
     drawn = figure(title, x="lateral support stiffness of the sun [N/m]", y=FREQUENCY, height=500)
     for place in range(3):
         line = {"color": mode_colour("translational"), "width": 2.5}

@@ -66,10 +66,8 @@ def unstable_speeds(ready: Response, speed: Array) -> NDArray[np.bool_]:
     frame = ready.frame_factor(speed)
     found = np.zeros(speed.size, dtype=bool)
     # no eigenvalue is above the Frobenius norm: most trains are far from their critical speed by that alone
-    if (
-        np.max(frame, initial=0.0) < _FASTEST
-        and np.max(frame, initial=0.0) ** 2 * np.linalg.norm(_centripetal(ready)) < 1
-    ):
+    fastest = float(np.max(frame, initial=0.0))
+    if fastest < _FASTEST and fastest**2 * np.linalg.norm(_centripetal(ready)) < 1:
         return found
     # the square of a frame speed overflows far above any train: the response then says that it is not finite
     fast = (frame >= critical_speed(ready)[0]) & (frame < _FASTEST)
