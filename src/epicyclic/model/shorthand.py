@@ -15,7 +15,7 @@ from .schema import STAGE_KEYS
 from .schema_links import LINK_KEYS
 from .tables import REMOVE, PlainTable, leaves, nested, split_path, union
 
-__all__ = ["TOLERANCE_TABLES", "expand", "expand_path"]
+__all__ = ["TOLERANCE_TABLES", "expand", "expand_path", "one_path"]
 
 TOLERANCE_TABLES = ("cost", "correlation")
 """Tables of `[tolerance]` that are no tolerances."""
@@ -231,7 +231,7 @@ def _tolerances(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[tolerance]`: the stage put into every path, in its costs and correlations too."""
     result: PlainTable = {}
     for text, value in _toleranced(table):
-        path = _one_path(text, names, f"tolerance.{text}")
+        path = one_path(text, names, f"tolerance.{text}")
         if path in result:
             raise ModelError("given twice", path=f"tolerance.{text}", given=value, allowed="one of the two")
         result[path] = value
@@ -242,7 +242,7 @@ def _tolerances(table: PlainTable, names: Names) -> PlainTable:
         found: PlainTable = {}
         for text, value in _innermost(inner):
             where = f"tolerance.{name}.{text}"
-            found = union(found, {_one_path(text, names, where): value}, f"tolerance.{name}")
+            found = union(found, {one_path(text, names, where): value}, f"tolerance.{name}")
         result[name] = found
     return result
 
@@ -279,7 +279,7 @@ def _innermost(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]
             yield where, value
 
 
-def _one_path(text: str, names: Names, path: str) -> str:
+def one_path(text: str, names: Names, path: str) -> str:
     """Return one path with the stage put in; `radial`, `tilt` and a bare damper, one number of several keys, stay."""
     found = expand_path(text, names, path=path)
     if len(found) == 1:
