@@ -94,7 +94,7 @@ def _client(address: str) -> Iterator[Any]:
         with dask.config.set({"distributed.comm.timeouts.connect": f"{_CONNECT:g}s"}):
             client = Client.__new__(Client)
             try:
-                client.__init__(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[misc, no-untyped-call]
+                client.__init__(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[misc]
             except Exception as error:  # whatever Dask makes of an address that is none, or of another program's answer
                 # a client that has not begun waits for its scheduler when it is deleted, unless it counts as closed
                 client.status = "closed"
@@ -104,7 +104,7 @@ def _client(address: str) -> Iterator[Any]:
                 yield client
             finally:
                 with suppress(Exception):  # the scheduler may be gone
-                    client.close(timeout=2)
+                    client.close(timeout=2)  # type: ignore[no-untyped-call]
     finally:
         logger.setLevel(before)
 

@@ -16,7 +16,7 @@ from ...errors import ModelError
 
 __all__ = ["local_cluster", "serve"]
 
-_START = "import sys; from {} import serve; serve(int(sys.argv[1]))".format(__name__)
+_START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.
 _END = 5.0
 # Deaths of workers that one block may meet: more than the twenty kills that a job must stand, few enough that a block
@@ -64,7 +64,8 @@ def local_cluster(workers: int) -> Iterator[str]:
         env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "EPICYCLIC_JOBS": "1"},
         start_new_session=True,
     )
-    assert process.stdin is not None and process.stdout is not None
+    assert process.stdin is not None
+    assert process.stdout is not None
     try:
         address = process.stdout.readline().strip()
         if not address:

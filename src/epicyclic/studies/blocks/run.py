@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -57,7 +56,7 @@ def run_blocks(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Progress | None = None,
-) -> Iterator[tuple[int, Arrays]]:
+) -> Generator[tuple[int, Arrays], None, None]:
     """Number and arrays of every block, in order; in bounded memory, however many there are.
 
     Whatever stops the iteration, blocks that have arrived are kept in the store.  Close the iterator where it is left
@@ -91,7 +90,7 @@ def run_blocks(
 
 def _computed(
     job: BlockJob, places: Sequence[int], workers: int | None, scheduler: str | None
-) -> Iterator[tuple[int, Arrays]]:
+) -> Generator[tuple[int, Arrays], None, None]:
     """Blocks at the places as they arrive."""
     if workers is None and scheduler is None:
         for place in places:
