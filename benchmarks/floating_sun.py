@@ -40,6 +40,11 @@ class FloatingSun:
     force: float = 1.0
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
     def entries(self) -> tuple[Any, ...]:
         """Drawing entries."""
         spreads = np.broadcast_to(self.spread, self.count).tolist()
@@ -74,9 +79,7 @@ class FloatingSun:
         gap = ndtri(u) * np.broadcast_to(self.spread, self.count) * factor[self.dimension_entry] * self.force
         return np.asarray(self.force * torque - gap @ project)
 
-    def evaluate(
-        self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: str = "auto"
-    ) -> Values:
+    def evaluate(self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: str = "auto") -> Values:
         """Values of (S, n) uniforms."""
         force = self.forces(u, scale=scale, torque=torque)
         share = self.count * force / force.sum(axis=1, keepdims=True)

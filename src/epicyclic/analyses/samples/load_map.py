@@ -121,10 +121,10 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     lines = (*system.lines, *columns)
     frequency = turning_frequencies(system, lines)
     place = {f: i for i, f in enumerate(frequency)}
-    found = np.array([_stretch(system, flexible, own, line) for line in lines], complex).reshape(len(lines), m + c + own.size)
-    kind = np.array(
-        [STILL if not line.frequency else place.get(line.frequency, LEFT_OUT) for line in lines], np.int64
+    found = np.array([_stretch(system, flexible, own, line) for line in lines], complex).reshape(
+        len(lines), m + c + own.size
     )
+    kind = np.array([STILL if not line.frequency else place.get(line.frequency, LEFT_OUT) for line in lines], np.int64)
     base = len(system.lines)
     opening = np.zeros(flexible.stiffness.size)
     opening[m : m + c] = meshes.backlash[far.mesh]

@@ -258,9 +258,7 @@ def tolerance_map(train: Train) -> ToleranceMap:
     loaded = np.flatnonzero(nominal_signs(made)[1])
     if not loaded.size:
         allowed = "a torque"
-        raise ModelError(
-            "load sharing needs a load, and no mesh carries any", path="operation.torque", allowed=allowed
-        )
+        raise ModelError("load sharing needs a load, and no mesh carries any", path="operation.torque", allowed=allowed)
     place_of = {key: i for i, key in enumerate(names)}
     return ToleranceMap(
         entries=entries,
@@ -296,7 +294,11 @@ def _torque_line(system: System, force: Array) -> Line:
 
 
 def _moved(
-    places: Sequence[tuple[int, int]], shifts: Sequence[Shift], meshes: NDArray[np.int64], links: NDArray[np.int64], column: int
+    places: Sequence[tuple[int, int]],
+    shifts: Sequence[Shift],
+    meshes: NDArray[np.int64],
+    links: NDArray[np.int64],
+    column: int,
 ) -> Iterator[Moved]:
     """What the numbers of entries move; column : of the first torque among those of the map."""
     for (place, planet), shift in zip(places, shifts, strict=True):

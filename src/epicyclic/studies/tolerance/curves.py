@@ -89,9 +89,7 @@ def scale_curves(
     return ScaleCurves(system=found[:, :, 0, -1], slope=np.moveaxis(slope[:, :, :-1], 0, -1))
 
 
-def torque_curve(
-    samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: Method, step: Step
-) -> Array:
+def torque_curve(samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: Method, step: Step) -> Array:
     """Quantiles of the train over the torque, (torques, P)."""
     u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
     found = []

@@ -63,6 +63,10 @@ class SampleMap(Protocol):
     def pair(self) -> tuple[str, ...]:
         """Names of the groups, pair and side, (g,)."""
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know of the map."""
+
     def evaluate(
         self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: Method = "auto"
     ) -> SampledValues:

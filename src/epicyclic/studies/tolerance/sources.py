@@ -30,7 +30,10 @@ _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")
 # Size of the deviation that columns are taken from [m, rad]: its effect is linear, and this size passes every check.
 _UNIT = 1e-6
 # Kinds that leave the mesh-cycle mean at rest as it is: an error at mesh orders, and a force of speed.
-_WITHOUT_EFFECT = {"profile": "it is at mesh orders, without a part in a mesh-cycle mean", "unbalance": "it needs speed"}
+_WITHOUT_EFFECT = {
+    "profile": "it is at mesh orders, without a part in a mesh-cycle mean",
+    "unbalance": "it needs speed",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -152,7 +155,9 @@ def _wanted(table: str, kind: Kind, components: Sequence[str], document: Mapping
     return across | ({"z": unit} if "z" in named else {})
 
 
-def unit_overrides(tables: Mapping[str, tuple[Kind, Sequence[str]]], document: Mapping[str, object]) -> dict[str, object]:
+def unit_overrides(
+    tables: Mapping[str, tuple[Kind, Sequence[str]]], document: Mapping[str, object]
+) -> dict[str, object]:
     """Overrides that give every component of the drawn tables a unit size: one load of the file has all columns.
 
     tables : path -> kind, components that are drawn.

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
-import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...results.block_store import BlockJob, job_hash
 from ...results.dataset import dataset
-from ...train.train import Train
-from ..blocks.run import run_blocks
+from ..blocks.run import BlockJob, hash_of, run_blocks
+from ..blocks.versions import machine
 from ..check import train_provenance
 from ..source import Overrides, Source, train_of
 from .columns import tolerance_map
@@ -27,7 +25,7 @@ from .sample_map import DEFINITIONS, Method, SampleMap
 from .sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
 from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
 from .threads import one_thread
-from .worst import worst_overrides, write_worst
+from .worst import make_folder, worst_uniforms, write_worst
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,6 +89,8 @@ def tolerance(
     train = train_of(source, overrides=overrides)
     plan = sampling_plan(samples, seed=seed, sampler=sampler)
     limit = _checked_limits(limits)
+    if worst is not None:
+        make_folder(worst)  # before the work
     drawn = tolerance_map(train)
     if raw and store is None:
         _check_raw(plan, drawn)
@@ -111,13 +111,13 @@ def tolerance(
         compute=partial(piece_of_samples, drawn, plan, method, raw),
     )
     part = 1.0 if chosen == "none" else _SAMPLING
+    share = 1.0 if chosen == "none" else _SAMPLING
     with one_thread() as threads:
-        tally, rows = sampled(
-            drawn,
-            plan,
-            partial(run_blocks, job, store=store, resume=resume, workers=workers, scheduler=scheduler),
-            progress=None if progress is None else lambda done: progress(part * done),
+        blocks = run_blocks(
+            job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=_part(progress, 0.0, share)
         )
+        with closing(blocks):
+            tally, rows = sampled(drawn, plan, blocks)
         further = effects_of(
             train,
             drawn,
@@ -125,23 +125,28 @@ def tolerance(
             chosen,
             method=method,
             probability=probabilities_of(plan.samples),
-            progress=None if progress is None else lambda done: progress(part + (1 - part) * done),
+            progress=_part(progress, share, 1.0),
         )
     value, number = tally.worst()
-    found = worst_overrides(drawn, plan, number)
+    u = worst_uniforms(drawn, plan, number)
+    found = [drawn.overrides(row) for row in u]
     if worst is not None:
-        write_worst(worst, source, overrides, found, value, number)
+        write_worst(worst, train, found, value, number)
     columns, coords = _statistics(drawn, tally, limit)
-    columns |= _worst_columns(value, number, found) | further.columns | _references(reference or {})
+    columns |= _worst_columns(value, number, found, drawn.evaluate(u, method=method).load[:, 0])
+    columns |= further.columns
+    if reference:
+        columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
+        coords["reference"] = list(reference)
     if rows is not None:
         columns["k_gamma_sample"] = (("sample", "definition", "pair"), rows)
     result = dataset(
         columns,
-        coords | further.coords | {"worst": np.arange(1, len(value) + 1), "reference": list(reference or {})},
+        {**coords, **further.coords, "worst": np.arange(1, len(value) + 1)},
         verb="tolerance",
         options={"samples": plan.samples, "seed": seed, "method": method, "sampler": sampler, "effects": chosen},
         provenance=train_provenance(train),
-        warnings=[*train.warnings, *_warnings(tally, samples, plan)],
+        warnings=[*drawn.warnings, *_warnings(tally, samples, plan)],
     )
     return result.assign_attrs(
         samples=plan.samples,
@@ -153,31 +158,32 @@ def tolerance(
         method=method,
         scrambles=plan.scrambles,
         confidence=CONFIDENCE,
-        job=job_hash(job),
-        processor=_processor(),
+        job=hash_of(job),
+        processor=machine(),
         blas_threads=threads,
         left_out=json.dumps(further.left_out),
         effect_samples=further.samples,
     )
 
 
+def _part(progress: Progress, start: float, end: float) -> Progress:
+    """Progress of one part of the work, from and to a share of the whole."""
+    return None if progress is None else lambda done: progress(start + (end - start) * done)
+
+
 def sampled(
-    drawn: SampleMap,
-    plan: SamplingPlan,
-    run: Callable[..., Any],
-    *,
-    progress: Progress = None,
+    drawn: SampleMap, plan: SamplingPlan, pieces: Iterator[tuple[int, Mapping[str, NDArray[Any]]]]
 ) -> tuple[SampleTally, Array | None]:
     """Statistics of all pieces, and raw K (samples, D, g) [1] where it was kept and fits in memory.
 
     Parameters
     ----------
-    run : as `run_blocks` with a job: yields (number, arrays) of the pieces in their order.
+    pieces : number and arrays of each in their order, as of `run_blocks`.
     """
     tally = SampleTally(plan=plan, definitions=len(DEFINITIONS), groups=len(drawn.pair), meshes=len(drawn.mesh))
     raw: list[Array] = []
     fits = _raw_numbers(plan, drawn) <= _MOST_RAW
-    for piece, found in run(progress=progress):
+    for piece, found in pieces:
         tally.add(piece, found)
         if "k" in found and fits:
             raw.append(np.asarray(found["k"]))
@@ -258,17 +264,16 @@ def _statistics(drawn: SampleMap, tally: SampleTally, limit: Array) -> tuple[Col
     return columns, coords
 
 
-def _worst_columns(value: Array, number: NDArray[np.int64], found: Sequence[Mapping[str, object]]) -> Columns:
+def _worst_columns(
+    value: Array, number: NDArray[np.int64], found: Sequence[Mapping[str, object]], load: Array
+) -> Columns:
     texts = np.array([json.dumps(dict(one), default=str) for one in found], dtype=object)
     return {
         "worst_k_gamma": ("worst", value),
         "worst_sample": ("worst", number),
         "worst_overrides": ("worst", texts),
+        "worst_load_sharing": (("worst", "mesh"), load),
     }
-
-
-def _references(reference: Mapping[str, float]) -> Columns:
-    return {"reference_k_gamma": ("reference", np.array(list(reference.values()), dtype=float))}
 
 
 def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[str]:
@@ -278,14 +283,3 @@ def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[str]:
     if tally.failed:
         messages.append(f"{tally.failed} of {tally.done} samples have no solution and count nowhere")
     return messages
-
-
-def _processor() -> str:
-    """Kind of CPU: results have the same bits on the same kind."""
-    name = platform.processor()
-    if os.path.exists("/proc/cpuinfo"):
-        with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
-            name = next((line.partition(":")[2].strip() for line in file if line.startswith("model name")), name)
-    return f"{platform.machine()} {name}".strip()
-
-

@@ -142,7 +142,10 @@ def test_bands_shrink_with_the_root_of_the_samples(sampler: Sampler, fastest: fl
     widths, errors = [], []
     true = 1 + excess_of_four(0.95)
     for size in sizes:
-        bands = [tally_of(size, seed=seed, sampler=sampler, meshes=False).quantile_bands(np.array([0.95])) for seed in range(4)]
+        bands = [
+            tally_of(size, seed=seed, sampler=sampler, meshes=False).quantile_bands(np.array([0.95]))
+            for seed in range(4)
+        ]
         widths.append(np.mean([band.high[0, 0, 0] - band.low[0, 0, 0] for band in bands]))
         errors.append(max(abs(band.value[0, 0, 0] - true) / (band.high[0, 0, 0] - band.low[0, 0, 0]) for band in bands))
     exponent = np.polyfit(np.log(sizes), np.log(widths), 1)[0]
