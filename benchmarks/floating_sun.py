@@ -88,7 +88,7 @@ class FloatingSun:
             k=load.max(axis=2, keepdims=True),
             load=load,
             least=force,
-            open=(force <= 0).any(axis=1),
+            open=np.asarray((force <= 0).any(axis=1)),
             failed=np.zeros(len(u), bool),
         )
 

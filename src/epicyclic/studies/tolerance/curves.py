@@ -167,4 +167,4 @@ _LEAST_BEYOND = 8
 
 def _system_quantiles(k: Array, probability: Array) -> Array:
     """Quantiles of the train by the first definition, (P,)."""
-    return _quantiles(k[:, :1], probability)[0, -1]
+    return np.asarray(_quantiles(k[:, :1], probability)[0, -1])

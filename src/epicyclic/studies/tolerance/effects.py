@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -135,7 +136,7 @@ def _shares(
 
 def _deviation(entry: Any) -> float:
     """Standard deviation of a drawing entry, own and common draws together, in SI."""
-    return float(np.hypot(*(0.0 if one is None else one.std for one in (entry.own, entry.common))))
+    return math.hypot(*(one.std for one in (entry.own, entry.common) if one is not None))
 
 
 def _supports(train: Train) -> dict[str, float]:

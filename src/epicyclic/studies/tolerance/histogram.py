@@ -83,7 +83,7 @@ def coarse_edges() -> Array:
 
 def packed(index: Index) -> Index:
     """Sorted differences of indices along the last axis: a histogram of few counts, which a store compresses well."""
-    return np.diff(np.sort(index, axis=-1), axis=-1, prepend=np.int32(0))
+    return np.asarray(np.diff(np.sort(index, axis=-1), axis=-1, prepend=np.int32(0)), dtype=np.int32)
 
 
 def unpacked(differences: Index) -> Index:
@@ -115,7 +115,7 @@ def quantiles(bins: tuple[Counts, Array, Array], probability: Array) -> Array:
     bounded = np.isfinite(low) & np.isfinite(high)
     with np.errstate(invalid="ignore"):
         inside = low + share * (high - low)
-    return np.where(bounded, inside, np.where(np.isfinite(low), high, low))
+    return np.asarray(np.where(bounded, inside, np.where(np.isfinite(low), high, low)))
 
 
 def fraction_below(counts: Counts, edges: Array, value: Array) -> Array:

@@ -38,8 +38,9 @@ def variance_shares(
 
     Parameters
     ----------
-    evaluate : (S, d) uniforms -> (S, ...) scalars; rows with nan are left out.  group : (d,) group of each uniform, from
-        0.  plan : of one scramble's rows and seed.  groups : number of groups E.
+    evaluate : (S, d) uniforms -> (S, ...) scalars; rows with nan are left out.
+    group : (d,) group of each uniform, from 0.  groups : number of groups E.
+    plan : of one scramble's rows and seed.
     """
     drawn = scramble_uniforms(plan, 0, 2 * group.size)
     first, second = drawn[:, : group.size], drawn[:, group.size :]

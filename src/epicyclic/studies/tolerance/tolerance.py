@@ -110,7 +110,6 @@ def tolerance(
         count=plan.pieces,
         compute=partial(piece_of_samples, drawn, plan, method, raw),
     )
-    part = 1.0 if chosen == "none" else _SAMPLING
     share = 1.0 if chosen == "none" else _SAMPLING
     with one_thread() as threads:
         blocks = run_blocks(
