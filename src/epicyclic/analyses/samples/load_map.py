@@ -121,10 +121,10 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     lines = (*system.lines, *columns)
     frequency = turning_frequencies(system, lines)
     place = {f: i for i, f in enumerate(frequency)}
-    found = np.array([_stretch(system, flexible, own, line) for line in lines], complex).reshape(len(lines), m + c + own.size)
-    kind = np.array(
-        [STILL if not line.frequency else place.get(line.frequency, LEFT_OUT) for line in lines], np.int64
+    found = np.array([_stretch(system, flexible, own, line) for line in lines], complex).reshape(
+        len(lines), m + c + own.size
     )
+    kind = np.array([STILL if not line.frequency else place.get(line.frequency, LEFT_OUT) for line in lines], np.int64)
     base = len(system.lines)
     opening = np.zeros(flexible.stiffness.size)
     opening[m : m + c] = meshes.backlash[far.mesh]
@@ -175,8 +175,8 @@ def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], lin
     """
     own = line.link_gap[links]
     # errors of links that vary are gaps of rows here, no forces
+    require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system.dofs.names)
     force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * own)
-    require_balance(flexible.free, np.array([force.real, force.imag]), system.dofs.names)
     return _closed(flexible, np.concatenate([system.flank_gaps(line), own]), flexible.gap_of_force @ force)
 
 

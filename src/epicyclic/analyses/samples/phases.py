@@ -47,9 +47,7 @@ def slow_phases(frequency: Sequence[Fraction]) -> SlowPhases:
             joined, tied = [place], []
         sets = [part for part in sets if part not in tied] + [joined]
     return SlowPhases(
-        sets=tuple(
-            tuple(zip(part, _orders([frequency[i] for i in part]), strict=True)) for part in sorted(sets)
-        )
+        sets=tuple(tuple(zip(part, _orders([frequency[i] for i in part]), strict=True)) for part in sorted(sets))
     )
 
 
