@@ -9,9 +9,10 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...analyses.samples.law_contact import LawMap, law_map
 from ...analyses.samples.load_map import LoadMap, load_map
 from ...analyses.samples.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
-from ...analyses.static.tangent import linear
+from ...analyses.static.tangent import linear, linear_columns
 from ...assemble import assemble
 from ...assemble.unit_lines import unit_lines
 from ...errors import ModelError
@@ -71,6 +72,7 @@ class ToleranceMap:
     sources, moved : what entries draw.  correlations : of own draws.  column : (C,) number of the sources' sizes that each column of the map follows.
     rows : (V,) rows of the map whose stiffness varies.  load_map : of the train with every torque and stiffness at its
         mean.  chosen : (g,) its groups that carry load.
+    laws, tables : of a train whose links have laws, and of one whose meshes have tables, which ``static`` asks too.
     """
 
     entries: tuple[Tolerance, ...]
@@ -86,6 +88,8 @@ class ToleranceMap:
     rows: NDArray[np.int64]
     load_map: LoadMap
     chosen: NDArray[np.int64]
+    laws: LawMap | None
+    tables: LawMap | None
 
     def evaluate(
         self, u: ArrayLike, *, scale: ArrayLike | None = None, torque: float = 1.0, method: ContactMethod = "auto"
@@ -184,7 +188,7 @@ class ToleranceMap:
         sizes = np.zeros((SAMPLES, int(self.column.max(initial=-1)) + 1))
         for source in self.sources:
             source.add(sizes, {name: drawn[entry] for name, entry in source.entry.items()})
-        factors = np.zeros((SAMPLES, len(self.load_map.column)))
+        factors = np.zeros((SAMPLES, len(self.load_map.stretch.column)))
         factors[:, : self.column.size] = sizes[:, self.column]
         stiffness = np.tile(self.load_map.flexible.stiffness[self.rows], (SAMPLES, 1))
         for one in self.moved:
@@ -193,7 +197,14 @@ class ToleranceMap:
             if one.column >= 0:
                 factors[:, one.column] = torque * change
         found = sample_loads(
-            self.load_map, factors, torque=torque, rows=self.rows, stiffness=stiffness, method=method, count=S
+            self.load_map,
+            factors,
+            torque=torque,
+            rows=self.rows,
+            stiffness=stiffness,
+            method=method,
+            count=S,
+            laws=self.tables if method == "static" and self.tables is not None else self.laws,
         )
         return _values(found, self.chosen, S)
 
@@ -254,12 +265,16 @@ def tolerance_map(train: Train) -> ToleranceMap:
         displacements=tuple(one for one in unit_train.displacements if one.path not in tables),
         mesh_errors=tuple(one for one in unit_train.mesh_errors if one.path not in tables),
     )
-    base = linear(assemble(bare))
+    exact = assemble(bare)
+    base = linear(exact)
     shifts = [shift_of(document, at_means, entries[place], planet) for place, planet in moved]
     links = np.flatnonzero(np.any([shift.link for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
     meshes = np.flatnonzero(np.any([shift.mesh for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
-    forces = [_torque_line(base, shift.force) for shift in shifts if shift.force.any()]
-    made = load_map(base, [*unit_lines(unit_train, items), *forces], links=links)
+    columns = [
+        *unit_lines(unit_train, items),
+        *(_torque_line(exact, shift.force) for shift in shifts if shift.force.any()),
+    ]
+    made = load_map(base, linear_columns(exact, columns), links=links)
     loaded = np.flatnonzero(nominal_signs(made)[1])
     if not loaded.size:
         allowed = "a torque"
@@ -279,6 +294,8 @@ def tolerance_map(train: Train) -> ToleranceMap:
         rows=np.concatenate([meshes, made.mesh_count + made.far.size + np.arange(links.size)]).astype(np.int64),
         load_map=made,
         chosen=loaded,
+        laws=law_map(exact, columns) if exact.groups else None,
+        tables=law_map(exact, columns, tables=True) if exact.meshes.laws else None,
     )
 
 
