@@ -11,7 +11,7 @@ are left out: their phase is that of the mesh cycle, whose mean this is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -21,49 +21,34 @@ from numpy.typing import NDArray
 from ...system.faces import Faces, faces
 from ...system.system import Array, ComplexArray, Line, System
 from ..static.both_flanks import held_train
-from ..static.equilibrium import Compliance, compliance, require_balance
+from ..static.equilibrium import Compliance, Values, compliance, require_balance
 from ..static.record import MeshGroup, parallel_meshes
 
-__all__ = ["LoadMap", "group_names", "load_map", "turning_frequencies"]
+__all__ = ["LineMap", "LoadMap", "group_names", "line_map", "load_map", "turning_frequencies"]
 
 # Columns of a line that is left out, of one that stands still, and from 0 on of the turning frequencies.
 LEFT_OUT, STILL = -2, -1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LoadMap:
-    """Stretches of M rows: m loaded flanks, c far flanks, l links whose stiffness varies.
+class LineMap:
+    """Q numbers that follow the lines of a System and columns beside them, in the unit of the numbers.
 
-    flexible : the train seen from these rows, loaded flanks and links closed.
-    mesh_count, far : m; (c,) mesh row of each far flank.  far_stiffness : (c,) of one that presses [N/m].
-    still, torque : (M,) stretch without the torques, and what they add [m].
-    frequency : (G,) of what turns, exact [Hz].  turning : (G, M) amplitudes of what the System holds [m].
-    column : (C, M) complex stretch per unit of each column.  column_line : (C,) place of its frequency in `frequency`,
+    still, torque : (Q,) what stands still without the torques, and what they add.
+    frequency : (G,) of what turns, exact [Hz].  turning : (G, Q) amplitudes that the System holds.
+    column : (C, Q) complex, per unit of each column.  column_line : (C,) place of its frequency in `frequency`,
         -1 where it stands still, -2 where it is at a mesh order and left out.
-    face, group, pair : whole meshes (w,), groups of them that share a load (g,) and their names.
     """
 
-    flexible: Compliance
-    mesh_count: int
-    far: NDArray[np.int64]
-    far_stiffness: Array
     still: Array
     torque: Array
     frequency: tuple[Fraction, ...]
     turning: ComplexArray
     column: ComplexArray
     column_line: NDArray[np.int64]
-    face: Faces
-    group: tuple[MeshGroup, ...]
-    pair: tuple[str, ...]
 
-    @property
-    def rows(self) -> int:
-        """Number M of rows."""
-        return len(self.flexible.stiffness)
-
-    def stretches(self, factors: Array, torque: float | Array = 1.0) -> tuple[Array, ComplexArray]:
-        """Stretch that stands still (S, M) and amplitudes of what turns (G, S, M) [m] of samples.
+    def values(self, factors: Array, torque: float | Array = 1.0) -> tuple[Array, ComplexArray]:
+        """What stands still (S, Q) and amplitudes of what turns (G, S, Q) of samples.
 
         Parameters
         ----------
@@ -73,7 +58,7 @@ class LoadMap:
         standing = self.column_line == STILL
         still = self.still + np.multiply.outer(np.broadcast_to(torque, S), self.torque)
         still += factors[:, standing] @ self.column[standing].real
-        turning = np.empty((len(self.frequency), S, self.rows), complex)
+        turning = np.empty((len(self.frequency), S, self.still.size), complex)
         for place in range(len(self.frequency)):
             own = self.column_line == place
             x = factors[:, own]
@@ -81,6 +66,60 @@ class LoadMap:
             turning[place].imag = x @ self.column[own].imag
             turning[place] += self.turning[place]
         return still, turning
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadMap:
+    """Stretches of M rows: m loaded flanks, c far flanks, l links whose stiffness varies.
+
+    flexible : the train seen from these rows, loaded flanks and links closed.
+    mesh_count, far : m; (c,) mesh row of each far flank.  far_stiffness : (c,) of one that presses [N/m].
+    stretch : of the M rows [m].
+    face, group, pair : whole meshes (w,), groups of them that share a load (g,) and their names.
+    """
+
+    flexible: Compliance
+    mesh_count: int
+    far: NDArray[np.int64]
+    far_stiffness: Array
+    stretch: LineMap
+    face: Faces
+    group: tuple[MeshGroup, ...]
+    pair: tuple[str, ...]
+
+
+def line_map(
+    system: System,
+    columns: Sequence[Line],
+    value: Callable[[Line], ComplexArray],
+    *,
+    constant: Array,
+    torque: Array,
+) -> LineMap:
+    """Numbers (Q,) that are linear in lines, of the lines of a System and of columns.
+
+    Parameters
+    ----------
+    value : line -> (Q,).  constant : (Q,) without any line or torque.  torque : (Q,) of the torques.
+    """
+    lines = (*system.lines, *columns)
+    frequency = turning_frequencies(system, lines)
+    place = {f: i for i, f in enumerate(frequency)}
+    found = np.array([value(line) for line in lines], complex).reshape(len(lines), constant.size)
+    kind = np.array([STILL if not line.frequency else place.get(line.frequency, LEFT_OUT) for line in lines], np.int64)
+    base = len(system.lines)
+    turning = np.zeros((len(frequency), constant.size), complex)
+    for line, values in zip(kind[:base].tolist(), found[:base], strict=True):
+        if line >= 0:
+            turning[line] += values
+    return LineMap(
+        still=constant + found[:base][kind[:base] == STILL].real.sum(axis=0),
+        torque=torque,
+        frequency=frequency,
+        turning=turning,
+        column=found[base:],
+        column_line=kind[base:],
+    )
 
 
 def group_names(system: System) -> tuple[str, ...]:
@@ -116,35 +155,22 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     meshes, far = system.meshes, system.far_flanks
     m, c = len(meshes.name), far.mesh.size
     flexible = _flexible(system, own)
-    held = flexible.free
-    require_balance(held, system.force[None], system.dofs.names)
-    lines = (*system.lines, *columns)
-    frequency = turning_frequencies(system, lines)
-    place = {f: i for i, f in enumerate(frequency)}
-    found = np.array([_stretch(system, flexible, own, line) for line in lines], complex).reshape(
-        len(lines), m + c + own.size
-    )
-    kind = np.array([STILL if not line.frequency else place.get(line.frequency, LEFT_OUT) for line in lines], np.int64)
-    base = len(system.lines)
-    opening = np.zeros(flexible.stiffness.size)
+    require_balance(flexible.free, system.force[None], system.dofs.names)
+    none = np.zeros(flexible.stiffness.size)
+    opening = none.copy()
     opening[m : m + c] = meshes.backlash[far.mesh]
-    still = _closed(flexible, opening, np.zeros(flexible.stiffness.size))
-    still += found[:base][kind[:base] == STILL].real.sum(axis=0)
-    turning = np.zeros((len(frequency), still.size), complex)
-    for line, values in zip(kind[:base].tolist(), found[:base], strict=True):
-        if line >= 0:
-            turning[line] += values
     return LoadMap(
         flexible=flexible,
         mesh_count=m,
         far=far.mesh,
         far_stiffness=meshes.stiffness[far.mesh],
-        still=still,
-        torque=_closed(flexible, np.zeros(still.size), flexible.gap_of_force @ system.force),
-        frequency=frequency,
-        turning=turning,
-        column=found[base:],
-        column_line=kind[base:],
+        stretch=line_map(
+            system,
+            columns,
+            lambda line: _stretch(system, flexible, own, line),
+            constant=_closed(flexible, opening, none),
+            torque=_closed(flexible, none, flexible.gap_of_force @ system.force),
+        ),
         face=faces(meshes),
         group=tuple(parallel_meshes(meshes)),
         pair=group_names(system),
@@ -175,12 +201,12 @@ def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], lin
     """
     own = line.link_gap[links]
     # errors of links that vary are gaps of rows here, no forces
+    require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system.dofs.names)
     force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * own)
-    require_balance(flexible.free, np.array([force.real, force.imag]), system.dofs.names)
     return _closed(flexible, np.concatenate([system.flank_gaps(line), own]), flexible.gap_of_force @ force)
 
 
-def _closed(flexible: Compliance, gap: Array, free_gap: Array) -> Array:
+def _closed(flexible: Compliance, gap: Values, free_gap: Values) -> Values:
     """Stretch (M,) of all rows where each has its stiffness of `flexible`; gap, free_gap : (M,) [m]."""
-    stretch: Array = free_gap + flexible.to_mesh @ (flexible.stiffness * gap) - gap
+    stretch: Values = free_gap + flexible.to_mesh @ (flexible.stiffness * gap) - gap
     return stretch

@@ -9,15 +9,17 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...analyses.samples.law_contact import LawMap, law_map
 from ...analyses.samples.load_map import LoadMap, load_map
 from ...analyses.samples.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
-from ...analyses.static.tangent import linear
+from ...analyses.static.tangent import linear, linear_columns
 from ...assemble import assemble
 from ...assemble.unit_lines import unit_lines
 from ...errors import ModelError
+from ...model.correlation import Correlations
 from ...model.tolerances import Tolerance
 from ...resolve import load
-from ...resolve.tolerances import tolerances_of
+from ...resolve.tolerances import correlations_of, tolerances_of
 from ...system.system import Array, Line, System
 from ...train.train import Train
 from .sources import Kind, Source, drawn_paths, sources_of, unit_deviations, unit_overrides
@@ -67,9 +69,10 @@ class ToleranceMap:
     entries : drawing entries (E,).  dimension_entry : (d,) entry of every uniform number.
     mesh : (w,) names of the whole meshes.  pair, group : (g,) groups that carry load, their names and meshes.
     warnings : of the train, of tangents taken, of tolerances without effect.
-    sources, moved : what entries draw.  column : (C,) number of the sources' sizes that each column of the map follows.
+    sources, moved : what entries draw.  correlations : of own draws.  column : (C,) number of the sources' sizes that each column of the map follows.
     rows : (V,) rows of the map whose stiffness varies.  load_map : of the train with every torque and stiffness at its
         mean.  chosen : (g,) its groups that carry load.
+    laws, tables : of a train whose links have laws, and of one whose meshes have tables, which ``static`` asks too.
     """
 
     entries: tuple[Tolerance, ...]
@@ -80,10 +83,13 @@ class ToleranceMap:
     warnings: tuple[str, ...]
     sources: tuple[Source, ...]
     moved: tuple[Moved, ...]
+    correlations: tuple[Correlations, ...]
     column: NDArray[np.int64]
     rows: NDArray[np.int64]
     load_map: LoadMap
     chosen: NDArray[np.int64]
+    laws: LawMap | None
+    tables: LawMap | None
 
     def evaluate(
         self, u: ArrayLike, *, scale: ArrayLike | None = None, torque: float = 1.0, method: ContactMethod = "auto"
@@ -156,6 +162,9 @@ class ToleranceMap:
         """Draws (S, count) of every entry [SI]."""
         found: list[NDArray[np.inexact]] = []
         at = 0
+        first = {entry.path: int(np.searchsorted(self.dimension_entry, i)) for i, entry in enumerate(self.entries)}
+        for correlation in self.correlations:
+            u = correlation.applied(u, first)
         for entry, factor in zip(self.entries, scale, strict=True):
             value: NDArray[np.inexact] = np.zeros((len(u), 1))
             if entry.own is not None:
@@ -179,7 +188,7 @@ class ToleranceMap:
         sizes = np.zeros((SAMPLES, int(self.column.max(initial=-1)) + 1))
         for source in self.sources:
             source.add(sizes, {name: drawn[entry] for name, entry in source.entry.items()})
-        factors = np.zeros((SAMPLES, len(self.load_map.column)))
+        factors = np.zeros((SAMPLES, len(self.load_map.stretch.column)))
         factors[:, : self.column.size] = sizes[:, self.column]
         stiffness = np.tile(self.load_map.flexible.stiffness[self.rows], (SAMPLES, 1))
         for one in self.moved:
@@ -188,7 +197,14 @@ class ToleranceMap:
             if one.column >= 0:
                 factors[:, one.column] = torque * change
         found = sample_loads(
-            self.load_map, factors, torque=torque, rows=self.rows, stiffness=stiffness, method=method, count=S
+            self.load_map,
+            factors,
+            torque=torque,
+            rows=self.rows,
+            stiffness=stiffness,
+            method=method,
+            count=S,
+            laws=self.tables if method == "static" and self.tables is not None else self.laws,
         )
         return _values(found, self.chosen, S)
 
@@ -224,7 +240,7 @@ def tolerance_map(train: Train) -> ToleranceMap:
     ------
     ModelError : no tolerance; a path that is neither deviation, torque nor stiffness; no load.
     """
-    entries = tolerances_of(train)
+    entries, document = tolerances_of(train), {k: v for k, v in train.document.items() if k != "tolerance"}
     if not entries:
         raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
     tables: dict[str, tuple[Kind, list[str]]] = {}
@@ -240,21 +256,25 @@ def tolerance_map(train: Train) -> ToleranceMap:
     at_means: dict[str, object] = {
         entries[place].path: values_text([_mean(entries[place])], entries[place].unit) for place, _ in moved
     }
-    unit_train = load(train.document, {**at_means, **unit_overrides(tables, train.document)})
+    unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
     items, keys = unit_deviations(unit_train, tables)
     names = list(dict.fromkeys(keys))
-    sources, notes = sources_of(train, tables, of_table, names)
+    sources, notes = sources_of(document, tables, of_table, names)
     bare = replace(
         unit_train,
         displacements=tuple(one for one in unit_train.displacements if one.path not in tables),
         mesh_errors=tuple(one for one in unit_train.mesh_errors if one.path not in tables),
     )
-    base = linear(assemble(bare))
-    shifts = [shift_of(train.document, at_means, entries[place], planet) for place, planet in moved]
+    exact = assemble(bare)
+    base = linear(exact)
+    shifts = [shift_of(document, at_means, entries[place], planet) for place, planet in moved]
     links = np.flatnonzero(np.any([shift.link for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
     meshes = np.flatnonzero(np.any([shift.mesh for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
-    forces = [_torque_line(base, shift.force) for shift in shifts if shift.force.any()]
-    made = load_map(base, [*unit_lines(unit_train, items), *forces], links=links)
+    columns = [
+        *unit_lines(unit_train, items),
+        *(_torque_line(exact, shift.force) for shift in shifts if shift.force.any()),
+    ]
+    made = load_map(base, linear_columns(exact, columns), links=links)
     loaded = np.flatnonzero(nominal_signs(made)[1])
     if not loaded.size:
         allowed = "a torque"
@@ -268,11 +288,14 @@ def tolerance_map(train: Train) -> ToleranceMap:
         group=tuple(made.group[i] for i in loaded),
         warnings=(*base.warnings, *notes),
         sources=tuple(sources),
+        correlations=correlations_of(train),
         moved=tuple(_moved(moved, shifts, meshes, links, len(keys))),
         column=np.array([place_of[key] for key in keys], np.int64),
         rows=np.concatenate([meshes, made.mesh_count + made.far.size + np.arange(links.size)]).astype(np.int64),
         load_map=made,
         chosen=loaded,
+        laws=law_map(exact, columns) if exact.groups else None,
+        tables=law_map(exact, columns, tables=True) if exact.meshes.laws else None,
     )
 
 

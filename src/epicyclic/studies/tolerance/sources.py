@@ -92,7 +92,7 @@ class Source:
             z = values.pop("")
             values |= {"x": np.asarray(z).real, "y": np.asarray(z).imag}
         return {
-            self.table if self.kind == "gap" else f"{self.table}.{name}": values_text(
+            self.table if self.kind in ("gap", "nothing") else f"{self.table}.{name}": values_text(
                 np.asarray(value, float).tolist(), "rad" if name == "phase" else self.unit
             )
             for name, value in values.items()
@@ -127,12 +127,14 @@ def drawn_paths(path: str, *, vector: bool) -> tuple[str, str, Kind]:
             return path, "gap", "gap"
         if ".errors." in path and last in ("amplitude", "phase"):
             return head, last, "error"
-        if head.endswith(".profile"):
-            return head, last, "nothing"
+        if (path if last == "profile" else head).endswith(".profile"):
+            return path, last, "nothing"
+    elif last in _VECTORS:  # a number stands for the amplitude
+        return path, "amplitude", "vector"
     elif head.rpartition(".")[2] in _VECTORS and last in ("x", "y", "z", "amplitude", "phase"):
         return head, last, "vector"
-    elif head.endswith(".unbalance"):
-        return head, last, "nothing"
+    elif (path if last == "unbalance" else head).endswith(".unbalance"):
+        return path, last, "nothing"
     raise ModelError(
         "what it changes has no columns",
         path=f"tolerance.{path}",
@@ -228,7 +230,7 @@ def _displaced_units(item: Displacement) -> list[tuple[str, Displacement]]:
 
 
 def sources_of(
-    train: Train,
+    document: Mapping[str, object],
     tables: Mapping[str, tuple[Kind, Sequence[str]]],
     entries: Mapping[str, Mapping[str, int]],
     keys: Sequence[tuple[str, int | None, str]],
@@ -239,11 +241,11 @@ def sources_of(
 
     Parameters
     ----------
-    train : as the file states it.  entries : table -> component -> index of its entry.
+    document : of the file.  entries : table -> component -> index of its entry.
     keys : of every column, as of `unit_deviations`, each once.
     """
     place = {key: i for i, key in enumerate(keys)}
-    nominal = read(train.document).model.deviations
+    nominal = read(document).model.deviations
     found, warnings = [], []
     for table, (kind, _) in tables.items():
         branches = sorted({branch for path, branch, _ in keys if path == table and branch is not None})

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...analyses.static.tangent import linear
 from ...assemble import assemble
 from ...errors import ModelError
 from ...model.tolerances import Tolerance
@@ -66,11 +65,10 @@ def shift_of(
         step = abs(mean) / 2
 
     def loaded(value: float) -> System:
-        """The linear System with another value of that number."""
+        """The System with another value of that number."""
         numbers = [mean] * entry.count
         numbers[planet] = value
-        found = assemble(load(document, {**at_means, entry.path: values_text(numbers, entry.unit)}))
-        return linear(found)
+        return assemble(load(document, {**at_means, entry.path: values_text(numbers, entry.unit)}))
 
     base = loaded(mean)
     values = [_changes(entry.path, base, loaded(mean + part * step)) for part in (1.0, 0.5)]
@@ -102,10 +100,13 @@ def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Arra
         and _equal(base.links.B, other.links.B)
         and _equal(base.meshes.backlash, other.meshes.backlash)
         and _equal(base.M, other.M)
+        and [(group.name, repr(group.law)) for group in base.groups] == [(g.name, repr(g.law)) for g in other.groups]
         and [line.frequency for line in base.lines] == [line.frequency for line in other.lines]
     )
     if same:
         mesh = other.meshes.stiffness - base.meshes.stiffness
+        for part in base.meshes.laws:  # a tangent that follows the load: that of the mean load stays
+            mesh[part.rows] = 0.0
         link = other.links.stiffness - base.links.stiffness
         L = base.links.B
         same = _equal(other.K - (L * link) @ L.T, base.K)
