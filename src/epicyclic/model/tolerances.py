@@ -13,7 +13,7 @@ from typing import Any
 
 from ..errors import ModelError
 from .bare_numbers import Probe, bare_in, likely_text
-from .distributions import FORMS, VECTORS, Distribution, StandardGrade, read_distribution
+from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
 from .names import Names, collect, nearest
 from .shorthand import TOLERANCE_TABLES, expand
 from .tables import PlainTable, leaves, nested
@@ -26,7 +26,6 @@ _NUMBER = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]{1,4})?\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
 _TURNING = ("run_out", "bearing_run_out")  # those that turn with the planet, so that a tooth can be marked
 _SHARED = ("own", "common", "phase")
-_PHASES = ("random", "marked")
 _ENTRY = '"DISTRIBUTION" or { own = "DISTRIBUTION", common = "DISTRIBUTION", phase = "random" or "marked" }'
 _MOST_PRICE = 1e15
 
@@ -288,8 +287,8 @@ def _texts(value: object, where: str) -> tuple[dict[str, object], str]:
     if not texts:
         raise ModelError("says nothing", path=where, given=_shown(value), allowed=_ENTRY)
     phase = value.get("phase", "random")
-    if phase not in _PHASES:
-        raise ModelError("no phase of assembly", path=f"{where}.phase", given=phase, allowed=" or ".join(_PHASES))
+    if phase not in PHASES:
+        raise ModelError("no phase of assembly", path=f"{where}.phase", given=phase, allowed=" or ".join(PHASES))
     return texts, str(phase)
 
 
