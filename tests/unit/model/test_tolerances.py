@@ -48,7 +48,7 @@ def test_taken(path: str, text: str) -> None:
         (RUN_OUT, "normal(0, wide)", "not a number with a unit", "length"),
         (RUN_OUT, "normal(0)", "not a distribution", "uniform(low, high)"),
         (RUN_OUT, "triangle(0, 1 um)", "not a distribution", "uniform(low, high)"),
-        (RUN_OUT, 12, "not a text", "a text"),
+        (RUN_OUT, 12, "not a distribution", "uniform(low, high)"),
         ("stages.main.sun.inertia", "normal(663 kg, 3 kg m^2)", "mixes kinds", "kg m^2 or kg"),
         ("stages.main.sun.profile_shift", "normal(0.1 mm, 0.01)", "another kind", "number"),
         ("deviations.main.sun.position.q", "normal(0, 1 um)", "no such path", "a path a number can stand at"),

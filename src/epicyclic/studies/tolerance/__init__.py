@@ -1,1 +1,1 @@
-"""Tolerances of the drawing: columns, sampling, statistics of K_gamma, and the cheapest grades that meet a target."""
+"""Tolerances of the drawing to distributions of the mesh-load factor: sampling, statistics, what each entry buys."""
