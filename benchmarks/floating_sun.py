@@ -40,6 +40,11 @@ class FloatingSun:
     force: float = 1.0
 
     @property
+    def correlations(self) -> tuple[Any, ...]:
+        """None."""
+        return ()
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """None."""
         return ()

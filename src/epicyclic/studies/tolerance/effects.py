@@ -124,14 +124,25 @@ def _counter(progress: Callable[[float], None] | None, of: int) -> Callable[[], 
 def _shares(
     drawn: SampleMap, plan: SamplingPlan, method: Method
 ) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
-    """Variance shares of K_gamma by drawing entry."""
-    count = len(drawn.entries)
+    """Variance shares of K_gamma by drawing entry; correlated entries share one number."""
+    paths = [one.path for one in drawn.entries]
+    group = np.arange(len(paths))
+    left_out = {}
+    for one in drawn.correlations:
+        members = np.isin(paths, one.paths)
+        group[members] = group[members].min()
+        left_out[f"sobol_first, {', '.join(one.paths)}"] = "correlated: the shares of all of them together"
+    _, group = np.unique(group, return_inverse=True)
+    count = int(group.max()) + 1
     found = variance_shares(
-        lambda u: drawn.evaluate(u, method=method).k, drawn.dimension_entry, _few(plan, count + 2), groups=count
+        lambda u: drawn.evaluate(u, method=method).k,
+        group[drawn.dimension_entry],
+        _few(plan, count + 2),
+        groups=count,
     )
     over = ("definition", "pair", "tolerance")
-    columns = {"sobol_first": (over, found.first), "sobol_total": (over, found.total)}
-    return columns, {"tolerance": [one.path for one in drawn.entries]}, {}
+    columns = {"sobol_first": (over, found.first[..., group]), "sobol_total": (over, found.total[..., group])}
+    return columns, {"tolerance": paths}, left_out
 
 
 def _deviation(entry: Any) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from ...model.correlation import Correlations
     from ...model.tolerances import Tolerance
 
 __all__ = ["DEFINITIONS", "Method", "SampleMap", "SampledValues"]
@@ -62,6 +63,10 @@ class SampleMap(Protocol):
     @property
     def pair(self) -> tuple[str, ...]:
         """Names of the groups, pair and side, (g,)."""
+
+    @property
+    def correlations(self) -> tuple[Correlations, ...]:
+        """Groups of entries whose draws are correlated."""
 
     @property
     def warnings(self) -> tuple[str, ...]:

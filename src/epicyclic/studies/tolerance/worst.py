@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -48,11 +48,25 @@ def write_worst(
     paths = []
     for place, (changes, k, sample) in enumerate(zip(samples, value.tolist(), number.tolist(), strict=True), start=1):
         title = f"{train.title}, sample {sample}, K_gamma {k:.9g}"
-        drawn = load(dict(train.document), {**changes, "tolerance": None, "title": title})
+        drawn = load(_without_tolerances(train.document, changes), {**changes, "title": title})
         path = folder / f"worst-{place:02d}.toml"
         write_text(path, model_text(drawn.document))
         paths.append(path)
     return tuple(paths)
+
+
+def _without_tolerances(document: Mapping[str, object], changed: Iterable[str]) -> dict[str, object]:
+    """The tables of a file without its tolerances, and without reasons for what is drawn now."""
+    paths = [*changed, "tolerance"]
+    reasons = document.get("assumed", {})
+    assert isinstance(reasons, Mapping)
+    left = {
+        path: reason
+        for path, reason in reasons.items()
+        if not any(f"{one}.".startswith(f"{path}.") or f"{path}.".startswith(f"{one}.") for one in paths)
+    }
+    kept = {name: value for name, value in document.items() if name not in ("tolerance", "assumed")}
+    return {**kept, "assumed": left} if left else kept
 
 
 def make_folder(folder: Path) -> None:
