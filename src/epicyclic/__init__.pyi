@@ -12,6 +12,7 @@ from .show.report import write_report as write_report
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System
 from .train.train import Train as Train
+from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell
 from .verbs.check import check as check
 from .verbs.contact import contact as contact

@@ -25,6 +25,7 @@ __all__ = [
     "neighbours",
     "not_monotone",
     "order_statistic",
+    "total_price",
 ]
 
 Array = NDArray[np.float64]
@@ -87,11 +88,13 @@ class GradeColumns:
 
     base : (S, w) load factor of every mesh without the errors of the entries, w meshes.
     change : per entry (G_e, S, w), what each of its grades adds.  least : (E, S, w) the least of them.
+    order : (S,) place of every sample among those given.
     """
 
     base: Array
     change: tuple[Array, ...]
     least: Array
+    order: NDArray[np.int64]
 
     @classmethod
     def of(cls, base: Array, change: Sequence[Array]) -> GradeColumns:
@@ -100,7 +103,7 @@ class GradeColumns:
         order = np.argsort(-coarsest, kind="stable")
         kept = tuple(np.ascontiguousarray(one[:, order]) for one in change)
         least = np.stack([one.min(axis=0) for one in kept]) if kept else np.zeros((0, *base.shape))
-        return cls(base=np.ascontiguousarray(base[order]), change=kept, least=least)
+        return cls(base=np.ascontiguousarray(base[order]), change=kept, least=least, order=order)
 
     def factors(self, combination: Combination) -> Array:
         """Load factor of the most loaded mesh (S,), in the order of the columns."""
