@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .series import compact, engineering, numbers, texts
+from .series import Array, compact, engineering, numbers, texts
 from .style import INK, PALE, PALETTE, WARNING, figure, note
 from .tolerance_labels import percent, short_entries
 
@@ -20,19 +20,19 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `allocate`: total_price, reached_k_gamma, drawn_k_gamma, drawn_price; grade, finer_grade,
+    result : Dataset of `allocate`: target, total_price, found_k_gamma, drawn_k_gamma, drawn_price; grade, finer_grade,
         coarser_grade, extra_cost, saving, finer_k_gamma, coarser_k_gamma (tolerance); front_price, front_k_gamma
         (front) [1].
     """
-    price, reached, target = float(result["total_price"]), float(result["reached_k_gamma"]), result.attrs["target"]
+    price, found, target = (float(result[name]) for name in ("total_price", "found_k_gamma", "target"))
     p = percent(float(result.attrs["probability"]))
-    title = f"Kγ ≤ {engineering(float(target))} in {p} of the trains for {engineering(price)}"
+    title = f"Kγ ≤ {engineering(target)} in {p} of the trains for {engineering(price)}"
     drawn = figure(title, x="total price [-]", y=f"Kγ at {p} [-]", height=480)
     if "front_price" in result:
         x, y = numbers(result, "front_price"), numbers(result, "front_k_gamma")
-        look = {"line": {"color": PALE, "width": 1.5, "shape": "hv"}, "marker": {"size": 5, "color": PALE}}
+        step = {"line": {"color": PALE, "width": 1.5, "shape": "hv"}, "marker": {"size": 5, "color": PALE}}
         words = "cheapest for other targets"
-        trace = go.Scatter(x=compact(x, digits=7), y=compact(y, digits=6), mode="lines+markers", name=words, **look)
+        trace = go.Scatter(x=compact(x, digits=7), y=compact(y, digits=6), mode="lines+markers", name=words, **step)
         drawn.add_trace(trace)
     names = short_entries(texts(result, "tolerance"))
     for words, colour, sign, steps in (
@@ -40,17 +40,14 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
         ("one grade coarser", _COARSER, -1, ("coarser_grade", "saving", "coarser_k_gamma")),
     ):
         _add_neighbours(drawn, result, names, price, words, colour, sign, steps)
-    drawn_at = float(result["drawn_price"]) if "drawn_price" in result else np.nan
-    if np.isfinite(drawn_at):
-        look = {"symbol": "x", "size": 12, "color": INK}
-        y = [float(result["drawn_k_gamma"])]
-        drawn.add_trace(go.Scatter(x=[drawn_at], y=y, mode="markers", marker=look, name="as drawn"))
+    paid = float(result["drawn_price"]) if "drawn_price" in result else np.nan
+    if np.isfinite(paid):
+        as_drawn = {"x": [paid], "y": [float(result["drawn_k_gamma"])], "name": "as drawn"}
+        drawn.add_trace(go.Scatter(**as_drawn, mode="markers", marker={"symbol": "x", "size": 12, "color": INK}))
     star = {"symbol": "star", "size": 18, "color": PALETTE[1]}
-    drawn.add_trace(go.Scatter(x=[price], y=[reached], mode="markers", marker=star, name="the grades found"))
-    drawn.add_hline(y=float(target), line={"color": WARNING, "width": 1.5, "dash": "dash"})
-    note(
-        drawn, "target", x=1, xref="paper", xanchor="right", y=float(target), yanchor="bottom", font={"color": WARNING}
-    )
+    drawn.add_trace(go.Scatter(x=[price], y=[found], mode="markers", marker=star, name="the grades found"))
+    drawn.add_hline(y=target, line={"color": WARNING, "width": 1.5, "dash": "dash"})
+    note(drawn, "target", x=1, xref="paper", xanchor="right", y=target, yanchor="bottom", font={"color": WARNING})
     legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
     return drawn.update_layout(showlegend=True, legend=legend, margin={"t": 96})
 
@@ -76,8 +73,18 @@ def _add_neighbours(
             x=[price + sign * float(steps[i]) for i in kept],
             y=compact(values[kept], digits=6),
             **{"mode": "markers+text", "name": words, "marker": {"size": 9, "color": colour}},
-            **{"text": [names[i] for i in kept], "textposition": "top center", "textfont": {"size": 11}},
+            **{
+                "text": [names[i] for i in kept],
+                "textposition": _sides(price + sign * steps[kept]),
+                "textfont": {"size": 11},
+            },
             customdata=[f"{grades[i]}: {'+' if sign > 0 else '−'}{engineering(float(steps[i]))}" for i in kept],
             hovertemplate="%{text}, %{customdata}<br>Kγ %{y:.4f}<extra></extra>",
         )
     )
+
+
+def _sides(prices: Array) -> list[str]:
+    """Where the words of points (k,) stand: below and above in turn along the axis, so that neighbours keep apart."""
+    rank = np.argsort(np.argsort(prices))
+    return ["bottom center" if place % 2 == 0 else "top center" for place in rank]

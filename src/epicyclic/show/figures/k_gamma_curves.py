@@ -68,4 +68,4 @@ def finished(drawn: go.Figure, count: int) -> go.Figure:
         drawn.update_yaxes(title_text="Kγ [-]", row=row + 1, col=1)
     drawn.update_xaxes(showticklabels=True)
     legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": 0.99, "yanchor": "top", "yref": "container"}
-    return drawn.update_layout(showlegend=True, legend=legend, margin={"t": 84})
+    return drawn.update_layout(showlegend=True, legend=legend, margin={**drawn.layout.margin.to_plotly_json(), "t": 84})

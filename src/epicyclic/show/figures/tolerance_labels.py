@@ -9,10 +9,21 @@ import xarray as xr
 
 from .series import Array, texts
 
-__all__ = ["DRAWN", "even_bins", "of_definition", "percent", "short_entries", "system_quantiles"]
+__all__ = [
+    "DRAWN",
+    "even_bins",
+    "micrometres",
+    "of_definition",
+    "pair_labels",
+    "percent",
+    "short_entries",
+    "system_quantiles",
+]
 
 DRAWN = (0.5, 0.95, 0.99)
 """Probabilities of figures and key figures."""
+
+_TABLES = ("deviations", "stages", "operation", "meshes")
 
 
 def percent(probability: float) -> str:
@@ -21,11 +32,33 @@ def percent(probability: float) -> str:
 
 
 def short_entries(paths: Sequence[str]) -> list[str]:
-    """Drawing entries without their table; without their stage where all are of one."""
+    """Drawing entries in short: without table and kind of branch, without their stage where all are of one."""
     rows = [path.split(".") for path in paths]
-    rows = [row[1:] if row[0] in ("deviations", "stages") and len(row) > 2 else row for row in rows]
+    stages = {_stage(row) for row in rows}
+    dropped = {*_TABLES, *(stages if len(stages) == 1 else ())}
+    return [" ".join(word for word in row if word not in dropped).replace("_", "-") for row in rows]
+
+
+def _stage(row: Sequence[str]) -> str:
+    """``main`` of ``deviations.main.planet.position`` and of ``operation.torque.main.carrier``."""
+    return row[2] if row[0] == "operation" and len(row) > 3 else row[1] if len(row) > 1 else row[0]
+
+
+def pair_labels(names: Sequence[str]) -> list[str]:
+    """Groups of meshes, pair and side: ``main.meshes.sun-planet.left`` -> ``sun-planet L``; stages where several."""
+    rows = [name.split(".") for name in names]
     several = len({row[0] for row in rows}) > 1
-    return [" ".join(row if several or len(row) < 2 else row[1:]).replace("_", " ") for row in rows]
+    found = []
+    for stage, *rest in rows:
+        words = [word for word in rest if word != "meshes"] or [stage]
+        words = [word[0].upper() if word in ("left", "right") else word for word in words]
+        found.append(" ".join([stage, *words] if several and rest else words))
+    return found
+
+
+def micrometres(result: xr.Dataset) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Entries (tolerance,) whose spread is a length, so that a slope per micrometre means something."""
+    return np.array([unit == "m" for unit in texts(result, "tolerance_unit", "tolerance")], dtype=bool)
 
 
 def of_definition(result: xr.Dataset, definition: str = "") -> xr.Dataset:

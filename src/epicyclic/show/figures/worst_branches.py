@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
@@ -31,7 +32,7 @@ def worst_branches(result: xr.Dataset) -> go.Figure:
         drawn.add_trace(
             go.Bar(
                 x=[one.label.removeprefix("branch ") for one in own],
-                y=compact([one.values[0] for one in own]),
+                y=compact(np.array([one.values[0] for one in own])),
                 marker={"color": [branch_colour(one.branch) for one in own]},
                 text=[f"{one.values[0]:.2f}" for one in own],
                 textposition="outside",

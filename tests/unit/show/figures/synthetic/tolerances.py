@@ -65,25 +65,30 @@ def tolerance(planets: int = 5) -> xr.Dataset:
         "k_gamma_std": (("definition", "pair"), np.full((2, 2), factors.std())),
         "exceedance": (("definition", "pair", "limit"), np.broadcast_to(share, (2, 2, 2)).copy()),
         "separation_probability": ("mesh", np.tile((loads <= 0).mean(axis=0), 2)),
-        "histogram": (("definition", "pair", "bin"), np.broadcast_to(counts, (2, 2, 400)).copy()),
-        "bin_edge": ("bin", edges[:-1]),
+        "system_histogram": (("definition", "bin"), np.stack([counts, np.roll(counts, 15)])),
+        "bin_edge": ("edge", edges),
+        "system_exceedance": (("definition", "limit"), np.stack([share, share])),
+        "system_separation_probability": ((), float((loads <= 0).any(axis=1).mean())),
         "worst_k_gamma": ("worst", factors[worst]),
         "worst_load_sharing": (("worst", "mesh"), np.tile(loads[worst], (1, 2))),
         "worst_overrides": ("worst", array("{}" for _ in worst)),
         "sobol_first": (("definition", "pair", "tolerance"), np.broadcast_to(first, (2, 2, 3)).copy()),
         "sobol_total": (("definition", "pair", "tolerance"), np.broadcast_to(total, (2, 2, 3)).copy()),
         "quantile_slope": (("definition", "pair", "probability", "tolerance"), slope),
+        "tolerance_unit": ("tolerance", array(["m"] * len(PATHS))),
+        "tolerance_deviation": ("tolerance", np.array(SPREADS) / PER_MICRON * 1e-6),
         **_curves(draws),
     }
     coords = {
         "definition": array(DEFINITIONS),
-        "pair": array(("main/sun-planet", "main/ring-planet")),
+        "pair": array(("main.meshes.sun-planet", "main.meshes.ring-planet")),
         "mesh": names,
         "probability": np.array(PROBABILITY),
         "limit": limits,
         "tolerance": array(PATHS),
         "scale": np.array(SCALES),
         "torque_scale": np.array(SCALES),
+        "support": array(["stages.main.sun.support.radial"]),
         "support_scale": np.array([1e-2, 1e-1, 1.0, 10.0, 100.0]),
         "planets": np.arange(3, 8),
         "worst": np.arange(1, 6),
@@ -119,7 +124,8 @@ def _curves(draws: Array) -> dict[str, tuple[tuple[str, ...], Array]]:
             ("torque_scale", "probability"),
             np.array([_quantiles(draws, spreads / s) for s in SCALES]),
         ),
-        "k_gamma_by_support": (("support_scale", "probability"), _spread_out(np.array(supports))),
+        "k_gamma_by_support": (("support", "support_scale", "probability"), _spread_out(np.array(supports))[None]),
+        "support_stiffness": (("support", "support_scale"), 1e7 * 10.0 ** np.arange(-2, 3)[None]),
         "k_gamma_by_planets": (("planets", "probability"), _spread_out(np.array(every))),
     }
     return made
@@ -148,6 +154,9 @@ def allocation() -> xr.Dataset:
         "coarser_k_gamma": ("tolerance", np.array([1.221, np.nan, 1.163])),
         "total_price": ((), np.array(82.0)),
         "price_bound": ((), np.array(82.0)),
+        "target": ((), np.array(1.15)),
+        "found_k_gamma": ((), np.array(1.147)),
+        "drawn_grade_price": ("tolerance", np.array([np.nan, 9.0, 30.0])),
         "drawn_price": ((), np.array(np.nan)),
         "drawn_k_gamma": ((), np.array(1.262)),
         "reached_k_gamma": ((), np.array(1.1472)),
@@ -158,7 +167,7 @@ def allocation() -> xr.Dataset:
     }
     attrs = {
         **{"verb": "allocate", "title": "Five planets", "warnings": "[]", "options": "{}", "proof": "samples"},
-        **{"target": 1.15, "probability": 0.99, "definition": "mean-load", "samples": 16384, "seed": 1},
-        **{"verified_samples": 131072, "verified_seed": 2, "tried": 612},
+        **{"linear": 1, "probability": 0.99, "definition": "mean-load", "samples": 16384, "seed": 1},
+        **{"fresh_samples": 131072, "fresh_seed": 2, "tried": 612},
     }
     return xr.Dataset(variables, {"tolerance": array(PATHS)}, attrs)
