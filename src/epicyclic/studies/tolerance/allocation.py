@@ -58,8 +58,9 @@ _ROUNDING = 1e-9
 _ROUNDS = 6
 # of a miss by the fresh run, what the next round's target is lowered by: a little more than the miss
 _LOWERED = 1.1
-# targets between the finest and the coarsest grades whose cheapest grades are shown
-_FRONT = 12
+# steps between the finest and the coarsest grades in which the cheapest grades of other targets are followed: finer
+# ones cannot be seen; and parts that each of these searches tries, some tenths of a second
+_FRONT, _MOST_FRONT = 60, 2_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -383,16 +384,19 @@ def _steps(problem: _Problem, grades: Grades, at: Combination, texts: Sequence[S
 
 
 def _front(problem: _Problem, columns: GradeColumns) -> Columns:
-    """Cheapest grades for targets between the coarsest and the finest grades: price and K_gamma (front,)."""
+    """Cheapest grades for targets from the coarsest grades down to the finest: price and K_gamma (front,).
+
+    Each target lies just below what the grades of the last one reach, so that none is left out but for small steps.
+    """
     prices, p = problem.offered.prices, problem.probability
     ends = [columns.value(one, p) for one in ((0,) * len(prices), problem.coarsest)]
-    found: dict[Combination, tuple[float, float]] = {}
-    for target in np.linspace(max(ends), min(ends), _FRONT):
-        choice = allocate_grades(columns, prices, float(target), p, most=_MOST_SUMS)
-        if choice.combination is not None:
-            found[choice.combination] = choice.price, columns.value(choice.combination, p)
-    points = np.array(sorted(found.values())).reshape(-1, 2)
-    return {"front_price": ("front", points[:, 0]), "front_k_gamma": ("front", points[:, 1])}
+    target, points = max(ends), list[tuple[float, float]]()
+    while (choice := allocate_grades(columns, prices, target, p, most=_MOST_FRONT)).combination is not None:
+        reached = columns.value(choice.combination, p)
+        points.append((choice.price, reached))
+        target = min(target, reached) - max(abs(ends[1] - ends[0]) / _FRONT, _ROUNDING)
+    price, factor = np.array(points).reshape(-1, 2).T
+    return {"front_price": ("front", price), "front_k_gamma": ("front", factor)}
 
 
 def _messages(problem: _Problem, found: _Found, grades: Grades) -> list[str]:
