@@ -30,6 +30,9 @@ __all__ = ["SAMPLES", "SampleValues", "ToleranceMap", "tolerance_map"]
 SAMPLES = 2**13
 """Samples that are worked on at once: products of one shape have the same bits whatever else is evaluated."""
 
+# samples that a piece is filled up to at least: fewer cost hardly less
+_LEAST_SAMPLES = 2**8
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SampleValues:
@@ -96,7 +99,7 @@ class ToleranceMap:
     def evaluate(
         self, u: ArrayLike, *, scale: ArrayLike | None = None, torque: float = 1.0, method: ContactMethod = "auto"
     ) -> SampleValues:
-        """Load sharing of S samples, `SAMPLES` at a time, the last piece filled up.
+        """Load sharing of S samples, `SAMPLES` at a time, the last piece filled up to a power of two.
 
         Parameters
         ----------
@@ -206,7 +209,8 @@ class ToleranceMap:
     def _piece(self, u: Array, scale: Sequence[float], torque: float, method: ContactMethod) -> SampleValues:
         """Load sharing of at most `SAMPLES` samples."""
         S = len(u)
-        full = u if S == SAMPLES else np.concatenate([u, np.broadcast_to(u[-1:], (SAMPLES - S, u.shape[1]))])
+        size = max(_LEAST_SAMPLES, 1 << (S - 1).bit_length())
+        full = u if S == size else np.concatenate([u, np.broadcast_to(u[-1:], (size - S, u.shape[1]))])
         factors, stiffness = self.factors(full, scale, torque)
         found = sample_loads(
             self.load_map,
