@@ -253,7 +253,7 @@ def test_a_scheduler_may_be_killed(tmp_path: Path, undisturbed: tuple[Blocks, di
         next(blocks)
         (cluster,) = [p for p in psutil.Process().children() if "local_cluster" in " ".join(p.cmdline())]
         cluster.kill()
-        with pytest.raises(ModelError, match="connection to the scheduler is lost; allowed: .*resume goes on"):
+        with pytest.raises(ModelError, match=r"connection to the scheduler is lost; allowed: .*resume goes on"):
             list(blocks)
     assert same(results(job(), store=folder, resume=True), undisturbed[0])
     assert files(folder) == undisturbed[1]
