@@ -63,15 +63,22 @@ def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
 
 
 def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:
-    """Return which quantity may stand at a path of the document. Raises ModelError where no number may."""
+    """Return which quantity may stand at a path of the document.
+
+    Raises ModelError where no number may, or where a number alone is not enough.
+    """
     trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
     faults = _faults(trial, names, folder, Reading())
-    for detail in faults:
-        if isinstance(error := detail.get("ctx", {}).get("error"), Probe):
-            return error
+    answers = [detail for detail in faults if isinstance(detail.get("ctx", {}).get("error"), Probe)]
+    if answers:
+        found: Probe = answers[0]["ctx"]["error"]
+        # what the number alone does not make whole: an error that turns with nothing, a load on nothing
+        if others := [detail for detail in faults if detail not in answers]:
+            raise error_of(others)
+        return found
     here = [detail for detail in faults if path_of(detail["loc"]).startswith(path)]
     if any(detail["type"].startswith("int_") for detail in here):  # a count
-        return Probe(("ratio",))
+        return Probe(("ratio",), whole=True)
     raise error_of(here) if here else ModelError("no number stands here", path=path)
 
 

@@ -45,7 +45,7 @@ both-vectors shorthand-and-long torque-and-power two-ways
 KNOWN = {
     "$ref", "anyOf", "type", "const", "enum", "properties", "additionalProperties", "propertyNames", "pattern",
     "required", "items", "minItems", "minimum", "maximum", "description", "title", "$schema", "$defs",
-    "maxItems", "prefixItems",
+    "maxItems", "prefixItems", "examples",
 }  # fmt: skip
 
 
