@@ -108,12 +108,14 @@ class ToleranceMap:
 
         Raises
         ------
-        ModelError : numbers of another shape, a spread below zero, no such method.
+        ModelError : numbers of another shape or outside of (0, 1), a spread below zero, no such method.
         """
         uniform = np.asarray(u, float)
         d = len(self.dimension_entry)
         if uniform.ndim != 2 or uniform.shape[1] != d:
             raise ModelError("wrong shape", path="u", given=uniform.shape, allowed=f"(samples, {d})")
+        if not ((uniform > 0) & (uniform < 1)).all():
+            raise ModelError("no uniform numbers", path="u", allowed="above 0 and below 1")
         factors = self._scale(scale)
         pieces = [
             self._piece(uniform[first : first + SAMPLES], factors, torque, method)
