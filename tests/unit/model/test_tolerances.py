@@ -260,6 +260,29 @@ def test_an_override_replaces_removes_and_completes_an_entry() -> None:
     assert read(source, {f"tolerance.{SHARED}": None}).model.tolerance == {}
 
 
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        {"operation.power.sun": "1 MW"},
+        {"operation.torque.sun": "balance", "operation.torque.carrier": "500 kN m"},
+        {"operation.torque.sun": None, "operation.torque.carrier": "500 kN m"},
+    ],
+)
+def test_an_override_takes_the_tolerance_of_a_number_that_it_removes(overrides: dict[str, object]) -> None:
+    torque = "operation.torque.main.sun"
+    table = {torque: "normal(100 kN m, 0)", "operation.speed.sun": "normal(100 rpm, 1 rpm)", SHARED: "disc(1 um)"}
+    more = {
+        "cost": {torque: {"normal(100 kN m, 0)": 3}},
+        "correlation": {torque: {"operation.speed.sun": 0.5}},
+    }
+    source = toleranced_all(table | more).data
+    assert set(source["tolerance"]) == {torque, "operation.speed.main.sun", SHARED, "cost", "correlation"}
+    left = {"operation.speed.main.sun": "normal(100 rpm, 1 rpm)", SHARED: "disc(1 um)", "cost": {}, "correlation": {}}
+    assert read(source, overrides).model.tolerance == left
+    with pytest.raises(ModelError, match="no such path"):  # not of a tolerance that is stated with them
+        read(source, overrides | {f"tolerance.{torque}": "normal(1 kN m, 0)"})
+
+
 # prices --------------------------------------------------------------------------------------------------------------
 
 
