@@ -26,6 +26,7 @@ from .verbs.stability import stability as stability
 from .verbs.static import static as static
 from .verbs.steady import steady as steady
 from .verbs.stiffness import stiffness as stiffness
+from .verbs.study import study as study
 from .verbs.sweep import sweep as sweep
 from .verbs.tolerance import tolerance as tolerance
 from .verbs.track import track as track

@@ -304,14 +304,15 @@ def _is_point(deviation: float, low: float, high: float) -> bool:
 def _truncated_moments(mean: float, deviation: float, low: float, high: float) -> tuple[float, float]:
     """Return mean and standard deviation of a truncated normal distribution.
 
-    Of a truncation so narrow that the closed form cancels (below a hundredth of a deviation, where the density is even
-    to 1e-2 of that) those of the uniform distribution between the limits.
+    The closed form cancels where the truncation is narrow. Below a hundredth of a deviation the density is a straight
+    line to 1e-5, whose moments are those of the even one, with the mean moved by its slope.
     """
     if _is_point(deviation, low, high):
         return min(max(mean, low), high), 0.0
     a, b = (low - mean) / deviation, (high - mean) / deviation
     if b - a < 1e-2:
-        return (low + high) / 2, (high - low) / math.sqrt(12)
+        middle = (a + b) / 2
+        return mean + deviation * middle * (1 - (b - a) ** 2 / 12), (high - low) / math.sqrt(12)
     share = _share(mean, deviation, low, high)
     pa, pb = (math.exp(-x * x / 2) / math.sqrt(2 * math.pi) for x in (a, b))
     first = (pa - pb) / share

@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -35,6 +36,8 @@ _KINDS = "fciub"
 _PIECE = 65536
 # Row of varying length: as good as endless.  Only the chunks that are written exist.
 _ENDLESS = 2**40
+# A chunk of zeros is a file like any other, so that one that is missing is seen.  Not part of the store: said anew.
+_EVERY_CHUNK = {"write_empty_chunks": True}
 # Texts and lists of an identity that stand in the attributes as they are; longer ones by their digest.
 _MAX_TEXT = 200
 
@@ -146,7 +149,7 @@ class BlockStore:
         from zarr.codecs import Crc32cCodec, ZstdCodec
 
         if (self.folder / name / "zarr.json").is_file():
-            return self.group[name]
+            return self.group[name].with_config(_EVERY_CHUNK)
         return self.group.create_array(
             name,
             shape=(*before, *shape),
@@ -156,8 +159,7 @@ class BlockStore:
             chunk_key_encoding={"name": "default", "separator": "."},
             compressors=[ZstdCodec(level=1), Crc32cCodec()],
             fill_value=0,
-            # a chunk of zeros is a file like any other, so that one that is missing is seen
-            config={"write_empty_chunks": True},
+            config=_EVERY_CHUNK,
         )
 
     def _require_alike(self, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -249,8 +251,7 @@ def _opened(place: Path, question: dict[str, Any], count: int, resume: bool, rag
 
     about = place / "zarr.json"
     try:
-        _clear_left_over(place)
-        if not about.is_file() and any(place.iterdir()):
+        if not about.is_file() and not all(map(_is_left_over, place.iterdir())):
             raise ModelError("is no store of a job", path=str(place), allowed="a new or empty folder")
         if about.is_file():
             group = _known_group(place)
@@ -258,6 +259,8 @@ def _opened(place: Path, question: dict[str, Any], count: int, resume: bool, rag
         else:
             attributes = {"package": "epicyclic", "job": job_hash(question), "identity": question}
             group = zarr.create_group(place, attributes=attributes)
+        for path in filter(_is_left_over, place.rglob("*.partial")):
+            path.unlink()
         store = BlockStore(folder=place, count=count, done=_done(place, count), ragged=ragged, group=group)
         if store.done.any() and not resume:
             problem = f"{int(store.done.sum())} of {count} blocks of an interrupted job lie there"
@@ -281,10 +284,9 @@ def _known_group(place: Path) -> Any:
     return group
 
 
-def _clear_left_over(place: Path) -> None:
-    """Delete the temporary files of a killed writer; no writer is alive in a locked folder."""
-    for path in place.rglob("*.partial"):
-        path.unlink(missing_ok=True)
+def _is_left_over(path: Path) -> bool:
+    """Whether a file is the temporary one of a killed writer of Zarr; no writer is alive in a locked folder."""
+    return re.search(r"\.[0-9a-f]{32}\.partial$", path.name) is not None
 
 
 def _done(place: Path, count: int) -> NDArray[np.bool_]:

@@ -8,15 +8,16 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ModelError
-from ...system.system import Array, ComplexArray
-from .law_contact import LawMap, law_forces
-from .load_map import LoadMap
+from ...errors import ConvergenceError, ModelError
+from ...system.system import Array, ComplexArray, System
+from ..static.tangent import linear
+from .law_contact import LawMap, law_forces, law_map
+from .load_map import LoadMap, load_map
 from .mean_load import closed_loads, largest_of_groups, least_forces, loads_at_phases
 from .open_contact import net_forces
 from .phases import SlowPhases, phase_points, slow_phases, units_of_largest
 
-__all__ = ["METHODS", "ContactMethod", "SampleLoads", "nominal_signs", "sample_loads"]
+__all__ = ["METHODS", "ContactMethod", "SampleLoads", "mean_loads", "nominal_signs", "sample_loads"]
 
 ContactMethod = Literal["auto", "linear", "static"]
 METHODS: tuple[ContactMethod, ...] = get_args(ContactMethod)
@@ -104,6 +105,22 @@ def sample_loads(
     return SampleLoads(
         k=largest_of_groups(load, given.group), load=load, least=least, open=opens & ~failed, failed=failed
     )
+
+
+def mean_loads(system: System) -> Array:
+    """N F_i / sum F of each whole mesh of one train, (2, w) [1] by `MEAN_LOADS`; nan in groups without load.
+
+    Links follow their laws; meshes have their mean stiffness, those with a table its tangent.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : the load has no equilibrium.
+    """
+    laws = law_map(system) if system.groups else None
+    found = sample_loads(load_map(linear(system)), np.zeros((1, 0)), laws=laws)
+    if found.failed[0]:
+        raise ConvergenceError("no static equilibrium at some phases of the errors")
+    return found.load[0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...errors import ModelError
+from ...errors import ConvergenceError, ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..cost import MOST_NUMBERS, require_memory, require_time
+from ..samples.mean_load import MEAN_LOADS
+from ..samples.sample_loads import mean_loads
 from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
 from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
@@ -81,10 +83,16 @@ def sharing(
         count = positive_count("samples", samples, _record_samples(system))
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
         return sharing_of_record(
-            system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress
+            system,
+            record=window,
+            relative_speed=relative_speed,
+            stored=stored_cycles,
+            mean_load=_mean_load(system)[0],
+            progress=progress,
         )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
+    mean_load, unknown = _mean_load(system)
     if method != "static":  # at rest the laws of flanks are asked; links without laws are here in either case
         system = linear(system)
     if samples is not None:  # the waves of every line
@@ -92,6 +100,7 @@ def sharing(
         allowed = f"1 to {MOST_NUMBERS // (2 * waves)}"
         require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
+    notes = [*notes, *unknown]
     reference, names = by_tone[0], faces(system.meshes).name
     mean, largest = np.empty(len(names)), np.empty(len(names))
     for part in by_tone:
@@ -113,7 +122,7 @@ def sharing(
         own = _tone_cycles(part, reference, cycles)
         record, slices, average = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
         worst, how = _worst_case(part, record, own)
-        values[:, part.meshes] = coefficients(record, worst, part.members)
+        values[:, part.meshes] = coefficients(record, worst, mean_load[:, part.meshes], part.members)
         least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
         bottom[part.meshes] = record.least
         if method == "static":
@@ -148,6 +157,20 @@ def sharing(
         provenance=system.provenance,
         warnings=notes,
     )
+
+
+def _mean_load(system: System) -> tuple[Array, list[str]]:
+    """Coefficients (2, w) without mesh-frequency content [1], and a warning where they are not known, nan then.
+
+    A train that vibrates may have no equilibrium at rest: a load that only inertia takes.
+    """
+    try:
+        return mean_loads(system), []
+    except (ModelError, ConvergenceError) as error:
+        why = getattr(error, "problem", None) or str(error)
+        return np.full((len(MEAN_LOADS), len(faces(system.meshes).name)), np.nan), [
+            f"{' and '.join(MEAN_LOADS)} are not known: {why}"
+        ]
 
 
 def _by_tone(system: System) -> bool:

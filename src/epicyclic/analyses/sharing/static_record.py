@@ -42,6 +42,7 @@ def sharing_of_record(
     record: Record,
     relative_speed: float,
     stored: int | None,
+    mean_load: Array,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Load-sharing coefficients over a record of static equilibria.
@@ -54,6 +55,7 @@ def sharing_of_record(
     Parameters
     ----------
     record : its instants.  stored : units kept of forces and ratios, all up to 20 000 instants where None.
+    mean_load : (2, w) coefficients by `samples.mean_load.MEAN_LOADS` [1].
 
     Raises
     ------
@@ -79,7 +81,7 @@ def sharing_of_record(
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole = record.count >= record.period
     worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
-    values = np.where(loaded, coefficients(over, worst, members), np.nan)
+    values = np.where(loaded, coefficients(over, worst, mean_load, members), np.nan)
     touching = mesh_contact(face, contact)
     lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
     notes = [*free_position_warnings(system, train.loaded.free), *record.warnings]

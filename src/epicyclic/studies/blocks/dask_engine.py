@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import queue
 import secrets
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -78,35 +80,58 @@ def _require_dask(workers: int | None, scheduler: str | None) -> None:
 @contextmanager
 def _client(address: str) -> Iterator[Any]:
     """A client of the scheduler at an address."""
-    import dask
     from distributed import Client
 
     logger = getLogger("distributed")
     before = logger.level
     logger.setLevel(60)  # what goes wrong is said by errors of our own
-    refused = ModelError(
-        f"no scheduler is reached there within {_CONNECT:g} s",
-        path="scheduler",
-        given=address,
-        allowed="the address that `dask scheduler` prints, tcp://HOST:8786",
-    )
     try:
-        with dask.config.set({"distributed.comm.timeouts.connect": f"{_CONNECT:g}s"}):
-            client = Client.__new__(Client)
-            try:
-                client.__init__(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[misc]
-            except Exception as error:  # whatever Dask makes of an address that is none, or of another program's answer
-                # a client that has not begun waits for its scheduler when it is deleted, unless it counts as closed
-                client.status = "closed"
-                client._loop_runner.stop()  # type: ignore[no-untyped-call]
-                raise refused from error
-            try:
-                yield client
-            finally:
-                with suppress(Exception):  # the scheduler may be gone
-                    client.close(timeout=2)  # type: ignore[no-untyped-call]
+        _require_scheduler(address)
+        client = Client(address, timeout=_CONNECT, set_as_default=False)
+        try:
+            yield client
+        finally:
+            with suppress(Exception):  # the scheduler may be gone
+                client.close(timeout=2)  # type: ignore[no-untyped-call]
     finally:
         logger.setLevel(before)
+
+
+def _require_scheduler(address: str) -> None:
+    """Make sure that a scheduler answers: a client waits for ever where another program takes its connection.
+
+    Raises
+    ------
+    ModelError : none does.
+    """
+    answer = queue.SimpleQueue[object]()
+
+    def ask() -> None:
+        try:
+            answer.put(asyncio.run(asyncio.wait_for(_identity(address), _CONNECT)))
+        except Exception as error:  # whatever Dask makes of an address that is none, or of another program's answer
+            answer.put(error)
+
+    threading.Thread(target=ask, daemon=True).start()
+    try:
+        found = answer.get(timeout=_CONNECT + 1.0)
+    except queue.Empty:
+        found = None
+    if not isinstance(found, Mapping) or found.get("type") != "Scheduler":
+        raise ModelError(
+            f"no scheduler answers there within {_CONNECT:g} s",
+            path="scheduler",
+            given=address,
+            allowed="the address that `dask scheduler` prints, tcp://HOST:8786",
+        ) from (found if isinstance(found, Exception) else None)
+
+
+async def _identity(address: str) -> Any:
+    """What the server at an address says of itself."""
+    from distributed.core import rpc
+
+    async with rpc(address, timeout=_CONNECT) as server:
+        return await server.identity()
 
 
 class _Run:

@@ -30,6 +30,9 @@ __all__ = ["SAMPLES", "SampleValues", "ToleranceMap", "tolerance_map"]
 SAMPLES = 2**13
 """Samples that are worked on at once: products of one shape have the same bits whatever else is evaluated."""
 
+# samples that a piece is filled up to at least: fewer cost hardly less
+_LEAST_SAMPLES = 2**8
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SampleValues:
@@ -51,7 +54,8 @@ class SampleValues:
 class Moved:
     """A torque or stiffness that an entry draws.
 
-    entry, planet : its index, and whose number it is, from 0.  mean : of the number.  slope : (V,) stiffness of the rows that vary per unit of it.
+    entry, planet : its index, and whose number it is, from 0.  mean : of the number.
+    slope : (V,) stiffness of the rows that vary per unit of it.
     column : of its torque in the map, -1 where it moves none.
     """
 
@@ -69,7 +73,8 @@ class ToleranceMap:
     entries : drawing entries (E,).  dimension_entry : (d,) entry of every uniform number.
     mesh : (w,) names of the whole meshes.  pair, group : (g,) groups that carry load, their names and meshes.
     warnings : of the train, of tangents taken, of tolerances without effect.
-    sources, moved : what entries draw.  correlations : of own draws.  column : (C,) number of the sources' sizes that each column of the map follows.
+    sources, moved : what entries draw.  correlations : of own draws.
+    column : number of the sources' sizes that each of the first columns of the map follows; behind them are torques.
     rows : (V,) rows of the map whose stiffness varies.  load_map : of the train with every torque and stiffness at its
         mean.  chosen : (g,) its groups that carry load.
     laws, tables : of a train whose links have laws, and of one whose meshes have tables, which ``static`` asks too.
@@ -94,7 +99,7 @@ class ToleranceMap:
     def evaluate(
         self, u: ArrayLike, *, scale: ArrayLike | None = None, torque: float = 1.0, method: ContactMethod = "auto"
     ) -> SampleValues:
-        """Load sharing of S samples, `SAMPLES` at a time, the last piece filled up.
+        """Load sharing of S samples, `SAMPLES` at a time, the last piece filled up to a power of two.
 
         Parameters
         ----------
@@ -103,12 +108,14 @@ class ToleranceMap:
 
         Raises
         ------
-        ModelError : numbers of another shape, a spread below zero, no such method.
+        ModelError : numbers of another shape or outside of (0, 1), a spread below zero, no such method.
         """
         uniform = np.asarray(u, float)
         d = len(self.dimension_entry)
         if uniform.ndim != 2 or uniform.shape[1] != d:
             raise ModelError("wrong shape", path="u", given=uniform.shape, allowed=f"(samples, {d})")
+        if not ((uniform > 0) & (uniform < 1)).all():
+            raise ModelError("no uniform numbers", path="u", allowed="above 0 and below 1")
         factors = self._scale(scale)
         pieces = [
             self._piece(uniform[first : first + SAMPLES], factors, torque, method)
@@ -180,22 +187,33 @@ class ToleranceMap:
             found.append(value)
         return found
 
-    def _piece(self, u: Array, scale: Sequence[float], torque: float, method: ContactMethod) -> SampleValues:
-        """Load sharing of at most `SAMPLES` samples."""
-        S = len(u)
-        full = u if S == SAMPLES else np.concatenate([u, np.broadcast_to(u[-1:], (SAMPLES - S, u.shape[1]))])
-        drawn = self._draws(full, scale)
-        sizes = np.zeros((SAMPLES, int(self.column.max(initial=-1)) + 1))
+    def factors(self, u: Array, scale: Sequence[float], torque: float = 1.0) -> tuple[Array, Array]:
+        """Factors (S, C) on the columns of the map, and stiffness (S, V) of its rows that vary [N/m].
+
+        Parameters
+        ----------
+        u : (S, d) uniform numbers.  scale : (E,) factors on the spreads.  torque : factor on all torques.
+        """
+        drawn = self._draws(u, scale)
+        sizes = np.zeros((len(u), int(self.column.max(initial=-1)) + 1))
         for source in self.sources:
             source.add(sizes, {name: drawn[entry] for name, entry in source.entry.items()})
-        factors = np.zeros((SAMPLES, len(self.load_map.stretch.column)))
+        factors = np.zeros((len(u), len(self.load_map.stretch.column)))
         factors[:, : self.column.size] = sizes[:, self.column]
-        stiffness = np.tile(self.load_map.flexible.stiffness[self.rows], (SAMPLES, 1))
+        stiffness = np.tile(self.load_map.flexible.stiffness[self.rows], (len(u), 1))
         for one in self.moved:
             change = drawn[one.entry][:, one.planet].real - one.mean
             stiffness += np.multiply.outer(change, one.slope)
             if one.column >= 0:
                 factors[:, one.column] = torque * change
+        return factors, stiffness
+
+    def _piece(self, u: Array, scale: Sequence[float], torque: float, method: ContactMethod) -> SampleValues:
+        """Load sharing of at most `SAMPLES` samples."""
+        S = len(u)
+        size = max(_LEAST_SAMPLES, 1 << (S - 1).bit_length())
+        full = u if S == size else np.concatenate([u, np.broadcast_to(u[-1:], (size - S, u.shape[1]))])
+        factors, stiffness = self.factors(full, scale, torque)
         found = sample_loads(
             self.load_map,
             factors,

@@ -26,7 +26,8 @@ __all__ = [
     "ScaleCurves",
     "planet_curve",
     "scale_curves",
-    "support_curve",
+    "support_curves",
+    "support_tolerance",
     "torque_curve",
 ]
 
@@ -42,6 +43,9 @@ SUPPORT_SCALES = (0.001, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Factors on a support stiffness: from a member that floats to one that is held."""
 PLANETS = (3, 4, 5, 6, 7)
 """Numbers of planets."""
+
+# largest factor on a support stiffness: above those of the curve, because uniform numbers end below 1
+_SUPPORT_RANGE = 2 * SUPPORT_SCALES[-1]
 
 # scales whose difference gives the slope at 1: wide, because the noise of a quantile falls with the step, while the
 # curvature of the root of a sum of squares costs 1 % here
@@ -99,25 +103,33 @@ def torque_curve(samples: SampleMap, plan: SamplingPlan, probability: Array, *, 
     return np.array(found)
 
 
-def support_curve(
-    map_of: MapOf, path: str, stiffness: float, plan: SamplingPlan, probability: Array, *, method: Method, step: Step
+def support_curves(
+    samples: SampleMap, paths: Sequence[str], plan: SamplingPlan, probability: Array, *, method: Method, step: Step
 ) -> Array:
-    """Quantiles of the train over one support stiffness, (supports, P); nan where the model is not held.
+    """Quantiles of the train over one support stiffness after the other, (supports, scales, P).
 
     Parameters
     ----------
-    map_of : overrides -> map of the model with them.  path : of the stiffness.  stiffness : as drawn [N/m].
+    samples : map of the train with a tolerance `support_tolerance` of each of the paths, behind its own.
     """
-    found = np.full((len(SUPPORT_SCALES), probability.size), np.nan)
-    for place, factor in enumerate(SUPPORT_SCALES):
-        try:
-            samples = map_of({path: f"{factor * stiffness!r} N/m"})
-            u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
-            found[place] = _system_quantiles(samples.evaluate(u, method=method).k, probability)
-        except (ModelError, ConvergenceError):
-            pass
-        step()
+    names = [entry.path for entry in samples.entries]
+    place = {path: names.index(path) for path in paths}
+    drawn = ~np.isin(samples.dimension_entry, list(place.values()))
+    u = np.full((plan.rows, drawn.size), 1.0 / _SUPPORT_RANGE)
+    u[:, drawn] = scramble_uniforms(plan, 0, int(drawn.sum()))
+    found = np.full((len(paths), len(SUPPORT_SCALES), probability.size), np.nan)
+    for number, path in enumerate(paths):
+        own = samples.dimension_entry == place[path]
+        for column, factor in enumerate(SUPPORT_SCALES):
+            varied = np.where(own, factor / _SUPPORT_RANGE, u)
+            found[number, column] = _system_quantiles(samples.evaluate(varied, method=method).k, probability)
+            step()
     return found
+
+
+def support_tolerance(stiffness: float) -> str:
+    """Distribution whose uniform number is a factor on a stiffness [N/m], per `_SUPPORT_RANGE`."""
+    return f"uniform(0 N/m, {_SUPPORT_RANGE * stiffness!r} N/m)"
 
 
 def planet_curve(
@@ -128,24 +140,29 @@ def planet_curve(
     *,
     method: Method,
     step: Step,
-    numbers: Sequence[int] = PLANETS,
+    nominal: Mapping[int, Array],
 ) -> PlanetCurve:
     """Quantiles of the train over the number of planets, the torque held.
 
     Parameters
     ----------
-    map_of : as of `support_curve`.  path : of the number of planets.
+    map_of : overrides -> map of the model with them.  path : of the number of planets.
+    nominal : number -> quantiles (P,) that are known.
     """
-    found = np.full((len(numbers), probability.size), np.nan)
+    found = np.full((len(PLANETS), probability.size), np.nan)
     left_out = {}
-    for place, number in enumerate(numbers):
+    for place, number in enumerate(PLANETS):
         try:
+            if number in nominal:
+                found[place] = nominal[number]
+                continue
             samples = map_of({path: number})
             u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
             found[place] = _system_quantiles(samples.evaluate(u, method=method).k, probability)
         except (ModelError, ConvergenceError) as error:
             left_out[number] = str(error)
-        step()
+        finally:
+            step()
     return PlanetCurve(value=found, left_out=left_out)
 
 

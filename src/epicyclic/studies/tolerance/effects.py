@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ModelError
+from ...errors import ConvergenceError, ModelError
 from ...resolve import load
 from ...train.train import Train
 from .columns import tolerance_map
@@ -22,7 +22,8 @@ from .curves import (
     TORQUE_SCALES,
     planet_curve,
     scale_curves,
-    support_curve,
+    support_curves,
+    support_tolerance,
     torque_curve,
 )
 from .sample_map import Method, SampleMap
@@ -94,8 +95,12 @@ def effects_of(
     }
     coords |= {"scale": np.array(SCALES), "torque_scale": np.array(TORQUE_SCALES)}
     if chosen == "all":
-        more = _own_maps(train, supports, few, probability, method, step)
-        columns, coords, left_out = columns | more[0], coords | more[1], left_out | more[2]
+        nominal = curves.system[0, SCALES.index(1.0)]
+        for more in (
+            _supports_columns(train, supports, few, probability, method, step),
+            _planets_columns(train, nominal, few, probability, method, step),
+        ):
+            columns, coords, left_out = columns | more[0], coords | more[1], left_out | more[2]
     else:
         left_out |= dict.fromkeys(("k_gamma_by_support", "k_gamma_by_planets"), "by default from 65536 samples")
     return EffectColumns(columns=columns, coords=coords, left_out=left_out, samples=few.rows)
@@ -167,7 +172,7 @@ def _toleranced(train: Train) -> Mapping[str, object]:
     return table if isinstance(table, dict) else {}
 
 
-def _own_maps(
+def _supports_columns(
     train: Train,
     supports: Mapping[str, float],
     plan: SamplingPlan,
@@ -175,31 +180,37 @@ def _own_maps(
     method: Method,
     step: Callable[[], None],
 ) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
-    """Curves over support stiffness and number of planets, each point with a map of its own."""
-    map_of = partial(_map_of, train)
-    columns: dict[str, Any] = {}
-    coords: dict[Any, Any] = {}
-    left_out = {}
-    if supports:
-        curves = [
-            support_curve(map_of, path, stiffness, plan, probability, method=method, step=step)
-            for path, stiffness in supports.items()
-        ]
-        stiffness = np.outer(list(supports.values()), SUPPORT_SCALES)
-        columns["k_gamma_by_support"] = (("support", "support_scale", "probability"), np.array(curves))
-        columns["support_stiffness"] = (("support", "support_scale"), stiffness)
-        coords |= {"support": list(supports), "support_scale": np.array(SUPPORT_SCALES)}
-    else:
-        left_out["k_gamma_by_support"] = "no central member has an elastic support of its own"
+    """Curves over support stiffness, with one map in which they all vary."""
+    name = "k_gamma_by_support"
+    if not supports:
+        return {}, {}, {name: "no central member has an elastic support without tolerance"}
+    ranges = {path: support_tolerance(stiffness) for path, stiffness in supports.items()}
     try:
-        curve = planet_curve(map_of, _planets_path(train), plan, probability, method=method, step=step)
+        samples = tolerance_map(load({**train.document, "tolerance": {**_toleranced(train), **ranges}}))
+        curves = support_curves(samples, list(supports), plan, probability, method=method, step=step)
+    except (ModelError, ConvergenceError) as error:
+        return {}, {}, {name: str(error)}
+    columns = {
+        name: (("support", "support_scale", "probability"), curves),
+        "support_stiffness": (("support", "support_scale"), np.outer(list(supports.values()), SUPPORT_SCALES)),
+    }
+    return columns, {"support": list(supports), "support_scale": np.array(SUPPORT_SCALES)}, {}
+
+
+def _planets_columns(
+    train: Train, nominal: Array, plan: SamplingPlan, probability: Array, method: Method, step: Callable[[], None]
+) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
+    """Curve over the number of planets, with a map of each number; nominal : (P,) quantiles of that of the file."""
+    try:
+        path = _planets_path(train)
     except ModelError as error:
-        left_out["k_gamma_by_planets"] = error.problem
-        return columns, coords, left_out
-    columns["k_gamma_by_planets"] = (("planets", "probability"), curve.value)
-    coords["planets"] = np.array(PLANETS)
-    left_out |= {f"k_gamma_by_planets, {number}": reason for number, reason in curve.left_out.items()}
-    return columns, coords, left_out
+        return {}, {}, {"k_gamma_by_planets": error.problem}
+    known = {train.planets[path.split(".")[1]]: nominal}
+    map_of = partial(_map_of, train)
+    curve = planet_curve(map_of, path, plan, probability, method=method, step=step, nominal=known)
+    left_out = {f"k_gamma_by_planets, {number}": reason for number, reason in curve.left_out.items()}
+    columns = {"k_gamma_by_planets": (("planets", "probability"), curve.value)}
+    return columns, {"planets": np.array(PLANETS)}, left_out
 
 
 def _map_of(train: Train, overrides: Mapping[str, object]) -> SampleMap:

@@ -50,7 +50,7 @@ _BATCHES = 32
 _PROBABILITIES, _BEYOND = (0.5, 0.9, 0.95, 0.99, 0.999), 8
 # Worst samples kept.
 _WORST = 10
-# Sums of pieces that are held before they are added up.
+# Sums of scrambles that are held before they are added up.
 _HELD = 1024
 # Bins of a histogram that is shown.
 _SHOWN = 200
@@ -163,7 +163,8 @@ class SampleTally:
             self._open += int(found["open"][place])
             self._failed += failed
             self.done += self.plan.rows
-        self._sums.append(np.stack([found["sum"], found["square"]]).sum(axis=1))
+        # one by one: a sum of numpy depends on how its array lies in memory
+        self._sums += list(np.stack([found["sum"], found["square"]], axis=1))
         if len(self._sums) >= _HELD:
             self._sums = [self._summed()]
         value, number = (np.concatenate(pair) for pair in zip(self._worst, self._worst_of(found), strict=True))
