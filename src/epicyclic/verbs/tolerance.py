@@ -127,4 +127,5 @@ VERB = Verb(
     gives=("tolerance",),
     examples=({"samples": 256, "effects": "all"},),
     drawing=True,
+    in_report=65,
 )

@@ -64,9 +64,7 @@ def _grades(result: xr.Dataset, names: Sequence[str]) -> Table:
         "price": list(result["price"].values),
     }
     reached, target = float(result["found_k_gamma"]), float(result["target"])
-    lead = (
-        f"{at}: target {target:g}, {reached:.4f} with these grades, on {result.attrs['samples']} samples."
-    )
+    lead = f"{at}: target {target:g}, {reached:.4f} with these grades, on {result.attrs['samples']} samples."
     return Table(title="The cheapest grades", columns=columns, lead=lead)
 
 

@@ -74,7 +74,8 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """K_gamma at 50, 95 and 99 % [1], and how often contact opens."""
     found = [
-        (f"{value:.3f}", f"K_gamma in {percent(p)} of the trains") for p, value in system_quantiles(result).items()
+        (f"{value:.3f}", f"K_gamma not exceeded in {percent(p)} of the trains")
+        for p, value in system_quantiles(result).items()
     ]
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:

@@ -164,6 +164,19 @@ def test_the_written_model_meets_the_target_by_itself(tmp_path: Path) -> None:
     assert costs_of(train).keys() == costs_of(epicyclic.load(MODEL)).keys()
 
 
+def test_a_fresh_run_that_misses_lowers_the_target_of_the_search() -> None:
+    # grades that just meet a target on one set of samples miss it on about every second other one
+    few: dict[str, Any] = {"probability": 0.9, "samples": 256}
+    reached = allocate(MODEL, target=1.09, fresh_samples=256, **few)
+    target, lowered = float(reached.found_k_gamma) * (1 + 1e-9), 0
+    for seed in (1, 2, 3):
+        found = allocate(MODEL, target=target, fresh_samples=4096, seed=seed, **few)
+        lowered += "searched with a target of" in found.attrs["warnings"]
+        assert float(found.reached_k_gamma) <= target
+        assert float(found.price_bound) <= float(found.total_price)
+    assert lowered
+
+
 def test_a_target_out_of_reach_names_the_best(every: dict[tuple[str, ...], tuple[float, Any]]) -> None:
     best = min(float(np.quantile(k[:, 0], 0.99, method="inverted_cdf")) for _, k in every.values())
     price = cheapest(every, best, 0.99, 0)
