@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...system.faces import faces
 from ...system.gaps import flanks, groups_past_the_end, past_the_end
 from ...system.system import Array, System
+from ..samples.mean_load import MEAN_LOADS
 from ..static.both_flanks import held_train
 from ..static.quasi_static import RecordPiece, quasi_static
 from ..static.record import MeshGroup, Record, parallel_meshes, positive_count
@@ -42,7 +43,7 @@ def sharing_of_record(
     record: Record,
     relative_speed: float,
     stored: int | None,
-    mean_load: Array,
+    mean_load: Array | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Load-sharing coefficients over a record of static equilibria.
@@ -55,7 +56,7 @@ def sharing_of_record(
     Parameters
     ----------
     record : its instants.  stored : units kept of forces and ratios, all up to 20 000 instants where None.
-    mean_load : (2, w) coefficients by `samples.mean_load.MEAN_LOADS` [1].
+    mean_load : (2, w) coefficients by `samples.mean_load.MEAN_LOADS` [1]; None: not known.
 
     Raises
     ------
@@ -81,7 +82,8 @@ def sharing_of_record(
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole = record.count >= record.period
     worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
-    values = np.where(loaded, coefficients(over, worst, mean_load, members), np.nan)
+    slow = np.full((len(MEAN_LOADS), len(face.name)), np.nan) if mean_load is None else mean_load
+    values = np.where(loaded, coefficients(over, worst, slow, members), np.nan)
     touching = mesh_contact(face, contact)
     lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
     notes = [*free_position_warnings(system, train.loaded.free), *record.warnings]

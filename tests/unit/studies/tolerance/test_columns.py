@@ -269,7 +269,7 @@ def test_open_teeth_and_far_flanks_at_standstill(n: int, backlash: str | None) -
         assert found.open[sample] == lost or (backlash is not None and not lost)  # tight: both flanks press
         pushed += bool((force < 0).any())
     assert found.open.sum() > 10
-    assert (pushed > 2) == (backlash is not None)
+    assert (pushed > 0) == (backlash is not None)
 
 
 LAWFUL = {
