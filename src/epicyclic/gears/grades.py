@@ -21,6 +21,8 @@ __all__ = [
     "size_width",
 ]
 
+_RELATIVE = 1e-9  # a size of 0.05 m is 50 mm, whatever its rounding in binary digits
+
 FLANK_GRADES = range(1, 12)
 """Grades (flank tolerance classes) of ISO 1328-1:2013."""
 
@@ -82,8 +84,8 @@ def _step(grade: int) -> float:
 def _rounded(width: float) -> float:
     """Width [m] of one in um: above 10 um to whole ones, from 5 um to halves, below to tenths."""
     step = 1.0 if width > 10 else 0.5 if width >= 5 else 0.1
-    # floor of a half more: a half is rounded up, as on paper, and not to the even number
-    return math.floor(width / step + 0.5) * step * 1e-6
+    # a half is rounded up, as on paper, also one that binary digits have just below it
+    return math.floor(width / step + 0.5 + _RELATIVE) * step * 1e-6
 
 
 # sizes ---------------------------------------------------------------------------------------------------------------
@@ -116,7 +118,6 @@ _SIZES: dict[float, tuple[int, ...]] = {
     3150: (96, 135, 210, 330, 540, 860, 1350),
 }
 _ENDS = tuple(_SIZES)
-_RELATIVE = 1e-9  # a size of 0.05 m is 50 mm, whatever its rounding in binary digits
 
 
 def size_width(size: float, grade: int) -> float:

@@ -14,7 +14,17 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["FORMS", "VECTORS", "Distribution", "StandardGrade", "read_distribution"]
+__all__ = [
+    "EXAMPLES",
+    "FORMS",
+    "PHASES",
+    "VECTORS",
+    "Distribution",
+    "StandardGrade",
+    "distribution_pattern",
+    "form_texts",
+    "read_distribution",
+]
 
 FORMS: dict[str, tuple[str, ...]] = {
     "normal": ("mean", "deviation"),
@@ -29,11 +39,26 @@ FORMS: dict[str, tuple[str, ...]] = {
 VECTORS = ("rayleigh", "disc")
 """Distributions of a vector across the axis, with a uniform phase."""
 
+PHASES = ("random", "marked")
+"""Phases of assembly of what turns with a planet."""
+
+EXAMPLES = (
+    "normal(0, 12 um)",
+    "uniform(-5 um, 5 um)",
+    "truncated(0, 12 um, -20 um, 20 um)",
+    "triangular(-5 um, 0, 10 um)",
+    "rayleigh(5 um)",
+    "disc(10 um)",
+    "grade(ISO 1328-1:2013 5, 3 sigma)",
+    "grade(IT6, 3 sigma)",
+)
+"""One text of each form, for editors."""
+
 _GRADES = '"grade(ISO 1328-1:2013 5, 3 sigma)" or "grade(IT6, 3 sigma)"'
 _MOST_CHARACTERS = 300  # four values of a unit text each; longer ones are slips, and cost time to take apart
 _CALL = re.compile(r"\s*([A-Za-z_]+)\s*\((.*)\)\s*", re.DOTALL)
-_STANDARD = re.compile(r"ISO\s*1328-1\s*:\s*(\d{4})\s+(\d{1,3})|IT\s*(\d{1,3})")
-_SIGMAS = re.compile(r"((?:\d{1,3}(?:\.\d{0,6})?|\.\d{1,6}))\s*sigma")
+_STANDARD = re.compile(r"ISO\s*1328-1\s*:\s*([0-9]{4})\s+([0-9]{1,3})|IT\s*([0-9]{1,3})")
+_SIGMAS = re.compile(r"((?:[0-9]{1,3}(?:\.[0-9]{0,6})?|\.[0-9]{1,6}))\s*sigma")
 _EDITION = "2013"
 _SIGMA_RANGE = (0.5, 10.0)  # of a process: below 0.5 sigma a limit is no limit, beyond 10 it is a slip
 # share of the normal distribution that its limits must leave: of less, the draws would be those of its far tail, which
@@ -161,7 +186,7 @@ def read_distribution(
     value : SI number of the text of one value; raises ModelError.  vector : that of a vector across the axis.
     where : path of the text.  Raises ModelError.
     """
-    allowed = allowed_forms(vector=vector)
+    allowed = _allowed(vector=vector)
     found = _CALL.fullmatch(text) if isinstance(text, str) and len(text) <= _MOST_CHARACTERS else None
     if found is None or not isinstance(text, str):
         raise ModelError("not a distribution", path=where, given=text, allowed=allowed)
@@ -183,9 +208,23 @@ def read_distribution(
     return read
 
 
-def allowed_forms(*, vector: bool) -> str:
+def form_texts() -> tuple[str, ...]:
+    """Return the forms of all distributions, with the names of their values."""
+    return tuple(f"{kind}({', '.join(names)})" for kind, names in FORMS.items())
+
+
+def distribution_pattern() -> str:
+    """Return the pattern of the text of a distribution, for the JSON Schema; units are checked where it is read."""
+    number = r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?[^(),]{0,40}(?:\([^(),]{1,20}\)\s*)?"
+    calls = [rf"{kind}\s*\({','.join([number] * len(names))}\)" for kind, names in FORMS.items()]
+    standard = r"(?:ISO\s*1328-1\s*:\s*2013\s+[0-9]{1,2}|IT\s*[0-9]{1,2})"
+    grade = rf"grade\s*\(\s*{standard}\s*,\s*[0-9.]{{1,9}}\s*sigma\s*\)"
+    return rf"^\s*(?:{'|'.join([*calls, grade])})\s*$"
+
+
+def _allowed(*, vector: bool) -> str:
     """Return the distributions that may stand at a number or vector, in words."""
-    forms = [f'"{kind}({", ".join(FORMS[kind])})"' for kind in FORMS if (kind in VECTORS) == vector]
+    forms = [f'"{text}"' for kind, text in zip(FORMS, form_texts(), strict=True) if (kind in VECTORS) == vector]
     return f"{', '.join(forms)}, {_GRADES}"
 
 
@@ -265,14 +304,15 @@ def _is_point(deviation: float, low: float, high: float) -> bool:
 def _truncated_moments(mean: float, deviation: float, low: float, high: float) -> tuple[float, float]:
     """Return mean and standard deviation of a truncated normal distribution.
 
-    Of a truncation so narrow that the closed form cancels (below a hundredth of a deviation, where the density is even
-    to 1e-2 of that) those of the uniform distribution between the limits.
+    The closed form cancels where the truncation is narrow. Below a hundredth of a deviation the density is a straight
+    line to 1e-5, whose moments are those of the even one, with the mean moved by its slope.
     """
     if _is_point(deviation, low, high):
         return min(max(mean, low), high), 0.0
     a, b = (low - mean) / deviation, (high - mean) / deviation
     if b - a < 1e-2:
-        return (low + high) / 2, (high - low) / math.sqrt(12)
+        middle = (a + b) / 2
+        return mean + deviation * middle * (1 - (b - a) ** 2 / 12), (high - low) / math.sqrt(12)
     share = _share(mean, deviation, low, high)
     pa, pb = (math.exp(-x * x / 2) / math.sqrt(2 * math.pi) for x in (a, b))
     first = (pa - pb) / share

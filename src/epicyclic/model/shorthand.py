@@ -20,6 +20,7 @@ __all__ = ["TOLERANCE_TABLES", "expand", "expand_path", "one_path"]
 TOLERANCE_TABLES = ("cost", "correlation")
 """Tables of `[tolerance]` that are no tolerances."""
 
+_MOST_CHARACTERS = 1000  # of a path: 24 names of 60 letters at most do not all stand in one
 _PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
 _BARE = bare_keys(MemberDeviationsTable) | bare_keys(MeshDeviationsTable)
 
@@ -280,7 +281,13 @@ def _innermost(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]
 
 
 def one_path(text: str, names: Names, path: str) -> str:
-    """Return one path with the stage put in; `radial`, `tilt` and a bare damper, one number of several keys, stay."""
+    """Return one path with the stage put in; `radial`, `tilt` and a bare damper, one number of several keys, stay.
+
+    Raises ModelError for a text that is no path.
+    """
+    if len(text) > _MOST_CHARACTERS:
+        problem, allowed = f"a path of {len(text)} characters", f"at most {_MOST_CHARACTERS}"
+        raise ModelError(problem, path=f"{path[:80]}...", given=text, allowed=allowed)
     found = expand_path(text, names, path=path)
     if len(found) == 1:
         return found[0]

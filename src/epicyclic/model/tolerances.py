@@ -6,27 +6,26 @@ The draw is the number at the path: it takes the place of what the file states t
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
 from .bare_numbers import Probe, bare_in, likely_text
-from .distributions import FORMS, VECTORS, Distribution, StandardGrade, read_distribution
+from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
 from .names import Names, collect, nearest
-from .shorthand import TOLERANCE_TABLES, expand
+from .shorthand import TOLERANCE_TABLES, expand, one_path
 from .tables import PlainTable, leaves, nested
-from .units import KINDS, Bounds, Quantity, read_quantity
-from .validation import LISTED, quantity_at, validate
+from .units import KINDS, Bounds, Quantity, read_quantity, split_list
+from .validation import LISTED, quantities_at
 
-__all__ = ["Grade", "Tolerance", "Width", "check_tolerance", "costs", "tolerances"]
+__all__ = ["Grade", "Tolerance", "Width", "check_tolerance", "costs", "still_toleranced", "tolerances"]
 
 _NUMBER = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]{1,4})?\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
 _TURNING = ("run_out", "bearing_run_out")  # those that turn with the planet, so that a tooth can be marked
 _SHARED = ("own", "common", "phase")
-_PHASES = ("random", "marked")
 _ENTRY = '"DISTRIBUTION" or { own = "DISTRIBUTION", common = "DISTRIBUTION", phase = "random" or "marked" }'
 _MOST_PRICE = 1e15
 
@@ -73,8 +72,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `resolve.tolerances` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    reading = _Reading(_tables_of(document), folder=None)
-    return tuple(_resolved(entry, width) for entry in reading.entries())
+    return tuple(_resolved(entry, width) for entry in _Reading(_tables_of(document), folder=None).entries())
 
 
 def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
@@ -83,14 +81,7 @@ def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade
     document, width : as of `tolerances`.  Raises ModelError likewise.
     """
     reading = _Reading(_tables_of(document), folder=None)
-    return {
-        entry.path: tuple(
-            Grade(text=read.text, distribution=_sized(read, entry, width, f"tolerance.cost.{entry.path}"), price=price)
-            for read, price in reading.priced(entry)
-        )
-        for entry in reading.entries()
-        if entry.path in reading.costs
-    }
+    return {entry.path: reading.grades(entry, width) for entry in reading.entries() if entry.path in reading.costs}
 
 
 def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list[str]:
@@ -103,10 +94,43 @@ def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list
     if not isinstance(data.get("tolerance"), dict):
         return []
     reading = _Reading(data, folder=folder, names=names)
-    entries = list(reading.entries())
+    entries = reading.entries()
     _check_overlaps(entries, names)
     _check_costs(reading, entries)
     return reading.warnings
+
+
+def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
+    """Return a document without the tolerances of the file whose number an override has removed or made a word.
+
+    data : the file with overrides laid over it.  above : the overrides; a tolerance that they state stays.
+    """
+    stated, mine = data.get("tolerance"), above.get("tolerance")
+    if not isinstance(stated, dict):
+        return data
+    own = mine if isinstance(mine, dict) else {}
+    gone = {
+        path
+        for path in stated
+        if path not in (*TOLERANCE_TABLES, *own) and _missing(data, path) and not _missing(file, path)
+    }
+    return data | {"tolerance": _without(stated, gone, names)} if gone else data
+
+
+def _without(table: PlainTable, gone: Collection[str], names: Names) -> PlainTable:
+    """Return `[tolerance]` without some entries, nor their prices and correlations."""
+    kept = {path: value for path, value in table.items() if path not in gone}
+    for name in TOLERANCE_TABLES:
+        if isinstance(inner := kept.get(name), dict):
+            kept[name] = {path: value for path, value in inner.items() if path not in gone}
+    if isinstance(pairs := kept.get("correlation"), dict):
+        others = {
+            first: {text: value for text, value in inner.items() if one_path(text, names, first) not in gone}
+            for first, inner in pairs.items()
+            if isinstance(inner, dict)
+        }
+        kept["correlation"] = {first: inner for first, inner in (pairs | others).items() if inner != {}}
+    return kept
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,12 +167,19 @@ class _Reading:
             raise ModelError("not a table", path=f"tolerance.{name}", given=inner, allowed=f"[tolerance.{name}]")
         return inner
 
-    def entries(self) -> Iterator[_Entry]:
-        """Yield the entries in the order of the file."""
-        planets = self._planets()
-        for path, value in self.table.items():
-            if path not in TOLERANCE_TABLES:
-                yield self._entry(path, value, planets)
+    def entries(self) -> tuple[_Entry, ...]:
+        """Return the entries in the order of the file. Raises ModelError."""
+        stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
+        probes = quantities_at(self.data, stated, self.names, self.folder)
+        return tuple(self._entry(path, value, probes[path]) for path, value in stated.items())
+
+    def grades(self, entry: _Entry, width: Width | None) -> tuple[Grade, ...]:
+        """Return the grades of one entry with their distributions."""
+        where = f"tolerance.cost.{entry.path}"
+        return tuple(
+            Grade(text=read.text, distribution=_sized(read, entry, width, where), price=price)
+            for read, price in self.priced(entry)
+        )
 
     def priced(self, entry: _Entry) -> Iterator[tuple[Distribution | StandardGrade, float]]:
         """Yield the grades of one entry and their prices."""
@@ -167,18 +198,11 @@ class _Reading:
                 raise ModelError("not a price", path=place, given=price, allowed=allowed)
             yield read, float(price)
 
-    def _planets(self) -> dict[str, int]:
-        """Return the number of branches of each stage."""
-        if not self.table:
-            return {}
-        model, _ = validate(self.data | {"tolerance": {}}, self.names, self.folder)
-        return {name: stage.branches for name, stage in model.stages.items()}
-
-    def _entry(self, path: str, value: object, planets: Mapping[str, int]) -> _Entry:
+    def _entry(self, path: str, value: object, found: Probe | ModelError) -> _Entry:
         """Return one entry. Raises ModelError."""
         where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
-        probe = self._probe(path, value, where)
+        probe = self._probe(path, value, found)
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS
         vector = vector and any(_is_vector_text(text) for text in texts.values())
         read: dict[str, Distribution | StandardGrade] = {}
@@ -190,7 +214,7 @@ class _Reading:
         if len(stated) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in probe.kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=str(value), allowed=f"all in {allowed}")
-        count = _count(path, probe, self.names, planets)
+        count = _count(path, probe, self.names, self.data)
         if "common" in read and count == 1:
             problem, allowed = (
                 "a common draw of a single one",
@@ -211,14 +235,12 @@ class _Reading:
             vector=vector,
         )
 
-    def _probe(self, path: str, value: object, where: str) -> Probe:
+    def _probe(self, path: str, value: object, probe: Probe | ModelError) -> Probe:
         """Return what may stand at the path of an entry. Raises ModelError where it is no number of the model."""
-        allowed = "a path a number can stand at, in a table that is there"
-        try:
-            probe = quantity_at(self.data, path, self.names, self.folder)
-        except ModelError as error:
-            about = f"{error.path}: {error.problem}" if error.path not in ("", path) else error.problem
-            raise ModelError(f"no such path ({about})", path=where, given=_shown(value), allowed=allowed) from None
+        where, allowed = f"tolerance.{path}", "a path a number can stand at, in a table that is there"
+        if not isinstance(probe, Probe):
+            about = f"{probe.path}: {probe.problem}" if probe.path not in ("", path) else probe.problem
+            raise ModelError(f"no such path ({about})", path=where, given=_shown(value), allowed=allowed)
         if probe.whole:
             allowed = "a quantity that varies from part to part"
             raise ModelError("a count, no number that varies", path=where, given=_shown(value), allowed=allowed)
@@ -288,8 +310,8 @@ def _texts(value: object, where: str) -> tuple[dict[str, object], str]:
     if not texts:
         raise ModelError("says nothing", path=where, given=_shown(value), allowed=_ENTRY)
     phase = value.get("phase", "random")
-    if phase not in _PHASES:
-        raise ModelError("no phase of assembly", path=f"{where}.phase", given=phase, allowed=" or ".join(_PHASES))
+    if phase not in PHASES:
+        raise ModelError("no phase of assembly", path=f"{where}.phase", given=phase, allowed=" or ".join(PHASES))
     return texts, str(phase)
 
 
@@ -346,7 +368,7 @@ def _missing(data: PlainTable, path: str) -> str | None:
     return None
 
 
-def _count(path: str, probe: Probe, names: Names, planets: Mapping[str, int]) -> int:
+def _count(path: str, probe: Probe, names: Names, data: PlainTable) -> int:
     """Return how many planets have a number of their own at a path."""
     segments = path.split(".")
     if not probe.many or segments[0] not in ("stages", "deviations") or segments[1] not in names.stages:
@@ -354,7 +376,11 @@ def _count(path: str, probe: Probe, names: Names, planets: Mapping[str, int]) ->
     stage, name, *rest = segments[1:]
     kinds = names.stages[stage]
     members = rest[0].split("-") if name == "meshes" else [name]
-    return max(planets.get(stage, 1), 1) if any(kinds.get(member) == "planet" for member in members) else 1
+    if not any(kinds.get(member) == "planet" for member in members):
+        return 1
+    table = data["stages"][stage]
+    angles, _ = split_list(table.get("planet_angles"))
+    return len(angles) if angles else max(table.get("planets", 1), 1)
 
 
 # several entries -----------------------------------------------------------------------------------------------------
@@ -382,7 +408,7 @@ def _numbers_of(entry: _Entry, names: Names) -> list[str]:
     return found
 
 
-def _check_costs(reading: _Reading, entries: list[_Entry]) -> None:
+def _check_costs(reading: _Reading, entries: Sequence[_Entry]) -> None:
     """Raise ModelError for prices of a path without tolerance, and for what is no grade or no price."""
     known = [entry.path for entry in entries]
     for path, table in reading.costs.items():

@@ -151,26 +151,21 @@ def _table(document: Mapping[str, object]) -> Mapping[str, Any]:
 
 
 def _check_place(path: str, given: object, bodies: Sequence[Body], meshes: Sequence[Mesh]) -> None:
-    """Raise ModelError for a deviation of a mesh, or of a side, that the train has not."""
+    """Raise ModelError for a mesh, or for a side of a mesh or of a deviated member, that the train has not."""
     table, *segments = path.split(".")
-    if table not in ("deviations", "stages") or len(segments) < 3:
-        return
-    if segments[1] == "meshes":
-        known = {mesh.pair.removeprefix("stages.") for mesh in meshes}
-        sides = {f"{mesh.pair.removeprefix('stages.')}.{mesh.side}" for mesh in meshes}
-        place, at = ".".join(segments[:3]), 3
+    if table in ("deviations", "stages") and segments[1] == "meshes":
+        places = [(mesh.pair.removeprefix("stages."), mesh.side) for mesh in meshes]
+        depth = 3
+    elif table == "deviations":
+        places = [(body.member, body.side) for body in bodies]
+        depth = 2 if segments[0] in {body.frame for body in bodies} else 1
     else:
-        known = {f"{body.member}" for body in bodies}
-        sides = {f"{body.member}.{body.side}" for body in bodies}
-        place, at = ".".join(segments[:2]), 2
-    side = segments[at] if len(segments) > at and segments[at] in SIDES else None
-    if place in known and (side is None or f"{place}.{side}" in sides):
         return
-    if segments[0] not in {body.frame for body in bodies} and side is None:
-        return  # a body of its own, whose path has no stage
-    missing = place if side is None else f"{place}.{side}"
-    problem = f"no such path (the train has no {missing})"
-    raise ModelError(problem, path=f"tolerance.{path}", given=given, allowed=f"one of {', '.join(sorted(known))}")
+    known = {place for place, _ in places} | {f"{place}.{side}" for place, side in places if side}
+    sided = depth + (len(segments) > depth and segments[depth] in SIDES)
+    if (place := ".".join(segments[:sided])) not in known:
+        problem = f"no such path (the train has no {place})"
+        raise ModelError(problem, path=f"tolerance.{path}", given=given, allowed=f"one of {', '.join(sorted(known))}")
 
 
 def _check_size(entry: Tolerance, read: Distribution, where: str, bodies: Sequence[Body]) -> None:
