@@ -59,7 +59,7 @@ def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = Fals
 
     def value(line: Line) -> ComplexArray:
         """Errors and force at rest of one line, (m + R + c + n,)."""
-        gaps = system.flank_gaps(line)
+        gaps = system.flank_gaps(line)[: m + far.mesh.size]
         return np.concatenate([gaps[:m], group_gap(line, R), gaps[m:], line.force[0]])
 
     gaps = np.concatenate([np.zeros(m + R), meshes.backlash[far.mesh]])

@@ -203,7 +203,8 @@ def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], lin
     # errors of links that vary are gaps of rows here, no forces
     require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system.dofs.names)
     force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * own)
-    return _closed(flexible, np.concatenate([system.flank_gaps(line), own]), flexible.gap_of_force @ force)
+    flanks = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
+    return _closed(flexible, np.concatenate([flanks, own]), flexible.gap_of_force @ force)
 
 
 def _closed(flexible: Compliance, gap: Values, free_gap: Values) -> Values:

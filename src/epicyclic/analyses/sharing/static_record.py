@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ...system.faces import faces
 from ...system.gaps import flanks, groups_past_the_end, past_the_end
 from ...system.system import Array, System
-from ..samples.mean_load import MEAN_LOADS
 from ..static.both_flanks import held_train
 from ..static.quasi_static import RecordPiece, quasi_static
 from ..static.record import MeshGroup, Record, parallel_meshes, positive_count
@@ -26,7 +25,7 @@ from ..static.static import (
     rounding_of,
 )
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, sharing_warnings
+from .outputs import far_warnings, force_columns, known_mean_loads, labelled, loaded_meshes, sharing_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +42,6 @@ def sharing_of_record(
     record: Record,
     relative_speed: float,
     stored: int | None,
-    mean_load: Array | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Load-sharing coefficients over a record of static equilibria.
@@ -56,7 +54,6 @@ def sharing_of_record(
     Parameters
     ----------
     record : its instants.  stored : units kept of forces and ratios, all up to 20 000 instants where None.
-    mean_load : (2, w) coefficients by `samples.mean_load.MEAN_LOADS` [1]; None: not known.
 
     Raises
     ------
@@ -82,11 +79,11 @@ def sharing_of_record(
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole = record.count >= record.period
     worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
-    slow = np.full((len(MEAN_LOADS), len(face.name)), np.nan) if mean_load is None else mean_load
-    values = np.where(loaded, coefficients(over, worst, slow, members), np.nan)
+    mean_load, unknown = known_mean_loads(system)
+    values = np.where(loaded, coefficients(over, worst, mean_load, members), np.nan)
     touching = mesh_contact(face, contact)
     lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
-    notes = [*free_position_warnings(system, train.loaded.free), *record.warnings]
+    notes = [*free_position_warnings(system, train.loaded.free), *record.warnings, *unknown]
     notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
     notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
     notes += past_the_end(system, flanks(system), contact.largest)
