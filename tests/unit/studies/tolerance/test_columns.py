@@ -345,6 +345,15 @@ def test_overrides_reproduce_a_sample(torque: str) -> None:
         np.testing.assert_allclose(by_hand, values.load[sample], rtol=1e-9, atol=1e-9)
 
 
+def test_closed_contact_solved_phase_by_phase_is_the_same() -> None:
+    given = tolerance_map(load(ren()))
+    u = np.random.default_rng(6).random((20, len(given.dimension_entry)))
+    whole, each = given.evaluate(u), given.evaluate(u, method="static")
+    assert not whole.open.any()
+    np.testing.assert_allclose(each.k, whole.k, rtol=1e-12)
+    np.testing.assert_allclose(each.least, whole.least, rtol=1e-12)
+
+
 def test_a_piece_has_the_same_bits_whatever_else_is_evaluated() -> None:
     given = tolerance_map(load(ren()))
     u = np.random.default_rng(5).random((SAMPLES + 7, len(given.dimension_entry)))
