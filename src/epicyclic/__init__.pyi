@@ -25,8 +25,8 @@ from .verbs.stability import stability as stability
 from .verbs.static import static as static
 from .verbs.steady import steady as steady
 from .verbs.stiffness import stiffness as stiffness
-from .verbs.sweep import sweep as sweep
 from .verbs.study import study as study
+from .verbs.sweep import sweep as sweep
 from .verbs.track import track as track
 from .verbs.train_contact import train_contact as train_contact
 from .verbs.transient import transient as transient

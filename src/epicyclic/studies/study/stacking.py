@@ -72,8 +72,8 @@ def _counted(one: xr.Dataset, dim: Hashable) -> xr.Dataset:
     if dim not in one.coords:
         return one
     labels = one[dim]
-    rest = one.drop_vars(str(dim))
-    return rest.assign({f"{dim}_value": ((dim,), labels.values, labels.attrs)}).assign_coords({dim: np.arange(labels.size)})
+    counted = one.drop_vars(str(dim)).assign_coords({dim: np.arange(labels.size)})
+    return counted.assign({f"{dim}_value": ((dim,), labels.values, labels.attrs)})
 
 
 def _fills(found: Sequence[xr.Dataset]) -> dict[Hashable, Any]:
