@@ -14,8 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.analyses.sharing import tone_forces
 from epicyclic.analyses.samples.mean_load import MEAN_LOADS
+from epicyclic.analyses.sharing import tone_forces
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.sharing.tone_forces import Method, mean_force

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 
@@ -202,7 +203,7 @@ def test_each_planet_draws_for_itself_and_a_common_part_once() -> None:
     assert found["deviations.main.meshes.sun-planet.gap"].own is None
 
 
-def prefixed(table: dict[str, object]) -> dict[str, object]:
+def prefixed(table: Mapping[str, object]) -> dict[str, object]:
     return {f"tolerance.{path}": value for path, value in table.items()}
 
 
@@ -238,7 +239,7 @@ def test_a_number_is_drawn_once(first: str, second: str) -> None:
     assert error.value.path.startswith("tolerance.deviations.")
 
 
-def toleranced_all(table: dict[str, object]) -> Document:
+def toleranced_all(table: Mapping[str, object]) -> Document:
     return read(PLAIN, {"tolerance": table})
 
 

@@ -48,17 +48,18 @@ def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = Fals
         tangents, as linear analyses take them.
     """
     meshes, far = system.meshes, system.far_flanks
-    kept = {} if tables else {"laws": ()}
     even = replace(
         system,
-        meshes=replace(meshes, variation=np.zeros_like(meshes.variation), **kept),
-        far=None if system.far is None else replace(far, variation=np.zeros_like(far.variation), **kept),
+        meshes=replace(meshes, variation=np.zeros_like(meshes.variation), laws=meshes.laws if tables else ()),
+        far=None
+        if system.far is None
+        else replace(far, variation=np.zeros_like(far.variation), laws=far.laws if tables else ()),
     )
     m, R = len(meshes.name), system.group_rows.shape[1]
 
     def value(line: Line) -> ComplexArray:
         """Errors and force at rest of one line, (m + R + c + n,)."""
-        gaps = system.flank_gaps(line)
+        gaps = system.flank_gaps(line)[: m + far.mesh.size]
         return np.concatenate([gaps[:m], group_gap(line, R), gaps[m:], line.force[0]])
 
     gaps = np.concatenate([np.zeros(m + R), meshes.backlash[far.mesh]])

@@ -24,7 +24,7 @@ from ..static.both_flanks import held_train
 from ..static.equilibrium import Compliance, Values, compliance, require_balance
 from ..static.record import MeshGroup, parallel_meshes
 
-__all__ = ["LineMap", "LoadMap", "group_names", "line_map", "load_map", "turning_frequencies"]
+__all__ = ["LineMap", "LoadMap", "at_mesh_order", "group_names", "line_map", "load_map", "turning_frequencies"]
 
 # Columns of a line that is left out, of one that stands still, and from 0 on of the turning frequencies.
 LEFT_OUT, STILL = -2, -1
@@ -135,7 +135,7 @@ def group_names(system: System) -> tuple[str, ...]:
 
 def turning_frequencies(system: System, lines: Sequence[Line]) -> tuple[Fraction, ...]:
     """Frequencies [Hz] of lines that neither stand still nor are at a mesh order, rising."""
-    found = {line.frequency for line in lines if line.frequency and not _at_mesh_order(system, line)}
+    found = {line.frequency for line in lines if line.frequency and not at_mesh_order(system, line)}
     return tuple(sorted(found))
 
 
@@ -177,7 +177,7 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     )
 
 
-def _at_mesh_order(system: System, line: Line) -> bool:
+def at_mesh_order(system: System, line: Line) -> bool:
     """Whether a line is at a multiple of any mesh frequency."""
     return any((line.frequency / tone).denominator == 1 for tone in system.tones)
 
@@ -203,7 +203,8 @@ def _stretch(system: System, flexible: Compliance, links: NDArray[np.int64], lin
     # errors of links that vary are gaps of rows here, no forces
     require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system.dofs.names)
     force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * own)
-    return _closed(flexible, np.concatenate([system.flank_gaps(line), own]), flexible.gap_of_force @ force)
+    flanks = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
+    return _closed(flexible, np.concatenate([flanks, own]), flexible.gap_of_force @ force)
 
 
 def _closed(flexible: Compliance, gap: Values, free_gap: Values) -> Values:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...system.system import Array, ComplexArray
 from ..static.record import MeshGroup
-from .phases import SlowPhases, units_of_largest
+from .phases import SlowPhases, largest_sum, units_of_largest
 
 __all__ = ["MEAN_LOADS", "closed_loads", "largest_of_groups", "least_forces", "loads_at_phases"]
 
@@ -56,18 +56,17 @@ def _largest_share(
     turning, swing = waves
     if not len(turning):
         return share
-    unit = units_of_largest(phases, turning)
-    least = total - _summed(-swing, units_of_largest(phases, -swing))
-    constant = not np.any(np.abs(swing) > _CONSTANT * np.abs(total))
     with np.errstate(divide="ignore", invalid="ignore"):
-        for _ in range(1 if constant else _STEPS):
+        if not np.any(np.abs(swing) > _CONSTANT * np.abs(total)):
+            return np.where(total > 0, (own + largest_sum(phases, turning)) / total, np.inf)
+        least = total - largest_sum(phases, -swing)
+        for _ in range(_STEPS):
+            unit = units_of_largest(phases, turning - share * swing)
             found = (own + _summed(turning, unit)) / (total + _summed(np.broadcast_to(swing, turning.shape), unit))
             higher = np.maximum(share, found)
-            if constant or np.all(higher <= share * (1 + _CONSTANT)):
-                share = higher
+            if np.all(higher <= share * (1 + _CONSTANT)):
                 break
             share = higher
-            unit = units_of_largest(phases, turning - share * swing)
     return np.where(least > 0, share, np.inf)
 
 
@@ -81,7 +80,7 @@ def least_forces(force: Array, wave: ComplexArray, phases: SlowPhases) -> Array:
     """Least force (S, w) [N] over the slow phases, of forces (S, w) and waves (G, S, w) [N]."""
     if not len(wave):
         return force
-    return force - _summed(-wave, units_of_largest(phases, -wave))
+    return force - largest_sum(phases, -wave)
 
 
 def loads_at_phases(force: Array, mean: Array, members: Sequence[MeshGroup]) -> Array:

@@ -59,11 +59,11 @@ def net_forces(
         if not todo.size:
             break
     stretch, regular = _stretch_of(given, closed, state, pressing, open_part=0.0, same=same)
-    found &= regular & np.isfinite(stretch).all(axis=1)
+    found &= np.asarray(regular & np.isfinite(stretch.sum(axis=1)))
     force = stretch[:, :F] * np.where(state, pressing[..., :F], 0.0)
     net = force[:, : given.mesh_count].copy()
     net[:, given.far] -= force[:, given.mesh_count :]
-    return net, found
+    return net, np.asarray(found, bool)
 
 
 def _pressing(given: LoadMap, count: int, rows: NDArray[np.int64] | None, stiffness: Array | None) -> Array:
@@ -91,27 +91,31 @@ def _stretch_of(
     stretch, regular = closed.copy(), np.ones(T, bool)
     if not same:
         kappa = pressing.copy()
-        kappa[:, :F] *= np.where(state, 1.0, open_part)
+        kappa[:, :F] = np.where(state, pressing[:, :F], open_part * k0[:F])
         for first in range(0, T, max(1, _BATCH // M**2)):
             part = slice(first, first + max(1, _BATCH // M**2))
             matrix = np.eye(M) - S * (k0 - kappa[part])[:, None, :]
             stretch[part], regular[part] = _solved(matrix, closed[part])
         return stretch, regular
-    packed = np.packbits(state, axis=1)
-    key, member = np.unique(packed, axis=0, return_inverse=True)
-    order = np.argsort(member.ravel(), kind="stable")
-    ends = np.cumsum(np.bincount(member.ravel(), minlength=len(key)))
-    for at in np.split(order, ends[:-1]):
-        kappa = pressing.copy()
-        kappa[:F] *= np.where(state[at[0]], 1.0, open_part)
+    for at in _alike(state, np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))):
+        kappa = k0.copy()
+        kappa[:F] = np.where(state[at[0]], pressing[:F], open_part * k0[:F])
         differs = np.flatnonzero(k0 != kappa)
-        if not differs.size:
-            continue
         D = (k0 - kappa)[differs]
         matrix = np.eye(differs.size) - S[np.ix_(differs, differs)] * D
         own, regular[at] = _solved(matrix[None], closed[np.ix_(at, differs)].T[None])
         stretch[at] = closed[at] + (own[0].T * D) @ S[:, differs].T
     return stretch, regular
+
+
+def _alike(state: NDArray[np.bool_], chosen: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """The chosen samples in groups of one set of rows each."""
+    if not chosen.size:
+        return []
+    packed = np.packbits(state[chosen], axis=1)
+    order = np.lexsort(packed.T)
+    new = np.any(np.diff(packed[order], axis=0) != 0, axis=1)
+    return np.split(chosen[order], np.flatnonzero(new) + 1)
 
 
 def _solved(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_]]:

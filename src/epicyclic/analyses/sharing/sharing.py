@@ -9,17 +9,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...errors import ConvergenceError, ModelError
+from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
 from ..cost import MOST_NUMBERS, require_memory, require_time
-from ..samples.mean_load import MEAN_LOADS
-from ..samples.sample_loads import mean_loads
 from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
 from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_speed, sharing_warnings
+from .outputs import (
+    far_warnings,
+    force_columns,
+    known_mean_loads,
+    labelled,
+    loaded_meshes,
+    require_speed,
+    sharing_warnings,
+)
 from .static_record import sharing_of_record
 from .tone_forces import Method, ToneForces, mean_force, tone_forces
 from .worst_case import worst_case
@@ -87,12 +93,11 @@ def sharing(
             record=window,
             relative_speed=relative_speed,
             stored=stored_cycles,
-            mean_load=_mean_load(system)[0],
             progress=progress,
         )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
-    mean_load, unknown = _mean_load(system)
+    mean_load, unknown = known_mean_loads(system)
     if method != "static":  # at rest the laws of flanks are asked; links without laws are here in either case
         system = linear(system)
     if samples is not None:  # the waves of every line
@@ -157,20 +162,6 @@ def sharing(
         provenance=system.provenance,
         warnings=notes,
     )
-
-
-def _mean_load(system: System) -> tuple[Array, list[str]]:
-    """Coefficients (2, w) without mesh-frequency content [1], and a warning where they are not known, nan then.
-
-    A train that vibrates may have no equilibrium at rest: a load that only inertia takes.
-    """
-    try:
-        return mean_loads(system), []
-    except (ModelError, ConvergenceError) as error:
-        why = getattr(error, "problem", None) or str(error)
-        return np.full((len(MEAN_LOADS), len(faces(system.meshes).name)), np.nan), [
-            f"{' and '.join(MEAN_LOADS)} are not known: {why}"
-        ]
 
 
 def _by_tone(system: System) -> bool:

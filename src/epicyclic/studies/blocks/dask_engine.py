@@ -87,7 +87,7 @@ def _client(address: str) -> Iterator[Any]:
     logger.setLevel(60)  # what goes wrong is said by errors of our own
     try:
         _require_scheduler(address)
-        client = Client(address, timeout=_CONNECT, set_as_default=False)
+        client = Client(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
         try:
             yield client
         finally:
@@ -130,7 +130,7 @@ async def _identity(address: str) -> Any:
     """What the server at an address says of itself."""
     from distributed.core import rpc
 
-    async with rpc(address, timeout=_CONNECT) as server:
+    async with rpc(address, timeout=_CONNECT) as server:  # type: ignore[no-untyped-call]
         return await server.identity()
 
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 from ...errors import ModelError
 
@@ -54,7 +55,8 @@ def local_cluster(workers: int) -> Iterator[str]:
     ------
     ModelError : it does not start.
     """
-    paths = [path or os.getcwd() for path in sys.path]
+    # the packages of this process, wherever it has found them
+    paths = [str(Path(__file__).resolve().parents[3]), *(os.path.abspath(path) for path in sys.path)]
     process = subprocess.Popen(
         [sys.executable, "-c", _START, str(workers)],
         stdin=subprocess.PIPE,

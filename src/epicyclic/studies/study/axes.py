@@ -131,10 +131,11 @@ def _between(place: _Place, given: Mapping[str, Any], shares: NDArray[np.float64
     else:
         numbers = first + shares * (last - first)
     # the ends are what was written, not rounded by a logarithm
-    found = [first if share == 0.0 else last if share == 1.0 else float(x) for share, x in zip(shares, numbers, strict=True)]
-    if place.whole or all(isinstance(given[end], int) for end in ("from", "to")):
-        if place.whole or all(number == round(number) for number in found):
-            return [round(number) for number in found]
+    numbers = np.where(shares == 0.0, first, np.where(shares == 1.0, last, numbers))
+    found = [float(number) for number in numbers]
+    counts = all(isinstance(given[end], int) for end in ("from", "to")) and all(one == round(one) for one in found)
+    if place.whole or counts:
+        return [round(number) for number in found]
     return [f"{number!r} {unit}" for number in found] if unit and not place.kinds else found
 
 
@@ -157,14 +158,12 @@ def _number(place: _Place, value: Any, where: str) -> tuple[float, str]:
         likely = likely_text(value, place.kinds, None)
         raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=value)
     try:
-        read_as = read_quantity(value, place.kinds, Bounds(inf=True))
+        found = read_quantity(value, place.kinds, Bounds(inf=True))
     except ModelError as error:
         raise ModelError(error.problem, path=where, given=value, allowed=error.allowed) from None
-    unit = KINDS[place.kinds[0]].unit
-    if isinstance(read_as, Quantity):
-        read_as, unit = read_as.value, read_as.unit
-    assert isinstance(read_as, float)
-    return read_as, unit
+    number, unit = (found.value, found.unit) if isinstance(found, Quantity) else (found, KINDS[place.kinds[0]].unit)
+    assert isinstance(number, float)
+    return number, unit
 
 
 def _check_values(document: Document, place: _Place, values: Sequence[Any]) -> None:

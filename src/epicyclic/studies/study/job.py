@@ -37,14 +37,13 @@ _SAMPLERS = ("random", "sobol")
 class StudyJob:
     """A study, ready to run.
 
-    verb, options, overrides : of every point.  document : of the model.  model : its tables, which every verb takes.
+    verb, options, overrides : of every point.  model : tables of the model, which every verb takes.
     keep : names of variables that are kept, () for all.
     grid : axes that are crossed, a dimension each.  along : axes that vary together along `point`.
     points : length of `point`, 0 without.  warnings : what was made of the job.
     """
 
     verb: str
-    document: Document
     model: Mapping[str, Any]
     options: Mapping[str, Any]
     overrides: Mapping[str, Any]
@@ -101,9 +100,16 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
     ]
     along, points, said = _along(table, document, model_folder, written, seed)
     found = StudyJob(
-        **{"verb": verb, "document": document, "model": _portable(document, model_folder)},
-        **{"options": options, "overrides": overrides, "keep": _kept(table), "grid": tuple(grid)},
-        **{"along": tuple(along), "points": points, "seed": seed, "warnings": tuple(said)},
+        verb=verb,
+        model=_portable(document, model_folder),
+        options=options,
+        overrides=overrides,
+        keep=_kept(table),
+        grid=tuple(grid),
+        along=tuple(along),
+        points=points,
+        seed=seed,
+        warnings=tuple(said),
     )
     _check(found, verbs[verb])
     return found

@@ -22,7 +22,7 @@ def stacked(results: Sequence[xr.Dataset | None]) -> xr.Dataset:
 
     Labels of texts and whole numbers are joined: a point has nan, or an empty text, at those that it does not have.
     Coordinates of floating point, or with a label twice, that are not the same at every point are no labels to join
-    on: they become a variable NAME_value, and the dimension counts.
+    on: they become a variable NAME_of_point, and the dimension counts.
 
     Raises
     ------
@@ -62,18 +62,19 @@ def _with_labels(found: Sequence[xr.Dataset]) -> list[xr.Dataset]:
         if all(index.equals(indexes[0]) for index in indexes[1:]) and len(having) == len(found):
             continue
         kinds = {index.dtype.kind for index in indexes}
-        if "f" in kinds or "c" in kinds or not all(index.is_unique for index in indexes):
-            made = [_counted(one, dim) for one in made]
+        counts = "f" in kinds or "c" in kinds or not all(index.is_unique for index in indexes)
+        made = [_counted(one, dim) if counts or dim not in one.coords else one for one in made]
     return made
 
 
 def _counted(one: xr.Dataset, dim: Hashable) -> xr.Dataset:
-    """A result with the labels of a dimension as a variable beside it."""
-    if dim not in one.coords:
+    """A result whose dimension counts, its labels, if any, as a variable beside it."""
+    if dim not in one.dims:
         return one
-    labels = one[dim]
-    rest = one.drop_vars(str(dim))
-    return rest.assign({f"{dim}_value": ((dim,), labels.values, labels.attrs)}).assign_coords({dim: np.arange(labels.size)})
+    counted = one.drop_vars(str(dim), errors="ignore").assign_coords({dim: np.arange(one.sizes[dim])})
+    return (
+        counted.assign({f"{dim}_of_point": ((dim,), one[dim].values, one[dim].attrs)}) if dim in one.coords else counted
+    )
 
 
 def _fills(found: Sequence[xr.Dataset]) -> dict[Hashable, Any]:

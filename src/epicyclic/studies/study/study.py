@@ -130,8 +130,11 @@ def _result(asked: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -
     axes |= {axis.path: _coordinate(axis, "point") for axis in asked.along}
     kind = next(point["kind"] for point in points if point["kind"])
     attributes = {"studied": kind, "points": prod(asked.shape), "failed": failed, "job": hashed, "machine": machine()}
-    return whole.assign_coords(result.coords).assign_coords(axes).assign(result.data_vars).assign_attrs(
-        result.attrs | attributes
+    return (
+        whole.assign_coords(result.coords)
+        .assign_coords(axes)
+        .assign(result.data_vars)
+        .assign_attrs(result.attrs | attributes)
     )
 
 
@@ -150,5 +153,3 @@ def _provenance(asked: StudyJob) -> dict[str, str]:
         "model": json.dumps(model, default=str),
         "assumed": json.dumps(model.get("assumed", {})),
     }
-
-

@@ -258,7 +258,8 @@ def tolerance_map(train: Train) -> ToleranceMap:
     ------
     ModelError : no tolerance; a path that is neither deviation, torque nor stiffness; no load.
     """
-    entries, document = tolerances_of(train), {k: v for k, v in train.document.items() if k not in ("tolerance", "assumed")}
+    entries = tolerances_of(train)
+    document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
     if not entries:
         raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
     tables: dict[str, tuple[Kind, list[str]]] = {}

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.samples.load_map import at_mesh_order
 from ...assemble import assemble
 from ...errors import ModelError
 from ...model.tolerances import Tolerance
@@ -68,7 +69,9 @@ def shift_of(
         """The System with another value of that number."""
         numbers = [mean] * entry.count
         numbers[planet] = value
-        return assemble(load(document, {**at_means, entry.path: values_text(numbers, entry.unit)}))
+        train = load(document, {**at_means, entry.path: values_text(numbers, entry.unit)})
+        # the gap of a table's tangent follows the load: that of the mean load stays
+        return assemble(replace(train, mesh_errors=tuple(e for e in train.mesh_errors if e.cause != "contact")))
 
     base = loaded(mean)
     values = [_changes(entry.path, base, loaded(mean + part * step)) for part in (1.0, 0.5)]
@@ -101,8 +104,9 @@ def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Arra
         and _equal(base.meshes.backlash, other.meshes.backlash)
         and _equal(base.M, other.M)
         and [(group.name, repr(group.law)) for group in base.groups] == [(g.name, repr(g.law)) for g in other.groups]
-        and [line.frequency for line in base.lines] == [line.frequency for line in other.lines]
     )
+    lines = [[line for line in one.lines if not at_mesh_order(one, line)] for one in (base, other)]
+    same = same and [line.frequency for line in lines[0]] == [line.frequency for line in lines[1]]
     if same:
         mesh = other.meshes.stiffness - base.meshes.stiffness
         for part in base.meshes.laws:  # a tangent that follows the load: that of the mean load stays
@@ -110,7 +114,7 @@ def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Arra
         link = other.links.stiffness - base.links.stiffness
         L = base.links.B
         same = _equal(other.K - (L * link) @ L.T, base.K)
-        for one, two in zip(base.lines, other.lines, strict=True):
+        for one, two in zip(*lines, strict=True):
             pulled = L @ (link * two.link_gap)
             same &= _equal(one.gap, two.gap) and _equal(one.link_gap, two.link_gap)
             same &= _equal(one.force[0], two.force[0] - pulled, np.abs(pulled).max(initial=0.0))

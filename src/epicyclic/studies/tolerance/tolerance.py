@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...results.counted import Counted
 from ...results.dataset import dataset
 from ..blocks.run import BlockJob, hash_of, run_blocks
 from ..blocks.versions import machine
@@ -166,8 +167,19 @@ def tolerance(
 
 
 def _part(progress: Progress, start: float, end: float) -> Progress:
-    """Progress of one part of the work, from and to a share of the whole."""
-    return None if progress is None else lambda done: progress(start + (end - start) * done)
+    """Progress of one part of the work, from and to a share of the whole; counts stay those of the part."""
+    if progress is None:
+        return None
+
+    def report(done: float) -> None:
+        share = start + (end - start) * done
+        if isinstance(done, Counted):
+            counted = float.__new__(Counted, share)
+            counted.done, counted.of = done.done, done.of
+            share = counted
+        progress(share)
+
+    return report
 
 
 def sampled(

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+import epicyclic
 from epicyclic import load
 from epicyclic.analyses.samples.open_contact import net_forces
 from epicyclic.analyses.sharing.sharing import sharing
@@ -224,7 +225,7 @@ def test_samples_of_ren2021_are_full_static_solutions(torque: str, count: int, t
     still, turning = given.load_map.stretch.values(factors)
     index = np.array([0, 3917, 70_011, 1_000_003])
     values = given.evaluate(u)
-    opened, bare = 0, {name: value for name, value in model.items() if name != "tolerance"}
+    opened, bare = 0, {name: value for name, value in model.items() if name not in ("tolerance", "assumed")}
     for sample in range(count):
         system = even(assemble(load(bare, overrides=given.overrides(u[sample]))))
         time = index / 64 / float(system.tones[0])
@@ -243,17 +244,114 @@ def test_samples_of_ren2021_are_full_static_solutions(torque: str, count: int, t
     assert (opened > 20) == (torque == "3 kN m")
 
 
+@pytest.mark.parametrize(("n", "backlash"), [(4, None), (5, None), (3, "8 um"), (5, "8 um")])
+def test_open_teeth_and_far_flanks_at_standstill(n: int, backlash: str | None) -> None:
+    tolerance = {
+        "deviations.main.planet.position.y": "normal(0 um, 60 um)",
+        "deviations.main.meshes.sun-planet.gap": "normal(0 um, 30 um)",
+    }
+    model = spur(n, tolerance)
+    for mesh in model["stages"]["main"]["meshes"].values():
+        mesh |= {} if backlash is None else {"backlash": backlash}
+    given = tolerance_map(load(model))
+    u = np.random.default_rng(n).random((25, 2 * n))
+    found = given.evaluate(u)
+    assert not found.failed.any()
+    del model["tolerance"]
+    pushed = 0
+    for sample in range(len(u)):
+        full = epicyclic.static(model, overrides=given.overrides(u[sample]))
+        force = full.mesh_force.values.reshape(2, n, -1)[:, :, 0]
+        share = n * force / force.sum(axis=1, keepdims=True)
+        np.testing.assert_allclose(found.load[sample, 0], share.ravel(), rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(found.least[sample], force.ravel(), atol=1e-6 * np.abs(force).max())
+        lost = bool((force <= 0).any())
+        assert found.open[sample] == lost or (backlash is not None and not lost)  # tight: both flanks press
+        pushed += bool((force < 0).any())
+    assert found.open.sum() > 10
+    assert (pushed > 0) == (backlash is not None)
+
+
+LAWFUL = {
+    "sun": {"teeth": 24, "support": {"radial": "1e8 N/m", "clearance": "8 um"}},
+    "ring": {"teeth": 72, "support": {"radial": "2e8 N/m", "clearance": "15 um"}},
+}
+
+
+def test_links_with_play_are_asked_at_every_sample() -> None:
+    tolerance = {**PIN, "operation.torque.main.sun": "normal(800 N m, 50 N m)"}
+    tolerance["stages.main.meshes.sun-planet.stiffness"] = "normal(9.206e8 N/m, 5e7 N/m)"
+    model = spur(4, tolerance)
+    model["stages"]["main"] |= LAWFUL
+    given = tolerance_map(load(model))
+    u = np.random.default_rng(9).random((12, len(given.dimension_entry)))
+    found, tangents = given.evaluate(u), given.evaluate(u, method="linear")
+    assert not found.failed.any()
+    del model["tolerance"]
+    for sample in range(len(u)):
+        force = epicyclic.static(model, overrides=given.overrides(u[sample])).mesh_force.values.reshape(2, 4, -1)
+        share = 4 * force[:, :, 0] / force[:, :, 0].sum(axis=1, keepdims=True)
+        np.testing.assert_allclose(found.load[sample, 0], share.ravel(), rtol=1e-6)
+    assert np.abs(found.k - tangents.k).max() > 1e-3
+
+
+def test_what_laws_do_not_allow_is_refused() -> None:
+    model = spur(4, {**PIN, "stages.main.planet.bearing.radial": "normal(4e8 N/m, 1e7 N/m)"})
+    model["stages"]["main"] |= LAWFUL
+    given = tolerance_map(load(model))
+    u = np.full((1, len(given.dimension_entry)), 0.4)
+    with pytest.raises(ModelError, match="another has play") as raised:
+        given.evaluate(u)
+    assert raised.value.allowed == "linear"
+    assert np.isfinite(given.evaluate(u, method="linear").k).all()
+    model["tolerance"] = {**PIN, "stages.main.sun.support.clearance": "normal(8 um, 1 um)"}
+    with pytest.raises(ModelError, match="more than torques and stiffnesses"):
+        tolerance_map(load(model))
+
+
+def test_tables_are_asked_by_method_static_alone() -> None:
+    model = spur(4, {"deviations.main.planet.position.y": "normal(0 um, 3 um)"})
+    for mesh in model["stages"]["main"]["meshes"].values():
+        mesh["stiffness"] = "contact"
+    given = tolerance_map(load(model))
+    assert any("tangent" in warning for warning in given.warnings)
+    u = np.full((1, 4), 0.5)
+    u[0, 0] = 0.9
+    tangent, asked = given.evaluate(u), given.evaluate(u, method="static")
+    assert 1.01 < tangent.k[0, 0, 0] < 1.5
+    # a table grows stiffer with the load: near its tangent, and not on it
+    assert asked.k[0, 0, 0] == pytest.approx(tangent.k[0, 0, 0], rel=0.05)
+    assert abs(asked.k[0, 0, 0] - tangent.k[0, 0, 0]) > 1e-5
+    full = epicyclic.sharing(
+        {k: v for k, v in model.items() if k != "tolerance"},
+        overrides=given.overrides(u[0]),
+        method="static",
+        samples=16,
+    )
+    force = full.mesh_force_mean.values.reshape(2, 4)
+    np.testing.assert_allclose(asked.load[0, 0], (4 * force / force.sum(axis=1, keepdims=True)).ravel(), rtol=1e-6)
+
+
 @pytest.mark.parametrize("torque", ["100 kN m", "3 kN m"])
 def test_overrides_reproduce_a_sample(torque: str) -> None:
     model = ren(**{"main.sun": torque})
     given = tolerance_map(load(model))
-    u = np.random.default_rng(5).random((3, len(given.dimension_entry)))
+    u = np.random.default_rng(5).random((2, len(given.dimension_entry)))
     values = given.evaluate(u)
-    for sample in range(3):
+    for sample in range(2):
         system = assemble(load(model, overrides=given.overrides(u[sample])))
         found = sharing(system, method="static", cycles=1, samples=9).load_sharing
         by_hand = found.sel(definition=["mean-load", "mean-load-turning"]).values
         np.testing.assert_allclose(by_hand, values.load[sample], rtol=1e-9, atol=1e-9)
+
+
+def test_closed_contact_solved_phase_by_phase_is_the_same() -> None:
+    given = tolerance_map(load(ren()))
+    u = np.random.default_rng(6).random((20, len(given.dimension_entry)))
+    whole, each = given.evaluate(u), given.evaluate(u, method="static")
+    assert not whole.open.any()
+    np.testing.assert_allclose(each.k, whole.k, rtol=1e-12)
+    np.testing.assert_allclose(each.least, whole.least, rtol=1e-12)
 
 
 def test_a_piece_has_the_same_bits_whatever_else_is_evaluated() -> None:
