@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +12,7 @@ import typer
 
 from ..errors import ModelError
 from .console import complain, on_stdout, progress_bar, reported, require_stdout, target_of, write_result
+from .kept import kept_store
 from .run import FILES
 from .start import import_model_rooms
 
@@ -39,7 +38,7 @@ def study(
     ] = None,
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
-    with reported(), _flagged(), _kept(store):
+    with reported(), _flagged(), kept_store(store):
         if output is not None:
             target_of(output, FILES)
         if as_json or output is None:
@@ -64,24 +63,6 @@ def study(
 
             with on_stdout():
                 show(result, stdout_console())
-
-
-@contextmanager
-def _kept(store: Path | None) -> Iterator[None]:
-    """Say, where the command is stopped, what is kept and how it goes on."""
-    try:
-        yield
-    except (KeyboardInterrupt, ModelError) as error:
-        stopped = isinstance(error, KeyboardInterrupt)
-        if store is not None and any((store / "done").glob("c.*")):
-            broken = isinstance(error, ModelError) and error.problem.startswith(("cannot be written", "the connection"))
-            if stopped or broken:
-                words = sys.argv[1:]
-                command = shlex.join(["epicyclic", *words, *([] if "--resume" in words else ["--resume"])])
-                complain(f"what is done is kept in {store}; this command continues it:\n  {command}")
-        elif stopped:
-            complain("nothing is kept without --store DIR; with it, --resume goes on from where a study was stopped")
-        raise
 
 
 @contextmanager

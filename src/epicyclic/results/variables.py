@@ -404,7 +404,6 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "sobol_total": ("1", "share of the variance of K_gamma with the interactions of the tolerance"),
     "quantile_slope": ("", "slope of a quantile of K_gamma by the standard deviation of the tolerance, per SI unit"),
     "tolerance_deviation": ("", "standard deviation of the tolerance as drawn, in the unit of tolerance_unit"),
-    "tolerance_unit": ("", "SI unit of the tolerance"),
     "k_gamma_by_scale": ("1", "quantile of K_gamma of the train over the spread of one tolerance"),
     "k_gamma_by_torque": ("1", "quantile of K_gamma of the train over the torque"),
     "k_gamma_by_support": ("1", "quantile of K_gamma of the train over the stiffness of one support"),

@@ -125,7 +125,7 @@ def _named(reference: Mapping[str, float] | Sequence[str]) -> dict[str, float]:
 VERB = Verb(
     run=tolerance,
     gives=("tolerance",),
-    examples=({"samples": 256, "effects": "all"},),
+    examples=({"samples": 256, "effects": "all", "raw": True, "reference": ("table=1.25",)},),
     drawing=True,
     in_report=65,
 )
