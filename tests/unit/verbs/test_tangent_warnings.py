@@ -22,6 +22,7 @@ LINEAR = {
     "sharing",
     "sensitivity",
     "tolerance",
+    "allocate",
     "track",
     "modulation",
 }
