@@ -23,6 +23,7 @@ PARTS = (
     "response",
     "scaling",
     "samples",
+    "tolerance",
     "sensitivity",
     "stability",
     "contact",

@@ -12,6 +12,7 @@ from .show.report import write_report as write_report
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System
 from .train.train import Train as Train
+from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell
 from .verbs.check import check as check
 from .verbs.contact import contact as contact
@@ -25,7 +26,9 @@ from .verbs.stability import stability as stability
 from .verbs.static import static as static
 from .verbs.steady import steady as steady
 from .verbs.stiffness import stiffness as stiffness
+from .verbs.study import study as study
 from .verbs.sweep import sweep as sweep
+from .verbs.tolerance import tolerance as tolerance
 from .verbs.track import track as track
 from .verbs.train_contact import train_contact as train_contact
 from .verbs.transient import transient as transient

@@ -77,6 +77,10 @@ def _resolve(name: str, old: str, new: str, path: str, given: str = "", allowed:
     return Case(name=name, old=old, new=new, path=path, given=given, allowed=allowed, stage="resolve")
 
 
+def _toleranced(name: str, entry: str, path: str, given: str, allowed: str) -> Case:
+    return _read(name, "[deviations]", f"[tolerance]\n{entry}\n[deviations]", path, given, allowed)
+
+
 SUN = "[stages.main.sun]\nteeth = 24"
 PLANET = "[stages.main.planet]\nteeth = 24"
 RING = "[stages.main.ring]\nteeth = 72"
@@ -433,7 +437,55 @@ CASES: tuple[Case, ...] = (
         "normal",
         "a path",
     ),
+    _toleranced("tolerance-unknown", '"deviations.sun.run_out" = "gamma(1, 2)"', "sun.run_out", "gamma", "normal(mean"),
+    _toleranced(
+        "tolerance-spread", '"deviations.sun.run_out" = "normal(0, -1 um)"', "sun.run_out", "-1 um", "deviation >= 0"
+    ),
+    _toleranced("tolerance-dimension", '"deviations.sun.run_out" = "disc(1 kg)"', "sun.run_out", "1 kg", "length"),
+    _toleranced("tolerance-count", '"stages.main.sun.teeth" = "uniform(20, 30)"', "sun.teeth", "uniform", "varies"),
+    _toleranced(
+        "tolerance-of-no-error",
+        '"deviations.meshes.sun-planet.errors.mine.amplitude" = "normal(0, 1 um)"',
+        "errors.mine.amplitude",
+        "normal",
+        "a path",
+    ),
+    _toleranced(
+        "tolerance-phase", '"deviations.planet.run_out" = { own = "disc(1 um)", phase = 3 }', "phase", "3", "marked"
+    ),
+    _toleranced("tolerance-common", '"deviations.sun.run_out" = { common = "disc(1 um)" }', "common", "disc", "own"),
+    _toleranced(
+        "tolerance-twice",
+        '"deviations.sun.run_out" = "disc(1 um)"\n"deviations.main.sun.run_out.x" = "normal(0, 1 um)"',
+        "sun.run_out.x",
+        "",
+        "one of the two",
+    ),
+    _toleranced(
+        "tolerance-price",
+        '"deviations.sun.run_out" = "disc(1 um)"\ncost."deviations.sun.run_out" = { "disc(1 um)" = "4 EUR" }',
+        "tolerance.cost",
+        "4 EUR",
+        "currency",
+    ),
     # what only geometry, kinematics and statics find
+    _resolve(
+        "tolerance-grade",
+        "[deviations]",
+        '[tolerance]\n"deviations.sun.run_out" = "grade(IT6, 3 sigma)"\n[deviations]',
+        "tolerance.deviations.main.sun.run_out",
+        "grade(IT6",
+        "position of a planet",
+    ),
+    _resolve(
+        "tolerance-correlation",
+        "[deviations]",
+        '[tolerance.deviations.sun.position]\nx = "normal(0, 1 um)"\ny = "normal(0, 1 um)"\n[tolerance]\n'
+        'correlation."deviations.sun.position.x" = { "deviations.sun.position.y" = 0.9999999 }\n[deviations]',
+        "tolerance.correlation",
+        "",
+        "smaller ones",
+    ),
     _resolve("no-module", 'module = "4 mm"\n', "", "stages.main.sun.module", "", "module"),
     _resolve(
         "module-of-chain",

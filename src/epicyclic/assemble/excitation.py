@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..system.system import Line
-from ..train.train import Displacement, Load, Train
+from ..train.train import Displacement, Load, MeshError, Train
 from .structure import Structure
 
-__all__ = ["FullModel", "excitation_lines"]
+__all__ = ["FullModel", "excitation_lines", "separate_lines"]
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -71,16 +71,34 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
         _add_displacement(lines, displacement, structure)
     names = np.array([row.whole for row in structure.meshes])
     for error in train.mesh_errors:
-        parts, amplitude = _line_at(lines, error.frequency, np.array(error.amplitude), error.path, structure)
-        if error.far:
-            parts.far[names[structure.far_of] == error.mesh] += complex(amplitude)
-        else:
-            parts.mesh[names == error.mesh] += complex(amplitude)
+        _add_mesh_error(lines, error, names, structure)
     for load in train.loads:
         _add_load(lines, load, structure, train)
     if any(train.gravity):
         _add_gravity(lines, structure, train, model)
     return tuple(_line(f, parts, structure, model) for f, parts in sorted(lines.items()))
+
+
+def separate_lines(
+    deviations: Sequence[Displacement | MeshError], structure: Structure, model: FullModel
+) -> tuple[Line, ...]:
+    """A line of its own for each deviation, in their order.
+
+    Raises
+    ------
+    ModelError : a displacement that rigid connections do not admit.
+    """
+    names = np.array([row.whole for row in structure.meshes])
+    result = []
+    for item in deviations:
+        lines: dict[Fraction, _LineParts] = {}
+        if isinstance(item, Displacement):
+            _add_displacement(lines, item, structure)
+        else:
+            _add_mesh_error(lines, item, names, structure)
+        ((frequency, parts),) = lines.items()
+        result.append(_line(frequency, parts, structure, model))
+    return tuple(result)
 
 
 def _line_at(
@@ -127,6 +145,17 @@ def _add_displacement(lines: dict[Fraction, _LineParts], item: Displacement, str
         for i, row in enumerate(rows):
             if row.link in wanted:
                 target[i] += sign * (matrix[i, columns] @ vector)
+
+
+def _add_mesh_error(
+    lines: dict[Fraction, _LineParts], error: MeshError, names: NDArray[np.str_], structure: Structure
+) -> None:
+    """Add the error of a mesh to the rows of one of its flanks; names : (m,) whole mesh of each row."""
+    parts, amplitude = _line_at(lines, error.frequency, np.array(error.amplitude), error.path, structure)
+    if error.far:
+        parts.far[names[structure.far_of] == error.mesh] += complex(amplitude)
+    else:
+        parts.mesh[names == error.mesh] += complex(amplitude)
 
 
 def _rotating_amplitude(vector: Array, sense: int) -> ComplexArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -14,6 +15,7 @@ from typing import Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
+from ..results.counted import Counted
 from ..results.whole_file import require_writable
 
 __all__ = [
@@ -179,9 +181,11 @@ def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
     step.
 
     Yields a function to call with the name of the step that starts (``steps`` of them), or with the share done, 0..1.
+    A share that is `Counted` shows the counts and their rate; without a terminal in a line now and then.
     """
+    rate = _Rate()
     if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done: complain(f"{title}: {done}") if isinstance(done, str) else None
+        yield lambda done: _tell(title, done, rate)
         return
     from rich.console import Console
     from rich.progress import (
@@ -214,6 +218,45 @@ def progress_bar(title: str, steps: int = 0) -> Iterator[Step]:
                 progress.update(task, description=f"{title}: {done}", completed=started)
                 started += 1
             else:
-                progress.update(task, total=1.0, completed=done)
+                words = rate.words(done) if isinstance(done, Counted) else ""
+                progress.update(task, total=1.0, completed=done, description=f"{title}{words}")
 
         yield step
+
+
+# Seconds between two lines of progress where there is no terminal: a job of a night leaves some hundreds.
+_LINE = 60.0
+
+
+class _Rate:
+    """Rate of what is counted, since the first count: what lay in a store cost nothing."""
+
+    def __init__(self) -> None:
+        self.began: tuple[float, int] | None = None
+        self.told = time.monotonic()
+
+    def words(self, done: Counted) -> str:
+        """``, 37 of 128, 4.1 a second``."""
+        now = time.monotonic()
+        self.began = self.began or (now, done.done)
+        fresh, seconds = done.done - self.began[1], now - self.began[0]
+        rate = f", {fresh / seconds:.3g} a second" if fresh and seconds > 0 else ""
+        return f", {done.done} of {done.of}{rate}"
+
+    def left(self, done: Counted) -> str:
+        """``, 22 s left``."""
+        if self.began is None or done.done == self.began[1]:
+            return ""
+        spent = time.monotonic() - self.began[0]
+        return f", {spent / (done.done - self.began[1]) * (done.of - done.done):.0f} s left"
+
+
+def _tell(title: str, done: str | float, rate: _Rate) -> None:
+    """A line for a named step, and for a count now and then."""
+    if isinstance(done, str):
+        complain(f"{title}: {done}")
+    elif isinstance(done, Counted):
+        words = rate.words(done)
+        if time.monotonic() - rate.told >= _LINE:
+            rate.told = time.monotonic()
+            complain(f"{title}{words}{rate.left(done)}")

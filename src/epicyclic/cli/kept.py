@@ -11,7 +11,7 @@ from pathlib import Path
 from ..errors import ModelError
 from .console import complain
 
-__all__ = ["kept"]
+__all__ = ["kept", "kept_store"]
 
 
 @contextmanager
@@ -53,6 +53,21 @@ def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path
         remove_folder(folder)
     finally:
         remove_without_results(folder)
+
+
+@contextmanager
+def kept_store(store: Path | None) -> Iterator[None]:
+    """Say, where a command with blocks is stopped, what its store keeps and how it goes on."""
+    try:
+        yield
+    except (KeyboardInterrupt, ModelError) as error:
+        stopped = isinstance(error, KeyboardInterrupt)
+        if store is not None and any((store / "done").glob("c.*")):
+            if isinstance(error, KeyboardInterrupt) or error.problem.startswith(("cannot be written", "the connection")):
+                complain(f"what is done is kept in {store}; this command continues it:\n  {_command()}")
+        elif stopped:
+            complain("nothing is kept without --store DIR; with it, --resume goes on from where a run was stopped")
+        raise
 
 
 def _command(*file: str) -> str:

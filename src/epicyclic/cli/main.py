@@ -22,6 +22,7 @@ from .command import Json, Model, Output, Sets, command
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
 from .start import collect_again
+from .study import study
 
 __all__ = ["app", "main"]
 
@@ -93,6 +94,7 @@ def _print_file(text: str) -> None:
 for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
+app.command()(study)
 
 
 @app.command()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,7 @@ from .console import (
     target_of,
     write_result,
 )
-from .kept import kept
+from .kept import kept, kept_store
 from .start import import_model_rooms
 
 if TYPE_CHECKING:
@@ -59,7 +59,13 @@ def run_verb(
     """
     keeps = "folder" in signature(verb.run).parameters
     record = RECORD if keeps and keywords(verb.run)["resume"][1] is not bool else ""
-    with reported(), _flagged(flags), kept(output if keeps else None, keeps=keeps, record=record) as folder:
+    store = kept_store(Path(options["store"]) if options.get("store") else None) if "store" in flags else nullcontext()
+    with (
+        reported(),
+        _flagged(flags),
+        store,
+        kept(output if keeps else None, keeps=keeps, record=record) as folder,
+    ):
         if output is not None:
             target_of(output, (*FILES, *((".toml",) if verb.model_text else ())))
         if as_json or output is None:
@@ -69,7 +75,7 @@ def run_verb(
         with progress_bar(f"{verb.name} {model}") as step:
             more: dict[str, Any] = {} if folder is None else {"folder": folder}
             if "progress" in signature(verb.run).parameters:
-                more["progress"] = lambda done, of=1: step(done / of)
+                more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = verb.run(model, overrides=overrides or None, **options, **more)
         _put(verb, result, as_json=as_json, output=output)
         if result.attrs.get("stopped"):

@@ -102,10 +102,22 @@ class BareNumber(ModelError):
 
 
 class Probe(ModelError):
-    """Answer to the question which quantity stands at a place: its kinds, and the units a bare number likely means."""
+    """Answer to the question which quantity stands at a place.
 
-    def __init__(self, kinds: tuple[str, ...], ladder: Ladder | None = None) -> None:
-        self.kinds, self.ladder = kinds, ladder
+    kinds : names in `units.KINDS`.  ladder : the units a bare number likely means.  bounds : what it may be [SI].
+    many : one value per planet may stand there.  whole : it is a count.
+    """
+
+    def __init__(
+        self,
+        kinds: tuple[str, ...],
+        ladder: Ladder | None = None,
+        *,
+        bounds: Bounds = _ANY,
+        many: bool = False,
+        whole: bool = False,
+    ) -> None:
+        self.kinds, self.ladder, self.bounds, self.many, self.whole = kinds, ladder, bounds, many, whole
         super().__init__("asked for")
 
 
@@ -128,10 +140,10 @@ class Reading:
     strict: bool = False
     found: bool = field(default=False, init=False)
 
-    def look(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None) -> None:
-        """Note a bare number. Raises BareNumber where it is strict."""
+    def look(self, value: object, kinds: tuple[str, ...], ladder: Ladder | None, *, bounds: Bounds, many: bool) -> None:
+        """Note a bare number. Raises BareNumber where it is strict, Probe where the place is asked for."""
         if value is ASKED:
-            raise Probe(kinds, ladder)
+            raise Probe(kinds, ladder, bounds=bounds, many=many)
         if bare_in(value, kinds):
             self.found = True
             if self.strict:

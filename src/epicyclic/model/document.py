@@ -19,6 +19,7 @@ from .overrides import check_alternatives, layer_of, replace_alternatives, setti
 from .schema import ModelFile
 from .shorthand import expand
 from .tables import PlainTable, clean, dotted_line, leaves, merge
+from .tolerances import still_toleranced
 from .unit_rule import WrittenLayers, checked_model
 
 __all__ = ["Document", "Source", "read", "ready_drives"]
@@ -69,7 +70,7 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     check_assumed(above, merged)
     overridden = {path for path, _ in leaves(above)}
     names = collect(merged)  # an override may have removed what is referred to
-    data = expand(still_assumed(merged, overridden), names)
+    data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)
     layers = WrittenLayers(
         file={} if isinstance(source, Mapping) else base, settings=settings_of(overrides or {}), overridden=overridden
     )

@@ -7,6 +7,7 @@ import re
 from typing import Any
 
 from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
+from .distributions import EXAMPLES, PHASES, distribution_pattern, form_texts
 from .force_tables import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable
 from .schema import KIND_BY_NAME, ModelFile
 from .schema_fields import Unit
@@ -61,8 +62,8 @@ def _as_written(root: Schema, defs: Schema) -> None:
         root["properties"][name]["propertyNames"] = {"pattern": _NAME}
     for name in ("couplings", "loads"):
         root["properties"][name]["propertyNames"] = {"pattern": _LINK_NAME}
-    for name in ("assumed", "tolerance"):
-        root["properties"][name]["additionalProperties"] = {"type": ["string", "object"]}
+    root["properties"]["assumed"]["additionalProperties"] = {"type": ["string", "object"]}
+    _tolerances(root["properties"], defs)
     root["required"] = ["format", "title", "stages"]
     root["properties"]["format"] = {
         "const": LISTED,
@@ -160,6 +161,44 @@ def _deviations(defs: Schema) -> None:
         "properties": {"meshes": meshes},
         "additionalProperties": {"$ref": "#/$defs/DeviationsOf"},
     }
+
+
+def _tolerances(root: Schema, defs: Schema) -> None:
+    """State what stands at the paths of `[tolerance]`: texts of distributions, own and common, prices, correlations."""
+    text = {"$ref": "#/$defs/DistributionText"}
+    defs["DistributionText"] = {
+        "type": "string",
+        "pattern": distribution_pattern(),
+        "description": f"a distribution or a grade: {', '.join(form_texts())}",
+        "examples": list(EXAMPLES),
+    }
+    shared = {
+        "type": "object",
+        "properties": {
+            "own": {**text, "description": "each planet, or each mesh of a pair, draws for itself"},
+            "common": {**text, "description": "one draw for all planets, added"},
+            "phase": {"enum": list(PHASES), "description": "phase of a run-out at assembly; marked: the same in all"},
+        },
+        "additionalProperties": False,
+    }
+
+    def nested(name: str) -> Schema:
+        """Keys joined by points, written as tables in each other."""
+        return {"type": "object", "additionalProperties": {"$ref": f"#/$defs/{name}"}}
+
+    defs["Toleranced"] = {"anyOf": [text, shared, nested("Toleranced")]}
+    prices = {"type": "object", "propertyNames": text, "additionalProperties": {"type": "number", "minimum": 0}}
+    defs["Prices"] = {"anyOf": [prices, nested("Prices")]}
+    numbers = {"type": "object", "additionalProperties": {"type": "number", "minimum": -1, "maximum": 1}}
+    tables = {
+        "cost": {**nested("Prices"), "description": "by path: grades or distributions, and their prices"},
+        "correlation": {
+            "type": "object",
+            "additionalProperties": numbers,
+            "description": "by path: paths, and the correlation of their own draws with its own",
+        },
+    }
+    root["tolerance"] |= {"properties": tables, "additionalProperties": {"$ref": "#/$defs/Toleranced"}}
 
 
 def _operation(operation: Schema) -> None:

@@ -408,7 +408,9 @@ class ModelFile(SchemaTable):
     assumed: dict[str, str] = Field(
         default_factory=dict, description="path = why this value, where the source is silent"
     )
-    tolerance: dict[str, str] = Field(default_factory=dict, description="path = distribution")
+    tolerance: dict[str, Any] = Field(
+        default_factory=dict, description="path = distribution of the number or vector there"
+    )
     stages: dict[str, StageTable] = Field(default_factory=dict, description="stages by name")
     bodies: dict[str, BodyTable] = Field(default_factory=dict, description="bodies by name")
     couplings: dict[str, CouplingTable] = Field(default_factory=dict, description="couplings by name")

@@ -53,7 +53,7 @@ class Unit:
         if self.table is not None and isinstance(value, dict):
             return self.table.model_validate(value, context=context)
         if context is not None:
-            context.look(value, tuple(self.kinds.split()), self.likely)
+            context.look(value, tuple(self.kinds.split()), self.likely, bounds=self._bounds, many=self.many)
         try:
             read = self._quantity(value, listed=context is not None and context.listed)
         except ModelError as error:
@@ -70,12 +70,16 @@ class Unit:
         return read_quantity(
             value,
             tuple(self.kinds.split()),
-            Bounds(low=self.low, high=self.high, above=self.above, below=self.below, inf=self.inf),
+            self._bounds,
             many=self.many or self.lists,
             one=not self.lists,
             words=self.words,
             listed=listed,
         )
+
+    @property
+    def _bounds(self) -> Bounds:
+        return Bounds(low=self.low, high=self.high, above=self.above, below=self.below, inf=self.inf)
 
     def describe(self) -> str:
         """Return the unit and kind of quantity in words, for the schema."""

@@ -5,7 +5,7 @@ What a table is, is known from its place. Values of a wrong form pass through: v
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from ..errors import ModelError
@@ -15,8 +15,12 @@ from .schema import STAGE_KEYS
 from .schema_links import LINK_KEYS
 from .tables import REMOVE, PlainTable, leaves, nested, split_path, union
 
-__all__ = ["expand", "expand_path"]
+__all__ = ["TOLERANCE_TABLES", "expand", "expand_path", "one_path"]
 
+TOLERANCE_TABLES = ("cost", "correlation")
+"""Tables of `[tolerance]` that are no tolerances."""
+
+_MOST_CHARACTERS = 1000  # of a path: 24 names of 60 letters at most do not all stand in one
 _PAIRS = {"radial": ("x", "y"), "tilt": ("rx", "ry")}
 _BARE = bare_keys(MemberDeviationsTable) | bare_keys(MeshDeviationsTable)
 
@@ -34,7 +38,7 @@ def expand(layer: PlainTable, names: Names) -> PlainTable:
         "loads": _loads,
         "deviations": _deviations,
         "assumed": lambda table, names: _by_path(table, names, "assumed"),
-        "tolerance": lambda table, names: _by_path(table, names, "tolerance"),
+        "tolerance": _tolerances,
     }
     return {k: parts[k](v, names) if k in parts and isinstance(v, dict) else v for k, v in layer.items()}
 
@@ -222,3 +226,70 @@ def _by_path(table: PlainTable, names: Names, path: str) -> PlainTable:
         for found in expand_path(text, names, path=f"{path}.{text}"):
             result[found] = value
     return result
+
+
+def _tolerances(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[tolerance]`: the stage put into every path, in its costs and correlations too."""
+    result: PlainTable = {}
+    for text, value in _toleranced(table):
+        path = one_path(text, names, f"tolerance.{text}")
+        if path in result:
+            raise ModelError("given twice", path=f"tolerance.{text}", given=value, allowed="one of the two")
+        result[path] = value
+    for name in TOLERANCE_TABLES:
+        if not isinstance(inner := table.get(name), dict):
+            result |= {name: inner} if name in table else {}
+            continue
+        found: PlainTable = {}
+        for text, value in _innermost(inner):
+            where = f"tolerance.{name}.{text}"
+            found = union(found, {one_path(text, names, where): value}, f"tolerance.{name}")
+        result[name] = found
+    return result
+
+
+def _toleranced(table: PlainTable) -> Iterator[tuple[str, object]]:
+    """Yield path and distribution, or table of an own and a common one, of each entry of `[tolerance]`."""
+
+    def below(inner: PlainTable, path: str) -> Iterator[tuple[str, object]]:
+        for name, value in inner.items():
+            where = f"{path}.{name}" if path else name
+            if not path and name in TOLERANCE_TABLES:
+                continue
+            nested_table = isinstance(value, dict) and bool(value)
+            if nested_table and not _is_shared(value):
+                yield from below(value, where)
+            else:
+                yield where, value
+
+    return below(table, "")
+
+
+def _is_shared(table: PlainTable) -> bool:
+    """Whether a table holds the distributions of one entry: its own, and that common to all planets."""
+    return bool({"own", "common"} & set(table)) and not any(isinstance(value, dict) for value in table.values())
+
+
+def _innermost(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]]:
+    """Yield path and value of the tables without tables in them, and of what is no table."""
+    for name, value in table.items():
+        where = f"{path}.{name}" if path else name
+        if isinstance(value, dict) and any(isinstance(inner, dict) for inner in value.values()):
+            yield from _innermost(value, where)
+        else:
+            yield where, value
+
+
+def one_path(text: str, names: Names, path: str) -> str:
+    """Return one path with the stage put in; `radial`, `tilt` and a bare damper, one number of several keys, stay.
+
+    Raises ModelError for a text that is no path.
+    """
+    if len(text) > _MOST_CHARACTERS:
+        problem, allowed = f"a path of {len(text)} characters", f"at most {_MOST_CHARACTERS}"
+        raise ModelError(problem, path=f"{path[:80]}...", given=text, allowed=allowed)
+    found = expand_path(text, names, path=path)
+    if len(found) == 1:
+        return found[0]
+    table, last = found[0].rpartition(".")[0], split_path(text, path=path)[-1]
+    return table if table.endswith(f".{last}") else f"{table}.{last}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,11 @@ from .names import Names
 from .normalise import normalise
 from .schema import ModelFile
 from .shorthand import expand
-from .tables import PlainTable, merge, nested
+from .tables import PlainTable, leaves, merge, nested
 from .units import UNKNOWN_UNIT
 from .validation_errors import as_model_error, error_of, path_of
 
-__all__ = ["BarePlace", "bare_places", "quantity_at", "unlisted_paths", "validate"]
+__all__ = ["BarePlace", "bare_places", "quantities_at", "quantity_at", "unlisted_paths", "validate"]
 
 LISTED = 2  # the format from which on only units of `unit_patterns` are read
 
@@ -63,16 +64,52 @@ def unlisted_paths(data: PlainTable, names: Names) -> list[str]:
 
 
 def quantity_at(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe:
-    """Return which quantity may stand at a path of the document. Raises ModelError where no number may."""
+    """Return which quantity may stand at a path of the document.
+
+    Raises ModelError where no number may, or where a number alone is not enough.
+    """
     trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
     faults = _faults(trial, names, folder, Reading())
-    for detail in faults:
-        if isinstance(error := detail.get("ctx", {}).get("error"), Probe):
-            return error
+    answers = [detail for detail in faults if isinstance(detail.get("ctx", {}).get("error"), Probe)]
+    if answers:
+        found: Probe = answers[0]["ctx"]["error"]
+        # what the number alone does not make whole: an error that turns with nothing, a load on nothing
+        if others := [detail for detail in faults if detail not in answers]:
+            raise error_of(others)
+        return found
     here = [detail for detail in faults if path_of(detail["loc"]).startswith(path)]
     if any(detail["type"].startswith("int_") for detail in here):  # a count
-        return Probe(("ratio",))
+        return Probe(("ratio",), whole=True)
     raise error_of(here) if here else ModelError("no number stands here", path=path)
+
+
+def quantities_at(
+    data: PlainTable, paths: Iterable[str], names: Names, folder: Path | None
+) -> dict[str, Probe | ModelError]:
+    """Return what `quantity_at` says of each path, an error in place of one that it raises.
+
+    All are asked for in one validation; where anything else is wrong then, each by itself.
+    """
+    layers = {path: expand(nested(tuple(path.split(".")), ASKED), names) for path in paths}
+    trial = data
+    for layer in layers.values():
+        trial = merge(trial, layer)
+    answers: dict[str, Probe] = {}
+    for detail in _faults(trial, names, folder, Reading()):
+        error = detail.get("ctx", {}).get("error")
+        if not isinstance(error, Probe):
+            return {path: _answer(data, path, names, folder) for path in layers}
+        answers[path_of(detail["loc"])] = error
+    found = {path: next((answers[p] for p, _ in leaves(layer) if p in answers), None) for path, layer in layers.items()}
+    return {path: probe or _answer(data, path, names, folder) for path, probe in found.items()}
+
+
+def _answer(data: PlainTable, path: str, names: Names, folder: Path | None) -> Probe | ModelError:
+    """Return what `quantity_at` returns or raises."""
+    try:
+        return quantity_at(data, path, names, folder)
+    except ModelError as error:
+        return error
 
 
 def _faults(data: PlainTable, names: Names, folder: Path | None, context: Reading) -> list[Any]:

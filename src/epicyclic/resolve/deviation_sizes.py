@@ -13,7 +13,7 @@ from ..train.bodies import Body
 from ..train.connections import Mesh
 from .resolution_log import ResolutionLog
 
-__all__ = ["check_sizes"]
+__all__ = ["check_sizes", "module_of"]
 
 # A gear displaced by its module has left its mates (working depth: two modules).  A tenth of a module is about ten
 # times the run-out that grade 8 of ISO 1328 allows: such gears exist, but it is more often a slip in the unit.
@@ -31,12 +31,12 @@ def check_sizes(document: Document, bodies: Sequence[Body], meshes: Sequence[Mes
     """
     deviations = document.model.deviations
     for member, table in deviations.members.items():
-        module = _module_of(member, bodies)
+        module = module_of(member, bodies)
         for path, size in _of_member(table, f"deviations.{member}", _reach(member, bodies)):
             _check(path, size, module, document.data, log)
     for name, mesh_table in deviations.meshes.items():
         stage, _, pair, *_ = name.split(".")
-        module = min((_module_of(f"{stage}.{gear}", bodies) for gear in pair.split("-")), default=math.nan)
+        module = min((module_of(f"{stage}.{gear}", bodies) for gear in pair.split("-")), default=math.nan)
         for path, size in _of_mesh(mesh_table, f"deviations.{name}"):
             _check(path, size, module, document.data, log)
     for mesh in meshes:
@@ -71,7 +71,7 @@ def _largest(value: float | tuple[float, ...]) -> float:
     return max(map(abs, value)) if isinstance(value, tuple) else abs(value)
 
 
-def _module_of(member: str, bodies: Sequence[Body]) -> float:
+def module_of(member: str, bodies: Sequence[Body]) -> float:
     """Smallest module [m] of a member, of its stage where it has no teeth, of the train where it is in none."""
     stage, _, name = member.partition(".")
     own = [b for b in bodies if b.member == f"{stage}.{name.partition('.')[0]}"]

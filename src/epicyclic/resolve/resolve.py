@@ -23,6 +23,7 @@ from .plan import plan_stages
 from .resolution_log import ResolutionLog
 from .stage_checks import check_stage
 from .tilt import tilt_groups
+from .tolerances import check_tolerances
 
 __all__ = ["load", "resolve"]
 
@@ -63,6 +64,7 @@ def resolve(document: Document) -> Train:
     tilting = tilt_groups(bodies, links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, named, tilting, log)]
     check_sizes(document, bodies, meshes, log)
+    check_tolerances(document, bodies, meshes)
     planets = {plan.name: len(plan.angles) for plan in plans}  # one branch on fixed axes
     deviated = deviations_of(
         model, bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, log=log

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from importlib import import_module
@@ -22,7 +22,7 @@ from ..errors import ModelError
 from ..input_files import read_bytes
 from .whole_file import whole_file
 
-__all__ = ["Refer", "Restore", "read_plain", "write_plain"]
+__all__ = ["Refer", "Restore", "plain_bytes", "plain_value", "read_plain", "write_plain"]
 
 Refer = Callable[[object], Any]
 """Says of an object how it is to be found again, in plain data, or None where it is to be written."""
@@ -157,6 +157,42 @@ class _Reader:
         return kind(**{field: self.value(one) for field, one in tree["fields"].items()})
 
 
+def plain_bytes(value: object) -> bytes:
+    """Numbers, texts, arrays, and lists, tuples, dicts and dataclasses of them in bytes; the same for the same value.
+
+    Raises
+    ------
+    TypeError : a value is none of these.
+    """
+    return b"".join(_pieces(value, None))
+
+
+def plain_value(raw: bytes) -> Any:
+    """What `plain_bytes` has been given.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError : other bytes.
+    """
+    return _value_of(raw, None)
+
+
+def _pieces(value: object, refer: Refer | None) -> Iterator[bytes]:
+    """The bytes of a value: a line of JSON, then its arrays."""
+    writer = _Writer(refer)
+    tree = writer.tree(value)
+    yield json.dumps({"value": tree, "objects": writer.objects}).encode("utf-8")
+    yield b"\n"
+    yield from writer.blobs
+
+
+def _value_of(raw: bytes, restore: Restore | None) -> Any:
+    """The value of such bytes."""
+    head, _, blob = raw.partition(b"\n")
+    parts = json.loads(head)
+    return _Reader(parts["objects"], blob, restore).value(parts["value"])
+
+
 def write_plain(path: Path, value: object, *, refer: Refer | None = None) -> None:
     """Write numbers, texts, arrays, and lists, tuples, dicts and dataclasses of them; whole or not at all.
 
@@ -168,12 +204,9 @@ def write_plain(path: Path, value: object, *, refer: Refer | None = None) -> Non
     ------
     TypeError : a value is none of these.  ModelError : the file cannot be written.
     """
-    writer = _Writer(refer)
-    tree = writer.tree(value)
-    head = json.dumps({"value": tree, "objects": writer.objects}).encode("utf-8")
     digest = hashlib.sha256()
     with whole_file(path) as file:
-        for piece in (head, b"\n", *writer.blobs):
+        for piece in _pieces(value, refer):
             digest.update(piece)
             file.write(piece)
         file.write(digest.digest())
@@ -195,8 +228,6 @@ def read_plain(path: Path, *, restore: Restore | None = None, what: str = "a seg
     if hashlib.sha256(written).digest() != digest:
         raise ModelError(f"not {what} of a run: damaged, its bytes are others than were written", path=str(path))
     try:
-        head, _, blob = bytes(written).partition(b"\n")
-        parts = json.loads(head)
-        return _Reader(parts["objects"], blob, restore).value(parts["value"])
+        return _value_of(bytes(written), restore)
     except Exception as error:  # whole, but written by another program
         raise ModelError(f"not {what} of a run: {error}", path=str(path)) from error

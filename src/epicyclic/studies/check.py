@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from ..analyses.static.equilibrium import compliance_of
 from ..analyses.static.unheld import unheld_warnings
+from ..model.tolerances import Tolerance
+from ..resolve.tolerances import tolerances_of
 from ..results.dataset import dataset
 from ..train.bodies import DIRECTIONS, Body, GearData
 from ..train.connections import Mesh
@@ -41,8 +43,9 @@ def check(train: Train) -> xr.Dataset:
         [m, rad] of every gear, lead [mesh cycles], contact ratio and backlash [m] of every mesh, and the force at which
         its stiffness is the tangent of a table [N], axial place [m], stiffness [N/m, N m/rad] and clearance [m] of
         every link; nan where the model gives no value.  Choices that matter (see `choices`), with their origin and
-        effect.  What every verb still needs; "" where it is ready.  Attributes ``values`` (path,
-        value, unit, origin of each resolved value) and ``assumed``.
+        effect.  Of every entry of `[tolerance]` distribution, mean and standard deviation [SI] and number of draws, own
+        and common part apart; without a table none of these variables.  What every verb still needs; "" where it is
+        ready.  Attributes ``values`` (path, value, unit, origin of each resolved value) and ``assumed``.
     """
     columns = {
         **_body_columns(train),
@@ -52,6 +55,7 @@ def check(train: Train) -> xr.Dataset:
         **_order_columns(train),
         **_path_columns(train),
         **_deviation_columns(train),
+        **_tolerance_columns(train),
     }
     variables = {name: column for name, column in columns.items() if name != column[0]}
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
@@ -318,6 +322,40 @@ def _deviation_columns(train: Train) -> Columns:
         "deviation_phase": ("mesh_deviation", _numbers(one.phase for one in found)),
         "deviation_frequency": ("mesh_deviation", _numbers(one.frequency for one in found)),
     }
+
+
+def _tolerance_columns(train: Train) -> Columns:
+    """Distribution, moments [SI] and number of draws of each entry of `[tolerance]`; nothing without one."""
+    found = [
+        (entry, part, drawn)
+        for entry in tolerances_of(train)
+        for part, drawn in (("own", entry.own), ("common", entry.common))
+        if drawn is not None
+    ]
+    if not found:
+        return {}
+    return {
+        "toleranced": ("toleranced", _texts(f"{entry.path} {part}" for entry, part, _ in found)),
+        "tolerance_path": ("toleranced", _texts(entry.path for entry, _, _ in found)),
+        "tolerance_part": ("toleranced", _texts(_part(entry, part) for entry, part, _ in found)),
+        "tolerance_distribution": ("toleranced", _texts(drawn.text for _, _, drawn in found)),
+        "tolerance_mean": (
+            "toleranced",
+            _numbers(drawn.mean.real for _, _, drawn in found),
+        ),
+        "tolerance_std": ("toleranced", _numbers(drawn.std for _, _, drawn in found)),
+        "tolerance_unit": ("toleranced", _texts(entry.unit for entry, _, _ in found)),
+        "tolerance_draws": ("toleranced", _whole(entry.count if part == "own" else 1 for entry, part, _ in found)),
+    }
+
+
+def _part(entry: Tolerance, part: str) -> str:
+    """What an own or a common distribution is, in words."""
+    if part == "common":
+        return "common to all"
+    marked = ", teeth marked" if entry.phase == "marked" else ""
+    vector = "vector" if entry.vector else "number"
+    return f"{vector} of each{marked}" if entry.count > 1 else vector
 
 
 def _circulation(train: Train) -> list[str]:

@@ -35,6 +35,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "steady": _RESPONSE,
     "stiffness": (),
     "sweep": _RESPONSE,
+    "tolerance": ("equations", "torque", "balance", "tolerances"),
     "track": ("equations", "inertia"),
     "train_contact": ("equations", "torque", "teeth", "balance"),
     "transient": ("equations", "inertia", "speed", "balance"),
@@ -114,6 +115,11 @@ class Readiness:
         """Check that torque passes the first mesh."""
         if not mean_force(self.train, self.train.meshes[0]) > 0:
             raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
+
+    def tolerances(self) -> None:
+        """Check that a number of the file has a tolerance."""
+        if not self.train.document.get("tolerance"):
+            raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
 
     def flow(self) -> None:
         """Check that power flows."""

@@ -26,6 +26,8 @@ TO_MODES = "sweep to the modes"
 # Speeds of the sweeps of a report, about operation and to the modes: with three mesh frequencies one about operation
 # takes half a second, one to the modes half of that.
 _POINTS, _POINTS_OF_MANY_TONES = (200, 200), (40, 40)
+# Samples of tolerances in a report: quantiles to some thousandths, with what buys what in a second.
+_SAMPLES = 2**13
 
 
 def report_verbs() -> tuple[str, ...]:
@@ -45,7 +47,7 @@ def run_report(
     """Run all analyses a model allows, each once.
 
     An analysis that asks for what the model does not say (torque, speed, damping, masses), or does not converge, is
-    left out, and the first result's warnings say why.
+    left out, and the first result's warnings say why.  Tolerances are shown where the model has a table of them.
 
     Parameters
     ----------
@@ -109,6 +111,10 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     steps: dict[str, Callable[[], xr.Dataset]] = {
         name: partial(_run, verbs()[name], train, system, folder) for name in report_verbs()
     }
+    if "tolerance" in steps:
+        steps |= {"tolerance": partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")}
+        if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances
+            del steps["tolerance"]
     if "sweep" in steps:
         steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
         steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)

@@ -14,6 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.analyses.samples.mean_load import MEAN_LOADS
 from epicyclic.analyses.sharing import tone_forces
 from epicyclic.analyses.sharing.definitions import DEFINITIONS, extremes, merge_extremes
 from epicyclic.analyses.sharing.sharing import sharing
@@ -72,7 +73,7 @@ def at(solution: Periodic, cycle: int, j: int) -> Array:
 def by_hand(solution: Periodic, members: list[list[int]], cycles: int) -> dict[str, Array]:
     """The definitions in plain loops."""
     record = np.array([[at(solution, c, j) for j in range(len(solution.theta))] for c in range(cycles)])
-    result = {name: np.zeros(record.shape[2]) for name in DEFINITIONS}
+    result = {name: np.zeros(record.shape[2]) for name in DEFINITIONS if name not in MEAN_LOADS}
     for group in members:
         N = len(group)
         for i in group:
@@ -105,7 +106,7 @@ def test_definitions_in_plain_words(build: Any, respond: Any) -> None:
     assert result.attrs["hunting_period"] == 35
     expected = by_hand(solution, [[0, 1, 2], [3, 4, 5]], 35)
     expected["worst-case"] = expected["cycle-peak"]
-    for name in DEFINITIONS:
+    for name in expected:
         # the same sums in another order
         np.testing.assert_allclose(result.load_sharing.sel(definition=name).values, expected[name], rtol=1e-12)
         assert result.system_load_sharing.sel(definition=name).item() == pytest.approx(max(expected[name]), rel=1e-12)

@@ -55,7 +55,7 @@ def test_ren2021() -> None:
     profile = model.deviations.meshes["main.meshes.sun-planet"].profile
     assert profile is not None
     assert (profile.amplitude, profile.order, profile.phase) == (2e-5, 1, "identical")
-    assert set(model.assumed) == {"damping.modal", "stages.main.module", "operation.torque.main.sun"}
+    assert set(model.assumed) == {"damping.modal", "stages.main.module", "operation.torque.main.sun", "tolerance"}
 
 
 def test_encased_differential() -> None:

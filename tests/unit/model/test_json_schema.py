@@ -39,13 +39,14 @@ body-frame-number slices-none slices-half slices-text slices-many slices-of-side
 held-text deviation-unknown profile-order error-turns-with error-sense
 no-unit wrong-unit no-number comma endless-power degrees-bare hertz per-second torque-in-N inertia-unit
 bolts-torsion mesh-word module-inf module-list module-zero load-zero
+tolerance-text tolerance-unknown tolerance-phase tolerance-price
 both-vectors shorthand-and-long torque-and-power two-ways
 """.split()
 )  # by name in tests/files/corpus.py
 KNOWN = {
     "$ref", "anyOf", "type", "const", "enum", "properties", "additionalProperties", "propertyNames", "pattern",
     "required", "items", "minItems", "minimum", "maximum", "description", "title", "$schema", "$defs",
-    "maxItems", "prefixItems",
+    "maxItems", "prefixItems", "examples",
 }  # fmt: skip
 
 

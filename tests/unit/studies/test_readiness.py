@@ -34,6 +34,7 @@ BASE: dict[str, Any] = {
         }
     },
     "operation": {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}},
+    "tolerance": {"deviations.main.planet.position.y": "normal(0 um, 10 um)"},
 }
 MOTOR = {
     "bodies": {"motor": {"mass": "50 kg", "inertia": "0.4 kg m^2"}},
@@ -68,8 +69,9 @@ LACKING = {
     "torque": (
         changed("operation.torque", None),
         "operation.torque",
-        {"contact", "efficiency", "relief", "sharing", "train_contact"},
+        {"contact", "efficiency", "relief", "sharing", "tolerance", "train_contact"},
     ),
+    "tolerance": (changed("tolerance", None), "tolerance", {"tolerance"}),
     "face width": (
         changed("stages.main.face_width", None),
         "stages.main.face_width",
@@ -84,9 +86,9 @@ LACKING = {
     "thrust": (
         changed("stages.main.sun.support.z", 0),
         "stages.main.sun.support.z",
-        RESPONSES | {"static", "train_contact", "transient"},
+        RESPONSES | {"static", "tolerance", "train_contact", "transient"},
     ),
-    "coupling": ({**BASE, **MOTOR}, "couplings.shaft", DYNAMIC | {"static", "train_contact"}),
+    "coupling": ({**BASE, **MOTOR}, "couplings.shaft", DYNAMIC | {"static", "tolerance", "train_contact"}),
 }
 SHORT: Mapping[str, Mapping[str, Any]] = {
     "contact": {"samples": 3, "slices": 2, "loads": (1.0,)},
@@ -101,6 +103,7 @@ SHORT: Mapping[str, Mapping[str, Any]] = {
     "stability": {"points": 2},
     "static": {"cycles": 1, "samples": 4},
     "sweep": {"points": 2},
+    "tolerance": {"samples": 256, "effects": "none"},
     "track": {"over": "stages.main.sun.support.radial", "points": 3},
     "train_contact": {"samples": 2, "slices": 2, "loads": (1.0,)},
     "transient": {"duration": 0.005},

@@ -110,6 +110,8 @@ def test_report_says_what_is_left_out() -> None:
     warnings = json.loads(results["check"].attrs["warnings"])
     for name in ("campbell", "sharing", "sweep", *STUDIES):
         assert any(text.startswith(f"no {name}: ") for text in warnings)
+    # a model without tolerances lacks nothing
+    assert not any("tolerance" in text for text in warnings)
 
 
 def test_report_of_a_wrong_model() -> None:

@@ -13,7 +13,19 @@ PAIRS = tuple(f"stages.main.meshes.{pair}" for pair in ("sun-planet", "planet-ri
 CONTACT = {f"{pair}.stiffness": "contact" for pair in PAIRS}
 WORDS = "in place of the law of its gaps"
 
-LINEAR = {"modes", "campbell", "steady", "sweep", "stability", "sharing", "sensitivity", "track", "modulation"}
+LINEAR = {
+    "modes",
+    "campbell",
+    "steady",
+    "sweep",
+    "stability",
+    "sharing",
+    "sensitivity",
+    "tolerance",
+    "allocate",
+    "track",
+    "modulation",
+}
 # verbs of the drawing, those that ask the laws, and relief, whose candidates have tables of their own
 OTHER = {"check", "contact", "efficiency", "relief", "static", "stiffness", "train_contact", "transient"}
 # options that turn a verb of the one kind into one of the other, beside its examples

@@ -8,6 +8,9 @@ A group is the meshes of one pair and one side, N of them, one per branch; the s
     simultaneous     largest N F_i(t) / sum_j F_j(t) over the record
     record-peak      N max_t F_i / sum_j max_t F_j
     worst-case       cycle-peak over the whole hunting period
+    mean-load, mean-load-turning
+                     without mesh-frequency content, of the quasi-static forces at mean mesh stiffness whatever the
+                     record (`analyses.samples.mean_load`); the first is K_gamma
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...system.system import Array
+from ..samples.mean_load import MEAN_LOADS
 from ..static.record import MeshGroup
 
 __all__ = [
@@ -30,7 +34,7 @@ __all__ = [
     "merge_extremes",
 ]
 
-DEFINITIONS = ("cycle-peak", "simultaneous", "record-peak", "signed-overload", "worst-case")
+DEFINITIONS = ("cycle-peak", "simultaneous", "record-peak", "signed-overload", "worst-case", *MEAN_LOADS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -102,7 +106,12 @@ def instant_ratio(force: Array) -> Array:
     return shares
 
 
-def coefficients(record: Extremes, worst: Array, members: Sequence[MeshGroup]) -> Array:
-    """Load-sharing coefficients, (definition, m) [1] in the order of `DEFINITIONS`; worst (m,) of the worst case."""
+def coefficients(record: Extremes, worst: Array, mean_load: Array, members: Sequence[MeshGroup]) -> Array:
+    """Load-sharing coefficients, (definition, m) [1] in the order of `DEFINITIONS`.
+
+    Parameters
+    ----------
+    worst : (m,) of the worst case.  mean_load : (2, m) by `MEAN_LOADS`.
+    """
     record_peak = cycle_peak_ratio(record.peak[None], members)[0]
-    return np.array([record.cycle_peak, record.simultaneous, record_peak, record.ratio_high, worst])
+    return np.array([record.cycle_peak, record.simultaneous, record_peak, record.ratio_high, worst, *mean_load])

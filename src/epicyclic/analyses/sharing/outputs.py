@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ModelError
+from ...errors import ConvergenceError, ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
+from ..samples.mean_load import MEAN_LOADS
+from ..samples.sample_loads import mean_loads
 from ..static.record import MeshGroup, parallel_meshes
 from .definitions import DEFINITIONS
 
@@ -21,12 +23,27 @@ if TYPE_CHECKING:
 __all__ = [
     "far_warnings",
     "force_columns",
+    "known_mean_loads",
     "labelled",
     "loaded_meshes",
     "require_speed",
     "sharing_warnings",
     "train_coefficient",
 ]
+
+
+def known_mean_loads(system: System) -> tuple[Array, list[str]]:
+    """Coefficients (2, w) without mesh-frequency content [1], and a warning where they are not known, nan then.
+
+    A train that vibrates may have no equilibrium at rest: a load that only inertia takes.
+    """
+    try:
+        return mean_loads(system), []
+    except (ModelError, ConvergenceError) as error:
+        why = getattr(error, "problem", None) or str(error)
+        return np.full((len(MEAN_LOADS), len(faces(system.meshes).name)), np.nan), [
+            f"{' and '.join(MEAN_LOADS)} are not known: {why}"
+        ]
 
 
 def require_speed(relative_speed: float) -> None:

@@ -17,7 +17,15 @@ from ..static.record import parallel_meshes, positive_count, record_of, samples_
 from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_speed, sharing_warnings
+from .outputs import (
+    far_warnings,
+    force_columns,
+    known_mean_loads,
+    labelled,
+    loaded_meshes,
+    require_speed,
+    sharing_warnings,
+)
 from .static_record import sharing_of_record
 from .tone_forces import Method, ToneForces, mean_force, tone_forces
 from .worst_case import worst_case
@@ -81,10 +89,15 @@ def sharing(
         count = positive_count("samples", samples, _record_samples(system))
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
         return sharing_of_record(
-            system, record=window, relative_speed=relative_speed, stored=stored_cycles, progress=progress
+            system,
+            record=window,
+            relative_speed=relative_speed,
+            stored=stored_cycles,
+            progress=progress,
         )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
+    mean_load, unknown = known_mean_loads(system)
     if method != "static":  # at rest the laws of flanks are asked; links without laws are here in either case
         system = linear(system)
     if samples is not None:  # the waves of every line
@@ -92,6 +105,7 @@ def sharing(
         allowed = f"1 to {MOST_NUMBERS // (2 * waves)}"
         require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
+    notes = [*notes, *unknown]
     reference, names = by_tone[0], faces(system.meshes).name
     mean, largest = np.empty(len(names)), np.empty(len(names))
     for part in by_tone:
@@ -113,7 +127,7 @@ def sharing(
         own = _tone_cycles(part, reference, cycles)
         record, slices, average = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
         worst, how = _worst_case(part, record, own)
-        values[:, part.meshes] = coefficients(record, worst, part.members)
+        values[:, part.meshes] = coefficients(record, worst, mean_load[:, part.meshes], part.members)
         least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
         bottom[part.meshes] = record.least
         if method == "static":

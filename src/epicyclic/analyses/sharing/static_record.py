@@ -25,7 +25,7 @@ from ..static.static import (
     rounding_of,
 )
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, sharing_warnings
+from .outputs import far_warnings, force_columns, known_mean_loads, labelled, loaded_meshes, sharing_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,10 +79,11 @@ def sharing_of_record(
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole = record.count >= record.period
     worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
-    values = np.where(loaded, coefficients(over, worst, members), np.nan)
+    mean_load, unknown = known_mean_loads(system)
+    values = np.where(loaded, coefficients(over, worst, mean_load, members), np.nan)
     touching = mesh_contact(face, contact)
     lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
-    notes = [*free_position_warnings(system, train.loaded.free), *record.warnings]
+    notes = [*free_position_warnings(system, train.loaded.free), *record.warnings, *unknown]
     notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
     notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
     notes += past_the_end(system, flanks(system), contact.largest)

@@ -7,6 +7,7 @@ and linear response stand on the linear System; derived here from the laws of `s
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,7 @@ from ...system.system import Array, Line, LinkRows, MeshRows, System
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 from .record import group_gap
 
-__all__ = ["flank_warnings", "linear", "mean_stretch", "small_motion_tangent"]
+__all__ = ["flank_warnings", "linear", "linear_columns", "mean_stretch", "small_motion_tangent"]
 
 # Stiffness per nominal one of a link that floats in its clearance, for the mean system of analyses that ask its law:
 # its motion is a million times slower than that of a pressed one, and far from rounding of rigid modes (1e-11).
@@ -86,16 +87,9 @@ def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) ->
     """
     if not system.groups:
         return system
-    mean = _mean_state(system)
+    mean, tangent, lag, axes_of_groups = _link_tangents(system, floating=floating)
     rows, stretch = system.group_rows, mean.group_stretch[0]
-    tangent = small_motion_tangent(system.laws, stretch, floating=floating)
-    lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
     K, C = rows @ tangent @ rows.T, rows @ (lag[:, None] * tangent) @ rows.T
-    blocks = [tangent[first : first + len(g.rows), first : first + len(g.rows)] for g, first in _first_rows(system)]
-    axes_of_groups = [
-        _axes(group, part, block)
-        for group, part, block in zip(system.groups, _by_group(system, stretch), blocks, strict=True)
-    ]
     result = replace(
         system,
         K=system.K + K,
@@ -108,6 +102,39 @@ def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) ->
     )
     held = tuple(replace(s, holds=s.holds and commutes(s.operator, result.mean_stiffness)) for s in system.symmetries)
     return replace(result, symmetries=held)
+
+
+def _link_tangents(system: System, *, floating: bool) -> tuple[Equilibrium, Array, Array, list[Array]]:
+    """Mean state, tangent (R, R) [N/m] of the laws of links there, their lag (R,) [s] and the axes of each group.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : the mean load has no equilibrium.
+    """
+    mean = _mean_state(system)
+    stretch = mean.group_stretch[0]
+    tangent = small_motion_tangent(system.laws, stretch, floating=floating)
+    lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
+    blocks = [tangent[first : first + len(g.rows), first : first + len(g.rows)] for g, first in _first_rows(system)]
+    axes_of_groups = [
+        _axes(group, part, block)
+        for group, part, block in zip(system.groups, _by_group(system, stretch), blocks, strict=True)
+    ]
+    return mean, tangent, lag, axes_of_groups
+
+
+def linear_columns(system: System, columns: Sequence[Line]) -> tuple[Line, ...]:
+    """Further lines of a system as lines of ``linear(system)``, whose tangents are those of the mean load without them.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : as of `linear`.
+    """
+    if not system.groups or not columns:
+        return tuple(columns)
+    _, tangent, lag, axes_of_groups = _link_tangents(system, floating=False)
+    rows = system.group_rows
+    return tuple(_linearised_line(line, rows, tangent, lag, axes_of_groups, system) for line in columns)
 
 
 def small_motion_tangent(laws: Laws, stretch: Array, *, floating: bool = False) -> Array:

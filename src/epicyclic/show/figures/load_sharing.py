@@ -30,7 +30,7 @@ def load_sharing(sharing: xr.Dataset) -> go.Figure:
     names = [pair_title(pair, several) for pair in groups]
     drawn = panels("Load-sharing coefficients", names, height=120 + 230 * len(groups), vertical_spacing=_gap(groups))
     # more numbers than this do not fit on the bars; the table has them
-    numbered = len(definitions) * len({one.label for one in series}) <= 20
+    numbered = len(definitions) * len({one.label for one in series}) <= 21
     low, high = _limits(values)
     shown: set[str] = set()
     for row, pair in enumerate(groups, start=1):

@@ -21,6 +21,14 @@ __all__ = ["ORDER", "key_figures", "sections", "tables"]
 ORDER = 10
 _DEGREES = 180 / np.pi
 _UNITS = {"x": "N/m", "y": "N/m", "z": "N/m", "rx": "N m/rad", "ry": "N m/rad", "rz": "N m/rad"}
+# SI unit: unit of the drawing, factor
+_DRAWN = {
+    "m": ("µm", 1e6),
+    "rad": ("mrad", 1e3),
+    "N/m": ("N/µm", 1e-6),
+    "N/m^2": ("N/(mm µm)", 1e-9),
+    "N m": ("kN m", 1e-3),
+}
 _BODIES = {
     "kind": ("kind", 1),
     "speed": ("speed [rpm]", 1),
@@ -77,6 +85,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     return [
         *found,
         *_deviations(result),
+        *_tolerances(result),
         _links(result),
         *_choices(result),
         *_readiness(result),
@@ -234,6 +243,24 @@ def _deviations(result: xr.Dataset) -> list[Table]:
     }
     title = "Deviations in the meshes (opening of the loaded flanks along the tooth normal, a cosine)"
     return [Table(title=title, columns=columns)]
+
+
+def _tolerances(result: xr.Dataset) -> list[Table]:
+    """What the drawing lets vary, in the units of drawings."""
+    if "tolerance_std" not in result.variables:
+        return []
+    scale = [_DRAWN.get(unit, (unit, 1.0)) for unit in texts(result, "tolerance_unit", "toleranced")]
+    factors = np.array([factor for _, factor in scale])
+    columns: dict[str, Any] = {
+        "path": texts(result, "tolerance_path", "toleranced"),
+        "distribution": texts(result, "tolerance_distribution", "toleranced"),
+        "mean": list(factors * numbers(result, "tolerance_mean")),
+        "deviation": list(factors * numbers(result, "tolerance_std")),
+        "unit": [unit or "1" for unit, _ in scale],
+        "drawn": texts(result, "tolerance_part", "toleranced"),
+        "draws": [int(value) for value in numbers(result, "tolerance_draws")],
+    }
+    return [Table(title="Tolerances (standard deviation, of a vector that of each component)", columns=columns)]
 
 
 def _links(result: xr.Dataset) -> Table:

@@ -16,6 +16,10 @@ from epicyclic.show.figures.campbell import campbell, crossings
 from epicyclic.show.figures.curves import curves
 from epicyclic.show.figures.energy_shares import energy_shares
 from epicyclic.show.figures.frequencies import frequencies
+from epicyclic.show.figures.grade_prices import grade_prices
+from epicyclic.show.figures.k_gamma_by_design import k_gamma_by_design
+from epicyclic.show.figures.k_gamma_by_tolerance import k_gamma_by_tolerance
+from epicyclic.show.figures.k_gamma_histogram import k_gamma_histogram
 from epicyclic.show.figures.load_history import load_history
 from epicyclic.show.figures.load_sharing import load_sharing
 from epicyclic.show.figures.members import members
@@ -29,9 +33,11 @@ from epicyclic.show.figures.speed_sweep import speed_sweep
 from epicyclic.show.figures.study import study
 from epicyclic.show.figures.style import DASHES, PALETTE, branch_colour
 from epicyclic.show.figures.summaries import mode_groups, summed_shares
+from epicyclic.show.figures.tolerance_shares import tolerance_shares
 from epicyclic.show.figures.train_front import train_front
 from epicyclic.show.figures.train_section import train_section
 from epicyclic.show.figures.waterfall import crests, rays, waterfall
+from epicyclic.show.figures.worst_branches import worst_branches
 
 Datasets = dict[str, xr.Dataset]
 
@@ -57,6 +63,14 @@ def every_figure(datasets: Datasets) -> dict[str, go.Figure]:
         found["sweep"] = speed_sweep(datasets["sweep"], modes)
         found["waterfall"] = waterfall(datasets["sweep"], modes)
         found["bearings"] = bearing_forces(datasets["sweep"], modes)
+    if "tolerance" in datasets:
+        tolerances = datasets["tolerance"]
+        found["k_gamma"] = k_gamma_histogram(tolerances)
+        found["k_gamma_by_tolerance"] = k_gamma_by_tolerance(tolerances)
+        found["k_gamma_by_design"] = k_gamma_by_design(tolerances)
+        found["tolerance_shares"] = tolerance_shares(tolerances)
+        found["worst_branches"] = worst_branches(tolerances)
+        found["grade_prices"] = grade_prices(datasets["allocate"])
     return found
 
 
@@ -68,7 +82,7 @@ def test_every_axis_with_numbers_says_its_unit(ren: Datasets) -> None:
     for name, drawn in every_figure(ren).items():
         titles = [axis.title.text for axis in drawn.select_yaxes() if axis.title.text]
         titles += [axis.title.text for axis in drawn.select_xaxes() if axis.title.text]
-        if name in ("front", "section", "stiffness", "campbell", "history", "forces", "sweep", "waterfall", "bearings"):
+        if name not in ("members", "phases", "orders", "frequencies", "shapes", "energy", "sharing"):
             assert titles, name
         for title in titles:
             assert title == "mode" or re.search(r"\[.+\]$", title), (name, title)

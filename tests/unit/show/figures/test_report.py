@@ -59,11 +59,23 @@ def read(html: str) -> Page:
 
 def test_everything_has_its_section_and_its_link(ren: Datasets) -> None:
     page = read(report(ren))
-    assert page.sections == ["train", "operation", "meshes", "modes", "sharing", "sweep", "model"]
+    assert page.sections == [
+        "train",
+        "operation",
+        "meshes",
+        "modes",
+        "sharing",
+        "tolerances",
+        "sweep",
+        "allocation",
+        "model",
+    ]
     assert page.links == [f"#{name}" for name in page.sections]
 
 
-@pytest.mark.parametrize("name", ["check", "modes", "campbell", "stiffness", "sharing", "sweep"])
+@pytest.mark.parametrize(
+    "name", ["check", "modes", "campbell", "stiffness", "sharing", "sweep", "tolerance", "allocate"]
+)
 def test_one_dataset_alone_makes_a_page(ren: Datasets, name: str) -> None:
     page = read(report({name: ren[name]}))
     assert page.sections[-1] == "model"
@@ -76,7 +88,7 @@ def test_the_page_asks_for_nothing_outside(ren: Datasets) -> None:
     # plotly.js itself is there once; what is left has no address but the source's doi
     assert html.count(get_plotlyjs()) == 1
     rest = html.replace(get_plotlyjs(), "")
-    assert rest.count("Plotly.newPlot(") == 16
+    assert rest.count("Plotly.newPlot(") == 22
     assert re.findall(r"(?:https?:)?//[a-z]+\.[a-z]+", rest.replace("https://plot.ly", "")) == []
     assert len(html) < 8e6
 

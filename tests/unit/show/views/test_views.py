@@ -113,7 +113,7 @@ def test_terminal_and_report_say_the_same_of_every_mode(ren: dict[str, xr.Datase
             assert all(words in text and words in html for words, _ in cells)
 
 
-@pytest.mark.parametrize("name", ["check", "modes", "stiffness", "campbell", "sharing"])
+@pytest.mark.parametrize("name", ["check", "modes", "stiffness", "campbell", "sharing", "tolerance", "allocate"])
 def test_every_made_up_result_prints(ren: dict[str, xr.Dataset], name: str) -> None:
     text = printed(ren[name])
     assert all(table.title.split(",")[0] in text for table in tables_of(ren[name]))

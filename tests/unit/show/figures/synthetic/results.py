@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from epicyclic.results.dataset import dataset
 
+from .tolerances import allocation, tolerance
 from .train import DIRECTIONS, REN, Gears, array, bodies, check, lin_gears, links_of, meshes, provenance
 
 __all__ = ["REN", "Gears", "check", "dataset", "everything", "lin_gears", "modes", "sharing"]
@@ -214,4 +215,5 @@ def everything(gears: Gears) -> dict[str, xr.Dataset]:
     found["campbell"] = campbell(gears, found["modes"])
     found["sharing"] = sharing(gears)
     found["sweep"] = sweep(gears, found["modes"])
+    found["tolerance"], found["allocate"] = tolerance(), allocation()
     return found

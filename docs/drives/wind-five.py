@@ -1,0 +1,34 @@
+"""Figures of the page on `wind-five`: what its tolerances do, which of them matters, what its grades cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import plotly.graph_objects as go
+import xarray as xr
+
+import epicyclic
+from epicyclic.show.figures.grade_prices import grade_prices
+from epicyclic.show.figures.k_gamma_by_design import k_gamma_by_design
+from epicyclic.show.figures.k_gamma_by_tolerance import k_gamma_by_tolerance
+from epicyclic.show.figures.k_gamma_histogram import k_gamma_histogram
+from epicyclic.show.figures.tolerance_shares import tolerance_shares
+from epicyclic.show.figures.worst_branches import worst_branches
+
+__all__ = ["FIGURES"]
+
+
+@cache
+def _tolerance() -> xr.Dataset:
+    return epicyclic.tolerance("wind-five")
+
+
+FIGURES: Mapping[str, Callable[[], go.Figure]] = {
+    "k-gamma": lambda: k_gamma_histogram(_tolerance()),
+    "shares": lambda: tolerance_shares(_tolerance()),
+    "by-tolerance": lambda: k_gamma_by_tolerance(_tolerance()),
+    "by-design": lambda: k_gamma_by_design(_tolerance()),
+    "worst": lambda: worst_branches(_tolerance()),
+    "grades": lambda: grade_prices(epicyclic.allocate("wind-five", target=1.1)),
+}

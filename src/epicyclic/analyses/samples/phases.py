@@ -1,0 +1,174 @@
+"""Largest value of a sum of slow waves over their phases: independent ones by amplitude, tied ones on a grid.
+
+Waves turn at exact frequencies.  Two whose ratio p : q is of small integers meet in few relative phases only; the
+others come as close to every combination as 1 - cos(pi / |(p, q)|) of an amplitude, which is below 1 %: they are taken
+as independent.  Tied ones have one common phase t and orders n, Re sum a exp(j n t).  Derived here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from math import gcd, hypot, lcm
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...system.system import Array, ComplexArray
+
+__all__ = ["SlowPhases", "largest_sum", "phase_points", "slow_phases", "units_of_largest"]
+
+# |(p, q)| from which two waves count as independent: 1 - cos(pi / 23) is 0.9 %.
+_TIED = 23.0
+# Largest order of tied waves that a grid resolves; beyond it even three waves come within 4 % of every combination.
+_MOST_ORDER = 256
+# Grid points in the shortest wave; the best points of so many waves are then refined by Newton steps.
+_POINTS, _PEAKS, _STEPS = 8, 4, 4
+# Complex numbers of one piece of the grid.
+_PIECE = 500_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowPhases:
+    """Sets of tied waves, each a tuple of (place among the G frequencies, order of their common phase)."""
+
+    sets: tuple[tuple[tuple[int, int], ...], ...]
+
+
+def slow_phases(frequency: Sequence[Fraction]) -> SlowPhases:
+    """Sets of waves with one common phase each, of exact frequencies (G,) above zero [Hz]."""
+    sets: list[list[int]] = []
+    for place, own in enumerate(frequency):
+        tied = [part for part in sets if any(_tied(own, frequency[other]) for other in part)]
+        joined = sorted([place, *(other for part in tied for other in part)])
+        if max(_orders([frequency[i] for i in joined])) > _MOST_ORDER:
+            # too many common phases to resolve: with the one set that it is tied to most closely, or alone
+            joined, tied = [place], []
+        sets = [part for part in sets if part not in tied] + [joined]
+    return SlowPhases(
+        sets=tuple(tuple(zip(part, _orders([frequency[i] for i in part]), strict=True)) for part in sorted(sets))
+    )
+
+
+def _tied(a: Fraction, b: Fraction) -> bool:
+    """Whether two frequencies are as small integers."""
+    ratio = a / b
+    return hypot(ratio.numerator, ratio.denominator) < _TIED
+
+
+def _orders(frequency: Sequence[Fraction]) -> tuple[int, ...]:
+    """Orders of exact frequencies, multiples of their greatest common frequency."""
+    unit = lcm(*(f.denominator for f in frequency))
+    whole = [int(f * unit) for f in frequency]
+    common = gcd(*whole)
+    return tuple(n // common for n in whole)
+
+
+def largest_sum(phases: SlowPhases, amplitude: ComplexArray) -> Array:
+    """Largest Re sum a exp(j theta) (...) over the phases, of amplitudes a (G, ...)."""
+    found = np.zeros(amplitude.shape[1:])
+    for part in phases.sets:
+        places = [place for place, _ in part]
+        if len(part) == 1:
+            found += np.abs(amplitude[places[0]])
+        else:
+            orders = np.array([order for _, order in part])
+            a = amplitude[places].reshape(len(part), -1)
+            unit = np.exp(1j * np.multiply.outer(orders, _common_phase(a, orders)))
+            found += (a * unit).real.sum(axis=0).reshape(found.shape)
+    return found
+
+
+def units_of_largest(phases: SlowPhases, amplitude: ComplexArray) -> ComplexArray:
+    """Units u = exp(j theta) (G, ...) at which Re sum a u is largest, of amplitudes a (G, ...)."""
+    unit = np.empty_like(amplitude)
+    for part in phases.sets:
+        places = [place for place, _ in part]
+        if len(part) == 1:
+            a = amplitude[places[0]]
+            size = np.abs(a)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                unit[places[0]] = np.where(size > 0, a.conj() / size, 1.0)
+        else:
+            orders = np.array([order for _, order in part])
+            t = _common_phase(amplitude[places].reshape(len(part), -1), orders)
+            unit[places] = np.exp(1j * np.multiply.outer(orders, t)).reshape(amplitude[places].shape)
+    return unit
+
+
+def _common_phase(amplitude: ComplexArray, orders: NDArray[np.int64]) -> Array:
+    """Common phase t (P,) [rad] of the largest Re sum a exp(j n t), amplitudes (g, P)."""
+    count = int(_POINTS * orders.max())
+    grid = 2 * np.pi * np.arange(count) / count
+    wave = np.exp(1j * np.multiply.outer(orders, grid))
+    table = np.concatenate([wave.real, -wave.imag])
+    parts = np.hstack([amplitude.T.real, amplitude.T.imag])
+    step = max(1, _PIECE // count)
+    t = np.concatenate(
+        [np.zeros((0, _PEAKS))]
+        + [grid[_highest(parts[i : i + step] @ table, int(orders.max()))] for i in range(0, len(parts), step)]
+    ).T
+    n, a = orders[:, None, None], amplitude[:, None]
+    for _ in range(_STEPS):
+        value = a * np.exp(1j * n * t)
+        slope, bend = -(n * value.imag).sum(axis=0), -(n**2 * value.real).sum(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            move = np.where(bend < 0, -slope / bend, 0.0)
+        t = t + np.clip(move, -np.pi / count, np.pi / count)
+    best = np.argmax((a * np.exp(1j * n * t)).real.sum(axis=0), axis=0)
+    found: Array = t[best, np.arange(t.shape[1])]
+    return found
+
+
+def _highest(values: Array, waves: int) -> NDArray[np.int64]:
+    """Places (P, _PEAKS) of the largest values (P, T) in different ones of the `waves` equal parts of the grid."""
+    P = len(values)
+    parts = values.reshape(P, waves, -1)
+    inside = parts.argmax(axis=2)
+    most = np.take_along_axis(parts, inside[:, :, None], axis=2)[:, :, 0]
+    if waves < _PEAKS:
+        place = np.resize(np.arange(waves), (P, _PEAKS))
+    else:
+        place = np.argpartition(most, waves - _PEAKS, axis=1)[:, waves - _PEAKS :]
+    chosen: NDArray[np.int64] = place * parts.shape[2] + np.take_along_axis(inside, place, axis=1)
+    return chosen
+
+
+def phase_points(phases: SlowPhases, count: int) -> ComplexArray:
+    """Units exp(j theta) (count, G) that fill the phases evenly, a lattice; one point where nothing turns.
+
+    Forces of open contact are periodic in each phase, of which lattices average all waves but few exactly.
+    """
+    sets = phases.sets
+    if not sets:
+        return np.ones((1, 0), complex)
+    t = 2 * np.pi * _lattice(count, len(sets))
+    unit = np.empty((count, sum(map(len, sets))), complex)
+    for column, part in enumerate(sets):
+        for place, order in part:
+            unit[:, place] = np.exp(1j * order * t[:, column])
+    return unit
+
+
+@lru_cache(maxsize=32)
+def _lattice(count: int, dimensions: int) -> Array:
+    """Points (count, d) in [0, 1) of the lattice i (1, a, a^2, ..) / count whose a has the least P_2 error.
+
+    P_2 is the mean over the points of the product of 1 + 2 pi^2 B_2(x): the error in waves that fall with the square
+    of their orders.
+    """
+    index = np.arange(count)[:, None]
+
+    def points(a: int) -> Array:
+        """Points of one lattice."""
+        found: Array = np.mod(index * np.array([pow(a, j, count) for j in range(dimensions)]) / count, 1.0)
+        return found
+
+    def error(a: int) -> float:
+        """P_2 of one lattice, and 1."""
+        x = points(a)
+        return float(np.prod(1 + 2 * np.pi**2 * (x * x - x + 1 / 6), axis=1).mean())
+
+    return np.mod(points(min(range(1, count // 2), key=error)) + 0.5 / count, 1.0)

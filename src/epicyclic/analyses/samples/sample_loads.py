@@ -1,0 +1,286 @@
+"""Load sharing of many samples of one train: closed contact by one product, open contact by active sets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ConvergenceError, ModelError
+from ...system.system import Array, ComplexArray, System
+from ..static.tangent import linear
+from .law_contact import LawMap, law_forces, law_map
+from .load_map import LoadMap, load_map
+from .mean_load import closed_loads, largest_of_groups, least_forces, loads_at_phases
+from .open_contact import net_forces
+from .phases import SlowPhases, phase_points, slow_phases, units_of_largest
+
+__all__ = ["METHODS", "ContactMethod", "SampleLoads", "mean_loads", "nominal_signs", "sample_loads"]
+
+ContactMethod = Literal["auto", "linear", "static"]
+METHODS: tuple[ContactMethod, ...] = get_args(ContactMethod)
+
+# Force that is none, per the largest of the sample.
+_NONE = 1e-9
+# Slow phases that forces of open contact are averaged over: of three shafts and four planets whose teeth part most of
+# the time, 144 points of a lattice err by 6e-4 of the mean force (root mean square), 64 by 2e-3.
+_PHASES = 144
+# Instants of one batch of open samples.
+_INSTANTS = 40_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SampleLoads:
+    """Load sharing of S samples, definitions as of `mean_load.MEAN_LOADS`.
+
+    k : (S, 2, g) coefficient of each group [1], nan of samples that failed and of groups without load.
+    load : (S, 2, w) N F_i / sum F of each whole mesh [1].
+    least : (S, w) least force of each whole mesh at any slow phases [N].
+    open, failed : (S,) whether contact opens or a far flank touches at some phases; whether no state was found.
+    """
+
+    k: Array
+    load: Array
+    least: Array
+    open: NDArray[np.bool_]
+    failed: NDArray[np.bool_]
+
+
+def sample_loads(
+    given: LoadMap,
+    factors: Array,
+    *,
+    torque: float | Array = 1.0,
+    rows: NDArray[np.int64] | None = None,
+    stiffness: Array | None = None,
+    method: ContactMethod = "auto",
+    count: int | None = None,
+    laws: LawMap | None = None,
+) -> SampleLoads:
+    """Load sharing of S samples.
+
+    Parameters
+    ----------
+    factors : (S, C) on the columns of the map.  torque : factor on the torques, one or (S,).
+    rows, stiffness : (V,) mesh rows and links whose stiffness varies, and that (S, V) [N/m].
+    method : ``auto`` solves those samples anew whose contact opens, ``static`` all of them, ``linear`` none.
+    count : samples, from the first on, that are wanted; the rest only fill a piece up.
+    laws : of a train with laws, which all samples ask then except with ``linear``; `given` has tangents for them.
+
+    Raises
+    ------
+    ModelError : no such method; a stiffness that varies beside laws that do not allow for it.
+    """
+    if method not in METHODS:
+        raise ModelError("no such method", path="method", given=method, allowed=", ".join(METHODS))
+    if rows is None or not rows.size:
+        rows = stiffness = None
+    if laws is not None and method != "linear":
+        method = "static"
+        _require_law_rows(given, laws, rows)
+    S = len(factors)
+    found = _closed(given, factors, torque, rows, stiffness)
+    load = closed_loads(found.force, found.wave, given.group, found.phases)
+    least = least_forces(found.force, found.wave, found.phases)
+    failed, opens = found.failed.copy(), found.leaves.copy()
+    wanted = {"auto": opens, "linear": np.zeros(S, bool), "static": np.ones(S, bool)}[method] & ~failed
+    again = np.flatnonzero(wanted[:count])
+    asked = None if laws is None else (laws, *laws.excitation.values(factors, torque))
+    size = max(1, _INSTANTS // (_PHASES + 2 * least.shape[1]))
+    for first in range(0, again.size, size):
+        at = again[first : first + size]
+        units = _phases_of(found, at)
+        net, known = _solved(given, found, asked, at, units, rows)
+        whole = found.sign * given.face.total(net, axis=2)
+        load[:, at] = loads_at_phases(whole, _mean_of(found, at, units, whole), given.group)
+        least[at], failed[at] = whole.min(axis=1), ~known
+        opens[at] |= (least[at] <= 0).any(axis=1)
+    load = load.transpose(1, 0, 2)
+    load[failed], least[failed] = np.nan, np.nan
+    for group, carries in zip(given.group, found.loaded, strict=True):
+        if not carries:
+            load[:, :, group] = np.nan
+    return SampleLoads(
+        k=largest_of_groups(load, given.group), load=load, least=least, open=opens & ~failed, failed=failed
+    )
+
+
+def mean_loads(system: System) -> Array:
+    """N F_i / sum F of each whole mesh of one train, (2, w) [1] by `MEAN_LOADS`; nan in groups without load.
+
+    Links follow their laws; meshes have their mean stiffness, those with a table its tangent.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : the load has no equilibrium.
+    """
+    laws = law_map(system) if system.groups else None
+    found = sample_loads(load_map(linear(system)), np.zeros((1, 0)), laws=laws)
+    if found.failed[0]:
+        raise ConvergenceError("no static equilibrium at some phases of the errors")
+    load: Array = found.load[0]
+    return load
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _ClosedContact:
+    """Closed contact of S samples.
+
+    still, turning : (S, M), (G, S, M) stretches with the stiffness of the map [m].  stiffness : (S, M) [N/m].
+    force, wave : (S, w), (G, S, w) of the whole meshes [N], positive where the train of the map loads them.
+    leaves, failed : (S,) whether a row leaves its state at some phases; whether a stiffness is no stiffness.
+    sign, loaded : (w,) and (g,) as of `nominal_signs`.
+    """
+
+    still: Array
+    turning: ComplexArray
+    stiffness: Array
+    force: Array
+    wave: ComplexArray
+    leaves: NDArray[np.bool_]
+    failed: NDArray[np.bool_]
+    phases: SlowPhases
+    sign: Array
+    loaded: NDArray[np.bool_]
+
+
+def _closed(
+    given: LoadMap, factors: Array, torque: float | Array, rows: NDArray[np.int64] | None, stiffness: Array | None
+) -> _ClosedContact:
+    """Closed contact of S samples; arguments as of `sample_loads`."""
+    phases = slow_phases(given.stretch.frequency)
+    still, turning = given.stretch.values(factors, torque)
+    failed = np.zeros(len(factors), bool)
+    closed, waves = still, turning
+    k = np.broadcast_to(given.flexible.stiffness, still.shape)
+    if rows is not None and stiffness is not None:
+        failed |= ~((stiffness > 0) & np.isfinite(stiffness)).all(axis=1)
+        k = k.copy()
+        # samples that failed keep the stiffness of the map, so that they do not disturb the others
+        k[np.ix_(~failed, rows)] = stiffness[~failed]
+        closed, waves = _with_stiffness(given, still, turning, rows, k[:, rows])
+    sign, loaded = nominal_signs(given)
+    m = given.mesh_count
+    force, wave = k[:, :m] * closed[:, :m], k[:, :m] * waves[:, :, :m]
+    return _ClosedContact(
+        still=still,
+        turning=turning,
+        stiffness=k,
+        force=sign * given.face.total(force, axis=1),
+        wave=sign * given.face.total(wave, axis=2),
+        leaves=_leaves(given, closed, waves, force, wave, phases),
+        failed=failed,
+        phases=phases,
+        sign=sign,
+        loaded=loaded,
+    )
+
+
+def _solved(
+    given: LoadMap,
+    found: _ClosedContact,
+    asked: tuple[LawMap, Array, ComplexArray] | None,
+    at: NDArray[np.int64],
+    units: ComplexArray,
+    rows: NDArray[np.int64] | None,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Net forces of the mesh rows (s, T, m) [N] of the samples `at` (s,), units (G, s, T), and whether found (s,)."""
+    T, m = units.shape[2], given.mesh_count
+    own = None if rows is None else np.repeat(found.stiffness[at], T, axis=0)
+    if asked is None:
+        values = _instants(found.still, found.turning, at, units)
+        net, known = net_forces(given, values, rows, None if own is None else own[:, rows])
+    else:
+        laws, still, turning = asked
+        net, known = law_forces(laws, _instants(still, turning, at, units), None if own is None else own[:, :m])
+    return net.reshape(at.size, T, m), np.asarray(known.reshape(at.size, T).all(axis=1))
+
+
+def _require_law_rows(given: LoadMap, laws: LawMap, rows: NDArray[np.int64] | None) -> None:
+    """Raise ModelError where links vary beside laws, or meshes that have a table."""
+    links = rows is not None and bool((rows >= given.mesh_count).any())
+    tables = rows is not None and rows.size > 0 and bool(laws.system.meshes.laws)
+    if links or tables:
+        raise ModelError(
+            "the stiffness of a link varies, where another has play or friction" if links else "a table varies",
+            path="method",
+            allowed="linear",
+        )
+
+
+def _instants(still: Array, turning: ComplexArray, at: NDArray[np.int64], units: ComplexArray) -> Array:
+    """Values (S T, Q) of the samples `at` at their T slow phases, units (G, S, T)."""
+    values: Array = still[at, None] + np.einsum("gst,gsm->stm", units, turning[:, at]).real
+    return values.reshape(-1, values.shape[2])
+
+
+def _mean_of(found: _ClosedContact, at: NDArray[np.int64], units: ComplexArray, whole: Array) -> Array:
+    """Mean over the slow phases of the forces (s, w) [N] of the samples `at`.
+
+    That of closed contact is known, so that only what opening adds is averaged over the even phases.
+
+    units : (G, s, T).  whole : (s, T, w) forces [N].
+    """
+    even = _PHASES if len(found.wave) else 1
+    closed = _instants(found.force, found.wave, at, units[:, :, :even]).reshape(at.size, even, -1)
+    mean: Array = found.force[at] + (whole[:, :even] - closed).mean(axis=1)
+    return mean
+
+
+def _with_stiffness(
+    given: LoadMap, still: Array, turning: ComplexArray, rows: NDArray[np.int64], stiffness: Array
+) -> tuple[Array, ComplexArray]:
+    """Stretches (S, M), (G, S, M) [m] where some rows have another stiffness (S, V), all loaded flanks closed."""
+    S = given.flexible.to_mesh
+    D = given.flexible.stiffness[rows] - stiffness
+    matrix = np.eye(rows.size) - S[np.ix_(rows, rows)] * D[:, None, :]
+    right = np.concatenate([still[None], turning.real, turning.imag])[:, :, rows]
+    own = np.linalg.solve(matrix, right.transpose(1, 2, 0))  # (S, V, 1 + 2 G)
+    added = (own * D[:, :, None]).transpose(2, 0, 1) @ S[:, rows].T
+    G = len(turning)
+    return still + added[0], turning + added[1 : G + 1] + 1j * added[G + 1 :]
+
+
+def _leaves(
+    given: LoadMap, closed: Array, waves: ComplexArray, force: Array, wave: ComplexArray, phases: SlowPhases
+) -> NDArray[np.bool_]:
+    """Samples (S,) of which a row leaves the state it has in the map at some phases."""
+    m, c = given.mesh_count, given.far.size
+    size = np.abs(force).max(axis=1, initial=0.0)
+    leaves: NDArray[np.bool_] = (least_forces(force, wave, phases) < -_NONE * size[:, None]).any(axis=1)
+    if c:
+        shut = given.flexible.stiffness[m : m + c] > 0
+        side = np.where(shut, 1.0, -1.0)
+        reach, swing = side * closed[:, m : m + c], side * waves[:, :, m : m + c]
+        leaves |= (least_forces(reach, swing, phases) < 0).any(axis=1)
+    return leaves
+
+
+def _phases_of(found: _ClosedContact, at: NDArray[np.int64]) -> ComplexArray:
+    """Units (G, s, T) of the slow phases at which samples are solved: even ones, then those that load a mesh most.
+
+    Those that load it least follow them.
+    """
+    wave = found.wave[:, at]
+    if not len(wave):
+        return np.ones((0, at.size, 1), complex)
+    even = phase_points(found.phases, _PHASES).T
+    same = np.broadcast_to(even[:, None, :], (len(wave), at.size, _PHASES))
+    most, least = units_of_largest(found.phases, wave), units_of_largest(found.phases, -wave)
+    return np.concatenate([same, most, least], axis=2)
+
+
+def nominal_signs(given: LoadMap) -> tuple[Array, NDArray[np.bool_]]:
+    """Sign (w,) of the load of each mesh in the train of the map, and groups (g,) that carry any."""
+    net, found = net_forces(given, (given.stretch.still + given.stretch.torque)[None])
+    k = given.flexible.stiffness[: given.mesh_count]
+    rows = net[0] if found[0] else k * (given.stretch.still + given.stretch.torque)[: given.mesh_count]
+    whole = given.face.total(rows)
+    least = _NONE * np.abs(whole).max(initial=0.0)
+    sums = np.array([whole[group].sum() for group in given.group])
+    sign = np.ones(whole.size)
+    for group, value in zip(given.group, sums, strict=True):
+        sign[group] = -1.0 if value < -least else 1.0
+    return sign, np.asarray(np.abs(sums) > least)

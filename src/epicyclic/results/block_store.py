@@ -1,0 +1,333 @@
+"""Results of the blocks of a job in a Zarr store: what is done stays done, whatever stops the job.
+
+A store is a folder: a group whose attributes say which job it is, an array a result with one block a chunk, and the
+array `done`.  Atomic is each file, not a block of several arrays, so the chunk of `done`, written last, is the commit:
+a block without it counts for nothing.  Every chunk bears a crc32c.  Nothing is synchronised to disk: after a power cut
+a block may be damaged, which its checksum tells, and is computed again.
+
+Bytes depend on the results alone, not on the order or the number of attempts, so two stores of one job are equal.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ModelError
+from .locked_folder import locked_folder
+
+__all__ = ["BlockStore", "block_store", "job_hash", "plain_identity"]
+
+Arrays = Mapping[str, NDArray[Any]]
+
+_DONE = "done"
+_KINDS = "fciub"
+# Elements of a chunk of a row whose length varies: a few kB compressed, and one file of most results.
+_PIECE = 65536
+# Row of varying length: as good as endless.  Only the chunks that are written exist.
+_ENDLESS = 2**40
+# A chunk of zeros is a file like any other, so that one that is missing is seen.  Not part of the store: said anew.
+_EVERY_CHUNK = {"write_empty_chunks": True}
+# Texts and lists of an identity that stand in the attributes as they are; longer ones by their digest.
+_MAX_TEXT = 200
+
+
+def plain_identity(value: Any) -> Any:
+    """What says which job it is, as JSON: long texts and arrays by their digest.
+
+    Parameters
+    ----------
+    value : mappings, sequences, texts, numbers, arrays.
+    """
+    if isinstance(value, np.ndarray):
+        array = np.ascontiguousarray(value)
+        return "sha256 " + hashlib.sha256(f"{array.dtype}{array.shape}".encode() + array.tobytes()).hexdigest()
+    if isinstance(value, Mapping):
+        return {str(key): plain_identity(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        plain = [plain_identity(one) for one in value]
+        return plain if len(json.dumps(plain)) <= _MAX_TEXT else _digest(json.dumps(plain, sort_keys=True))
+    if isinstance(value, np.generic):
+        return plain_identity(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    text = str(value)
+    return text if len(text) <= _MAX_TEXT else _digest(text)
+
+
+def _digest(text: str) -> str:
+    return "sha256 " + hashlib.sha256(text.encode()).hexdigest()
+
+
+def job_hash(identity: Mapping[str, Any]) -> str:
+    """SHA-256 of an identity, whatever the order of its keys."""
+    return hashlib.sha256(json.dumps(plain_identity(identity), sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class BlockStore:
+    """The blocks of one job in an open store.
+
+    count : of blocks.  done : (count,) which are there.  ragged : names of arrays (n,) whose length varies.
+    """
+
+    folder: Path
+    count: int
+    done: NDArray[np.bool_]
+    ragged: tuple[str, ...]
+    group: Any
+    arrays: dict[str, Any] = field(default_factory=dict)
+
+    def read(self, block: int) -> dict[str, NDArray[Any]] | None:
+        """Results of a block that is done; None where its files are damaged or gone."""
+        try:
+            return {name: self._read(name, block) for name in self._names()}
+        except Exception:  # whatever a codec meets in a damaged file
+            return None
+
+    def write(self, block: int, results: Arrays) -> None:
+        """Keep the results of a block: all of it, or nothing that counts.
+
+        Raises
+        ------
+        ModelError : the store cannot be written.  ValueError : results unlike those of the blocks before.
+        """
+        arrays = {name: np.asarray(values) for name, values in results.items()}
+        try:
+            if len(self.arrays) == 1:
+                self._lay_out(arrays)
+            self._require_alike(arrays)
+            for name, values in arrays.items():
+                if name in self.ragged:
+                    self._write_row(name, block, values)
+                else:
+                    self.arrays[name][block] = values
+            self.arrays[_DONE][block] = 1
+        except OSError as error:
+            raise ModelError(f"cannot be written: {error.strerror or error}", path=str(self.folder)) from error
+        self.done[block] = True
+
+    def _names(self) -> list[str]:
+        lengths = {_length(name) for name in self.ragged}
+        return [name for name in self.arrays if name != _DONE and name not in lengths]
+
+    def _lay_out(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Make the arrays for results like these; the attributes name them first."""
+        layout = {}
+        for name, values in arrays.items():
+            if name == _DONE or values.dtype.kind not in _KINDS or (name in self.ragged and values.ndim != 1):
+                raise ValueError(f"{name}: an array of {values.dtype} {values.shape} cannot be kept")
+            layout[name] = [values.dtype.str, None if name in self.ragged else list(values.shape)]
+        self.group.attrs["layout"] = layout
+        self.open_arrays(layout)
+
+    def open_arrays(self, layout: Mapping[str, Any]) -> None:
+        """Open the arrays, or make those that are not there."""
+        self.arrays[_DONE] = self._array(_DONE, "|u1", (), (), (self.count,))
+        for name, (kind, shape) in layout.items():
+            if name in self.ragged:
+                self.arrays[name] = self._array(name, kind, (_ENDLESS,), (_PIECE,), (self.count,))
+                self.arrays[_length(name)] = self._array(_length(name), "<i8", (), (), (self.count,))
+            else:
+                self.arrays[name] = self._array(name, kind, tuple(shape), tuple(shape), (self.count,))
+
+    def _array(
+        self, name: str, kind: str, shape: tuple[int, ...], chunk: tuple[int, ...], before: tuple[int, ...]
+    ) -> Any:
+        from zarr.codecs import Crc32cCodec, ZstdCodec
+
+        if (self.folder / name / "zarr.json").is_file():
+            return self.group[name].with_config(_EVERY_CHUNK)
+        return self.group.create_array(
+            name,
+            shape=(*before, *shape),
+            chunks=(*(1 for _ in before), *(max(1, size) for size in chunk)),
+            dtype=np.dtype(kind),
+            # one file a chunk in one folder: no folder a block
+            chunk_key_encoding={"name": "default", "separator": "."},
+            compressors=[ZstdCodec(level=1), Crc32cCodec()],
+            fill_value=0,
+            config=_EVERY_CHUNK,
+        )
+
+    def _require_alike(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        if sorted(arrays) != sorted(self._names()):
+            raise ValueError(f"a block with {sorted(arrays)} after blocks with {sorted(self._names())}")
+        for name, values in arrays.items():
+            kept = self.arrays[name]
+            shape = values.shape if name in self.ragged else kept.shape[1:]
+            if values.dtype != kept.dtype or values.shape != shape:
+                raise ValueError(f"{name}: {values.dtype} {values.shape} after {kept.dtype} {kept.shape[1:]}")
+
+    def _write_row(self, name: str, block: int, values: NDArray[Any]) -> None:
+        """Write a row of its own length in whole chunks, filled up with zeros."""
+        padded = np.zeros(-(-values.size // _PIECE) * _PIECE, values.dtype)
+        padded[: values.size] = values
+        if padded.size:
+            self.arrays[name][block, : padded.size] = padded
+        self.arrays[_length(name)][block] = values.size
+
+    def _read(self, name: str, block: int) -> NDArray[Any]:
+        kept = self.arrays[name]
+        if name in self.ragged:
+            self._require_chunks(_length(name), [(block,)])
+            length = int(self.arrays[_length(name)][block])
+            self._require_chunks(name, [(block, piece) for piece in range(-(-length // _PIECE))])
+            return np.asarray(kept[block, :length])
+        if kept.size:
+            self._require_chunks(name, [(block, *(0 for _ in kept.shape[1:]))])
+        return np.asarray(kept[block])
+
+    def _require_chunks(self, name: str, places: Sequence[tuple[int, ...]]) -> None:
+        """Refuse chunks without a file, which Zarr reads as zeros."""
+        for place in places:
+            key = self.arrays[name].metadata.encode_chunk_key(place)
+            if not (self.folder / name / key).is_file():
+                raise FileNotFoundError(key)
+
+
+def _length(name: str) -> str:
+    """Array of the lengths of rows."""
+    return f"{name}_length"
+
+
+@contextmanager
+def block_store(
+    folder: str | Path, *, identity: Mapping[str, Any], count: int, resume: bool, ragged: Sequence[str] = ()
+) -> Iterator[BlockStore]:
+    """The store of a job, made or taken up again, which no other job may have while the block runs.
+
+    Parameters
+    ----------
+    identity : says which job it is: mappings, texts, numbers, arrays.  count : of blocks.
+    resume : whether what lies there is wanted.  ragged : names of arrays (n,) whose length varies from block to block.
+
+    Raises
+    ------
+    ModelError : no zarr; another job has the store or wrote it; what lies there is not asked for; it cannot be written.
+    """
+    _require_zarr(folder)
+    place = Path(folder)
+    with locked_folder(place):
+        yield _opened(place, {**plain_identity(identity), "blocks": count}, count, resume, tuple(ragged))
+
+
+def _require_zarr(folder: object) -> None:
+    try:
+        import zarr
+    except ImportError as error:
+        raise ModelError(
+            f"a store needs zarr, which is not installed ({error})",
+            path="store",
+            given=str(folder),
+            allowed="pip install 'epicyclic[scale]', or no store",
+        ) from error
+    release = tuple(int(part) for part in zarr.__version__.split(".")[:3] if part.isdigit())
+    if release < (3, 1, 3):
+        # earlier ones do not write a file whole or not at all
+        raise ModelError(
+            "needs zarr 3.1.3 or newer",
+            path="store",
+            given=f"zarr {zarr.__version__}",
+            allowed="pip install 'epicyclic[scale]'",
+        )
+
+
+def _opened(place: Path, question: dict[str, Any], count: int, resume: bool, ragged: tuple[str, ...]) -> BlockStore:
+    """The store of a locked folder."""
+    import zarr
+
+    about = place / "zarr.json"
+    try:
+        if not about.is_file() and not all(map(_is_left_over, place.iterdir())):
+            raise ModelError("is no store of a job", path=str(place), allowed="a new or empty folder")
+        if about.is_file():
+            group = _known_group(place)
+            _require_same(place, dict(group.attrs), question)
+        else:
+            attributes = {"package": "epicyclic", "job": job_hash(question), "identity": question}
+            group = zarr.create_group(place, attributes=attributes)
+        for path in filter(_is_left_over, place.rglob("*.partial")):
+            path.unlink()
+        store = BlockStore(folder=place, count=count, done=_done(place, count), ragged=ragged, group=group)
+        if store.done.any() and not resume:
+            problem = f"{int(store.done.sum())} of {count} blocks of an interrupted job lie there"
+            raise ModelError(problem, path=str(place), allowed="resume, or delete the folder")
+        store.open_arrays(group.attrs.get("layout", {}))
+    except OSError as error:
+        raise ModelError(f"cannot be written: {error.strerror or error}", path=str(place)) from error
+    return store
+
+
+def _known_group(place: Path) -> Any:
+    """The group of a store that lies there."""
+    import zarr
+
+    try:
+        group = zarr.open_group(place, mode="r+")
+    except Exception as error:  # whatever zarr meets in a file that is no group's
+        raise ModelError("is no store of a job", path=str(place), allowed="a new or empty folder") from error
+    if group.attrs.get("package") != "epicyclic" or not isinstance(group.attrs.get("identity"), dict):
+        raise ModelError("is no store of a job", path=str(place), allowed="a new or empty folder")
+    return group
+
+
+def _is_left_over(path: Path) -> bool:
+    """Whether a file is the temporary one of a killed writer of Zarr; no writer is alive in a locked folder."""
+    return re.search(r"\.[0-9a-f]{32}\.partial$", path.name) is not None
+
+
+def _done(place: Path, count: int) -> NDArray[np.bool_]:
+    """(count,) which blocks are committed: those with a chunk of `done`, whose only value is not its fill value.
+
+    Names are listed, since reading a hundred thousand chunks takes a minute.
+    """
+    done = np.zeros(count, dtype=bool)
+    folder = place / _DONE
+    for name in os.listdir(folder) if folder.is_dir() else ():
+        kind, _, number = name.partition(".")
+        if kind == "c" and number.isdigit() and int(number) < count:
+            done[int(number)] = True
+    return done
+
+
+def _require_same(place: Path, attributes: Mapping[str, Any], question: Mapping[str, Any]) -> None:
+    """Refuse the store of another job, naming what differs."""
+    known = attributes["identity"]
+    if attributes.get("job") == job_hash(question) and known == question:
+        return
+    own, other = dict(_flat(question)), dict(_flat(known))
+    names = [name for name in {**own, **other} if own.get(name) != other.get(name)]
+    shown = ", ".join(f"{name} = {_short(own.get(name))}" for name in names[:4])
+    there = ", ".join(f"{name} = {_short(other.get(name))}" for name in names[:4])
+    raise ModelError(
+        "the store holds another job",
+        path=str(place),
+        given=shown or "another job",
+        allowed=f"{there or 'the job it was begun with'}, or another folder",
+    )
+
+
+def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping) and value:
+        for name, one in value.items():
+            yield from _flat(one, f"{path}.{name}" if path else str(name))
+    else:
+        yield path, value
+
+
+def _short(value: object) -> str:
+    text = "(nothing)" if value is None else str(value)
+    return text if len(text) <= 24 else text[:21] + "..."

@@ -1,0 +1,191 @@
+"""`tolerance`: K_gamma as a distribution, which tolerance buys what, the worst trains."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ..figures.series import engineering, texts
+from ..figures.tolerance_labels import (
+    DRAWN,
+    micrometres,
+    of_definition,
+    pair_labels,
+    percent,
+    short_entries,
+    system_quantiles,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["ORDER", "key_figures", "sections", "tables"]
+
+ORDER = 72
+# part of its spread by which a tolerance is narrowed for "what buys what"
+_NARROWED = 0.1
+# worst samples in a table
+_WORST = 5
+_NAMES = {"mean-load": "K_gamma (mean-load)", "mean-load-turning": "largest while turning"}
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Quantiles with bands, exceedance and separation, what buys what, the loads of the worst samples."""
+    found = [_quantiles(result), _exceedance(result)]
+    if "sobol_total" in result:
+        found.append(_what_buys(result, texts(result, "tolerance")))
+    if "worst_load_sharing" in result:
+        found.append(_worst(result))
+    return found
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Histogram and quantiles, shares, curves, the worst sample."""
+    from ..figures.k_gamma_by_design import k_gamma_by_design
+    from ..figures.k_gamma_by_tolerance import k_gamma_by_tolerance
+    from ..figures.k_gamma_histogram import k_gamma_histogram
+    from ..figures.tolerance_shares import tolerance_shares
+    from ..figures.worst_branches import worst_branches
+
+    words = "K_gamma: mean load of the most loaded branch over its equal share, without mesh frequency content."
+    if "reference_k_gamma" in result:
+        words += " Dashed: values given by the user."
+    parts: list[Part] = [
+        Drawing(anchor="k-gamma", figure=k_gamma_histogram(result), caption=words),
+        _quantiles(result),
+        _exceedance(result),
+    ]
+    if "sobol_total" in result:
+        parts.append(Drawing(anchor="tolerance-shares", figure=tolerance_shares(result)))
+        parts.append(_what_buys(result, short_entries(texts(result, "tolerance"))))
+    if "k_gamma_by_scale" in result:
+        parts.append(Drawing(anchor="k-gamma-by-tolerance", figure=k_gamma_by_tolerance(result)))
+    if any(name in result for name in ("k_gamma_by_torque", "k_gamma_by_support", "k_gamma_by_planets")):
+        parts.append(Drawing(anchor="k-gamma-by-design", figure=k_gamma_by_design(result), caption=_left_out(result)))
+    if "worst_load_sharing" in result:
+        parts.append(Drawing(anchor="worst-branches", figure=worst_branches(result)))
+    return [Section(anchor="tolerances", title="Tolerances", parts=parts)]
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """K_gamma at 50, 95 and 99 % [1], and how often contact opens."""
+    found = [
+        (f"{value:.3f}", f"K_gamma not exceeded in {percent(p)} of the trains")
+        for p, value in system_quantiles(result).items()
+    ]
+    apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
+    if apart > 0:
+        found.append((f"{engineering(100 * apart, 2)} %", "trains in which a mesh separates"))
+    return found
+
+
+def _left_out(result: xr.Dataset) -> str:
+    """Curves that could not be computed, with the reasons."""
+    found: dict[str, str] = json.loads(str(result.attrs.get("left_out", "{}")))
+    return f"Left out: {'; '.join(found.values())}." if found else ""
+
+
+def _count(result: xr.Dataset) -> str:
+    done = int(result.attrs.get("done", 0))
+    return f"{done:,} samples".replace(",", "\u2009")
+
+
+def _quantiles(result: xr.Dataset) -> Table:
+    """Quantiles of the train by each definition with their bands, and of its pairs where they have others."""
+    given = [float(p) for p in result["probability"].values]
+    rows: dict[str, list[str]] = {}
+    for definition in texts(result, "definition"):
+        one = of_definition(result, definition)
+        name = _NAMES.get(definition, definition)
+        rows[name] = _with_bands(one, "system_k_gamma_quantile")
+        for pair, label in enumerate(pair_labels(texts(one, "pair"))):
+            own = _with_bands(one.isel(pair=pair), "k_gamma_quantile")
+            if definition == "mean-load" and own != rows[name]:
+                rows[f"  {label}"] = own
+    columns: dict[str, Any] = {"": list(rows)}
+    for place, p in enumerate(given):
+        columns[percent(p)] = [row[place] for row in rows.values()]
+    lead = f"{_count(result)}; in brackets the 95 % band of each quantile."
+    return Table(title="Mesh-load factor not exceeded in ... of the trains", columns=columns, lead=lead)
+
+
+def _with_bands(one: xr.Dataset, name: str) -> list[str]:
+    """Quantiles [1] with their bands; nothing of one that is not known."""
+    values = one[name].values
+    low, high = (one[f"{name}_{end}"].values if f"{name}_{end}" in one else values for end in ("low", "high"))
+    rows = zip(values, low, high, strict=True)
+    return [f"{v:.4f} [{a:.4f}, {b:.4f}]" if np.isfinite(v) else "" for v, a, b in rows]
+
+
+def _exceedance(result: xr.Dataset) -> Table:
+    """Share of the trains above each limit, share with a mesh that separates, share whose contact opens [%]."""
+    one = of_definition(result)
+    rows: dict[str, tuple[float, float, float]] = {}
+    if "system_exceedance" in one:
+        for i, limit in enumerate(one["limit"].values):
+            rows[f"K_gamma above {limit:g}"] = _band(one.isel(limit=i), "system_exceedance")
+    if "system_separation_probability" in one:
+        rows["a mesh separates"] = _band(one, "system_separation_probability")
+    done = max(int(result.attrs.get("done", 1)), 1)
+    rows["contact opens or a link plays"] = (int(result.attrs.get("open", 0)) / done, np.nan, np.nan)
+    if int(result.attrs.get("failed", 0)):
+        rows["no state found"] = (int(result.attrs["failed"]) / done, np.nan, np.nan)
+    percents = [[100 * value for value in row] for row in rows.values()]
+    columns: dict[str, Any] = {"event": list(rows)}
+    for place, heading in enumerate(("share of the trains [%]", "low [%]", "high [%]")):
+        columns[heading] = [row[place] for row in percents]
+    return Table(title="How often", columns=columns)
+
+
+def _band(one: xr.Dataset, name: str) -> tuple[float, float, float]:
+    value = float(one[name])
+    low, high = (float(one[f"{name}_{end}"]) if f"{name}_{end}" in one else np.nan for end in ("low", "high"))
+    return value, low, high
+
+
+def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
+    """Shares of the variance, slope of a quantile, and what a tenth less spread takes off, of every entry."""
+    one = of_definition(result)
+    pair = int(np.nanargmax(one["k_gamma_std"].values))
+    shown = one.isel(pair=pair)
+    given = one["probability"].values
+    slopes = shown["quantile_slope"].transpose("probability", "tolerance").values
+    known = [i for i, p in enumerate(given) if p <= max(DRAWN) + 1e-9 and np.isfinite(slopes[i]).any()]
+    slope = slopes[known[-1]] if known else np.full(len(names), np.nan)
+    total, first = shown["sobol_total"].values, shown["sobol_first"].values
+    order = np.argsort(-np.nan_to_num(total), kind="stable")
+    at = percent(float(given[known[-1]])) if known else ""
+    deviation = one["tolerance_deviation"].values
+    micron = np.where(micrometres(one), 1e-6 * slope, np.nan)
+    columns: dict[str, Any] = {
+        "tolerance": [names[i] for i in order],
+        "alone [%]": [_share(first[i]) for i in order],
+        "with interactions [%]": [_share(total[i]) for i in order],
+        f"K_gamma at {at} per um [1/um]": [_digits(micron[i]) for i in order],
+        f"a tenth less spread, K_gamma at {at}": [_digits(-_NARROWED * slope[i] * deviation[i]) for i in order],
+    }
+    lead = f"Shares of the variance of K_gamma, {pair_labels(texts(one, 'pair'))[pair]}; slopes over the spread."
+    return Table(title="What buys what", columns=columns, lead=lead, digits=3)
+
+
+def _share(value: float) -> float:
+    """A share in per cent to a tenth; estimates below zero are zero."""
+    return float(round(100 * max(float(value), 0.0), 1)) if np.isfinite(value) else np.nan
+
+
+def _digits(value: float) -> float:
+    """Three digits of a slope; estimated on few samples, it has no more."""
+    return float(f"{value:.3g}") + 0.0
+
+
+def _worst(result: xr.Dataset) -> Table:
+    """Loads of the branches in the worst samples, one a column."""
+    loads = result["worst_load_sharing"].transpose("mesh", "worst").values[:, :_WORST]
+    columns: dict[str, Any] = {"mesh": [*texts(result, "mesh"), "K_gamma"]}
+    for place, (column, value) in enumerate(zip(loads.T, result["worst_k_gamma"].values, strict=False), start=1):
+        columns[f"worst {place}"] = [f"{one:.3f}" for one in (*column, value)]
+    return Table(title="Load over its equal share in the worst samples", columns=columns)

@@ -1,0 +1,1 @@
+"""Jobs of many independent blocks: in this process, by local workers, or on a Dask cluster."""

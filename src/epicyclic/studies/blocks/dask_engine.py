@@ -1,0 +1,306 @@
+"""Blocks of a job by the workers of a Dask scheduler, as they arrive; a window of them at a time."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import queue
+import secrets
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
+from logging import getLogger
+from typing import Any
+
+import numpy as np
+
+from ...errors import ModelError
+from .local_cluster import local_cluster
+from .versions import versions as own_versions
+
+__all__ = ["computed"]
+
+Arrays = dict[str, np.ndarray]
+
+# Seconds to reach a scheduler; Dask's own 30 are longer than a person with a wrong address waits.
+_CONNECT = 8.0
+# Seconds between two looks at the connection while nothing arrives, and at the number of workers.
+_LOOK = 0.5
+_COUNT = 2.0
+# Blocks at work or waiting for an earlier one, per thread, and at least: two keep a worker busy while its result
+# travels, the others let it go on while a block that was lost with its worker is computed again.
+_AHEAD, _LEAST = 4, 16
+# Times a block is given to an existing scheduler, which lets it go after four deaths of workers unless told otherwise.
+_GIVEN = 8
+
+
+def computed(
+    compute: Callable[[int], Arrays],
+    places: Sequence[int],
+    *,
+    versions: Mapping[str, str],
+    workers: int | None,
+    scheduler: str | None,
+) -> Iterator[tuple[int, Arrays]]:
+    """Place and arrays of every block, as they arrive.
+
+    Parameters
+    ----------
+    versions : that every worker must have.  workers : of a local cluster, or scheduler : address of another.
+
+    Raises
+    ------
+    ModelError : no Dask, no scheduler at the address, a connection that breaks, workers of other versions, a block that
+        kills its workers.  Whatever a block raises, after the others at work have arrived.
+    """
+    _require_dask(workers, scheduler)
+    import cloudpickle
+
+    with ExitStack() as stack:
+        address = scheduler if scheduler is not None else stack.enter_context(local_cluster(workers or 1))
+        client = stack.enter_context(_client(address))
+        yield from _Run(client, address, cloudpickle.dumps(compute), versions, places).results()
+
+
+def _require_dask(workers: int | None, scheduler: str | None) -> None:
+    try:
+        import distributed  # noqa: F401
+    except ImportError as error:
+        path, given = ("workers", workers) if scheduler is None else ("scheduler", scheduler)
+        raise ModelError(
+            f"needs dask and distributed, which are not installed ({error})",
+            path=path,
+            given=given,
+            allowed="pip install 'epicyclic[scale]', or one process",
+        ) from error
+
+
+@contextmanager
+def _client(address: str) -> Iterator[Any]:
+    """A client of the scheduler at an address."""
+    from distributed import Client
+
+    logger = getLogger("distributed")
+    before = logger.level
+    logger.setLevel(60)  # what goes wrong is said by errors of our own
+    try:
+        _require_scheduler(address)
+        client = Client(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
+        try:
+            yield client
+        finally:
+            with suppress(Exception):  # the scheduler may be gone
+                client.close(timeout=2)  # type: ignore[no-untyped-call]
+    finally:
+        logger.setLevel(before)
+
+
+def _require_scheduler(address: str) -> None:
+    """Make sure that a scheduler answers: a client waits for ever where another program takes its connection.
+
+    Raises
+    ------
+    ModelError : none does.
+    """
+    answer = queue.SimpleQueue[object]()
+
+    def ask() -> None:
+        try:
+            answer.put(asyncio.run(asyncio.wait_for(_identity(address), _CONNECT)))
+        except Exception as error:  # whatever Dask makes of an address that is none, or of another program's answer
+            answer.put(error)
+
+    threading.Thread(target=ask, daemon=True).start()
+    try:
+        found = answer.get(timeout=_CONNECT + 1.0)
+    except queue.Empty:
+        found = None
+    if not isinstance(found, Mapping) or found.get("type") != "Scheduler":
+        raise ModelError(
+            f"no scheduler answers there within {_CONNECT:g} s",
+            path="scheduler",
+            given=address,
+            allowed="the address that `dask scheduler` prints, tcp://HOST:8786",
+        ) from (found if isinstance(found, Exception) else None)
+
+
+async def _identity(address: str) -> Any:
+    """What the server at an address says of itself."""
+    from distributed.core import rpc
+
+    async with rpc(address, timeout=_CONNECT) as server:  # type: ignore[no-untyped-call]
+        return await server.identity()
+
+
+class _Run:
+    """One run of places: futures at work, and those that are done in an inbox."""
+
+    def __init__(
+        self, client: Any, address: str, work: bytes, versions: Mapping[str, str], places: Sequence[int]
+    ) -> None:
+        self.client, self.address = client, address
+        # two clients of one scheduler have tasks of their own
+        self.token = secrets.token_hex(6)
+        self.work = client.submit(_loaded, work, dict(versions), key=f"epicyclic-work-{self.token}")
+        self.places = places
+        self.next = 0  # position of the next place to give
+        self.at_work: dict[int, Any] = {}  # position -> future, in the order of positions
+        self.given: dict[int, int] = {}
+        self.inbox: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
+        self.window, self.counted, self.alone = _LEAST, 0.0, False
+
+    def results(self) -> Iterator[tuple[int, Arrays]]:
+        """Place and arrays, as they arrive."""
+        failure: BaseException | None = None
+        while self.at_work or (failure is None and self.next < len(self.places)):
+            if failure is None:
+                self._give()
+            # of those given anew since, an older future is none of this run
+            found = [one for one in self._arrived() if self.at_work.get(one[0]) is one[1]]
+            for position, arrays in self._gathered([one for one in found if one[1].status == "finished"]):
+                yield self.places[position], arrays
+            for position, future in found:
+                if self.at_work.get(position) is future:
+                    failure = self._fault(position, future) or failure
+        if failure is not None:
+            raise failure
+
+    def _give(self) -> None:
+        """Give the scheduler places up to a window beyond the first that is still at work."""
+        self._count_workers()
+        first = min(self.at_work, default=self.next)
+        last = min(first + self.window, len(self.places))
+        self._submit(range(self.next, last))
+        self.next = max(self.next, last)
+
+    def _submit(self, positions: Sequence[int]) -> None:
+        """Give the scheduler places, all in one message."""
+        if not positions:
+            return
+        places, keys = [self.places[position] for position in positions], []
+        for position, place in zip(positions, places, strict=True):
+            self.given[position] = self.given.get(position, 0) + 1
+            keys.append(f"epicyclic-block-{self.token}-{place}-{self.given[position]}")
+        futures = self.client.map(_block, [self.work] * len(places), places, key=keys)
+        for position, future in zip(positions, futures, strict=True):
+            self.at_work[position] = future
+            future.add_done_callback(partial(self._enter, position))
+
+    def _enter(self, position: int, future: Any) -> None:
+        self.inbox.put((position, future))
+
+    def _count_workers(self) -> None:
+        now = time.monotonic()
+        if now - self.counted < _COUNT:
+            return
+        self.counted = now
+        threads = sum(self._asked(self.client.nthreads).values())
+        self.window = max(_LEAST, _AHEAD * threads)
+        if not threads and not self.alone:
+            getLogger("epicyclic").warning("the scheduler at %s has no workers yet: waiting for them", self.address)
+        self.alone = not threads
+
+    def _asked(self, question: Callable[..., Any], *arguments: Any) -> Any:
+        """Answer of the scheduler."""
+        try:
+            return question(*arguments)
+        except Exception as error:
+            if self.client.status != "running" or isinstance(error, OSError):
+                raise self._lost() from error
+            raise
+
+    def _arrived(self) -> list[tuple[int, Any]]:
+        """Positions and futures that are done, at least one."""
+        while True:
+            with suppress(queue.Empty):
+                found = [self.inbox.get(timeout=_LOOK)]
+                while not self.inbox.empty():
+                    found.append(self.inbox.get())
+                return found
+            if self.client.status != "running":
+                raise self._lost()
+            self._count_workers()
+
+    def _gathered(self, finished: list[tuple[int, Any]]) -> list[tuple[int, Arrays]]:
+        """Positions and arrays of futures that are done; those whose results are lost are left at work."""
+        if not finished:
+            return []
+        try:
+            arrays = self._asked(self.client.gather, [future for _, future in finished])
+        except ModelError:
+            raise
+        except Exception:  # a worker died with its results: each by itself, in `_fault`
+            return []
+        for position, _ in finished:
+            del self.at_work[position]
+        return [(position, one) for (position, _), one in zip(finished, arrays, strict=True)]
+
+    def _fault(self, position: int, future: Any) -> BaseException | None:
+        """What a block has raised; None where it is given anew."""
+        from distributed.scheduler import KilledWorker
+
+        if self.client.status != "running":
+            raise self._lost()
+        if future.status != "error":
+            return self._anew(position, "the results of a block were lost again and again")
+        error = self._asked(future.exception)
+        if isinstance(error, KilledWorker):
+            return self._anew(position, "a block has killed every worker it was given to: memory?")
+        del self.at_work[position]
+        return self._worded(error)
+
+    def _anew(self, position: int, problem: str) -> BaseException | None:
+        """Give a place again, unless that has been done too often."""
+        if self.given[position] < _GIVEN:
+            self._submit([position])
+            return None
+        del self.at_work[position]
+        return ModelError(problem, path="scheduler", given=self.address, allowed="workers that live; resume goes on")
+
+    def _worded(self, error: BaseException) -> BaseException:
+        """An error of a block; in words where the workers lack the package."""
+        if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "epicyclic":
+            return ModelError(
+                "the workers have no epicyclic",
+                path="scheduler",
+                given=self.address,
+                allowed="workers with the same packages as this process",
+            )
+        return error
+
+    def _lost(self) -> ModelError:
+        return ModelError(
+            "the connection to the scheduler is lost",
+            path="scheduler",
+            given=self.address,
+            allowed="a scheduler that runs; with a store, resume goes on from what is done",
+        )
+
+
+def _loaded(work: bytes, versions: Mapping[str, str]) -> tuple[Callable[[int], Arrays], Mapping[str, str]]:
+    """The function of a job on a worker, and the versions it wants."""
+    import cloudpickle
+
+    return cloudpickle.loads(work), versions
+
+
+def _block(work: tuple[Callable[[int], Arrays], Mapping[str, str]], place: int) -> Arrays:
+    """A block on a worker, which computes in one thread.
+
+    Raises
+    ------
+    ModelError : other versions on the worker.  Whatever the block raises.
+    """
+    compute, wanted = work
+    own = own_versions()
+    if own != dict(wanted):
+        raise ModelError(
+            "the workers have other packages",
+            path="scheduler",
+            given=", ".join(f"{name} {version}" for name, version in own.items()),
+            allowed=", ".join(f"{name} {version}" for name, version in wanted.items()),
+        )
+    os.environ["EPICYCLIC_JOBS"] = "1"
+    return compute(place)

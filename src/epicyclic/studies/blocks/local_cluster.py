@@ -1,0 +1,84 @@
+"""A Dask cluster on this machine, in a process of its own that lives until its standard input ends.
+
+It stands apart from the process that asks, so that Ctrl-C reaches the client alone, no script is run again in the
+workers, and the cluster ends with its client, however that ends.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from ...errors import ModelError
+
+__all__ = ["local_cluster", "serve"]
+
+_START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
+# Seconds in which the processes of a cluster end by themselves; then they are killed.
+_END = 5.0
+# Deaths of workers that one block may meet: more than the twenty kills that a job must stand, few enough that a block
+# that kills its workers ends within a minute or two.
+_DEATHS = 30
+
+
+def serve(workers: int) -> None:
+    """Run a cluster, say its address on stdout, and end with stdin."""
+    import dask
+    from distributed import LocalCluster
+
+    dask.config.set({"distributed.scheduler.allowed-failures": _DEATHS})
+    with LocalCluster(  # type: ignore[no-untyped-call]
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        host="127.0.0.1",
+        dashboard_address=None,
+        worker_dashboard_address=None,
+        # no limit: a worker near one would pause, and the job with it
+        memory_limit=0,
+        silence_logs=50,
+    ) as cluster:
+        sys.stdout.write(f"{cluster.scheduler_address}\n")
+        sys.stdout.flush()
+        sys.stdin.read()
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[str]:
+    """Address of the scheduler of a new cluster on this machine, one thread a worker, which lives as the block runs.
+
+    Raises
+    ------
+    ModelError : it does not start.
+    """
+    # the packages of this process, wherever it has found them
+    paths = [str(Path(__file__).resolve().parents[3]), *(os.path.abspath(path) for path in sys.path)]
+    process = subprocess.Popen(
+        [sys.executable, "-c", _START, str(workers)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "EPICYCLIC_JOBS": "1"},
+        start_new_session=True,
+    )
+    assert process.stdin is not None
+    assert process.stdout is not None
+    try:
+        address = process.stdout.readline().strip()
+        if not address:
+            raise ModelError("the local cluster does not start", path="workers", given=workers, allowed="no workers")
+        yield address
+    finally:
+        with suppress(OSError):
+            process.stdin.close()
+        try:
+            process.wait(_END)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        process.stdout.close()

@@ -1,0 +1,431 @@
+"""The cheapest grades of a drawing that keep K_gamma below a target in a share of the trains."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...resolve import load
+from ...resolve.tolerances import costs_of
+from ...results.dataset import dataset
+from ...train.train import Train
+from ..check import train_provenance
+from ..source import Overrides, Source, train_of
+from .columns import ToleranceMap, tolerance_map
+from .grade_search import (
+    Choice,
+    Combination,
+    GradeColumns,
+    Grades,
+    allocate_grades,
+    neighbours,
+    not_monotone,
+    order_statistic,
+    total_price,
+)
+from .graded_samples import GradeSet, SampledGrades, differing, grade_columns, largest_difference
+from .sample_map import DEFINITIONS, Method
+from .sampling import sampling_plan
+from .statistics import CONFIDENCE, Band
+from .threads import one_thread
+from .tolerance import piece_of_samples, sampled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["allocate", "allocated_model"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None] | None
+Columns = dict[str, tuple[Any, Any]]
+
+# parts of combinations that a search by sums tries at most: some ten seconds
+_MOST_SUMS = 20_000
+# combinations that a search by evaluation tries at most: each takes a tenth of a second at the samples of the default
+_MOST_EVALUATED = 400
+# samples above the target at least, so that a share of them says something
+_LEAST_ABOVE = 8
+# rounding of a sum of columns beside an evaluation [1]
+_ROUNDING = 1e-9
+# rounds in which the target of the search is lowered until the fresh run meets that asked for
+_ROUNDS = 6
+# of a miss by the fresh run, what the next round's target is lowered by: a little more than the miss
+_LOWERED = 1.1
+# steps between the finest and the coarsest grades in which the cheapest grades of other targets are followed: finer
+# ones cannot be seen; and parts that each of these searches tries, some tenths of a second
+_FRONT, _MOST_FRONT = 60, 2_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Problem:
+    """Grades on offer, and the samples that tell combinations apart; columns where they are linear."""
+
+    train: Train
+    drawn: ToleranceMap
+    offered: GradeSet
+    sampled: SampledGrades
+    target: float
+    probability: float
+
+    @property
+    def names(self) -> list[str]:
+        return [self.drawn.entries[place].path for place in self.offered.entry]
+
+    @property
+    def coarsest(self) -> Combination:
+        return tuple(len(row) - 1 for row in self.offered.grades)
+
+
+def allocate(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    target: float,
+    probability: float = 0.99,
+    definition: str = "mean-load",
+    samples: int = 16_384,
+    seed: int = 1,
+    method: Method = "auto",
+    fresh_samples: int = 131_072,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Cheapest grades of ``[tolerance.cost]`` with which K_gamma stays at or below a target with a probability.
+
+    Parameters
+    ----------
+    target : of K_gamma of the train [1].  probability : of meeting it [1].  definition : of K_gamma.
+    samples, seed : common random numbers of all combinations.  method : of `ToleranceMap.evaluate`.
+    fresh_samples : of the run with the next seed that verifies the grades found.
+    progress : called with the share done, 0..1.
+
+    Returns
+    -------
+    Dataset : grade, price, and the next finer and coarser grade of every entry with what it costs or saves and the
+        K_gamma it gives (tolerance), total price, its bound, K_gamma reached by the fresh run; kind ``allocate``.
+        Attribute ``proof``: ``samples``: no combination costs less on the samples; ``monotone``: none does where finer
+        grades never raise K_gamma; ``open``: neither.  Attribute ``allocated_model``: the model with the grades.
+
+    Raises
+    ------
+    ModelError : a wrong model or option, no prices, a target out of reach.
+    """
+    train = train_of(source, overrides=overrides)
+    _check_options(target, probability, definition, samples)
+    offered_at = costs_of(train)
+    drawn = tolerance_map(train)
+    offered = _offered(drawn, offered_at)
+    with one_thread():
+        given = SampledGrades.of(drawn, offered, samples=samples, seed=seed, definition=definition, method=method)
+        problem = _Problem(
+            train=train, drawn=drawn, offered=offered, sampled=given, target=target, probability=probability
+        )
+        _report(progress, 0.1)
+        columns = _columns(problem)
+        _report(progress, 0.5)
+        found = _verified(problem, columns, fresh_samples, seed + 1, progress)
+        variables, messages = _described(problem, found)
+    result = dataset(
+        variables,
+        {"tolerance": problem.names},
+        verb="allocate",
+        options={
+            **{"target": target, "probability": probability, "definition": definition, "samples": samples},
+            **{"seed": seed, "method": method, "fresh_samples": fresh_samples},
+        },
+        provenance=train_provenance(train),
+        warnings=[*drawn.warnings, *messages],
+    )
+    result.attrs |= {
+        "probability": probability,
+        "definition": definition,
+        "samples": len(given.uniform),
+        "seed": seed,
+        "fresh_samples": found.fresh_samples,
+        "fresh_seed": seed + 1,
+        "confidence": CONFIDENCE,
+        "proof": found.choice.proof,
+        "tried": found.choice.tried,
+        "linear": int(found.columns is not None),
+        "allocated_model": json.dumps(dict(found.train.document), default=str),
+    }
+    return result
+
+
+def allocated_model(result: xr.Dataset) -> str:
+    """Model file (TOML) of a result of `allocate`: that of the source with the grades found as its tolerances."""
+    from ...model.model_writer import model_text
+
+    return model_text(json.loads(str(result.attrs["allocated_model"])))
+
+
+# statement of the problem --------------------------------------------------------------------------------------------
+
+
+def _check_options(target: float, probability: float, definition: str, samples: int) -> None:
+    if not (math.isfinite(target) and target > 1):
+        raise ModelError("no target of a load factor", path="target", given=target, allowed="above 1, e.g. 1.15")
+    if not 0 < probability < 1:
+        raise ModelError("no probability", path="probability", given=probability, allowed="above 0, below 1")
+    if definition not in DEFINITIONS:
+        raise ModelError("no such definition", path="definition", given=definition, allowed=", ".join(DEFINITIONS))
+    above = (1 - probability) * sampling_plan(samples).samples
+    if above < _LEAST_ABOVE * (1 - _ROUNDING):
+        least = math.ceil(_LEAST_ABOVE / (1 - probability))
+        problem = f"only {above:.2g} samples lie above a value of this probability"
+        raise ModelError(problem, path="samples", given=samples, allowed=f"{least} or more")
+
+
+def _offered(drawn: ToleranceMap, costs: dict[str, Any]) -> GradeSet:
+    """Grades of the entries that have prices, the finest first."""
+    places = [place for place, entry in enumerate(drawn.entries) if costs.get(entry.path)]
+    if not places:
+        allowed = '"PATH" = { "GRADE" = price, ... } of paths of [tolerance]'
+        raise ModelError("no prices are given", path="tolerance.cost", allowed=allowed)
+    rows = [
+        tuple(sorted(costs[drawn.entries[place].path], key=lambda one: (one.distribution.std, one.price)))
+        for place in places
+    ]
+    return GradeSet(entry=tuple(places), grades=tuple(rows))
+
+
+def _columns(problem: _Problem) -> GradeColumns | None:
+    """Columns where K_gamma is linear in the errors of the entries: by mean-load, of deviations, on closed contact.
+
+    Checked at the finest grades, sample by sample; None where it is not.
+    """
+    deviations = all(name.startswith("deviations.") for name in problem.names)
+    if problem.sampled.definition != DEFINITIONS[0] or not deviations or problem.sampled.method == "static":
+        return None
+    columns = grade_columns(problem.sampled)
+    finest = (0,) * len(problem.names)
+    off = largest_difference(columns, problem.sampled, finest, problem.target)
+    return columns if off <= _ROUNDING else None
+
+
+# search and its verification -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Found:
+    """Grades found.  searched : target of the search that found them.  reached, train : of the fresh run."""
+
+    choice: Choice
+    combination: Combination
+    columns: GradeColumns | None
+    searched: float
+    reached: Band
+    train: Train
+    fresh_samples: int
+
+
+def _verified(
+    problem: _Problem, columns: GradeColumns | None, fresh_samples: int, seed: int, progress: Progress
+) -> _Found:
+    """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
+    first: Choice | None = None
+    found: _Found | None = None
+    searched = problem.target
+    for round_number in range(_ROUNDS):
+        choice, used = _searched(problem, columns, searched)
+        if choice.combination is None:
+            break
+        first = first or choice
+        train = _with_grades(problem, choice.combination)
+        reached, count = _fresh(problem, train, fresh_samples, seed)
+        # the bound is that of the target asked for: a lower target costs at least as much
+        kept = choice if choice is first else replace(choice, bound=first.bound, proof=first.proof)
+        found = _Found(
+            choice=kept,
+            combination=choice.combination,
+            columns=used,
+            searched=searched,
+            reached=reached,
+            train=train,
+            fresh_samples=count,
+        )
+        _report(progress, 0.6 + 0.4 * (round_number + 1) / _ROUNDS)
+        missed = float(reached.value.item()) - problem.target
+        if missed <= 0:
+            break
+        searched -= _LOWERED * missed
+    if found is None:
+        raise _out_of_reach(problem, problem.sampled if columns is None else columns)
+    return found
+
+
+def _searched(problem: _Problem, columns: GradeColumns | None, target: float) -> tuple[Choice, GradeColumns | None]:
+    """Grades by sums of columns; by evaluation where there are none, or where contact opens and that changes them."""
+    prices, p = problem.offered.prices, problem.probability
+    if columns is not None:
+        choice = allocate_grades(columns, prices, target, p, most=_MOST_SUMS, most_proof=_MOST_SUMS)
+        if choice.combination is None or problem.sampled.meets(choice.combination, target, p):
+            return choice, columns
+    return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), None
+
+
+def _with_grades(problem: _Problem, combination: Combination) -> Train:
+    """The train whose ``[tolerance]`` has the grades of a combination."""
+    table = _table(problem)
+    for name, row, grade in zip(problem.names, problem.offered.grades, combination, strict=True):
+        stated, text = table[name], row[grade].text
+        if isinstance(stated, dict):
+            stated = {**stated, "own" if "own" in stated else "common": text}
+        table[name] = stated if isinstance(stated, dict) else text
+    return load({**problem.train.document, "tolerance": table})
+
+
+def _table(problem: _Problem) -> dict[str, Any]:
+    """`[tolerance]` of the document, with full paths."""
+    return dict(cast(Mapping[str, Any], problem.train.document["tolerance"]))
+
+
+def _fresh(problem: _Problem, train: Train, samples: int, seed: int) -> tuple[Band, int]:
+    """Quantile of K_gamma of the train with its band, of a run with a seed of its own, and its number of samples."""
+    drawn, plan = tolerance_map(train), sampling_plan(samples, seed=seed)
+    pieces = (
+        (piece, piece_of_samples(drawn, plan, problem.sampled.method, False, piece)) for piece in range(plan.pieces)
+    )
+    tally, _ = sampled(drawn, plan, pieces)
+    bands = tally.quantile_bands(np.array([problem.probability]))
+    at = DEFINITIONS.index(problem.sampled.definition), len(drawn.pair)
+    return Band(value=bands.value[at], low=bands.low[at], high=bands.high[at]), plan.samples
+
+
+def _out_of_reach(problem: _Problem, grades: Grades) -> ModelError:
+    """The error of a target that no grades meet, with the best that they reach."""
+    prices, p = problem.offered.prices, problem.probability
+    at: Combination = (0,) * len(prices)
+    while True:  # single changes downhill: the finest grades where finer is better
+        _, lowest = min((grades.value(one, p), one) for _, _, one in [(0, 0, at), *neighbours(prices, at)])
+        if lowest == at:
+            break
+        at = lowest
+    best = grades.value(at, p)
+    cheapest = allocate_grades(grades, prices, best, p, most=_MOST_EVALUATED)
+    price = min(cheapest.price, total_price(prices, at))
+    rest = [entry.path for i, entry in enumerate(problem.drawn.entries) if i not in problem.offered.entry]
+    allowed = f"{math.ceil(best * 1e4) / 1e4:g} or more, the least that the grades reach, for {price:g}"
+    without = f"; {', '.join(rest)} have no prices" if rest else ""
+    return ModelError(
+        f"out of reach in {100 * p:g} % of the trains", path="target", given=problem.target, allowed=allowed + without
+    )
+
+
+# result --------------------------------------------------------------------------------------------------------------
+
+
+def _described(problem: _Problem, found: _Found) -> tuple[Columns, list[str]]:
+    """Variables of the result and its warnings."""
+    grades: Grades = found.columns or problem.sampled
+    prices, p, at = problem.offered.prices, problem.probability, found.combination
+    texts = [[grade.text for grade in row] for row in problem.offered.grades]
+    stated = [_stated(problem, name) for name in problem.names]
+    places = [row.index(text) if text in row else -1 for row, text in zip(texts, stated, strict=True)]
+    paid = [row[place] if place >= 0 else math.nan for row, place in zip(prices, places, strict=True)]
+    variables: Columns = {
+        "drawn_grade": ("tolerance", np.array(stated, dtype=object)),
+        "drawn_grade_price": ("tolerance", np.array(paid)),
+        "grade": ("tolerance", np.array([row[i] for row, i in zip(texts, at, strict=True)], dtype=object)),
+        "price": ("tolerance", np.array([row[i] for row, i in zip(prices, at, strict=True)])),
+        **_steps(problem, grades, at, texts),
+        "target": ((), problem.target),
+        "total_price": ((), found.choice.price),
+        "price_bound": ((), found.choice.bound),
+        "drawn_price": ((), math.fsum(paid)),
+        "drawn_k_gamma": ((), _drawn_value(problem)),
+        "found_k_gamma": ((), grades.value(at, p)),
+        "reached_k_gamma": ((), float(found.reached.value.item())),
+        "reached_k_gamma_low": ((), float(found.reached.low.item())),
+        "reached_k_gamma_high": ((), float(found.reached.high.item())),
+    }
+    if found.columns is not None:
+        variables |= _front(problem, found.columns)
+    return variables, _messages(problem, found, grades)
+
+
+def _stated(problem: _Problem, name: str) -> str:
+    """Text of the entry in the file, of its own draw where it has one."""
+    stated = _table(problem)[name]
+    return str(stated.get("own", stated.get("common")) if isinstance(stated, dict) else stated)
+
+
+def _drawn_value(problem: _Problem) -> float:
+    """K_gamma of the drawing as it is, on the samples of the search."""
+    given = problem.sampled
+    found = problem.drawn.evaluate(given.uniform, method=given.method).k[:, DEFINITIONS.index(given.definition)]
+    return order_statistic(np.nan_to_num(found.max(axis=1), nan=np.inf), problem.probability)
+
+
+def _steps(problem: _Problem, grades: Grades, at: Combination, texts: Sequence[Sequence[str]]) -> Columns:
+    """The next finer and coarser grade of every entry: what it costs or saves, and K_gamma with it alone changed."""
+    prices, count = problem.offered.prices, len(at)
+    text = {step: np.array([""] * count, dtype=object) for step in (-1, 1)}
+    change = {step: np.full(count, np.nan) for step in (-1, 1)}
+    value = {step: np.full(count, np.nan) for step in (-1, 1)}
+    for entry, step, other in neighbours(prices, at):
+        text[step][entry] = texts[entry][other[entry]]
+        change[step][entry] = -step * (prices[entry][other[entry]] - prices[entry][at[entry]])
+        value[step][entry] = grades.value(other, problem.probability)
+    return {
+        "finer_grade": ("tolerance", text[-1]),
+        "extra_cost": ("tolerance", change[-1]),
+        "finer_k_gamma": ("tolerance", value[-1]),
+        "coarser_grade": ("tolerance", text[1]),
+        "saving": ("tolerance", change[1]),
+        "coarser_k_gamma": ("tolerance", value[1]),
+    }
+
+
+def _front(problem: _Problem, columns: GradeColumns) -> Columns:
+    """Cheapest grades for targets from the coarsest grades down to the finest: price and K_gamma (front,).
+
+    Each target lies just below what the grades of the last one reach, so that none is left out but for small steps.
+    """
+    prices, p = problem.offered.prices, problem.probability
+    ends = [columns.value(one, p) for one in ((0,) * len(prices), problem.coarsest)]
+    target, points = max(ends), list[tuple[float, float]]()
+    while (choice := allocate_grades(columns, prices, target, p, most=_MOST_FRONT)).combination is not None:
+        reached = columns.value(choice.combination, p)
+        points.append((choice.price, reached))
+        target = min(target, reached) - max(abs(ends[1] - ends[0]) / _FRONT, _ROUNDING)
+    price, factor = np.array(points).reshape(-1, 2).T
+    return {"front_price": ("front", price), "front_k_gamma": ("front", factor)}
+
+
+def _messages(problem: _Problem, found: _Found, grades: Grades) -> list[str]:
+    """What the user should know: no proof, grades that are not monotone, contact that opens, a target not confirmed."""
+    prices, p = problem.offered.prices, problem.probability
+    messages = []
+    compared, failed = not_monotone(grades, prices, ((0,) * len(prices), found.combination, problem.coarsest), p)
+    for entry, grade, _ in failed[:1]:
+        words = f"{problem.offered.grades[entry][grade].text} of {problem.names[entry]}"
+        messages.append(
+            f"in {len(failed)} of {compared} comparisons a finer grade has the larger K_gamma, first {words}"
+        )
+    if found.choice.proof == "open":
+        messages.append(f"the search ended after {found.choice.tried} combinations: a cheaper one may be left")
+    if found.columns is not None:
+        off = differing(found.columns, problem.sampled, problem.coarsest, problem.target)
+        if off:
+            messages.append(
+                f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
+                "other side of the target then; the bound is that of closed contact"
+            )
+    reached = float(found.reached.value.item())
+    if reached > problem.target:
+        messages.append(f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left")
+    elif found.searched < problem.target:
+        messages.append(f"searched with a target of {found.searched:.5g}, so that the fresh run meets that asked for")
+    return messages
+
+
+def _report(progress: Progress, done: float) -> None:
+    if progress is not None:
+        progress(done)

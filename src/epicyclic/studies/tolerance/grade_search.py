@@ -1,0 +1,303 @@
+"""Cheapest grades that keep a load factor below a target in a share of samples: best-first search, and what it proves.
+
+A combination is one grade for each entry, (E,) places in its list, which stands from the finest grade to the coarsest.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Choice",
+    "Combination",
+    "GradeColumns",
+    "Grades",
+    "allocate_grades",
+    "allowed_above",
+    "neighbours",
+    "not_monotone",
+    "order_statistic",
+    "total_price",
+]
+
+Array = NDArray[np.float64]
+Combination = tuple[int, ...]
+Proof = Literal["samples", "monotone", "open"]
+
+# place of a grade that is not chosen yet
+_FREE = -1
+# share of the sum of prices below which two totals are the same: rounding of sums
+_SAME = 1e-12
+# samples that are counted first: a combination that fails mostly shows it in those with the largest values
+_PIECES = (1024, 8192)
+
+
+class Grades(Protocol):
+    """Load factor of combinations of grades on one set of samples."""
+
+    def value(self, combination: Combination, probability: float) -> float:
+        """Load factor that is not exceeded with the probability [1]."""
+        ...
+
+    def meets(self, combination: Combination, target: float, probability: float) -> bool:
+        """Whether no more samples than the probability leaves lie above the target."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """Grades found.
+
+    combination : None where none was found.  price : its total; inf of None.
+    bound : no combination costs less, by `proof`: ``samples`` without any assumption, by enumeration with a bound that
+        holds in every sample; ``monotone`` where no finer grade makes it worse; ``open`` where the search ended early.
+    first : combination of the greedy search, the first that met the target.  tried : combinations and parts of such.
+    """
+
+    combination: Combination | None
+    price: float
+    bound: float
+    proof: Proof
+    first: Combination | None
+    tried: int
+
+
+def order_statistic(values: Array, probability: float) -> float:
+    """Least of the values (S,) that at least a share `probability` of them does not exceed."""
+    place = len(values) - 1 - allowed_above(len(values), probability)
+    return float(np.partition(values, place)[place])
+
+
+def allowed_above(samples: int, probability: float) -> int:
+    """Largest number of samples above a target that is met with a probability; below one sample: none."""
+    # 1e-9: 0.99 * 16384 and its like are not to be rounded up across a whole number
+    return min(samples - 1, samples - math.ceil(probability * samples - 1e-9))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GradeColumns:
+    """Load factors that are linear in the errors: on common random numbers a combination costs a sum.
+
+    base : (S, w) load factor of every mesh without the errors of the entries, w meshes.
+    change : per entry (G_e, S, w), what each of its grades adds.  least : (E, S, w) the least of them.
+    order : (S,) place of every sample among those given.
+    """
+
+    base: Array
+    change: tuple[Array, ...]
+    least: Array
+    order: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, base: Array, change: Sequence[Array]) -> GradeColumns:
+        """Columns with the samples in order of their load factor with the coarsest grades, the largest first."""
+        coarsest = (base + sum((one[-1] for one in change), np.zeros_like(base))).max(axis=1)
+        order = np.argsort(-coarsest, kind="stable")
+        kept = tuple(np.ascontiguousarray(one[:, order]) for one in change)
+        least = np.stack([one.min(axis=0) for one in kept]) if kept else np.zeros((0, *base.shape))
+        return cls(base=np.ascontiguousarray(base[order]), change=kept, least=least, order=order)
+
+    def factors(self, combination: Combination) -> Array:
+        """Load factor of the most loaded mesh (S,), in the order of the columns."""
+        return np.asarray(self._loads(combination, slice(None)).max(axis=1))
+
+    def value(self, combination: Combination, probability: float) -> float:
+        """Load factor that is not exceeded with the probability [1]."""
+        return order_statistic(self.factors(combination), probability)
+
+    def meets(self, combination: Combination, target: float, probability: float) -> bool:
+        """Whether no more samples than the probability leaves lie above the target."""
+        return self.may_meet(combination, target, probability)
+
+    def may_meet(self, part: Combination, target: float, probability: float) -> bool:
+        """Whether a bound leaves it open that some choice of the free entries meets the target.
+
+        The bound takes of every free entry the least that any of its grades adds, mesh by mesh and sample by sample:
+        no combination lies below it.  Of a whole combination the answer is exact.
+        """
+        allowed, above, start = allowed_above(len(self.base), probability), 0, 0
+        for stop in (*_PIECES, len(self.base)):
+            above += int(np.count_nonzero(self._loads(part, slice(start, stop)).max(axis=1) > target))
+            if above > allowed:
+                return False
+            start = min(stop, len(self.base))
+        return True
+
+    def _loads(self, part: Combination, rows: slice) -> Array:
+        """Loads (rows, w) of a combination, of free entries their least."""
+        total = self.base[rows].copy()
+        for entry, grade in enumerate(part):
+            total += self.least[entry, rows] if grade == _FREE else self.change[entry][grade, rows]
+        return total
+
+
+def allocate_grades(
+    grades: Grades,
+    prices: Sequence[Sequence[float]],
+    target: float,
+    probability: float,
+    *,
+    most: int,
+    most_proof: int = 0,
+) -> Choice:
+    """Grades of least total price whose load factor stays at or below the target with the probability.
+
+    A greedy search gives a first answer.  A best-first search by price improves it, where what fails with the finest
+    grades of all free entries is given up: that is right where finer grades never make it worse.  Of linear columns a
+    second one, which gives up only what the bound of `GradeColumns.may_meet` excludes, proves the answer on its
+    samples, or finds a better one.
+
+    Parameters
+    ----------
+    prices : per entry (G_e,), from the finest grade to the coarsest.
+    most, most_proof : combinations, and parts of such, that the two best-first searches try at most.
+    """
+
+    def meets(combination: Combination) -> bool:
+        if combination not in known:
+            known[combination] = grades.meets(combination, target, probability)
+        return known[combination]
+
+    def may_meet_monotone(part: Combination) -> bool:
+        return meets(tuple(max(grade, 0) for grade in part))
+
+    known: dict[Combination, bool] = {}
+    first = _greedy(grades, prices, meets, target, probability)
+    below = math.inf if first is None else total_price(prices, first)
+    better, bound, complete, tried = _best_first(prices, may_meet_monotone, below, most)
+    found = better or first
+    price = math.inf if found is None else total_price(prices, found)
+    proof: Proof = "monotone" if complete else "open"
+    if isinstance(grades, GradeColumns) and most_proof:
+        columns = grades
+        proven = _best_first(prices, lambda part: columns.may_meet(part, target, probability), price, most_proof)
+        tried += proven[3]
+        if proven[0] is not None:
+            found, price = proven[0], total_price(prices, proven[0])
+        if proven[2]:
+            bound, proof = price, "samples"
+    return Choice(combination=found, price=price, bound=min(bound, price), proof=proof, first=first, tried=tried)
+
+
+def total_price(prices: Sequence[Sequence[float]], combination: Combination) -> float:
+    """Sum of the prices of a combination."""
+    return math.fsum(row[grade] for row, grade in zip(prices, combination, strict=True))
+
+
+def neighbours(prices: Sequence[Sequence[float]], combination: Combination) -> Iterator[tuple[int, int, Combination]]:
+    """Entry, step (-1 finer, +1 coarser) and combination of every change of one entry by one grade."""
+    for entry, step in product(range(len(combination)), (-1, 1)):
+        if 0 <= combination[entry] + step < len(prices[entry]):
+            yield entry, step, _with(combination, entry, combination[entry] + step)
+
+
+def not_monotone(
+    grades: Grades, prices: Sequence[Sequence[float]], contexts: Sequence[Combination], probability: float
+) -> tuple[int, list[tuple[int, int, Combination]]]:
+    """Comparisons of neighbouring grades, and those in which the finer one has the larger load factor.
+
+    Parameters
+    ----------
+    contexts : grades of the other entries.
+
+    Returns
+    -------
+    number of comparisons, and (entry, finer grade, context) of each that fails.
+    """
+    known: dict[Combination, float] = {}
+
+    def value(combination: Combination) -> float:
+        if combination not in known:
+            known[combination] = grades.value(combination, probability)
+        return known[combination]
+
+    compared: dict[tuple[Combination, Combination], tuple[int, int, Combination]] = {}
+    for context in contexts:
+        for entry, row in enumerate(prices):
+            for finer in range(len(row) - 1):
+                pair = _with(context, entry, finer), _with(context, entry, finer + 1)
+                compared.setdefault(pair, (entry, finer, context))
+    failed = [where for (fine, coarse), where in compared.items() if value(fine) > value(coarse)]
+    return len(compared), failed
+
+
+def _with(combination: Combination, entry: int, grade: int) -> Combination:
+    return (*combination[:entry], grade, *combination[entry + 1 :])
+
+
+def _greedy(
+    grades: Grades,
+    prices: Sequence[Sequence[float]],
+    meets: Callable[[Combination], bool],
+    target: float,
+    probability: float,
+) -> Combination | None:
+    """From the finest grades, as long as the target is met, the change of one entry that saves most; None: no start.
+
+    Where the finest miss the target, single changes that lower the load factor are followed for a start.
+    """
+    at: Combination = (0,) * len(prices)
+    value = math.nan
+    while not meets(at):
+        value = grades.value(at, probability) if math.isnan(value) else value
+        tried = [(grades.value(one, probability), one) for _, _, one in neighbours(prices, at)]
+        lowest, lowest_at = min(tried, default=(math.inf, at))
+        if lowest >= value:
+            return None
+        at, value = lowest_at, lowest
+    while True:
+        changes = [
+            (total_price(prices, other), other)
+            for entry, row in enumerate(prices)
+            for grade in range(len(row))
+            if row[grade] < row[at[entry]]
+            for other in (_with(at, entry, grade),)
+        ]
+        better = next((other for _, other in sorted(changes) if meets(other)), None)
+        if better is None:
+            return at
+        at = better
+
+
+def _best_first(
+    prices: Sequence[Sequence[float]], may_meet: Callable[[Combination], bool], below: float, most: int
+) -> tuple[Combination | None, float, bool, int]:
+    """The cheapest combination below a price, by parts of combinations in order of the least price they can have.
+
+    Returns
+    -------
+    combination or None, price below which there is none, whether the search was complete, parts tried.
+    """
+    least = [min(row) for row in prices]
+    # entries whose prices differ most are chosen first: they decide most of the total
+    order = sorted(range(len(prices)), key=lambda entry: -(max(prices[entry]) - least[entry]))
+    scale = _SAME * math.fsum(max(map(abs, row)) for row in prices)
+    queue: list[tuple[float, int, Combination]] = [(math.fsum(least), 0, (_FREE,) * len(prices))]
+    tried = 0
+    while queue:
+        bound, depth, part = heapq.heappop(queue)
+        if bound >= below - scale:
+            return None, below, True, tried
+        if tried >= most:
+            return None, bound, False, tried
+        tried += 1
+        if not may_meet(part):
+            continue
+        if -depth == len(prices):
+            return part, bound, True, tried
+        entry = order[-depth]
+        for grade in range(len(prices[entry])):
+            child = _with(part, entry, grade)
+            total = math.fsum(
+                least[other] if place == _FREE else prices[other][place] for other, place in enumerate(child)
+            )
+            heapq.heappush(queue, (total, depth - 1, child))
+    return None, below, True, tried

@@ -1,0 +1,112 @@
+"""Sampling plan of a tolerance study: independent scrambles of a low-discrepancy sequence, in pieces of fixed size.
+
+A piece has `PIECE` rows whatever the number of samples, because the bits of a matrix product change with its rows.
+Long scrambles fill a piece each; short ones share it.  A scramble is drawn from its own number alone, so that neither
+order nor history of the pieces matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+
+__all__ = ["PIECE", "Sampler", "SamplingPlan", "piece_uniforms", "sample_number", "sampling_plan", "scramble_uniforms"]
+
+Array = NDArray[np.float64]
+Sampler = Literal["sobol", "random"]
+
+PIECE = 2**13
+"""Rows of a piece: products and the sums over them stay in the cache, and a call of Python costs little beside them."""
+
+# Scrambles at least: Student's t of 15 degrees of freedom is 2.13, hardly wider than the normal's 1.96.
+_SCRAMBLES = 16
+# Rows of a scramble at least: below, its quantiles say nothing.
+_ROWS = 16
+# Dimensions for which scipy has direction numbers.
+_MOST_DIMENSIONS = 21_201
+# Resolution of scipy's Sobol sequence [bits]; half a step of it is added, because at 0 a normal has no quantile.
+_SOBOL_BITS = 30
+# Half a step of random doubles, in the place of 0.
+_LEAST_RANDOM = 0.5**54
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SamplingPlan:
+    """How so many samples are drawn.
+
+    samples : number of samples, a power of two.  scrambles : independent scrambles.  rows : samples of each.
+    pieces : pieces of `PIECE` rows.
+    """
+
+    samples: int
+    scrambles: int
+    rows: int
+    seed: int
+    sampler: Sampler
+
+    @property
+    def together(self) -> int:
+        """Scrambles of one piece."""
+        return min(self.scrambles, PIECE // self.rows)
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces."""
+        return self.scrambles // self.together
+
+
+def sampling_plan(samples: int, *, seed: int = 1, sampler: Sampler = "sobol") -> SamplingPlan:
+    """Plan of at least so many samples, rounded up to a power of two.
+
+    Raises
+    ------
+    ModelError : fewer than 1 sample, a seed below 0, another sampler.
+    """
+    if samples < 1 or samples > 2**53:
+        raise ModelError("out of range", path="samples", given=samples, allowed="1 to 2^53")
+    if seed < 0:
+        raise ModelError("below zero", path="seed", given=seed, allowed="0 or more")
+    if sampler not in ("sobol", "random"):
+        raise ModelError("no such sampler", path="sampler", given=sampler, allowed="sobol, random")
+    rounded = max(_SCRAMBLES * _ROWS, 1 << (samples - 1).bit_length())
+    scrambles = max(_SCRAMBLES, rounded // PIECE)
+    return SamplingPlan(samples=rounded, scrambles=scrambles, rows=rounded // scrambles, seed=seed, sampler=sampler)
+
+
+def piece_uniforms(plan: SamplingPlan, piece: int, dimensions: int) -> Array:
+    """Uniforms of one piece, (PIECE, dimensions) in (0, 1): its scrambles one behind the other, then medians."""
+    first = piece * plan.together
+    u = np.full((PIECE, dimensions), 0.5)
+    for place in range(plan.together):
+        u[place * plan.rows : (place + 1) * plan.rows] = scramble_uniforms(plan, first + place, dimensions)
+    return u
+
+
+def scramble_uniforms(plan: SamplingPlan, scramble: int, dimensions: int) -> Array:
+    """Uniforms of one scramble, (rows, dimensions) in (0, 1).
+
+    Raises
+    ------
+    ModelError : more dimensions than the Sobol sequence has.
+    """
+    generator = np.random.default_rng(np.random.SeedSequence(plan.seed, spawn_key=(scramble,)))
+    if plan.sampler == "random":
+        return np.asarray(np.maximum(generator.random((plan.rows, dimensions)), _LEAST_RANDOM))
+    if dimensions > _MOST_DIMENSIONS:
+        allowed = f"at most {_MOST_DIMENSIONS} of sobol, or random"
+        raise ModelError("too many numbers vary", path="sampler", given=dimensions, allowed=allowed)
+    from scipy.stats import qmc  # only here: half a second
+
+    drawn = qmc.Sobol(dimensions, scramble=True, bits=_SOBOL_BITS, seed=generator).random(plan.rows)
+    return np.asarray(drawn + 0.5**_SOBOL_BITS / 2)
+
+
+def sample_number(plan: SamplingPlan, piece: int) -> NDArray[np.int64]:
+    """Number of every sample of a piece, (samples of the piece,), from 0: scramble * rows + row."""
+    count = plan.together * plan.rows
+    return piece * count + np.arange(count, dtype=np.int64)

@@ -1,0 +1,286 @@
+"""Deviations that tolerances draw: from the numbers of a file to the columns of a load map.
+
+A source is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its planets has a
+complex size z = x + j y, which moves two columns, those of Re z and of Im z, and where it is given a size along the
+axis.  A gap has a real size, a turning error the size A exp(j phase).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...model.document import read
+from ...train.train import Displacement, MeshError, Train
+from .stiffness import values_text
+
+__all__ = ["Drawn", "Source", "drawn_paths", "sources_of", "unit_deviations", "unit_overrides"]
+
+Array = NDArray[np.float64]
+Kind = Literal["vector", "gap", "error", "nothing"]
+Drawn = Mapping[str, NDArray[np.inexact]]
+"""Draws (S, n) or (S, 1) of the entries of one source, by component; "" is a whole vector."""
+
+_VECTORS = ("run_out", "bearing_run_out", "position", "tilt")
+# Size of the deviation that columns are taken from [m, rad]: its effect is linear, and this size passes every check.
+_UNIT = 1e-6
+# Kinds that leave the mesh-cycle mean at rest as it is: an error at mesh orders, and a force of speed.
+_WITHOUT_EFFECT = {
+    "profile": "it is at mesh orders, without a part in a mesh-cycle mean",
+    "unbalance": "it needs speed",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Source:
+    """One table of deviations of which a tolerance draws at least one number.
+
+    table : its path.  kind : how its numbers act.  unit : m or rad.  entry : component -> index of its entry.
+    nominal : component -> value of the file (n,), of those that are not drawn.
+    across, along : (n, 2) and (n,) columns of Re z, Im z and of the axial size; -1 where there is none.
+    """
+
+    table: str
+    kind: Kind
+    unit: str
+    entry: Mapping[str, int]
+    nominal: Mapping[str, Array]
+    across: NDArray[np.int64]
+    along: NDArray[np.int64]
+
+    @property
+    def count(self) -> int:
+        """Number n of planets, or 1."""
+        return len(self.along)
+
+    @property
+    def effect(self) -> bool:
+        """Whether any column follows it."""
+        return bool((self.across >= 0).any() or (self.along >= 0).any())
+
+    def sizes(self, drawn: Drawn) -> NDArray[np.complex128]:
+        """Complex size z (S, n) across the axis, or of a mesh [m, rad]."""
+        if "" in drawn:
+            return self._spread(drawn[""]).astype(complex)
+        if self.kind == "gap":
+            return self._value(drawn, "gap").astype(complex)
+        form = drawn.keys() & {"x", "y", "amplitude", "phase"} or self.nominal.keys()
+        if self.kind == "error" or form & {"amplitude", "phase"}:  # of one table either these or x and y
+            polar: NDArray[np.complex128] = self._value(drawn, "amplitude") * np.exp(1j * self._value(drawn, "phase"))
+            return polar
+        return np.asarray(self._value(drawn, "x") + 1j * self._value(drawn, "y"))
+
+    def add(self, factors: Array, drawn: Drawn) -> None:
+        """Write the sizes of S samples into their columns of the factors (S, C)."""
+        z = self.sizes(drawn)
+        for part, values in ((0, z.real), (1, z.imag)):
+            own = self.across[:, part] >= 0
+            factors[:, self.across[own, part]] = np.broadcast_to(values, (len(factors), self.count))[:, own]
+        own = self.along >= 0
+        if own.any():
+            values = self._value(drawn, "z")
+            factors[:, self.along[own]] = np.broadcast_to(values, (len(factors), self.count))[:, own]
+
+    def overrides(self, drawn: Drawn) -> dict[str, object]:
+        """Values of one sample by path, as `load` takes them; drawn : of one sample, (1, n)."""
+        values = {name: self._spread(value)[0] for name, value in drawn.items()}
+        if "" in values:
+            z = values.pop("")
+            values |= {"x": np.asarray(z).real, "y": np.asarray(z).imag}
+        return {
+            self.table if self.kind in ("gap", "nothing") else f"{self.table}.{name}": values_text(
+                np.asarray(value, float).tolist(), "rad" if name == "phase" else self.unit
+            )
+            for name, value in values.items()
+        }
+
+    def _value(self, drawn: Drawn, name: str) -> Array:
+        """Component (S, n) drawn, or nominal (1, n)."""
+        if name in drawn:
+            return np.asarray(self._spread(drawn[name]), float)
+        return self.nominal.get(name, np.zeros(self.count))[None]
+
+    def _spread(self, value: NDArray[np.inexact]) -> NDArray[np.inexact]:
+        """Draws (S, n) from (S, n) or (S, 1)."""
+        return np.broadcast_to(value, (len(value), self.count))
+
+
+# from paths to tables -------------------------------------------------------------------------------------------------
+
+
+def drawn_paths(path: str, *, vector: bool) -> tuple[str, str, Kind]:
+    """Table, component ("" of a vector) and kind of a path below `deviations`.
+
+    Raises
+    ------
+    ModelError : a path whose effect is not linear.
+    """
+    head, _, last = path.rpartition(".")
+    if vector:
+        return path, "", "vector"
+    if ".meshes." in path:
+        if last == "gap":
+            return path, "gap", "gap"
+        if ".errors." in path and last in ("amplitude", "phase"):
+            return head, last, "error"
+        if (path if last == "profile" else head).endswith(".profile"):
+            return path, last, "nothing"
+    elif last in _VECTORS:  # a number stands for the amplitude
+        return path, "amplitude", "vector"
+    elif head.rpartition(".")[2] in _VECTORS and last in ("x", "y", "z", "amplitude", "phase"):
+        return head, last, "vector"
+    elif (path if last == "unbalance" else head).endswith(".unbalance"):
+        return path, last, "nothing"
+    raise ModelError(
+        "what it changes has no columns",
+        path=f"tolerance.{path}",
+        allowed="run_out, bearing_run_out, position, tilt; gap and errors of a mesh; torques, stiffnesses",
+    )
+
+
+def _wanted(table: str, kind: Kind, components: Sequence[str], document: Mapping[str, object]) -> dict[str, str]:
+    """Components of a table that need columns, with the text of a unit size of each."""
+    if kind == "nothing":
+        return {}
+    if kind == "gap":
+        return {"": f"{_UNIT} m"}
+    if kind == "error":
+        return {"amplitude": f"{_UNIT} m", "phase": "0 rad"}
+    present = _table_at(document, table)
+    named = {*components, *(present if isinstance(present, Mapping) else ())}
+    unit = f"{_UNIT} {'rad' if table.endswith('.tilt') else 'm'}"
+    across = {"x": unit, "y": unit} if named & {"", "x", "y", "amplitude", "phase"} else {}
+    return across | ({"z": unit} if "z" in named else {})
+
+
+def unit_overrides(
+    tables: Mapping[str, tuple[Kind, Sequence[str]]], document: Mapping[str, object]
+) -> dict[str, object]:
+    """Overrides that give every component of the drawn tables a unit size: one load of the file has all columns.
+
+    tables : path -> kind, components that are drawn.
+    """
+    return {
+        f"{table}.{name}" if name else table: text
+        for table, (kind, components) in tables.items()
+        for name, text in _wanted(table, kind, components, document).items()
+    }
+
+
+def _table_at(document: Mapping[str, object], path: str) -> object:
+    """What stands at a path of the document, None where nothing does."""
+    here: object = document
+    for part in path.split("."):
+        here = here.get(part) if isinstance(here, Mapping) else None
+    return here
+
+
+# columns --------------------------------------------------------------------------------------------------------------
+
+
+def unit_deviations(
+    train: Train, tables: Mapping[str, tuple[Kind, Sequence[str]]]
+) -> tuple[list[Displacement | MeshError], list[tuple[str, int | None, str]]]:
+    """Deviations of size 1 of every column, and of each its table, branch (None: none) and part (re, im, along).
+
+    Parameters
+    ----------
+    train : resolved with `unit_overrides`.
+    """
+    items: list[Displacement | MeshError] = []
+    keys: list[tuple[str, int | None, str]] = []
+    branch: dict[str, int | None] = {body.name: body.branch for body in train.bodies}
+    branch |= {mesh.name: mesh.branch for mesh in train.meshes}
+    for displaced in train.displacements:
+        if displaced.path in tables:
+            for part, item in _displaced_units(displaced):
+                items.append(item)
+                keys.append((displaced.path, branch[displaced.body], part))
+    for error in train.mesh_errors:
+        if error.path in tables:
+            parts = (("re", 1.0),) if error.cause == "gap" else (("re", 1.0), ("im", 1j))
+            for part, factor in parts:
+                items.append(replace(error, amplitude=error.amplitude / _UNIT * factor))
+                keys.append((error.path, branch[error.mesh], part))
+    return items, keys
+
+
+def _displaced_units(item: Displacement) -> list[tuple[str, Displacement]]:
+    """Displacements of size 1 for Re z and Im z, or along the axis, from one of size z = (1 + j) `_UNIT` or along.
+
+    One stated from the stage's x axis has been turned into the body's own; so are these.
+    """
+    first = 3 if item.cause == "tilt" else 0
+    size = item.vector[first : first + 3]
+    if size[2]:
+        return [("along", replace(item, vector=item.vector / _UNIT))]
+    turns = item.frequency != 0
+    z = size[0] if turns else size[0].real + 1j * size[1].real
+    found = []
+    for part, unit in (("re", 1.0), ("im", 1j)):
+        own = z / (1 + 1j) / _UNIT * unit
+        vector = np.zeros(6, complex)
+        vector[first : first + 2] = (own, -1j * own) if turns else (own.real, own.imag)
+        found.append((part, replace(item, vector=vector)))
+    return found
+
+
+def sources_of(
+    document: Mapping[str, object],
+    tables: Mapping[str, tuple[Kind, Sequence[str]]],
+    entries: Mapping[str, Mapping[str, int]],
+    keys: Sequence[tuple[str, int | None, str]],
+) -> tuple[list[Source], list[str]]:
+    """Sources of all drawn tables, and warnings of those without effect.
+
+    Several features of one table and branch (both halves of a split member) have one column: the sum of theirs.
+
+    Parameters
+    ----------
+    document : of the file.  entries : table -> component -> index of its entry.
+    keys : of every column, as of `unit_deviations`, each once.
+    """
+    place = {key: i for i, key in enumerate(keys)}
+    nominal = read(document).model.deviations
+    found, warnings = [], []
+    for table, (kind, _) in tables.items():
+        branches = sorted({branch for path, branch, _ in keys if path == table and branch is not None})
+        owners: list[int | None] = [*branches] if branches else [None]
+        n = len(owners)
+        across = np.array([[place.get((table, b, part), -1) for part in ("re", "im")] for b in owners], np.int64)
+        along = np.array([place.get((table, b, "along"), -1) for b in owners], np.int64)
+        stated = {} if kind in ("gap", "nothing") else _nominal(nominal, table, n)
+        source = Source(
+            table=table,
+            kind=kind,
+            unit="rad" if table.endswith(".tilt") else "m",
+            entry=entries[table],
+            nominal={name: value for name, value in stated.items() if name not in entries[table]},
+            across=across,
+            along=along,
+        )
+        if not source.effect:
+            why = _WITHOUT_EFFECT.get(table.rpartition(".")[2], "nothing that it moves is held, or no speed is given")
+            warnings.append(f"tolerance of {table} has no effect: {why}")
+        found.append(source)
+    return found, warnings
+
+
+def _nominal(deviations: object, table: str, count: int) -> dict[str, Array]:
+    """Values (n,) of the components that the file states in a table [m, rad]."""
+    path = table.removeprefix("deviations.")
+    group = "meshes" if ".meshes." in path else "members"
+    owner, _, kind = path.partition(".errors.") if ".errors." in path else path.rpartition(".")
+    here = getattr(deviations, group).get(owner)
+    here = None if here is None else here.errors.get(kind) if ".errors." in path else getattr(here, kind, None)
+    if here is None:
+        return {}
+    values = {name: getattr(here, name, None) for name in ("amplitude", "phase", "x", "y", "z")}
+    return {
+        name: np.broadcast_to(np.asarray(value, float), count) for name, value in values.items() if value is not None
+    }

@@ -1,0 +1,306 @@
+"""Statistics of a tolerance study: what a piece of samples leaves behind, and what all pieces say together.
+
+A piece leaves integer histograms, integer counts, sums and its worst samples.  Integers add up to the same in any
+order; sums are added in the order of the pieces; worst samples are ordered by value and number.  Memory does not grow
+with the number of samples.
+
+Bands (95 %) of scrambles: Student's t over batches of scrambles, of the share of samples below the quantile, read back
+through the distribution [woodruff1952].  Bands of independent samples: order statistics (derived here).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import bdtrik, betaincinv, stdtrit
+
+from .histogram import (
+    BINS,
+    COARSE_BINS,
+    bin_edges,
+    bin_index,
+    coarse_edges,
+    coarse_index,
+    display_histogram,
+    fraction_below,
+    occupied,
+    packed,
+    quantiles,
+    unpacked,
+)
+from .sample_map import SampledValues
+from .sampling import SamplingPlan, sample_number
+
+__all__ = ["CONFIDENCE", "Band", "SampleTally", "piece_statistics", "probabilities_of", "system_value"]
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+CONFIDENCE = 0.95
+"""Confidence of every band."""
+
+# Batches of scrambles between which bands are estimated: more say hardly more of their spread, and cost memory.
+_BATCHES = 32
+# Probabilities of quantiles, each given where so many samples lie beyond it that its band means something.
+_PROBABILITIES, _BEYOND = (0.5, 0.9, 0.95, 0.99, 0.999), 8
+# Worst samples kept.
+_WORST = 10
+# Sums of scrambles that are held before they are added up.
+_HELD = 1024
+# Bins of a histogram that is shown.
+_SHOWN = 200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Band:
+    """An estimate with the ends of its band of confidence, arrays of one shape."""
+
+    value: Array
+    low: Array
+    high: Array
+
+
+def system_value(k: Array) -> Array:
+    """The largest of the groups of every sample, (S, D) [1]; k : (S, D, g)."""
+    return np.asarray(k.max(axis=2))
+
+
+def probabilities_of(samples: int) -> Array:
+    """Probabilities of which so many samples give a quantile."""
+    return np.array([p for p in _PROBABILITIES if samples * (1 - p) >= _BEYOND or p == _PROBABILITIES[0]])
+
+
+def piece_statistics(values: SampledValues, plan: SamplingPlan, piece: int) -> dict[str, NDArray[Any]]:
+    """What a piece leaves, arrays of fixed shapes, s scrambles a piece, Q = g + 1 + w quantities (groups, the train,
+    meshes).
+
+    Returns
+    -------
+    bins : (s, D, Q, rows) int32, packed histograms.  sum, square : (s, D, g + 1) of K - 1 and its square.
+    apart : (s, w + 1) int64, samples with an open mesh, and with any.  open, failed : (s,) int64.
+    worst, worst_sample : (10,) largest K of the first definition, and the numbers of their samples.
+    """
+    count = plan.together * plan.rows
+    scrambled = (plan.together, plan.rows)
+    failed = values.failed[:count]
+    k = values.k[:count]
+    factor = np.concatenate([k, system_value(k)[..., None]], axis=2)
+    factor = np.where(failed[:, None, None], np.nan, factor)
+    load = np.where(failed[:, None, None], np.nan, values.load[:count])
+    index = bin_index(np.concatenate([factor, load], axis=2)).reshape(*scrambled, *factor.shape[1:2], -1)
+    excess = np.where(np.isnan(factor), 0.0, factor - 1.0).reshape(*scrambled, *factor.shape[1:])
+    apart = (values.least[:count] <= 0) & ~failed[:, None]
+    apart = np.concatenate([apart, apart.any(axis=1, keepdims=True)], axis=1)
+    worst, number = _worst(factor[:, 0, -1], sample_number(plan, piece))
+    return {
+        "bins": packed(np.ascontiguousarray(index.transpose(0, 2, 3, 1))),
+        "sum": excess.sum(axis=1),
+        "square": np.square(excess).sum(axis=1),
+        "apart": apart.reshape(*scrambled, -1).sum(axis=1, dtype=np.int64),
+        "open": (values.open[:count] & ~failed).reshape(scrambled).sum(axis=1, dtype=np.int64),
+        "failed": failed.reshape(scrambled).sum(axis=1, dtype=np.int64),
+        "worst": worst,
+        "worst_sample": number,
+    }
+
+
+def _worst(value: Array, number: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Largest values and the numbers of their samples, (10,) each: -inf and -1 where there are fewer."""
+    value = np.append(np.where(np.isnan(value), -np.inf, value), np.full(_WORST, -np.inf))
+    number = np.append(number, np.full(_WORST, -1, np.int64))
+    number = np.where(np.isneginf(value), -1, number)
+    order = np.lexsort((number, -value))[:_WORST]
+    return value[order], number[order]
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class SampleTally:
+    """All pieces together, added one after the other.
+
+    plan : of the samples.  definitions, groups, meshes : D, g, w.
+    """
+
+    plan: SamplingPlan
+    definitions: int
+    groups: int
+    meshes: int
+    done: int = 0
+    _fine: NDArray[np.signedinteger[Any]] = field(init=False)
+    _coarse: NDArray[np.signedinteger[Any]] = field(init=False)
+    _size: Counts = field(init=False)
+    _apart: Counts = field(init=False)
+    _open: int = 0
+    _failed: int = 0
+    _sums: list[Array] = field(default_factory=list)
+    _worst: tuple[Array, NDArray[np.int64]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        batches = min(self.plan.scrambles, _BATCHES)
+        quantities = self.definitions * (self.groups + 1 + self.meshes)
+        # untouched pages of these take no memory: loads fill a small part of the bins
+        number = np.int32 if self.plan.samples < 2**31 else np.int64
+        self._fine = np.zeros((quantities, BINS), number)
+        self._coarse = np.zeros((batches, quantities, COARSE_BINS), number)
+        self._size = np.zeros(batches, np.int64)
+        self._apart = np.zeros((batches, self.meshes + 1), np.int64)
+        self._worst = np.full(_WORST, -np.inf), np.full(_WORST, -1, np.int64)
+
+    def add(self, piece: int, found: Mapping[str, NDArray[Any]]) -> None:
+        """Add what a piece left; pieces come in their order."""
+        for place in range(self.plan.together):
+            batch = (piece * self.plan.together + place) % len(self._size)
+            index = unpacked(found["bins"][place].reshape(len(self._fine), -1))
+            _add(self._fine, index, BINS)
+            _add(self._coarse[batch], coarse_index(index), COARSE_BINS)
+            failed = int(found["failed"][place])
+            self._size[batch] += self.plan.rows - failed
+            self._apart[batch] += found["apart"][place]
+            self._open += int(found["open"][place])
+            self._failed += failed
+            self.done += self.plan.rows
+        # one by one: a sum of numpy depends on how its array lies in memory
+        self._sums += list(np.stack([found["sum"], found["square"]], axis=1))
+        if len(self._sums) >= _HELD:
+            self._sums = [self._summed()]
+        value, number = (np.concatenate(pair) for pair in zip(self._worst, self._worst_of(found), strict=True))
+        self._worst = _worst(value, number)
+
+    @staticmethod
+    def _worst_of(found: Mapping[str, NDArray[Any]]) -> tuple[Array, NDArray[np.int64]]:
+        return np.asarray(found["worst"]), np.asarray(found["worst_sample"])
+
+    def _summed(self) -> Array:
+        """Sums of K - 1 and its square, (2, D, g + 1), each rounded once."""
+        stacked = np.array(self._sums)
+        flat = [math.fsum(column) for column in stacked.reshape(len(stacked), -1).T.tolist()]
+        return np.array(flat).reshape(stacked.shape[1:])
+
+    @property
+    def open(self) -> int:
+        """Samples in which contact opens or a link plays."""
+        return self._open
+
+    @property
+    def failed(self) -> int:
+        """Samples without a solution: they count nowhere else."""
+        return self._failed
+
+    def mean_and_deviation(self) -> tuple[Array, Array]:
+        """Mean and standard deviation of K, (D, g + 1) [1] each, the train last; nan without samples."""
+        count = self.done - self._failed
+        if not count:
+            empty = np.full((self.definitions, self.groups + 1), np.nan)
+            return empty, empty
+        total, square = self._summed()
+        mean = total / count
+        with np.errstate(invalid="ignore"):  # a pair without load in one sample has an infinite mean and no deviation
+            spread = np.sqrt(np.maximum(square / count - mean**2, 0.0) * (count / max(count - 1, 1)))
+        return 1.0 + mean, spread
+
+    def quantile_bands(self, probability: Array) -> Band:
+        """Quantiles of every quantity, (D, Q, P) [1]."""
+        edges, coarse = bin_edges(), coarse_edges()
+        found = np.empty((3, len(self._fine), probability.size))
+        for place, counts in enumerate(self._fine):
+            bins = occupied(counts, edges)
+            value = quantiles(bins, probability)
+            below = fraction_below(self._coarse[:, place], coarse, value)
+            low, high = self._probability_band(probability, below)
+            found[:, place] = value, quantiles(bins, low), quantiles(bins, high)
+        value, low, high = found.reshape(3, self.definitions, -1, probability.size)
+        return Band(value=value, low=np.minimum(low, value), high=np.maximum(high, value))
+
+    def _probability_band(self, probability: Array, below: Array) -> tuple[Array, Array]:
+        """Probabilities whose quantiles are the ends of a band, (P,) each.
+
+        below : (batches, P), share of the samples of each batch below the quantile.
+        """
+        count = max(self.done - self._failed, 1)
+        tail = (1 - CONFIDENCE) / 2
+        if self.plan.sampler == "random":
+            # ranks between which the quantile of the population lies: numbers of a binomial distribution
+            low = bdtrik(tail, count, probability) / count
+            high = (bdtrik(1 - tail, count, probability) + 1) / count
+        else:
+            half = _half_width(below)
+            low, high = probability - half, probability + half
+        return np.clip(np.nan_to_num(low), 0.0, 1.0), np.clip(np.nan_to_num(high, nan=1.0), 0.0, 1.0)
+
+    def exceedance(self, limits: Array) -> Band:
+        """Probability that K is above each limit, (D, g + 1, L) [1], the train last."""
+        edges, coarse = bin_edges(), coarse_edges()
+        wanted = self.groups + 1
+        values, batches = [], []
+        each = self.groups + 1 + self.meshes
+        for definition in range(self.definitions):
+            for quantity in range(wanted):
+                place = definition * each + quantity
+                values.append(1.0 - fraction_below(self._fine[place][None], edges, limits)[0])
+                batches.append(1.0 - fraction_below(self._coarse[:, place], coarse, limits))
+        value, batch = np.array(values), np.array(batches).transpose(1, 0, 2)
+        return self._share_band(
+            value.reshape(self.definitions, wanted, -1),
+            batch.reshape(len(batch), self.definitions, wanted, -1),
+        )
+
+    def separation(self) -> Band:
+        """Probability that a mesh is open at some instant, (w + 1,) [1], any mesh last."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            batch = self._apart / self._size[:, None]
+            value = self._apart.sum(axis=0) / self._size.sum()
+        return self._share_band(value, batch)
+
+    def _share_band(self, value: Array, batch: Array) -> Band:
+        """Band of a share of the samples; batch : (batches, ...) of each batch.
+
+        Where no sample is seen the batches have no spread, and the band of independent samples says what is possible.
+        """
+        count = max(self.done - self._failed, 1)
+        tail = (1 - CONFIDENCE) / 2
+        seen = np.rint(value * count)
+        exact_low = np.where(seen > 0, betaincinv(np.maximum(seen, 1), count - seen + 1, tail), 0.0)
+        exact_high = np.where(seen < count, betaincinv(seen + 1, np.maximum(count - seen, 1), 1 - tail), 1.0)
+        if self.plan.sampler == "random":
+            return Band(value=value, low=exact_low, high=exact_high)
+        half = _half_width(batch)
+        low, high = np.clip(value - half, 0.0, 1.0), np.clip(value + half, 0.0, 1.0)
+        sure = half == 0
+        return Band(value=value, low=np.where(sure, exact_low, low), high=np.where(sure, exact_high, high))
+
+    def histogram(self) -> tuple[Array, Counts]:
+        """Edges (b + 1,) of even bins from the least to the largest K, and counts (D, g + 1, b), the train last."""
+        edges = bin_edges()
+        each = self.groups + 1 + self.meshes
+        fine = self._fine.reshape(self.definitions, each, -1)[:, : self.groups + 1]
+        used = np.flatnonzero(fine.sum(axis=(0, 1)))
+        low, high = (1.0, 1.0) if not used.size else (edges[max(used[0], 1)], edges[min(used[-1] + 1, BINS - 1)])
+        even = np.linspace(low, high, _SHOWN + 1)
+        shown = np.unique(edges[np.clip(np.searchsorted(edges, even), 1, BINS - 1)])
+        if shown.size < 2:
+            shown = edges[BINS // 2 : BINS // 2 + 2]
+        return shown, np.array([[display_histogram(one, edges, shown) for one in rows] for rows in fine])
+
+    def worst(self) -> tuple[Array, NDArray[np.int64]]:
+        """Largest K of the train by the first definition, and the numbers of their samples, the worst first."""
+        value, number = self._worst
+        there = number >= 0
+        return value[there], number[there]
+
+
+def _add(counts: NDArray[Any], index: NDArray[np.int32], bins: int) -> None:
+    """Count sorted indices of each quantity, (Q, rows), in its histogram, (Q, bins); others than bins are left out."""
+    flat = (index + np.arange(len(index), dtype=np.int64)[:, None] * bins)[index < bins]
+    first = np.flatnonzero(np.diff(flat, prepend=-1))
+    counts.reshape(-1)[flat[first]] += np.diff(first, append=flat.size).astype(counts.dtype)
+
+
+def _half_width(batch: Array) -> Array:
+    """Half width of Student's band of the mean of batches (B, ...)."""
+    count = len(batch)
+    t = stdtrit(count - 1, 1 - (1 - CONFIDENCE) / 2)
+    return np.asarray(t * batch.std(axis=0, ddof=1) / math.sqrt(count))

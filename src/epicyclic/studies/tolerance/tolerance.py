@@ -1,0 +1,296 @@
+"""K_gamma as a distribution: tolerances of the drawing to quantiles, exceedance, worst samples, and what buys what."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ModelError
+from ...results.counted import Counted
+from ...results.dataset import dataset
+from ..blocks.run import BlockJob, hash_of, run_blocks
+from ..blocks.versions import machine
+from ..check import train_provenance
+from ..source import Overrides, Source, train_of
+from .columns import tolerance_map
+from .effects import effects_of
+from .histogram import WIDTH
+from .sample_map import DEFINITIONS, Method, SampleMap
+from .sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
+from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
+from .threads import one_thread
+from .worst import make_folder, worst_uniforms, write_worst
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["Effects", "piece_of_samples", "sampled", "tolerance"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None] | None
+Effects = Literal["none", "shares", "all"]
+Columns = dict[str, tuple[Any, Any]]
+
+# numbers of raw samples that a Dataset may hold: 200 MB
+_MOST_RAW = 25_000_000
+# samples from which curves with maps of their own (supports, planets) are small beside the sampling
+_ALL_EFFECTS = 2**16
+# share of the progress bar that the sampling takes where curves follow
+_SAMPLING = 0.7
+
+
+def tolerance(
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    samples: int = 131_072,
+    seed: int = 1,
+    limits: Sequence[float] = (1.15,),
+    method: Method = "auto",
+    sampler: Sampler = "sobol",
+    effects: Effects | None = None,
+    reference: Mapping[str, float] | None = None,
+    worst: Path | None = None,
+    raw: bool = False,
+    store: Path | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Distribution of the mesh-load factor of a train whose file has a table ``[tolerance]``.
+
+    Parameters
+    ----------
+    source, overrides : as of `load`.  samples : rounded up to a power of two.  limits : of K_gamma [1].
+    method : of `ToleranceMap.evaluate`.  sampler : ``sobol``, scrambled, or ``random``.
+    effects : ``none``; ``shares``: variance shares, slopes, curves over spread and torque; ``all``: over support
+        stiffness and number of planets too.  None: ``all`` from 65 536 samples, else ``shares``.
+    reference : name -> K_gamma to compare with, of the user.  worst : folder for model files of the worst samples.
+    raw : keep K_gamma of every sample, in the Dataset where it fits, and in the store.
+    store, resume, workers, scheduler : as of `run_blocks`.
+    progress : called with the share done, 0..1.
+
+    Returns
+    -------
+    Dataset : quantiles with bands, exceedance, separation, histogram, worst samples, shares and curves; kind
+        ``tolerance``.
+
+    Raises
+    ------
+    ModelError : a wrong model or option, no tolerance, a store of another job.
+    """
+    train = train_of(source, overrides=overrides)
+    plan = sampling_plan(samples, seed=seed, sampler=sampler)
+    limit = _checked_limits(limits)
+    if worst is not None:
+        make_folder(worst)  # before the work
+    drawn = tolerance_map(train)
+    if raw and store is None:
+        _check_raw(plan, drawn)
+    chosen = effects or ("all" if plan.samples >= _ALL_EFFECTS else "shares")
+    job = BlockJob(
+        verb="tolerance",
+        identity={
+            "model": dict(train.document),
+            "samples": plan.samples,
+            "rows": PIECE,
+            "seed": seed,
+            "sampler": sampler,
+            "method": method,
+            "bin_width": WIDTH,
+            "raw": raw,
+        },
+        count=plan.pieces,
+        compute=partial(piece_of_samples, drawn, plan, method, raw),
+    )
+    share = 1.0 if chosen == "none" else _SAMPLING
+    with one_thread() as threads:
+        blocks = run_blocks(
+            job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=_part(progress, 0.0, share)
+        )
+        with closing(blocks):
+            tally, rows = sampled(drawn, plan, blocks)
+        further = effects_of(
+            train,
+            drawn,
+            plan,
+            chosen,
+            method=method,
+            probability=probabilities_of(plan.samples),
+            progress=_part(progress, share, 1.0),
+        )
+    value, number = tally.worst()
+    u = worst_uniforms(drawn, plan, number)
+    found = [drawn.overrides(row) for row in u]
+    if worst is not None:
+        write_worst(worst, train, found, value, number)
+    columns, coords = _statistics(drawn, tally, limit)
+    columns |= _worst_columns(value, number, found, drawn.evaluate(u, method=method).load[:, 0])
+    columns |= further.columns
+    if reference:
+        columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
+        coords["reference"] = list(reference)
+    if rows is not None:
+        columns["k_gamma_sample"] = (("sample", "definition", "pair"), rows)
+    result = dataset(
+        columns,
+        {**coords, **further.coords, "worst": np.arange(1, len(value) + 1)},
+        verb="tolerance",
+        options={"samples": plan.samples, "seed": seed, "method": method, "sampler": sampler, "effects": chosen},
+        provenance=train_provenance(train),
+        warnings=[*drawn.warnings, *_warnings(tally, samples, plan)],
+    )
+    return result.assign_attrs(
+        samples=plan.samples,
+        done=tally.done,
+        open=tally.open,
+        failed=tally.failed,
+        seed=seed,
+        sampler=sampler,
+        method=method,
+        scrambles=plan.scrambles,
+        confidence=CONFIDENCE,
+        job=hash_of(job),
+        processor=machine(),
+        blas_threads=threads,
+        left_out=json.dumps(further.left_out),
+        effect_samples=further.samples,
+    )
+
+
+def _part(progress: Progress, start: float, end: float) -> Progress:
+    """Progress of one part of the work, from and to a share of the whole; counts stay those of the part."""
+    if progress is None:
+        return None
+
+    def report(done: float) -> None:
+        share = start + (end - start) * done
+        if isinstance(done, Counted):
+            counted = float.__new__(Counted, share)
+            counted.done, counted.of = done.done, done.of
+            share = counted
+        progress(share)
+
+    return report
+
+
+def sampled(
+    drawn: SampleMap, plan: SamplingPlan, pieces: Iterator[tuple[int, Mapping[str, NDArray[Any]]]]
+) -> tuple[SampleTally, Array | None]:
+    """Statistics of all pieces, and raw K (samples, D, g) [1] where it was kept and fits in memory.
+
+    Parameters
+    ----------
+    pieces : number and arrays of each in their order, as of `run_blocks`.
+    """
+    tally = SampleTally(plan=plan, definitions=len(DEFINITIONS), groups=len(drawn.pair), meshes=len(drawn.mesh))
+    raw: list[Array] = []
+    fits = _raw_numbers(plan, drawn) <= _MOST_RAW
+    for piece, found in pieces:
+        tally.add(piece, found)
+        if "k" in found and fits:
+            raw.append(np.asarray(found["k"]))
+    return tally, np.concatenate(raw) if raw else None
+
+
+def piece_of_samples(
+    drawn: SampleMap, plan: SamplingPlan, method: Method, raw: bool, piece: int
+) -> dict[str, NDArray[Any]]:
+    """What one piece leaves: a function of its number alone; with `raw` also ``k`` (samples, D, g) [1]."""
+    with one_thread():
+        values = drawn.evaluate(piece_uniforms(plan, piece, drawn.dimension_entry.size), method=method)
+        found = piece_statistics(values, plan, piece)
+    if raw:
+        found["k"] = np.ascontiguousarray(values.k[: plan.together * plan.rows])
+    return found
+
+
+def _checked_limits(limits: Sequence[float]) -> Array:
+    """Limits in their order, each once."""
+    values = np.asarray(limits, dtype=float)
+    if values.ndim != 1 or not (np.isfinite(values).all() and (values > 0).all()):
+        raise ModelError("no limit of a load factor", path="limit", given=list(limits), allowed="above 0, 1.15")
+    return np.unique(values)
+
+
+def _raw_numbers(plan: SamplingPlan, drawn: SampleMap) -> int:
+    return plan.samples * len(DEFINITIONS) * len(drawn.pair)
+
+
+def _check_raw(plan: SamplingPlan, drawn: SampleMap) -> None:
+    if _raw_numbers(plan, drawn) > _MOST_RAW:
+        most = _MOST_RAW // (len(DEFINITIONS) * len(drawn.pair))
+        raise ModelError(
+            "raw samples do not fit in a result",
+            path="raw",
+            given=f"{plan.samples} samples",
+            allowed=f"at most {most} samples, or a store that keeps them",
+        )
+
+
+def _statistics(drawn: SampleMap, tally: SampleTally, limit: Array) -> tuple[Columns, dict[Any, Any]]:
+    """Variables of the samples and their coordinates."""
+    probability = probabilities_of(tally.plan.samples)
+    groups = len(drawn.pair)
+    bands, above, apart = tally.quantile_bands(probability), tally.exceedance(limit), tally.separation()
+    mean, spread = tally.mean_and_deviation()
+    edges, counts = tally.histogram()
+    columns: Columns = {
+        "k_gamma_mean": (("definition", "pair"), mean[:, :-1]),
+        "k_gamma_std": (("definition", "pair"), spread[:, :-1]),
+        "system_k_gamma_mean": ("definition", mean[:, -1]),
+        "system_k_gamma_std": ("definition", spread[:, -1]),
+        "histogram": (("definition", "pair", "bin"), counts[:, :-1]),
+        "system_histogram": (("definition", "bin"), counts[:, -1]),
+        "bin_low": ("bin", edges[:-1]),
+        "bin_high": ("bin", edges[1:]),
+        "bin_edge": ("edge", edges),
+    }
+    for end, name in (("value", ""), ("low", "_low"), ("high", "_high")):
+        quantile, exceeded, separated = (getattr(band, end) for band in (bands, above, apart))
+        columns |= {
+            f"k_gamma_quantile{name}": (("definition", "pair", "probability"), quantile[:, :groups]),
+            f"system_k_gamma_quantile{name}": (("definition", "probability"), quantile[:, groups]),
+            f"load_sharing_quantile{name}": (("definition", "mesh", "probability"), quantile[:, groups + 1 :]),
+            f"exceedance{name}": (("definition", "pair", "limit"), exceeded[:, :-1]),
+            f"system_exceedance{name}": (("definition", "limit"), exceeded[:, -1]),
+            f"separation_probability{name}": ("mesh", separated[:-1]),
+            f"system_separation_probability{name}": ((), separated[-1]),
+        }
+    coords = {
+        "definition": list(DEFINITIONS),
+        "pair": list(drawn.pair),
+        "mesh": list(drawn.mesh),
+        "probability": probability,
+        "limit": limit,
+    }
+    return columns, coords
+
+
+def _worst_columns(
+    value: Array, number: NDArray[np.int64], found: Sequence[Mapping[str, object]], load: Array
+) -> Columns:
+    texts = np.array([json.dumps(dict(one), default=str) for one in found], dtype=object)
+    return {
+        "worst_k_gamma": ("worst", value),
+        "worst_sample": ("worst", number),
+        "worst_overrides": ("worst", texts),
+        "worst_load_sharing": (("worst", "mesh"), load),
+    }
+
+
+def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[str]:
+    messages = []
+    if plan.samples != asked:
+        messages.append(f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}")
+    if tally.failed:
+        messages.append(f"{tally.failed} of {tally.done} samples have no solution and count nowhere")
+    return messages

@@ -1,0 +1,65 @@
+"""A verb over many points: no verb of a model itself, since its source is a job file."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .record import keywords, verbs
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["study"]
+
+# what a study gives each point itself, and what none has
+_OWN = ("folder", "resume", "store", "workers", "scheduler", "worst")
+
+
+def study(
+    job: "str | Path | Mapping[str, Any]",
+    *,
+    store: "str | Path | None" = None,
+    resume: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> "xr.Dataset":
+    """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset.
+
+    Parameters
+    ----------
+    job : a TOML file with verb, model, options and what varies, or its tables.
+    store : folder of a Zarr store that keeps every point that is done.  resume : go on with what lies there.
+    workers : local processes.  scheduler : address of a Dask scheduler instead, tcp://HOST:8786.
+    progress : called with the share done.
+
+    Returns
+    -------
+    Dataset : variables of the verb, a dimension for each path of the grid, and `point`; the paths as coordinates;
+        `status` and `reason` of each point.
+
+    Raises
+    ------
+    ModelError : the job is wrong, with the path in it; a store or scheduler that will not do; every point fails.
+    """
+    from ..studies.study.study import run_study
+
+    known = {name: [key for key in keywords(verb.run) if key not in _OWN] for name, verb in verbs().items()}
+    return run_study(
+        job,
+        lambda name: partial(_evaluate, name),
+        known,
+        store=store,
+        resume=resume,
+        workers=workers,
+        scheduler=scheduler,
+        progress=progress,
+    )
+
+
+def _evaluate(
+    name: str, model: Mapping[str, Any], overrides: Mapping[str, Any], options: Mapping[str, Any]
+) -> "xr.Dataset":
+    """Result of a verb at one point."""
+    return verbs()[name].run(model, overrides=dict(overrides), **options)

@@ -1,0 +1,253 @@
+"""The verb tolerance: closed forms through it, the same bits by every engine, worst samples, curves, bad input."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import ndtr, ndtri
+
+import epicyclic
+from epicyclic.errors import ModelError
+from epicyclic.studies.drives import drive_titles
+
+# four equal planets round a floating sun, mesh and pin stiffnesses given: TIP is the gap of a pin per its error
+MODULE, TEETH, TORQUE, ANGLE = 4e-3, 24, 800.0, math.radians(20)
+SUN_MESH, RING_MESH, PIN = 9.206e8, 1.2634e9, 4e8
+FORCE = TORQUE / (4 * MODULE * TEETH / 2 * math.cos(ANGLE))
+TIP = 2 * math.cos(ANGLE)
+PATH_STIFFNESS = 1 / (1 / SUN_MESH + 1 / RING_MESH + TIP**2 / PIN)
+POSITION = "deviations.main.planet.position.y"
+
+
+def floating(**tables: Any) -> dict[str, Any]:
+    """The model; tables : put in at the top."""
+    model: dict[str, Any] = {
+        "format": 2,
+        "title": "four planets, sun floating",
+        "stages": {
+            "main": {
+                "planets": 4,
+                "module": "4 mm",
+                "sun": {"teeth": TEETH, "mass": "1 kg", "inertia": "1 kg", "support": {"radial": "0 N/m"}},
+                "planet": {"teeth": 18, "mass": "1 kg", "inertia": "1 kg", "bearing": {"radial": f"{PIN!r} N/m"}},
+                "ring": {"teeth": 60, "mass": "1 kg", "inertia": "1 kg"},
+                "carrier": {"mass": "1 kg", "inertia": "1 kg"},
+                "meshes": {
+                    "sun-planet": {"stiffness": f"{SUN_MESH!r} N/m"},
+                    "planet-ring": {"stiffness": f"{RING_MESH!r} N/m"},
+                },
+            }
+        },
+        "operation": {"held": ["ring"], "torque": {"sun": f"{TORQUE!r} N m"}},
+    }
+    return copy.deepcopy(model) | tables
+
+
+def gaussian(spread: float) -> dict[str, Any]:
+    """Gaussian pins with sigma k / F0 = spread."""
+    sigma = spread * FORCE / (PATH_STIFFNESS * TIP)
+    return floating(tolerance={POSITION: f"normal(0 um, {sigma * 1e6!r} um)"})
+
+
+def test_check_case() -> None:
+    model = floating(
+        deviations={"main": {"planet": {"position": {"y": "[20, 0, 0, 0] um"}}}},
+        tolerance={"operation.torque.sun": f"normal({TORQUE!r} N m, 0 N m)"},
+    )
+    found = epicyclic.tolerance(model, samples=256, effects="none")
+    expected = 1 + 0.25 * PATH_STIFFNESS * TIP * 20e-6 / FORCE
+    assert expected == pytest.approx(1.19791, abs=5e-6)
+    for name in ("system_k_gamma_quantile", "system_k_gamma_quantile_low", "system_k_gamma_quantile_high"):
+        assert found[name].values == pytest.approx(expected, abs=1e-4 * (expected - 1))
+    assert found.system_k_gamma_mean.values == pytest.approx(expected, abs=1e-9)
+    assert found.system_k_gamma_std.values == pytest.approx(0, abs=1e-7)
+    assert found.worst_k_gamma.values == pytest.approx(expected, abs=1e-9)
+
+
+def test_gaussian_pins_within_the_band() -> None:
+    found = epicyclic.tolerance(gaussian(0.2), samples=2**15, limit=[1.1, 1.2], effects="none")
+    expected = 1 + 0.2 * 0.5 * ndtri((1 + found.probability.values) / 2)  # half a half-normal
+    value, low, high = (
+        found[f"k_gamma_quantile{end}"].sel(definition="mean-load").values[0] for end in ("", "_low", "_high")
+    )
+    assert ((low <= expected) & (expected <= high)).sum() >= 4  # of five bands of 95 %
+    assert np.abs(value - expected).max() < 2 * (high - low).max()
+    assert (high - low < 0.05 * (expected - 1)).all()
+    above = 2 * ndtr(-np.array([0.1, 0.2]) / 0.1)
+    assert found.exceedance.values[0, 0] == pytest.approx(above, abs=6e-3)
+    assert int(found.attrs["open"]) == 0
+    # without run-outs nothing turns
+    assert found.k_gamma_quantile[1].values == pytest.approx(found.k_gamma_quantile[0].values, rel=1e-9)
+
+
+def test_separation_of_four_planets() -> None:
+    found = epicyclic.tolerance(gaussian(1.25), samples=2**13, effects="none")
+    expected = 2 * ndtr(-2 / 1.25)
+    low, high = (float(found[f"system_separation_probability_{end}"]) for end in ("low", "high"))
+    assert low <= expected <= high
+    assert high - low < 0.02
+    assert int(found.attrs["open"]) == round(float(found.system_separation_probability) * 2**13)
+    # two planets carry all from there on
+    assert found.worst_k_gamma.values == pytest.approx(2.0, abs=1e-6)
+
+
+def loaded_drives() -> list[str]:
+    """Ready drives with planets and a torque."""
+    trains = {name: epicyclic.load(name) for name in drive_titles()}
+    return [name for name, train in trains.items() if train.torques and max(train.planets.values()) > 1]
+
+
+@pytest.mark.parametrize("name", loaded_drives())
+def test_drives_without_errors_share_equally(name: str) -> None:
+    train = epicyclic.load(name)
+    document = {
+        key: value for key, value in train.document.items() if key not in ("deviations", "tolerance", "assumed")
+    }
+    pair = train.meshes[0].pair.removeprefix("stages.")
+    document["operation"] = {**document["operation"], "gravity": False}  # type: ignore[dict-item]
+    document["tolerance"] = {f"deviations.{pair}.gap": "normal(0 um, 0 um)"}
+    found = epicyclic.tolerance(document, samples=256, effects="none")
+    for kind in ("", "_low", "_high"):
+        assert found[f"system_k_gamma_quantile{kind}"].values == pytest.approx(1, abs=1e-9)
+        assert found[f"load_sharing_quantile{kind}"].values == pytest.approx(1, abs=1e-9)
+
+
+def test_the_same_bits_by_one_process_two_workers_and_resumed(tmp_path: Path) -> None:
+    options: dict[str, Any] = {"samples": 2**14, "effects": "none", "raw": True}
+    alone = epicyclic.tolerance("ren2021", **options)
+    store = tmp_path / "store"
+
+    class Stop(Exception):
+        pass
+
+    def stop(done: float) -> None:
+        if done >= 0.5:
+            raise Stop
+
+    with pytest.raises(Stop):
+        epicyclic.tolerance("ren2021", store=store, progress=stop, **options)
+    assert epicyclic.tolerance("ren2021", store=store, resume=True, **options).identical(alone)
+    assert epicyclic.tolerance("ren2021", workers=2, **options).identical(alone)
+    with pytest.raises(ModelError, match="another job"):
+        epicyclic.tolerance("ren2021", store=store, resume=True, samples=2**14, seed=2, effects="none", raw=True)
+
+
+def test_raw_samples_are_those_of_the_statistics() -> None:
+    found = epicyclic.tolerance("ren2021", samples=2**11, effects="none", raw=True)
+    k = found.k_gamma_sample.sel(definition="mean-load")
+    assert k.shape == (2**11, 4)
+    assert k.mean("sample").values == pytest.approx(found.k_gamma_mean[0].values, rel=1e-12)
+    system = k.max("pair")
+    order = np.lexsort((np.arange(2**11), -system.values))[:10]
+    assert np.array_equal(found.worst_sample.values, order)
+    assert np.array_equal(found.worst_k_gamma.values, system.values[order])
+    with pytest.raises(ModelError, match="do not fit"):
+        epicyclic.tolerance("ren2021", samples=2**23, raw=True)
+
+
+@pytest.mark.parametrize("name", ["ren2021", "wind-five"])
+def test_worst_samples_are_model_files_with_their_value(name: str, tmp_path: Path) -> None:
+    found = epicyclic.tolerance(name, samples=256, effects="none", worst=tmp_path / "worst")
+    files = sorted((tmp_path / "worst").iterdir())
+    assert [file.name for file in files] == [f"worst-{place:02d}.toml" for place in range(1, 11)]
+    for place in (0, 9):
+        sharing = epicyclic.sharing(files[place], method="static", cycles=1, samples=2)
+        value = float(sharing.system_load_sharing.sel(definition="mean-load"))
+        assert value == pytest.approx(float(found.worst_k_gamma[place]), rel=1e-9)
+        loads = sharing.load_sharing.sel(definition="mean-load").values
+        assert loads == pytest.approx(found.worst_load_sharing[place].values, rel=1e-9)
+        train = epicyclic.load(files[place])
+        assert f"K_gamma {value:.6f}"[:14] in train.title
+        assert "tolerance" not in train.document
+    again = epicyclic.load(name, overrides=json.loads(str(found.worst_overrides.values[0])))
+    assert len(again.displacements) == len(epicyclic.load(files[0]).displacements)
+
+
+def test_curves_of_a_linear_response() -> None:
+    model = gaussian(0.1)
+    model["stages"]["main"]["sun"]["support"]["radial"] = "1e3 N/m"
+    found = epicyclic.tolerance(model, samples=2**13, effects="all")
+    shown = found.probability.values <= 0.99
+    nominal = found.k_gamma_by_scale.sel(scale=1.0)[0].values[shown] - 1
+    assert nominal == pytest.approx(0.1 * 0.5 * ndtri((1 + found.probability.values[shown]) / 2), rel=0.1)
+    for name, power in (("k_gamma_by_scale", 1), ("k_gamma_by_torque", -1)):
+        curve = found[name].squeeze("tolerance") if "tolerance" in found[name].dims else found[name]
+        factors = curve[curve.dims[0]].values
+        assert curve.values[:, shown] - 1 == pytest.approx(factors[:, None] ** power * nominal, rel=1e-6)
+    # K - 1 is proportional to the spread: slope times deviation is K - 1
+    slope = found.quantile_slope[0, 0, shown, 0].values * float(found.tolerance_deviation[0])
+    assert slope == pytest.approx(nominal, rel=1e-6)
+    assert found.sobol_total.values == pytest.approx(1, abs=0.05)
+    support = found.k_gamma_by_support.isel(support=0)[:, shown]
+    assert support.support.item() == "stages.main.sun.support.radial"
+    assert found.support_stiffness.values[0] == pytest.approx(1e3 * found.support_scale.values)
+    assert support.values - 1 == pytest.approx(np.broadcast_to(nominal, support.shape), rel=1e-3)  # it floats at all
+    planets = found.k_gamma_by_planets.sel(probability=0.5)
+    assert float(planets.sel(planets=3)) == pytest.approx(1, abs=1e-4)  # a sun that floats shares among three
+    assert float(planets.sel(planets=4)) == pytest.approx(1 + nominal[0], rel=1e-9)
+    # medians of the table of closed forms, F0 smaller with more planets
+    assert float(planets.sel(planets=6)) - 1 == pytest.approx(0.1 * 6 / 4 * 0.877, rel=0.1)
+    assert math.isnan(float(planets.sel(planets=7)))  # they would overlap
+    assert set(json.loads(found.attrs["left_out"])) == {"k_gamma_by_planets, 7"}
+
+
+def test_a_held_sun_does_not_share() -> None:
+    model = gaussian(0.1)
+    model["stages"]["main"]["sun"]["support"]["radial"] = "1e9 N/m"
+    found = epicyclic.tolerance(model, samples=2**10, effects="all")
+    curve = found.k_gamma_by_support.isel(support=0).sel(probability=0.5).values
+    assert (np.diff(curve) > 0).all()
+    assert curve[-1] - 1 > 2 * (curve[0] - 1)
+
+
+def test_small_studies_leave_out_curves_with_maps_of_their_own() -> None:
+    found = epicyclic.tolerance(gaussian(0.1), samples=256)
+    assert "k_gamma_by_scale" in found
+    assert "k_gamma_by_support" not in found
+    assert set(json.loads(found.attrs["left_out"])) == {"k_gamma_by_support", "k_gamma_by_planets"}
+
+
+def test_references_are_carried() -> None:
+    found = epicyclic.tolerance(gaussian(0.1), samples=256, effects="none", reference=["table = 4=1.25", "ours=1.1"])
+    assert found.reference.values.tolist() == ["table = 4", "ours"]
+    assert found.reference_k_gamma.values.tolist() == [1.25, 1.1]
+
+
+def test_rounded_counts_are_said() -> None:
+    found = epicyclic.tolerance(gaussian(0.1), samples=1000, effects="none")
+    assert (int(found.attrs["samples"]), int(found.attrs["done"])) == (1024, 1024)
+    assert any("1000 samples rounded up to 1024" in text for text in json.loads(found.attrs["warnings"]))
+
+
+@pytest.mark.parametrize(
+    ("options", "path"),
+    [
+        ({"limit": ["a"]}, "limit"),
+        ({"limit": [math.inf]}, "limit"),
+        ({"limit": [-1.0]}, "limit"),
+        ({"reference": ["1.35"]}, "reference"),
+        ({"reference": ["a=b"]}, "reference"),
+        ({"reference": {"a": -1.0}}, "reference"),
+        ({"samples": 0}, "samples"),
+        ({"samples": "many"}, "samples"),
+        ({"seed": -1}, "seed"),
+        ({"worst": "/nowhere/at/all"}, "worst"),
+        ({"resume": True}, "resume"),
+        ({"workers": 0}, "workers"),
+    ],
+)
+def test_bad_options_name_themselves(options: dict[str, Any], path: str) -> None:
+    with pytest.raises(ModelError) as error:
+        epicyclic.tolerance(gaussian(0.1), **options)
+    assert error.value.path == path
+
+
+def test_a_model_without_tolerances_is_refused() -> None:
+    with pytest.raises(ModelError, match="no tolerance"):
+        epicyclic.tolerance(floating())
