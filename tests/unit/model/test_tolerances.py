@@ -79,6 +79,7 @@ def test_taken(path: str, text: str) -> None:
         ("deviations.main.sun.position.q", "normal(0, 1 um)", "no such path", "a path a number can stand at"),
         ("stages.main.sun.hand", "normal(0, 1 um)", "no such path", "a path a number can stand at"),
         (RUN_OUT, "normal(nan, 1 um)", "not a number with a unit", "length"),
+        (RUN_OUT, "normal((((0, 1 um)", "not a number with a unit", "length"),
         (RUN_OUT, "normal(0, 1e400 um)", "too large", "length"),
         (RUN_OUT, "truncated(0, 1 um, 2 um, 1 um)", "wrong order", "high >= low"),
         (RUN_OUT, "truncated(0, 1 um, 20 um, 21 um)", "leave nothing", "1e-6"),
