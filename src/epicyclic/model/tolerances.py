@@ -22,7 +22,7 @@ from .validation import LISTED, quantities_at
 
 __all__ = ["Grade", "Tolerance", "Width", "check_tolerance", "costs", "rewritten", "still_toleranced", "tolerances"]
 
-_NUMBER = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]{1,4})?\s*")
+_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
 _TURNING = ("run_out", "bearing_run_out")  # those that turn with the planet, so that a tooth can be marked
 _SHARED = ("own", "common", "phase")
@@ -304,7 +304,7 @@ class _Reading:
     def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
         """Return one value in SI and its SI unit, no unit of zero; warnings are noted. Raises ModelError."""
         kinds = probe.kinds
-        bare = float(part) if _NUMBER.fullmatch(part) and part.count(".") < 2 and part.strip() != "." else None
+        bare = float(part) if _NUMBER.fullmatch(part) else None
         version = self.data.get("format")
         if bare is not None and bare_in(bare, kinds):
             likely = likely_text(bare, kinds, probe.ladder)

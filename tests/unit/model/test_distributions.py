@@ -216,7 +216,6 @@ def test_the_width_of_a_grade_is_shared_to_both_sides() -> None:
         ("grade(ISO 1328-1:1995 5, 3 sigma)", True, "edition 1995"),
         ("grade(DIN 3962 5, 3 sigma)", True, "not a grade known here"),
         ("normal(0, 1", False, "not a distribution"),
-        ("normal((((((0, 1)", False, "not a distribution"),
         ("x" * 200_000, False, "not a distribution"),
         (math.nan, False, "not a distribution"),
         (True, False, "not a distribution"),
