@@ -12,7 +12,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.assemble.tooth_pairs import mean_force
-from epicyclic.errors import ModelError
+from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.show.figures.mesh_losses import mesh_losses
 from epicyclic.show.figures.sliding import sliding
 from epicyclic.show.views import key_figures_of, sections_of, tables_of
@@ -116,6 +116,16 @@ def test_meshed_planets_of_a_drawing(held: str, driver: str) -> None:
     assert float(found.train_efficiency) == pytest.approx(by_hand[held], rel=1e-12)
 
 
+def test_a_load_that_a_corner_of_the_face_does_not_bear_is_no_efficiency() -> None:
+    """It was one after minutes of refinement: numbers of phases that were not solved, without a word."""
+    sloped = model({**STAGE, "flank": {"slope": "5 mm"}}, held=["ring"], **SUN | {"torque": {"sun": "8 kN m"}})
+    with pytest.raises(ConvergenceError, match=r"main/planet-ring/1 is not solved at \d+ of \d+ phases, 5\.912e\+04 N"):
+        epicyclic.efficiency(sloped, sharing="contact")
+    sloped["stages"]["main"]["flank"]["slope"] = "2 mm"
+    found = epicyclic.efficiency(sloped, sharing="contact")
+    assert any("main/planet-ring/1: 64 phases and 20 slices are not enough" in text for text in warnings_of(found))
+
+
 @pytest.mark.parametrize("helix", ["0 deg", "14 deg"])
 @pytest.mark.parametrize("sharing", ["uniform", "contact"])
 def test_loss_is_force_times_sliding_speed_along_the_path(helix: str, sharing: Any) -> None:
@@ -197,6 +207,17 @@ def test_self_locking_in_words() -> None:
         assert key_figures_of({"efficiency": result})[0][0] == "self-locking"
         assert sections_of({"efficiency": result})
         assert tables_of(result)
+
+
+def test_friction_that_leaves_nothing_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No drawing has a loss factor of 1.25, so it is given."""
+    monkeypatch.setattr("epicyclic.studies.efficiency.loss_factor", lambda *args, **more: 1.25)
+    train = epicyclic.load(model(STAGE, held=["carrier"], **SUN))
+    for friction in (0.8, 1.0):
+        with pytest.raises(ModelError, match="takes all power of stages.main.meshes") as error:
+            epicyclic.efficiency(train, friction=friction)
+        assert (error.value.path, error.value.given, error.value.allowed) == ("friction", friction, "below 0.8")
+    assert float(epicyclic.efficiency(train, friction=0.792).train_efficiency) == pytest.approx(0.01**2, rel=1e-9)
 
 
 def test_torques_that_all_are_stated_say_which_one_follows() -> None:
