@@ -189,12 +189,13 @@ def test_one_client_at_a_time_has_a_store(tmp_path: Path, undisturbed: tuple[Blo
     assert files(folder) == undisturbed[1]
 
 
+@pytest.mark.parametrize("writes", [37, 39, 41, 43])
 def test_a_full_disk_is_said_and_gone_on_from(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, undisturbed: tuple[Blocks, dict[str, bytes]]
+    writes: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, undisturbed: tuple[Blocks, dict[str, bytes]]
 ) -> None:
     import zarr.storage._local as local
 
-    folder, put, left = tmp_path / "store", local._put, [40]
+    folder, put, left = tmp_path / "store", local._put, [writes]
 
     def full(path: Path, value: Any, exclusive: bool = False) -> int:
         left[0] -= 1
