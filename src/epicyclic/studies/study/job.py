@@ -37,7 +37,8 @@ _SAMPLERS = ("random", "sobol")
 class StudyJob:
     """A study, ready to run.
 
-    verb, options, overrides : of every point.  model : tables of the model, which every verb takes.
+    verb, options : of every point.  model : tables of the model, which every verb takes, overrides of the job put in.
+    overrides : these, as written.
     keep : names of variables that are kept, () for all.
     grid : axes that are crossed, a dimension each.  along : axes that vary together along `point`.
     points : length of `point`, 0 without.  warnings : what was made of the job.

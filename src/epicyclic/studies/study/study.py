@@ -61,16 +61,16 @@ def run_study(
     ModelError : the job is wrong, or fails at every point; as of `run_blocks`.
     """
     asked = read_job(job, verbs)
-    rows, fixed = list(asked.rows()), (asked.overrides, asked.options)
+    rows = list(asked.rows())
     size = -(-len(rows) // _MOST_BLOCKS)
     blocks = BlockJob(
         verb="study",
         identity={
             **{"of": asked.verb, "model": json.dumps(asked.model, sort_keys=True), "options": asked.options},
-            **{"overrides": asked.overrides, "keep": asked.keep, "points": json.dumps(rows, default=str), "size": size},
+            **{"keep": asked.keep, "points": json.dumps(rows, default=str), "size": size},
         },
         count=-(-len(rows) // size),
-        compute=partial(computed_block, evaluate(asked.verb), asked.model, fixed, rows, size, asked.keep),
+        compute=partial(computed_block, evaluate(asked.verb), asked.model, asked.options, rows, size, asked.keep),
         ragged=("points",),
     )
     told = None if progress is None else _by_points(progress, len(rows), size)
