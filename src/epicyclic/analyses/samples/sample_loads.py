@@ -81,7 +81,8 @@ def sample_loads(
         method = "static"
         _require_law_rows(given, laws, rows)
     # the products have the shape of the whole piece: BLAS gives the same bits only to the same shape
-    still, turning = (part[..., :count, :] for part in given.stretch.values(factors, torque))
+    still, turning = given.stretch.values(factors, torque)
+    still, turning = still[:count], turning[:, :count]
     found = _closed(given, still, turning, rows, None if stiffness is None else stiffness[:count])
     S = len(still)
     load = closed_loads(found.force, found.wave, given.group, found.phases)
@@ -220,7 +221,8 @@ def _instants(still: Array, turning: ComplexArray, at: NDArray[np.int64], units:
 def _mean_of(found: _ClosedContact, at: NDArray[np.int64], units: ComplexArray, whole: Array) -> Array:
     """Mean over the slow phases of the forces (s, w) [N] of the samples `at`.
 
-    That of closed contact is known, so that only what opening adds is averaged over the even phases.
+    That of closed contact is known, so that only what opening adds is averaged over the even phases, whose number may
+    divide the order of a tied wave.
 
     units : (G, s, T).  whole : (s, T, w) forces [N].
     """

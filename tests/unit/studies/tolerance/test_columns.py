@@ -497,7 +497,7 @@ def test_the_numbers_of_a_sample() -> None:
     found = given.overrides(u)
 
     def numbers(path: str) -> list[float]:
-        return json.loads("[" + str(found[path]).partition("m")[0].strip("[] ") + "]")
+        return list(json.loads("[" + str(found[path]).partition("m")[0].strip("[] ") + "]"))
 
     y = 20e-6 * norm.ppf(u[:3]) + 1e-5 * (u[3] - 0.5)
     np.testing.assert_allclose(numbers("deviations.main.planet.position.y"), y, rtol=1e-12)
