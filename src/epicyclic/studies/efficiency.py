@@ -231,6 +231,8 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[str]) -> tupl
     ------
     ConvergenceError : a phase is not solved.
     """
+    from scipy.integrate import trapezoid
+
     name = mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0]
     helices = helices_of(train, name)
     force = normal_force(train, helices, None)
@@ -251,7 +253,7 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[str]) -> tupl
     inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)
     load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, inside)).sum(axis=0)
     # interpolation loses a per cent at pieces of the face that the ends of the path cut
-    return distance, load / np.trapezoid(load, sigma)
+    return distance, load / trapezoid(load, sigma)
 
 
 def _moment(contact: LoadedContact) -> Array:

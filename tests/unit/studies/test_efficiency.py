@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import trapezoid
 
 import epicyclic
 from epicyclic.assemble.tooth_pairs import mean_force
@@ -136,7 +137,7 @@ def test_loss_is_force_times_sliding_speed_along_the_path(helix: str, sharing: A
     for mesh, lost in zip(train.meshes, found.mesh_power_loss.values, strict=True):
         path = found.sel(mesh_pair=mesh.pair)
         place = path.contact_place.values
-        mean = np.trapezoid(path.path_load.values * np.abs(path.sliding_speed.values), place)
+        mean = trapezoid(path.path_load.values * np.abs(path.sliding_speed.values), place)
         # jumps of spur teeth between 201 places; under load pieces of the face that the path's ends cut
         tolerance = 0.03 if sharing == "contact" and helix != "0 deg" else 0.005
         assert lost == pytest.approx(mu * mean_force(train, mesh) * mean, rel=tolerance)
@@ -149,8 +150,8 @@ def test_load_of_contact_is_that_of_the_verb_contact() -> None:
     teeth = epicyclic.contact(train, mesh="sun-planet", loads=(1.0,))
     place = teeth.path_place.values
     share = teeth.flank_load_per_length.isel(side=0).mean("width").values * 0.05 / teeth.attrs["force"]
-    distance = np.trapezoid(np.nan_to_num(share) * np.abs(place), place)
-    assert np.trapezoid(np.nan_to_num(share), place) == pytest.approx(1, rel=0.01)
+    distance = trapezoid(np.nan_to_num(share) * np.abs(place), place)
+    assert trapezoid(np.nan_to_num(share), place) == pytest.approx(1, rel=0.01)
     by_hand = math.tau * (1 / 24 + 1 / 30) * distance
     assert float(found.loss_factor[0]) == pytest.approx(by_hand, rel=0.01)  # 161 places on the flank
     # elastic teeth give up load where they begin and end contact, far from the pitch point
@@ -187,6 +188,25 @@ def test_friction_by_oil_is_that_of_each_pair() -> None:
     without = epicyclic.efficiency(train, friction=mu)
     assert without.mesh_power_loss.values[0] == pytest.approx(found.mesh_power_loss.values[0], rel=1e-12)
     assert warnings_of(without) == []
+
+
+def test_friction_by_oil_of_helical_teeth_and_a_carrier_that_turns() -> None:
+    """As docs/efficiency.md: lossless transverse force, pitch-line speed in the carrier's frame, normal section."""
+    train = epicyclic.load(model(STAGE | {"helix_angle": "15 deg"}, held=["ring"], **SUN))
+    found = epicyclic.efficiency(train, viscosity="20 mPa s", roughness="0.6 um")
+    mesh = train.meshes[0]
+    sun, planet = (next(b.gear for b in train.bodies if b.name == name) for name in (mesh.a, mesh.b))
+    assert sun is not None
+    assert planet is not None
+    working = math.acos(sun.base_radius / mesh.radius_a)
+    assert working == pytest.approx(mesh.pressure_angle, rel=1e-12)
+    force = 800 / 3 / sun.base_radius / 50  # N/mm
+    # with the ring held the sun turns at 1500 (1 - 24/(24 + 84)) rpm in the carrier's frame
+    line = 1500 * math.tau / 60 * (1 - sun.teeth / (sun.teeth + 84)) * mesh.radius_a
+    transverse = math.sin(working) / (1 / mesh.radius_a + 1 / mesh.radius_b) * 1e3  # mm
+    normal = transverse / math.cos(mesh.base_helix)
+    mu = 0.048 * (force / (2 * line * math.sin(working) * normal)) ** 0.2 * 20**-0.05 * 0.6**0.25
+    assert float(found.friction_coefficient[0]) == pytest.approx(mu, rel=1e-12)
 
 
 def test_self_locking_in_words() -> None:

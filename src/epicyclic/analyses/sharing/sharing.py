@@ -18,6 +18,7 @@ from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
 from .outputs import (
+    bound_warnings,
     far_warnings,
     force_columns,
     known_mean_loads,
@@ -122,14 +123,14 @@ def sharing(
     require_memory(2.0 * stored * numbers, path="stored_cycles", given=stored, allowed=most)
     values = np.full((len(DEFINITIONS), len(names)), np.nan)
     least, top, bottom, largest = (np.full(len(names), np.nan) for _ in range(4))
-    how = ""
+    how, unknown = "", np.full(len(names), "", dtype=object)
     for done, part in enumerate(by_tone):
         own = _tone_cycles(part, reference, cycles)
         record, slices, average = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
         worst, how = _worst_case(part, record, own)
         values[:, part.meshes] = coefficients(record, worst, mean_load[:, part.meshes], part.members)
         least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
-        bottom[part.meshes] = record.least
+        bottom[part.meshes], unknown[part.meshes] = record.least, part.unknown
         if method == "static":
             # stiffness that follows several tones, and teeth that part, move the mean from that of the mean stiffness
             mean[part.meshes] = average
@@ -145,7 +146,9 @@ def sharing(
     touch = OPEN_RATIO * float(top.max()) if method == "static" else 0.0
     lost, behind = least <= touch, (least < -touch) & (method == "static")
     notes += _validity_warnings(names, method, (lost, behind), loaded, cycles, reference.period)
-    largest = np.where(lost & (method == "static"), np.nan, largest)
+    parted = lost & (method == "static")
+    largest = np.where(parted, np.nan, largest)
+    notes += bound_warnings(names, largest, np.where(parted, "teeth part", unknown).tolist())
     history = reference.force(np.arange(stored))
     ratio = np.empty_like(history)
     for group in parallel_meshes(system.meshes):

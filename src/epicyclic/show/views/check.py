@@ -12,6 +12,7 @@ from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import members_of, mesh_tones
 from ..provenance import assumed_tables, value_tables
 from ..rows import columns_of
+from .stiffness import SERIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,6 +62,10 @@ _PATHS = {
 }
 
 _FRONT = "Seen from the right end; teeth as they stand at time zero."
+_APART = (
+    " Stages stand side by side to be seen: how they lie to each other is not in the model, mostly behind each other "
+    "on one axis."
+)
 _SECTION = (
     "Through the axis and branch 1, branches turned into the plane; below the axis the second axis of a branch with "
     "two. Gears end at their pitch circles. A support in the middle of its member is drawn on the shaft that shows, "
@@ -125,8 +130,9 @@ def _train(check: xr.Dataset) -> list[Part]:
 
     if "gear" not in check.dims or not check.sizes["gear"]:
         return []
+    apart = _APART if len({name.split("/")[0] for name in texts(check, "gear")}) > 1 else ""
     return [
-        Drawing(anchor="front", figure=train_front(check), caption=_FRONT),
+        Drawing(anchor="front", figure=train_front(check), caption=_FRONT + apart),
         Drawing(anchor="section", figure=train_section(check), caption=_SECTION),
         _stages(check),
         _gears(check, _by_member(check), "Gears; hand of the left helix, width of one helix"),
@@ -156,7 +162,7 @@ def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:
         caption = "One turn of a dial is one mesh cycle; a branch that points clockwise of another meshes earlier."
         parts.append(Drawing(anchor="phases", figure=phases(check), caption=caption))
     if stiffness is not None:
-        parts.append(Drawing(anchor="stiffness", figure=mesh_stiffness(stiffness)))
+        parts.append(Drawing(anchor="stiffness", figure=mesh_stiffness(stiffness), caption=SERIES))
     names = short_names(texts(check, "mesh"))
     return [*parts, _meshes(check, names, stiffness, "Meshes; stiffness, force and backlash along the tooth normal")]
 
@@ -241,7 +247,10 @@ def _deviations(result: xr.Dataset) -> list[Table]:
         "phase [deg]": list(_DEGREES * numbers(result, "deviation_phase")),
         "frequency [Hz]": list(numbers(result, "deviation_frequency")),
     }
-    title = "Deviations in the meshes (opening of the loaded flanks along the tooth normal, a cosine)"
+    title = (
+        "Deviations in the meshes (opening of the loaded flanks along the tooth normal, a cosine; of a displaced seat "
+        "as if the body followed it)"
+    )
     return [Table(title=title, columns=columns)]
 
 
