@@ -98,7 +98,7 @@ def sharing(
         )
     if turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
-    mean_load, unknown = known_mean_loads(system)
+    mean_load, mean_notes = known_mean_loads(system)
     if method != "static":  # at rest the laws of flanks are asked; links without laws are here in either case
         system = linear(system)
     if samples is not None:  # the waves of every line
@@ -106,7 +106,7 @@ def sharing(
         allowed = f"1 to {MOST_NUMBERS // (2 * waves)}"
         require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
-    notes = [*notes, *unknown]
+    notes = [*notes, *mean_notes]
     reference, names = by_tone[0], faces(system.meshes).name
     mean, largest = np.empty(len(names)), np.empty(len(names))
     for part in by_tone:
