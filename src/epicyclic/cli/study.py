@@ -39,30 +39,43 @@ def study(
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
     with reported(), _flagged(), kept_store(store):
-        if output is not None:
-            target_of(output, FILES)
-        if as_json or output is None:
-            require_stdout()
-        import_model_rooms()
-        from ..verbs.study import study as run
+        _study(job, store, resume, workers, scheduler, as_json=as_json, output=output)
 
-        with progress_bar(f"study {job}") as step:
-            result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
-        if output is not None:
-            write_result(result, output)
-        if as_json or output is not None:
-            for text in json.loads(result.attrs["warnings"]):
-                complain(f"warning: {text}")
-        if as_json:
-            from ..results.dataset import to_json
 
-            with on_stdout():
-                typer.echo(to_json(result))
-        elif output is None:
-            from ..show.console import show, stdout_console
+def _study(
+    job: str,
+    store: Path | None,
+    resume: bool,
+    workers: int | None,
+    scheduler: str | None,
+    *,
+    as_json: bool,
+    output: Path | None,
+) -> None:
+    if output is not None:
+        target_of(output, FILES)
+    if as_json or output is None:
+        require_stdout()
+    import_model_rooms()
+    from ..verbs.study import study as run
 
-            with on_stdout():
-                show(result, stdout_console())
+    with progress_bar(f"study {job}") as step:
+        result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
+    if output is not None:
+        write_result(result, output)
+    if as_json or output is not None:
+        for text in json.loads(result.attrs["warnings"]):
+            complain(f"warning: {text}")
+    if as_json:
+        from ..results.dataset import to_json
+
+        with on_stdout():
+            typer.echo(to_json(result))
+    elif output is None:
+        from ..show.console import show, stdout_console
+
+        with on_stdout():
+            show(result, stdout_console())
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -339,3 +340,18 @@ def test_the_command(folder: Path) -> None:
     refused = run.invoke(app, ["study", str(folder / "short.toml"), "--resume"])
     assert refused.exit_code == 2
     assert "--resume: needs the store" in refused.stderr
+
+
+def test_the_example_of_the_page_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "study.md").read_text(encoding="utf-8")
+    (job,) = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (tmp_path / "job.toml").write_text(job)
+    result = epicyclic.study(tmp_path / "job.toml")
+    assert dict(result.sizes) == {
+        **{"stages.main.sun.support.radial": 5, "options.relative_speed": 2, "mode": result.sizes["mode"]},
+    }
+    assert list(result.data_vars) == ["frequency", "mode_kind", "status", "reason"]
+    assert (result.status == "ok").all()
+    exec(compile(code, "study.md", "exec"), {})
+    assert "stages.main.sun.support.radial" in capsys.readouterr().out

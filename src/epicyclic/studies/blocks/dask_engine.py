@@ -6,12 +6,14 @@ import asyncio
 import os
 import queue
 import secrets
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
-from logging import getLogger
+from logging import getLogger, root
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -32,6 +34,8 @@ _COUNT = 2.0
 # Blocks at work or waiting for an earlier one, per thread, and at least: two keep a worker busy while its result
 # travels, the others let it go on while a block that was lost with its worker is computed again.
 _AHEAD, _LEAST = 4, 16
+# Level of a logger above all messages.
+_SILENT = 60
 # Times a block is given to an existing scheduler, which lets it go after four deaths of workers unless told otherwise.
 _GIVEN = 8
 
@@ -61,7 +65,10 @@ def computed(
     with ExitStack() as stack:
         address = scheduler if scheduler is not None else stack.enter_context(local_cluster(workers or 1))
         client = stack.enter_context(_client(address))
-        yield from _Run(client, address, cloudpickle.dumps(compute), versions, places).results()
+        look = stack.enter_context(_interruptible())
+        for found in _Run(client, address, cloudpickle.dumps(compute), versions, places).results(look):
+            look()
+            yield found
 
 
 def _require_dask(workers: int | None, scheduler: str | None) -> None:
@@ -82,10 +89,7 @@ def _client(address: str) -> Iterator[Any]:
     """A client of the scheduler at an address."""
     from distributed import Client
 
-    logger = getLogger("distributed")
-    before = logger.level
-    logger.setLevel(60)  # what goes wrong is said by errors of our own
-    try:
+    with _quiet():
         _require_scheduler(address)
         client = Client(address, timeout=_CONNECT, set_as_default=False)  # type: ignore[no-untyped-call]
         try:
@@ -93,8 +97,48 @@ def _client(address: str) -> Iterator[Any]:
         finally:
             with suppress(Exception):  # the scheduler may be gone
                 client.close(timeout=2)  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Let the loggers of Dask say nothing: what goes wrong is said by errors of our own."""
+    names = ["distributed", *(name for name in root.manager.loggerDict if name.startswith("distributed."))]
+    before = {name: getLogger(name).level for name in names}
+    try:
+        for name in names:
+            getLogger(name).setLevel(_SILENT)
+        yield
     finally:
-        logger.setLevel(before)
+        for name, level in before.items():
+            getLogger(name).setLevel(level)
+
+
+@contextmanager
+def _interruptible() -> Iterator[Callable[[], None]]:
+    """Yields a function that raises KeyboardInterrupt where Ctrl-C was pressed since the block began.
+
+    Ctrl-C raises it at once too, but inside a destructor Python drops what is raised, and futures have one.
+    """
+    pressed = threading.Event()
+
+    def press(number: int, frame: FrameType | None) -> None:
+        pressed.set()
+        signal.default_int_handler(number, frame)
+
+    def look() -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+
+    own = threading.current_thread() is threading.main_thread()
+    if not own or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield look
+        return
+    signal.signal(signal.SIGINT, press)
+    try:
+        yield look
+    finally:
+        if signal.getsignal(signal.SIGINT) is press:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _require_scheduler(address: str) -> None:
@@ -151,14 +195,14 @@ class _Run:
         self.inbox: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
         self.window, self.counted, self.alone = _LEAST, 0.0, False
 
-    def results(self) -> Iterator[tuple[int, Arrays]]:
-        """Place and arrays, as they arrive."""
+    def results(self, look: Callable[[], None]) -> Iterator[tuple[int, Arrays]]:
+        """Place and arrays, as they arrive; look : called now and then, raises where the run is to end."""
         failure: BaseException | None = None
         while self.at_work or (failure is None and self.next < len(self.places)):
             if failure is None:
                 self._give()
             # of those given anew since, an older future is none of this run
-            found = [one for one in self._arrived() if self.at_work.get(one[0]) is one[1]]
+            found = [one for one in self._arrived(look) if self.at_work.get(one[0]) is one[1]]
             for position, arrays in self._gathered([one for one in found if one[1].status == "finished"]):
                 yield self.places[position], arrays
             for position, future in found:
@@ -211,9 +255,10 @@ class _Run:
                 raise self._lost() from error
             raise
 
-    def _arrived(self) -> list[tuple[int, Any]]:
+    def _arrived(self, look: Callable[[], None]) -> list[tuple[int, Any]]:
         """Positions and futures that are done, at least one."""
         while True:
+            look()
             with suppress(queue.Empty):
                 found = [self.inbox.get(timeout=_LOOK)]
                 while not self.inbox.empty():

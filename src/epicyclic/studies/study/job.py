@@ -22,7 +22,7 @@ from ...model.names import nearest
 from ...model.tables import dotted_line
 from ...resolve import load
 from ...resolve.tolerances import tolerances_of
-from .axes import OPTIONS, Axis, axis_of, drawn, is_range
+from .axes import OPTIONS, Variation, axis_of, drawn, is_range
 
 __all__ = ["StudyJob", "read_job"]
 
@@ -37,7 +37,8 @@ _SAMPLERS = ("random", "sobol")
 class StudyJob:
     """A study, ready to run.
 
-    verb, options, overrides : of every point.  model : tables of the model, which every verb takes.
+    verb, options : of every point.  model : tables of the model, which every verb takes, overrides of the job put in.
+    overrides : these, as written.
     keep : names of variables that are kept, () for all.
     grid : axes that are crossed, a dimension each.  along : axes that vary together along `point`.
     points : length of `point`, 0 without.  warnings : what was made of the job.
@@ -48,8 +49,8 @@ class StudyJob:
     options: Mapping[str, Any]
     overrides: Mapping[str, Any]
     keep: tuple[str, ...]
-    grid: tuple[Axis, ...]
-    along: tuple[Axis, ...]
+    grid: tuple[Variation, ...]
+    along: tuple[Variation, ...]
     points: int
     seed: int
     warnings: tuple[str, ...]
@@ -225,7 +226,7 @@ def _kept(table: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _along(
     table: Mapping[str, Any], document: Document, folder: Path | None, written: bool, seed: int
-) -> tuple[list[Axis], int, list[str]]:
+) -> tuple[list[Variation], int, list[str]]:
     """Axes that vary together along `point`, their length, and what was made of it."""
     axes = [
         axis_of(document, folder, f"list.{path}", path, given, written)

@@ -23,7 +23,7 @@ Row = Mapping[str, Any]
 def computed_block(
     evaluate: Evaluate,
     model: Mapping[str, Any],
-    fixed: tuple[Row, Row],
+    options: Row,
     rows: Sequence[Row],
     size: int,
     keep: Sequence[str],
@@ -33,9 +33,9 @@ def computed_block(
 
     Parameters
     ----------
-    fixed : overrides and options of every point.  rows : path -> value of each point.  keep : variables, () for all.
+    options : of every point.  rows : path -> value of each point.  keep : variables, () for all.
     """
-    points = [_point(evaluate, model, fixed, row, keep) for row in rows[block * size : (block + 1) * size]]
+    points = [_point(evaluate, model, options, row, keep) for row in rows[block * size : (block + 1) * size]]
     return {"points": np.frombuffer(plain_bytes(points), np.uint8)}
 
 
@@ -45,15 +45,11 @@ def points_of(block: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
     return [{**point, "result": _dataset(point["result"])} for point in points]
 
 
-def _point(
-    evaluate: Evaluate, model: Mapping[str, Any], fixed: tuple[Row, Row], row: Row, keep: Sequence[str]
-) -> dict[str, Any]:
-    overrides, options = dict(fixed[0]), dict(fixed[1])
-    for path, value in row.items():
-        if path.startswith(OPTIONS):
-            options[path.removeprefix(OPTIONS).replace("-", "_")] = value
-        else:
-            overrides[path] = value
+def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row, keep: Sequence[str]) -> dict[str, Any]:
+    overrides = {path: value for path, value in row.items() if not path.startswith(OPTIONS)}
+    options = dict(options) | {
+        path.removeprefix(OPTIONS).replace("-", "_"): value for path, value in row.items() if path.startswith(OPTIONS)
+    }
     status, reason = "ok", ""
     try:
         result = evaluate(model, overrides, options)

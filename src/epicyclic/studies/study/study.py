@@ -19,7 +19,7 @@ from ...results.counted import Counted
 from ...results.dataset import dataset
 from ..blocks.run import BlockJob, hash_of, run_blocks
 from ..blocks.versions import machine
-from .axes import Axis
+from .axes import Variation
 from .job import StudyJob, read_job
 from .points import Evaluate, computed_block, points_of
 from .stacking import stacked, unfolded
@@ -61,16 +61,16 @@ def run_study(
     ModelError : the job is wrong, or fails at every point; as of `run_blocks`.
     """
     asked = read_job(job, verbs)
-    rows, fixed = list(asked.rows()), (asked.overrides, asked.options)
+    rows = list(asked.rows())
     size = -(-len(rows) // _MOST_BLOCKS)
     blocks = BlockJob(
         verb="study",
         identity={
             **{"of": asked.verb, "model": json.dumps(asked.model, sort_keys=True), "options": asked.options},
-            **{"overrides": asked.overrides, "keep": asked.keep, "points": json.dumps(rows, default=str), "size": size},
+            **{"keep": asked.keep, "points": json.dumps(rows, default=str), "size": size},
         },
         count=-(-len(rows) // size),
-        compute=partial(computed_block, evaluate(asked.verb), asked.model, fixed, rows, size, asked.keep),
+        compute=partial(computed_block, evaluate(asked.verb), asked.model, asked.options, rows, size, asked.keep),
         ragged=("points",),
     )
     told = None if progress is None else _by_points(progress, len(rows), size)
@@ -138,7 +138,7 @@ def _result(asked: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -
     )
 
 
-def _coordinate(axis: Axis, dim: str) -> xr.Variable:
+def _coordinate(axis: Variation, dim: str) -> xr.Variable:
     """Values of a path as a coordinate."""
     words = "option of the verb" if axis.path.startswith("options.") else "value in the model file"
     return xr.Variable((dim,), axis.labels, {"units": axis.unit, "long_name": f"{axis.path}, {words}"})
