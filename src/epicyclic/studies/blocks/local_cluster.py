@@ -9,9 +9,11 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from ...errors import ModelError
 
@@ -20,17 +22,28 @@ __all__ = ["local_cluster", "serve"]
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.
 _END = 5.0
+# Seconds between two looks at the workers, and Dask's time after which one that has not come back is given up: its
+# start takes two, several times that on a busy machine.
+_LOOK, _LOST = 1.0, "15s"
 # Deaths of workers that one block may meet: more than the twenty kills that a job must stand, few enough that a block
 # that kills its workers ends within a minute or two.
 _DEATHS = 30
 
 
 def serve(workers: int) -> None:
-    """Run a cluster, say its address on stdout, and end with stdin."""
+    """Run a cluster of so many workers, say its address on stdout, and end with stdin."""
     import dask
     from distributed import LocalCluster
 
-    dask.config.set({"distributed.scheduler.allowed-failures": _DEATHS})
+    dask.config.set(
+        {"distributed.scheduler.allowed-failures": _DEATHS, "distributed.deploy.lost-worker-timeout": _LOST}
+    )
+    ended = threading.Event()
+
+    def wait() -> None:
+        sys.stdin.read()
+        ended.set()
+
     with LocalCluster(  # type: ignore[no-untyped-call]
         n_workers=workers,
         threads_per_worker=1,
@@ -44,7 +57,22 @@ def serve(workers: int) -> None:
     ) as cluster:
         sys.stdout.write(f"{cluster.scheduler_address}\n")
         sys.stdout.flush()
-        sys.stdin.read()
+        threading.Thread(target=wait, daemon=True).start()
+        while not ended.wait(_LOOK):
+            cluster.sync(_mended, cluster, workers)
+
+
+async def _mended(cluster: Any, workers: int) -> None:
+    """Put new workers in place of those that are gone for good.
+
+    A worker that is killed is started again by its nanny, but a nanny whose worker is killed while it starts gives up.
+    """
+    from distributed.core import Status
+
+    for name, nanny in list(cluster.workers.items()):
+        if nanny.status in (Status.closed, Status.failed):
+            del cluster.workers[name]
+    cluster.scale(workers)
 
 
 @contextmanager

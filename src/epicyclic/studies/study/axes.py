@@ -19,7 +19,7 @@ from ...model.names import collect
 from ...model.units import KINDS, Bounds, Quantity, read_quantity
 from ...model.validation import quantity_at
 
-__all__ = ["OPTIONS", "Axis", "axis_of", "drawn", "is_range", "quantity_kinds"]
+__all__ = ["OPTIONS", "Variation", "axis_of", "drawn", "is_range", "quantity_kinds"]
 
 OPTIONS = "options."
 """Begin of a path that is an option of the verb."""
@@ -34,7 +34,7 @@ _EDGE = 2.0**-33
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Axis:
+class Variation:
     """One path of a job and its values.
 
     path : override path, or `options.` and an option of the verb.  values : in the order of the points.
@@ -78,8 +78,8 @@ def is_range(value: object) -> bool:
     return isinstance(value, Mapping) and "from" in value and set(value) <= _RANGE
 
 
-def axis_of(document: Document, folder: Path | None, where: str, path: str, given: object, written: bool) -> Axis:
-    """Axis of a list of values, or of a range.
+def axis_of(document: Document, folder: Path | None, where: str, path: str, given: object, written: bool) -> Variation:
+    """Variation of a list of values, or of a range.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def axis_of(document: Document, folder: Path | None, where: str, path: str, give
         raise ModelError("not values", path=where, given=given, allowed=f'["5 um", "10 um"], or {_ALLOWED_RANGE}')
     _check_values(document, place, values)
     labels, unit = _labels(place, values)
-    return Axis(path=path, values=tuple(values), labels=labels, unit=unit)
+    return Variation(path=path, values=tuple(values), labels=labels, unit=unit)
 
 
 def _range(place: _Place, given: Mapping[str, Any]) -> list[Any]:
@@ -213,7 +213,7 @@ def drawn(
     u: NDArray[np.float64],
     written: bool,
     distribution: Distribution | None,
-) -> list[Axis]:
+) -> list[Variation]:
     """Axes of draws: of a distribution (two of a vector), of a range, or of a list each value of which is as likely.
 
     Parameters
@@ -233,7 +233,7 @@ def drawn(
         parts = [(f"{path}.x", values.real), (f"{path}.y", values.imag)] if vector else [(path, values)]
         unit = "m" if vector and not kinds else KINDS[kinds[0]].unit if kinds else ""
         return [
-            Axis(path=name, values=tuple(map(float, numbers)), labels=np.array(numbers, float), unit=unit)
+            Variation(path=name, values=tuple(map(float, numbers)), labels=np.array(numbers, float), unit=unit)
             for name, numbers in parts
         ]
     if is_range(given):
@@ -247,4 +247,4 @@ def drawn(
         raise ModelError("not a distribution", path=where, given=given, allowed=allowed)
     _check_values(document, place, found)
     labels, unit = _labels(place, found)
-    return [Axis(path=path, values=tuple(found), labels=labels, unit=unit)]
+    return [Variation(path=path, values=tuple(found), labels=labels, unit=unit)]

@@ -22,7 +22,7 @@ from ...model.names import nearest
 from ...model.tables import dotted_line
 from ...resolve import load
 from ...resolve.tolerances import tolerances_of
-from .axes import OPTIONS, Axis, axis_of, drawn, is_range
+from .axes import OPTIONS, Variation, axis_of, drawn, is_range
 
 __all__ = ["StudyJob", "read_job"]
 
@@ -49,8 +49,8 @@ class StudyJob:
     options: Mapping[str, Any]
     overrides: Mapping[str, Any]
     keep: tuple[str, ...]
-    grid: tuple[Axis, ...]
-    along: tuple[Axis, ...]
+    grid: tuple[Variation, ...]
+    along: tuple[Variation, ...]
     points: int
     seed: int
     warnings: tuple[str, ...]
@@ -226,7 +226,7 @@ def _kept(table: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _along(
     table: Mapping[str, Any], document: Document, folder: Path | None, written: bool, seed: int
-) -> tuple[list[Axis], int, list[str]]:
+) -> tuple[list[Variation], int, list[str]]:
     """Axes that vary together along `point`, their length, and what was made of it."""
     axes = [
         axis_of(document, folder, f"list.{path}", path, given, written)

@@ -19,7 +19,7 @@ from ...results.counted import Counted
 from ...results.dataset import dataset
 from ..blocks.run import BlockJob, hash_of, run_blocks
 from ..blocks.versions import machine
-from .axes import Axis
+from .axes import Variation
 from .job import StudyJob, read_job
 from .points import Evaluate, computed_block, points_of
 from .stacking import stacked, unfolded
@@ -138,7 +138,7 @@ def _result(asked: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -
     )
 
 
-def _coordinate(axis: Axis, dim: str) -> xr.Variable:
+def _coordinate(axis: Variation, dim: str) -> xr.Variable:
     """Values of a path as a coordinate."""
     words = "option of the verb" if axis.path.startswith("options.") else "value in the model file"
     return xr.Variable((dim,), axis.labels, {"units": axis.unit, "long_name": f"{axis.path}, {words}"})
