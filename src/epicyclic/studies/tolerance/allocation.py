@@ -20,7 +20,7 @@ from ..check import train_provenance
 from ..source import Overrides, Source, train_of
 from .columns import ToleranceMap, tolerance_map
 from .grade_search import (
-    Choice,
+    Allocation,
     Combination,
     GradeColumns,
     Grades,
@@ -216,7 +216,7 @@ def _columns(problem: _Problem) -> GradeColumns | None:
 class _Found:
     """Grades found.  searched : target of the search that found them.  reached, train : of the fresh run."""
 
-    choice: Choice
+    choice: Allocation
     combination: Combination
     columns: GradeColumns | None
     searched: float
@@ -229,7 +229,7 @@ def _verified(
     problem: _Problem, columns: GradeColumns | None, fresh_samples: int, seed: int, progress: Progress
 ) -> _Found:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
-    first: Choice | None = None
+    first: Allocation | None = None
     found: _Found | None = None
     searched = problem.target
     for round_number in range(_ROUNDS):
@@ -260,7 +260,7 @@ def _verified(
     return found
 
 
-def _searched(problem: _Problem, columns: GradeColumns | None, target: float) -> tuple[Choice, GradeColumns | None]:
+def _searched(problem: _Problem, columns: GradeColumns | None, target: float) -> tuple[Allocation, GradeColumns | None]:
     """Grades by sums of columns; by evaluation where there are none, or where contact opens and that changes them."""
     prices, p = problem.offered.prices, problem.probability
     if columns is not None:
