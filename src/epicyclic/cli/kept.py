@@ -62,8 +62,9 @@ def kept_store(store: Path | None) -> Iterator[None]:
         yield
     except (KeyboardInterrupt, ModelError) as error:
         stopped = isinstance(error, KeyboardInterrupt)
+        broken = isinstance(error, ModelError) and error.problem.startswith(("cannot be written", "the connection"))
         if store is not None and any((store / "done").glob("c.*")):
-            if isinstance(error, KeyboardInterrupt) or error.problem.startswith(("cannot be written", "the connection")):
+            if stopped or broken:
                 complain(f"what is done is kept in {store}; this command continues it:\n  {_command()}")
         elif stopped:
             complain("nothing is kept without --store DIR; with it, --resume goes on from where a run was stopped")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -13,10 +14,14 @@ from epicyclic.analyses.samples.load_map import load_map
 from epicyclic.analyses.samples.mean_load import MEAN_LOADS, closed_loads
 from epicyclic.analyses.samples.phases import largest_sum, phase_points, slow_phases, units_of_largest
 from epicyclic.analyses.samples.sample_loads import mean_loads
+from epicyclic.analyses.sharing import outputs
+from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.assemble import assemble
+from epicyclic.errors import ModelError
 from epicyclic.model.document import ready_drives
 from epicyclic.resolve import load
+from epicyclic.system.system import System
 
 RNG = np.random.default_rng(4)
 
@@ -170,3 +175,22 @@ def test_contact_that_opens_is_averaged_over_the_phases() -> None:
     assert np.abs(4 * force[:4] / force[:4].sum() - share[:4]).max() > 0.02  # opening moves the mean
     reached = found.load_sharing.sel(definition="simultaneous").values
     np.testing.assert_allclose(found.load_sharing.sel(definition="mean-load-turning"), reached, rtol=5e-3)
+
+
+def test_where_they_are_not_known_the_others_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(system: System) -> Any:
+        raise ModelError("nothing takes the load at rest")
+
+    system = assemble(load("ren2021"))
+    before = sharing(system, cycles=2)
+    monkeypatch.setattr(outputs, "mean_loads", none)
+    found = sharing(system, cycles=2)
+    others = found.load_sharing.sel(definition=list(DEFINITIONS[:5]))
+    np.testing.assert_array_equal(others, before.load_sharing.sel(definition=list(DEFINITIONS[:5])))
+    assert np.isnan(found.load_sharing.sel(definition=list(MEAN_LOADS))).all()
+    assert np.isnan(found.system_load_sharing.sel(definition="mean-load"))
+    assert any("mean-load-turning are not known: nothing takes" in text for text in json.loads(found.attrs["warnings"]))
+
+
+def test_their_names_come_behind_the_five() -> None:
+    assert DEFINITIONS[5:] == MEAN_LOADS == ("mean-load", "mean-load-turning")

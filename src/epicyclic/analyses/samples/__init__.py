@@ -1,1 +1,1 @@
-"""Many trains that differ a little, at one speed: what tolerances do to the steady response, linear contact."""
+"""Many trains that differ a little: what tolerances do to the steady response at one speed, and to load sharing."""

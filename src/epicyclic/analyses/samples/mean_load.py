@@ -11,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
 from ..static.record import MeshGroup
-from .phases import SlowPhases, largest_sum, units_of_largest
+from .phases import SlowPhases, any_tied, largest_sum, units_of_largest
 
-__all__ = ["MEAN_LOADS", "closed_loads", "largest_of_groups", "least_forces", "loads_at_phases"]
+__all__ = ["MEAN_LOADS", "closed_loads", "falls_below", "largest_of_groups", "least_forces", "loads_at_phases"]
 
 MEAN_LOADS = ("mean-load", "mean-load-turning")
 # A sum of forces that turns by less than this part of itself is constant: rounding.
@@ -81,6 +82,15 @@ def least_forces(force: Array, wave: ComplexArray, phases: SlowPhases) -> Array:
     if not len(wave):
         return force
     return force - largest_sum(phases, -wave)
+
+
+def falls_below(force: Array, wave: ComplexArray, phases: SlowPhases, limit: Array) -> NDArray[np.bool_]:
+    """Samples (S,) of which any value (S, M) is below a limit (S, 1) at some slow phases, of waves (G, S, M)."""
+    below: NDArray[np.bool_] = (force - np.abs(wave).sum(axis=0) < limit).any(axis=1)
+    if any_tied(phases) and below.any():  # tied waves reach less
+        at = np.flatnonzero(below)
+        below[at] = (least_forces(force[at], wave[:, at], phases) < limit[at]).any(axis=1)
+    return below
 
 
 def loads_at_phases(force: Array, mean: Array, members: Sequence[MeshGroup]) -> Array:

@@ -123,9 +123,10 @@ def _solved(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_]]:
     vector = right.ndim == 2
     try:
         found = np.linalg.solve(matrix, right[..., None] if vector else right)
-        return (found[..., 0] if vector else found), np.ones(len(matrix), bool)
+        return np.asarray(found[..., 0] if vector else found), np.ones(len(matrix), bool)
     except np.linalg.LinAlgError:
         if len(matrix) == 1:
             return np.full_like(right, np.nan), np.zeros(1, bool)
         halves = [_solved(*each) for each in zip(np.array_split(matrix, 2), np.array_split(right, 2), strict=True)]
-        return np.concatenate([half[0] for half in halves]), np.concatenate([half[1] for half in halves])
+        solution: Array = np.concatenate([half[0] for half in halves])
+        return solution, np.concatenate([half[1] for half in halves])

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
 
-__all__ = ["SlowPhases", "largest_sum", "phase_points", "slow_phases", "units_of_largest"]
+__all__ = ["SlowPhases", "any_tied", "largest_sum", "phase_points", "slow_phases", "units_of_largest"]
 
 # |(p, q)| from which two waves count as independent: 1 - cos(pi / 23) is 0.9 %.
 _TIED = 23.0
@@ -50,6 +50,11 @@ def slow_phases(frequency: Sequence[Fraction]) -> SlowPhases:
     return SlowPhases(
         sets=tuple(tuple(zip(part, _orders([frequency[i] for i in part]), strict=True)) for part in sorted(sets))
     )
+
+
+def any_tied(phases: SlowPhases) -> bool:
+    """Whether any two waves have one common phase."""
+    return any(len(part) > 1 for part in phases.sets)
 
 
 def _tied(a: Fraction, b: Fraction) -> bool:
@@ -104,34 +109,36 @@ def _common_phase(amplitude: ComplexArray, orders: NDArray[np.int64]) -> Array:
     grid = 2 * np.pi * np.arange(count) / count
     wave = np.exp(1j * np.multiply.outer(orders, grid))
     table = np.concatenate([wave.real, -wave.imag])
-    parts = np.hstack([amplitude.T.real, amplitude.T.imag])
     step = max(1, _PIECE // count)
-    t = np.concatenate(
-        [np.zeros((0, _PEAKS))]
-        + [grid[_highest(parts[i : i + step] @ table, int(orders.max()))] for i in range(0, len(parts), step)]
-    ).T
-    n, a = orders[:, None, None], amplitude[:, None]
+    pieces = [amplitude[:, i : i + step] for i in range(0, amplitude.shape[1], step)]
+    found = [
+        _refined(a, grid[_highest(np.vstack([a.real, a.imag]).T @ table, int(orders.max()))].T, orders) for a in pieces
+    ]
+    return np.concatenate([np.zeros(0), *found])
+
+
+def _refined(amplitude: ComplexArray, t: Array, orders: NDArray[np.int64]) -> Array:
+    """Best phase (P,) [rad] of those that Newton steps reach from grid points t (peaks, P), amplitudes (g, P)."""
+    a, n = amplitude[:, None], orders[:, None, None]
+    most = np.pi / (_POINTS * orders.max())
     for _ in range(_STEPS):
         value = a * np.exp(1j * n * t)
         slope, bend = -(n * value.imag).sum(axis=0), -(n**2 * value.real).sum(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             move = np.where(bend < 0, -slope / bend, 0.0)
-        t = t + np.clip(move, -np.pi / count, np.pi / count)
+        t = t + np.clip(move, -most, most)
     best = np.argmax((a * np.exp(1j * n * t)).real.sum(axis=0), axis=0)
     found: Array = t[best, np.arange(t.shape[1])]
     return found
 
 
 def _highest(values: Array, waves: int) -> NDArray[np.int64]:
-    """Places (P, _PEAKS) of the largest values (P, T) in different ones of the `waves` equal parts of the grid."""
-    P = len(values)
-    parts = values.reshape(P, waves, -1)
+    """Places (P, peaks) of the largest values (P, T) in different ones of the `waves` equal parts of the grid."""
+    peaks = min(_PEAKS, waves)
+    parts = values.reshape(len(values), waves, -1)
     inside = parts.argmax(axis=2)
     most = np.take_along_axis(parts, inside[:, :, None], axis=2)[:, :, 0]
-    if waves < _PEAKS:
-        place = np.resize(np.arange(waves), (P, _PEAKS))
-    else:
-        place = np.argpartition(most, waves - _PEAKS, axis=1)[:, waves - _PEAKS :]
+    place = np.argpartition(most, waves - peaks, axis=1)[:, waves - peaks :]
     chosen: NDArray[np.int64] = place * parts.shape[2] + np.take_along_axis(inside, place, axis=1)
     return chosen
 

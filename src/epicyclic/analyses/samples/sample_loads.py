@@ -13,7 +13,7 @@ from ...system.system import Array, ComplexArray, System
 from ..static.tangent import linear
 from .law_contact import LawMap, law_forces, law_map
 from .load_map import LoadMap, load_map
-from .mean_load import closed_loads, largest_of_groups, least_forces, loads_at_phases
+from .mean_load import closed_loads, falls_below, largest_of_groups, least_forces, loads_at_phases
 from .open_contact import net_forces
 from .phases import SlowPhases, phase_points, slow_phases, units_of_largest
 
@@ -66,7 +66,7 @@ def sample_loads(
     factors : (S, C) on the columns of the map.  torque : factor on the torques, one or (S,).
     rows, stiffness : (V,) mesh rows and links whose stiffness varies, and that (S, V) [N/m].
     method : ``auto`` solves those samples anew whose contact opens, ``static`` all of them, ``linear`` none.
-    count : samples, from the first on, that are wanted; the rest only fill a piece up.
+    count : samples, from the first on, that are wanted, and returned; the rest only fill a piece up.
     laws : of a train with laws, which all samples ask then except with ``linear``; `given` has tangents for them.
 
     Raises
@@ -80,13 +80,16 @@ def sample_loads(
     if laws is not None and method != "linear":
         method = "static"
         _require_law_rows(given, laws, rows)
-    S = len(factors)
-    found = _closed(given, factors, torque, rows, stiffness)
+    # the products have the shape of the whole piece: BLAS gives the same bits only to the same shape
+    still, turning = given.stretch.values(factors, torque)
+    still, turning = still[:count], turning[:, :count]
+    found = _closed(given, still, turning, rows, None if stiffness is None else stiffness[:count])
+    S = len(still)
     load = closed_loads(found.force, found.wave, given.group, found.phases)
     least = least_forces(found.force, found.wave, found.phases)
     failed, opens = found.failed.copy(), found.leaves.copy()
     wanted = {"auto": opens, "linear": np.zeros(S, bool), "static": np.ones(S, bool)}[method] & ~failed
-    again = np.flatnonzero(wanted[:count])
+    again = np.flatnonzero(wanted)
     asked = None if laws is None else (laws, *laws.excitation.values(factors, torque))
     size = max(1, _INSTANTS // (_PHASES + 2 * least.shape[1]))
     for first in range(0, again.size, size):
@@ -147,12 +150,11 @@ class _ClosedContact:
 
 
 def _closed(
-    given: LoadMap, factors: Array, torque: float | Array, rows: NDArray[np.int64] | None, stiffness: Array | None
+    given: LoadMap, still: Array, turning: ComplexArray, rows: NDArray[np.int64] | None, stiffness: Array | None
 ) -> _ClosedContact:
-    """Closed contact of S samples; arguments as of `sample_loads`."""
+    """Closed contact of S samples, of their stretches (S, M), (G, S, M) with the stiffness of the map [m]."""
     phases = slow_phases(given.stretch.frequency)
-    still, turning = given.stretch.values(factors, torque)
-    failed = np.zeros(len(factors), bool)
+    failed = np.zeros(len(still), bool)
     closed, waves = still, turning
     k = np.broadcast_to(given.flexible.stiffness, still.shape)
     if rows is not None and stiffness is not None:
@@ -219,7 +221,8 @@ def _instants(still: Array, turning: ComplexArray, at: NDArray[np.int64], units:
 def _mean_of(found: _ClosedContact, at: NDArray[np.int64], units: ComplexArray, whole: Array) -> Array:
     """Mean over the slow phases of the forces (s, w) [N] of the samples `at`.
 
-    That of closed contact is known, so that only what opening adds is averaged over the even phases.
+    That of closed contact is known, so that only what opening adds is averaged over the even phases, whose number may
+    divide the order of a tied wave.
 
     units : (G, s, T).  whole : (s, T, w) forces [N].
     """
@@ -249,12 +252,12 @@ def _leaves(
     """Samples (S,) of which a row leaves the state it has in the map at some phases."""
     m, c = given.mesh_count, given.far.size
     size = np.abs(force).max(axis=1, initial=0.0)
-    leaves: NDArray[np.bool_] = (least_forces(force, wave, phases) < -_NONE * size[:, None]).any(axis=1)
+    leaves = falls_below(force, wave, phases, -_NONE * size[:, None])
     if c:
         shut = given.flexible.stiffness[m : m + c] > 0
         side = np.where(shut, 1.0, -1.0)
         reach, swing = side * closed[:, m : m + c], side * waves[:, :, m : m + c]
-        leaves |= (least_forces(reach, swing, phases) < 0).any(axis=1)
+        leaves |= falls_below(reach, swing, phases, np.zeros((len(reach), 1)))
     return leaves
 
 

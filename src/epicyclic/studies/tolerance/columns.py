@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...analyses.samples.law_contact import LawMap, law_map
 from ...analyses.samples.load_map import LoadMap, load_map
-from ...analyses.samples.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
+from ...analyses.samples.sample_loads import ContactMethod, nominal_signs, sample_loads
 from ...analyses.static.tangent import linear, linear_columns
 from ...assemble import assemble
 from ...assemble.unit_lines import unit_lines
@@ -224,18 +224,8 @@ class ToleranceMap:
             count=S,
             laws=self.tables if method == "static" and self.tables is not None else self.laws,
         )
-        return _values(found, self.chosen, S)
-
-
-def _values(found: SampleLoads, chosen: NDArray[np.int64], count: int) -> SampleValues:
-    """The first samples of a piece, of the groups that carry load."""
-    return SampleValues(
-        k=found.k[:count][:, :, chosen],
-        load=found.load[:count],
-        least=found.least[:count],
-        open=found.open[:count],
-        failed=found.failed[:count],
-    )
+        k = found.k[:, :, self.chosen]
+        return SampleValues(k=k, load=found.load, least=found.least, open=found.open, failed=found.failed)
 
 
 def _dimensions(entries: Sequence[Tolerance]) -> NDArray[np.int64]:
@@ -278,7 +268,7 @@ def tolerance_map(train: Train) -> ToleranceMap:
     unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
     items, keys = unit_deviations(unit_train, tables)
     names = list(dict.fromkeys(keys))
-    sources, notes = sources_of(document, tables, of_table, names)
+    sources, notes = sources_of(document, tables, of_table, entries, names)
     bare = replace(
         unit_train,
         displacements=tuple(one for one in unit_train.displacements if one.path not in tables),

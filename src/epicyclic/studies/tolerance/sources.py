@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...model.document import read
+from ...model.tolerances import Tolerance
 from ...train.train import Displacement, MeshError, Train
 from .stiffness import values_text
 
@@ -40,15 +41,15 @@ _WITHOUT_EFFECT = {
 class Source:
     """One table of deviations of which a tolerance draws at least one number.
 
-    table : its path.  kind : how its numbers act.  unit : m or rad.  entry : component -> index of its entry.
+    table : its path.  kind : how its numbers act.  entry, unit : component -> index of its entry, and its SI unit.
     nominal : component -> value of the file (n,), of those that are not drawn.
     across, along : (n, 2) and (n,) columns of Re z, Im z and of the axial size; -1 where there is none.
     """
 
     table: str
     kind: Kind
-    unit: str
     entry: Mapping[str, int]
+    unit: Mapping[str, str]
     nominal: Mapping[str, Array]
     across: NDArray[np.int64]
     along: NDArray[np.int64]
@@ -88,16 +89,13 @@ class Source:
 
     def overrides(self, drawn: Drawn) -> dict[str, object]:
         """Values of one sample by path, as `load` takes them; drawn : of one sample, (1, n)."""
-        values = {name: self._spread(value)[0] for name, value in drawn.items()}
-        if "" in values:
-            z = values.pop("")
-            values |= {"x": np.asarray(z).real, "y": np.asarray(z).imag}
-        return {
-            self.table if self.kind in ("gap", "nothing") else f"{self.table}.{name}": values_text(
-                np.asarray(value, float).tolist(), "rad" if name == "phase" else self.unit
-            )
-            for name, value in values.items()
-        }
+        found: dict[str, object] = {}
+        for name, value in drawn.items():
+            path = self.table if self.kind in ("gap", "nothing") else f"{self.table}.{name}".removesuffix(".")
+            own = self._spread(value)[0]
+            parts = {f"{path}.x": own.real, f"{path}.y": own.imag} if not name else {path: own.real}
+            found |= {place: values_text(part.tolist(), self.unit[name]) for place, part in parts.items()}
+        return found
 
     def _value(self, drawn: Drawn, name: str) -> Array:
         """Component (S, n) drawn, or nominal (1, n)."""
@@ -234,6 +232,7 @@ def sources_of(
     document: Mapping[str, object],
     tables: Mapping[str, tuple[Kind, Sequence[str]]],
     entries: Mapping[str, Mapping[str, int]],
+    given: Sequence[Tolerance],
     keys: Sequence[tuple[str, int | None, str]],
 ) -> tuple[list[Source], list[str]]:
     """Sources of all drawn tables, and warnings of those without effect.
@@ -242,7 +241,7 @@ def sources_of(
 
     Parameters
     ----------
-    document : of the file.  entries : table -> component -> index of its entry.
+    document : of the file.  entries : table -> component -> index of its entry among those `given`.
     keys : of every column, as of `unit_deviations`, each once.
     """
     place = {key: i for i, key in enumerate(keys)}
@@ -250,7 +249,8 @@ def sources_of(
     found, warnings = [], []
     for table, (kind, _) in tables.items():
         branches = sorted({branch for path, branch, _ in keys if path == table and branch is not None})
-        owners: list[int | None] = [*branches] if branches else [None]
+        own = {name: given[index] for name, index in entries[table].items()}
+        owners: list[int | None] = [*branches] or [None] * max(one.count for one in own.values())
         n = len(owners)
         across = np.array([[place.get((table, b, part), -1) for part in ("re", "im")] for b in owners], np.int64)
         along = np.array([place.get((table, b, "along"), -1) for b in owners], np.int64)
@@ -258,14 +258,15 @@ def sources_of(
         source = Source(
             table=table,
             kind=kind,
-            unit="rad" if table.endswith(".tilt") else "m",
+            unit={name: one.unit for name, one in own.items()},
             entry=entries[table],
             nominal={name: value for name, value in stated.items() if name not in entries[table]},
             across=across,
             along=along,
         )
         if not source.effect:
-            why = _WITHOUT_EFFECT.get(table.rpartition(".")[2], "nothing that it moves is held, or no speed is given")
+            known = (why for name, why in _WITHOUT_EFFECT.items() if f".{name}" in table)
+            why = next(known, "nothing holds what it moves, or it turns and no speed is given")
             warnings.append(f"tolerance of {table} has no effect: {why}")
         found.append(source)
     return found, warnings

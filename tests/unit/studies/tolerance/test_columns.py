@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import pickle
 from dataclasses import replace
@@ -15,6 +16,7 @@ from scipy.stats import norm
 import epicyclic
 from epicyclic import load
 from epicyclic.analyses.samples.open_contact import net_forces
+from epicyclic.analyses.samples.sample_loads import mean_loads
 from epicyclic.analyses.sharing.sharing import sharing
 from epicyclic.analyses.static.both_flanks import held_train, settled
 from epicyclic.analyses.static.record import excitation
@@ -357,7 +359,9 @@ def test_closed_contact_solved_phase_by_phase_is_the_same() -> None:
 def test_a_piece_has_the_same_bits_whatever_else_is_evaluated() -> None:
     given = tolerance_map(load(ren()))
     u = np.random.default_rng(5).random((SAMPLES + 7, len(given.dimension_entry)))
-    whole, alone = given.evaluate(u), pickle.loads(pickle.dumps(given)).evaluate(u[SAMPLES:])
+    whole, first = given.evaluate(u), given.evaluate(u[:SAMPLES])
+    alone = pickle.loads(pickle.dumps(given)).evaluate(u[SAMPLES:])
+    np.testing.assert_array_equal(whole.k[:SAMPLES], first.k)
     np.testing.assert_array_equal(whole.k[SAMPLES:], alone.k)
     np.testing.assert_array_equal(whole.least[SAMPLES:], alone.least)
 
@@ -415,3 +419,104 @@ def test_a_stiffness_below_zero_fails_alone() -> None:
     assert found.failed.tolist() == [False, True, False]
     assert np.isnan(found.k[1]).all()
     assert np.isfinite(found.k[[0, 2]]).all()
+
+
+# every kind of deviation ----------------------------------------------------------------------------------------------
+
+KINDS = {
+    "deviations.main.planet.position.y": {"own": "normal(0 um, 20 um)", "common": "uniform(-5 um, 5 um)"},
+    "deviations.main.planet.position.z": "normal(0 um, 40 um)",
+    "deviations.main.planet.run_out.amplitude": "uniform(0 um, 20 um)",
+    "deviations.main.sun.position": "disc(40 um)",
+    "deviations.main.sun.bearing_run_out.phase": "uniform(0 deg, 360 deg)",
+    "deviations.main.ring.left.run_out": "rayleigh(30 um)",
+    "deviations.main.ring.run_out.x": "normal(5 um, 10 um)",
+    "deviations.main.planet.tilt": "rayleigh(0.0001 rad)",
+    "deviations.main.meshes.sun-planet.errors.wobble.amplitude": "normal(10 um, 5 um)",
+    "deviations.main.meshes.planet-ring.left.gap": "normal(0 um, 8 um)",
+    "deviations.main.meshes.planet-ring.profile.amplitude": "normal(0 um, 8 um)",
+    "deviations.main.sun.unbalance.amount": "normal(0 kg m, 0.1 kg m)",
+}
+
+
+def kinds() -> dict[str, Any]:
+    model = dict(load("ren2021").document)
+    model["tolerance"], model["assumed"] = KINDS, {}
+    model["deviations"] = {
+        "main": {
+            "sun": {"bearing_run_out": {"amplitude": "25 um", "phase": "10 deg", "from": "stage"}},
+            "planet": {
+                "position": {"x": "[5, -10, 20] um", "y": "0 um", "from": "stage"},
+                "run_out": {"amplitude": "0 um", "phase": "[0, 90, 30] deg"},
+            },
+            "meshes": {
+                "sun-planet": {
+                    "errors": {
+                        "wobble": {
+                            "turns_with": "planet",
+                            "amplitude": "0 um",
+                            "phase": "[10, 20, 40] deg",
+                            "order": 2,
+                        },
+                        "fixed": {"turns_with": "carrier", "amplitude": "[10, 0, -5] um"},
+                    }
+                }
+            },
+        }
+    }
+    return model
+
+
+def test_every_kind_of_deviation() -> None:
+    model = kinds()
+    given = tolerance_map(load(model))
+    quiet = [warning for warning in given.warnings if "has no effect" in warning]
+    assert len(quiet) == 2
+    assert any("profile" in text and "mesh orders" in text for text in quiet)
+    assert any("unbalance" in text and "speed" in text for text in quiet)
+    u = np.random.default_rng(8).random((6, len(given.dimension_entry)))
+    found = given.evaluate(u)
+    bare = {name: value for name, value in model.items() if name not in ("tolerance", "assumed")}
+    for sample in range(len(u)):
+        alone = mean_loads(assemble(load(bare, overrides=given.overrides(u[sample]))))
+        np.testing.assert_allclose(found.load[sample], alone, rtol=1e-12)
+    # each entry has a part in it but these two and the phase of what turns alone at its frequency
+    idle = ("profile", "unbalance", "bearing_run_out.phase")
+    middle = np.full((1, u.shape[1]), 0.3)
+    for entry, path in enumerate(KINDS):
+        other = middle.copy()
+        other[:, given.dimension_entry == entry] = 0.7 - 0.2 * np.arange((given.dimension_entry == entry).sum()) % 3 / 3
+        changed = np.abs(given.evaluate(other).load - given.evaluate(middle).load).max()
+        assert (changed > 1e-7) != any(name in path for name in idle), path
+
+
+def test_the_numbers_of_a_sample() -> None:
+    given = tolerance_map(load(kinds()))
+    assert np.bincount(given.dimension_entry).tolist() == [4, 3, 3, 2, 1, 2, 1, 6, 3, 3, 3, 1]
+    u = np.random.default_rng(8).random(len(given.dimension_entry))
+    found = given.overrides(u)
+
+    def numbers(path: str) -> list[float]:
+        return list(json.loads("[" + str(found[path]).partition("m")[0].strip("[] ") + "]"))
+
+    y = 20e-6 * norm.ppf(u[:3]) + 1e-5 * (u[3] - 0.5)
+    np.testing.assert_allclose(numbers("deviations.main.planet.position.y"), y, rtol=1e-12)
+    radius, angle = 20e-6 * math.sqrt(u[10]), 2 * math.pi * u[11]
+    np.testing.assert_allclose(numbers("deviations.main.sun.position.x"), radius * math.cos(angle), rtol=1e-12)
+    np.testing.assert_allclose(numbers("deviations.main.sun.position.y"), radius * math.sin(angle), rtol=1e-12)
+    half = given.overrides(u, scale=[0.5] * len(given.entries))
+    assert str(half["deviations.main.sun.position.x"]).startswith(repr(radius * math.cos(angle) / 2)[:12])
+
+
+def test_correlated_pins_move_together() -> None:
+    tolerance = {
+        "deviations.main.planet.position.y": "normal(0 um, 10 um)",
+        "deviations.main.meshes.sun-planet.gap": "normal(0 um, 10 um)",
+        "correlation": {"deviations.main.planet.position.y": {"deviations.main.meshes.sun-planet.gap": 0.8}},
+    }
+    given = tolerance_map(load(spur(4, tolerance)))
+    u = np.random.default_rng(1).random(8)
+    z = norm.ppf(u)
+    gap = str(given.overrides(u)["deviations.main.meshes.sun-planet.gap"])
+    expected = 1e-5 * (0.8 * z[:4] + 0.6 * z[4:])
+    np.testing.assert_allclose(json.loads(gap.removesuffix(" m")), expected, rtol=1e-9)

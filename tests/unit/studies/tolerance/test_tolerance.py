@@ -13,8 +13,11 @@ import pytest
 from scipy.special import ndtr, ndtri
 
 import epicyclic
+from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.studies.drives import drive_titles
+from epicyclic.studies.tolerance.sampling import SamplingPlan
+from epicyclic.studies.tolerance.shares import variance_shares
 
 # four equal planets round a floating sun, mesh and pin stiffnesses given: TIP is the gap of a pin per its error
 MODULE, TEETH, TORQUE, ANGLE = 4e-3, 24, 800.0, math.radians(20)
@@ -251,3 +254,36 @@ def test_bad_options_name_themselves(options: dict[str, Any], path: str) -> None
 def test_a_model_without_tolerances_is_refused() -> None:
     with pytest.raises(ModelError, match="no tolerance"):
         epicyclic.tolerance(floating())
+
+
+def test_correlated_entries_share_one_share() -> None:
+    model, gap = gaussian(0.1), "deviations.main.meshes.sun-planet.gap"
+    sigma = float(epicyclic.tolerance(model, samples=256).tolerance_deviation[0])
+    model["tolerance"] |= {gap: f"normal(0 um, {sigma * 1e6!r} um)"}
+    free = epicyclic.tolerance(model, samples=2**13)
+    # an error of a pin opens both meshes, TIP times as much; K - 1 is the size of one normal number, the sum of two
+    part = np.array([TIP, 1.0]) / math.hypot(TIP, 1.0)
+    plan = SamplingPlan(samples=2**13, scrambles=1, rows=2**13, seed=1, sampler="sobol")
+    expected = variance_shares(lambda u: np.abs(ndtri(u) @ part), np.arange(2), plan, groups=2)
+    assert free.sobol_total[0, 0].values == pytest.approx(expected.total, abs=0.05)
+    assert free.sobol_first[0, 0].values == pytest.approx(expected.first, abs=0.05)
+    model["tolerance"]["correlation"] = {POSITION: {gap: 0.5}}
+    tied = epicyclic.tolerance(model, samples=2**13)
+    assert tied.sobol_total[0, 0].values == pytest.approx(1, abs=0.05)
+    assert f"sobol_first, {POSITION}, {gap}" in json.loads(tied.attrs["left_out"])
+
+
+def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "k.nc"
+    words = ["tolerance", "ren2021", "--samples", "256", "--effects", "none", "--limit", "1.05", "--limit", "1.1"]
+    with pytest.raises(SystemExit) as end:
+        app([*words, "--reference", "ours=1.2", "--worst", str(tmp_path / "worst"), "-o", str(output)])
+    assert end.value.code == 0, capsys.readouterr().err
+    found = epicyclic.load_result(output)
+    assert found.limit.values.tolist() == [1.05, 1.1]
+    assert found.reference.values.tolist() == ["ours"]
+    assert len(list((tmp_path / "worst").iterdir())) == 10
+    with pytest.raises(SystemExit) as end:
+        app([*words, "--limit", "high"])
+    assert end.value.code == 2
+    assert "--limit = high: not a number" in capsys.readouterr().err
