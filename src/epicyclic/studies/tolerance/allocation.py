@@ -20,7 +20,7 @@ from ..check import train_provenance
 from ..source import Overrides, Source, train_of
 from .columns import ToleranceMap, tolerance_map
 from .grade_search import (
-    Choice,
+    Allocation,
     Combination,
     GradeColumns,
     Grades,
@@ -77,6 +77,10 @@ class _Problem:
     @property
     def names(self) -> list[str]:
         return [self.drawn.entries[place].path for place in self.offered.entry]
+
+    @property
+    def finest(self) -> Combination:
+        return (0,) * len(self.offered.grades)
 
     @property
     def coarsest(self) -> Combination:
@@ -204,8 +208,7 @@ def _columns(problem: _Problem) -> GradeColumns | None:
     if problem.sampled.definition != DEFINITIONS[0] or not deviations or problem.sampled.method == "static":
         return None
     columns = grade_columns(problem.sampled)
-    finest = (0,) * len(problem.names)
-    off = largest_difference(columns, problem.sampled, finest, problem.target)
+    off = largest_difference(columns, problem.sampled, problem.finest, problem.target)
     return columns if off <= _ROUNDING else None
 
 
@@ -216,7 +219,7 @@ def _columns(problem: _Problem) -> GradeColumns | None:
 class _Found:
     """Grades found.  searched : target of the search that found them.  reached, train : of the fresh run."""
 
-    choice: Choice
+    choice: Allocation
     combination: Combination
     columns: GradeColumns | None
     searched: float
@@ -229,7 +232,7 @@ def _verified(
     problem: _Problem, columns: GradeColumns | None, fresh_samples: int, seed: int, progress: Progress
 ) -> _Found:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
-    first: Choice | None = None
+    first: Allocation | None = None
     found: _Found | None = None
     searched = problem.target
     for round_number in range(_ROUNDS):
@@ -256,16 +259,18 @@ def _verified(
             break
         searched -= _LOWERED * missed
     if found is None:
-        raise _out_of_reach(problem, problem.sampled if columns is None else columns)
+        raise _out_of_reach(problem, columns)
     return found
 
 
-def _searched(problem: _Problem, columns: GradeColumns | None, target: float) -> tuple[Choice, GradeColumns | None]:
+def _searched(problem: _Problem, columns: GradeColumns | None, target: float) -> tuple[Allocation, GradeColumns | None]:
     """Grades by sums of columns; by evaluation where there are none, or where contact opens and that changes them."""
     prices, p = problem.offered.prices, problem.probability
     if columns is not None:
         choice = allocate_grades(columns, prices, target, p, most=_MOST_SUMS, most_proof=_MOST_SUMS)
-        if choice.combination is None or problem.sampled.meets(choice.combination, target, p):
+        # teeth that only push carry less than a sum of columns that pull elsewhere: a sum alone refuses nothing
+        found = choice.combination
+        if problem.sampled.meets(found or problem.finest, target, p) == (found is not None):
             return choice, columns
     return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), None
 
@@ -298,10 +303,12 @@ def _fresh(problem: _Problem, train: Train, samples: int, seed: int) -> tuple[Ba
     return Band(value=bands.value[at], low=bands.low[at], high=bands.high[at]), plan.samples
 
 
-def _out_of_reach(problem: _Problem, grades: Grades) -> ModelError:
+def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError:
     """The error of a target that no grades meet, with the best that they reach."""
-    prices, p = problem.offered.prices, problem.probability
-    at: Combination = (0,) * len(prices)
+    prices, p, at = problem.offered.prices, problem.probability, problem.finest
+    exact = problem.sampled.value(at, p)
+    closed = columns is not None and abs(columns.value(at, p) - exact) <= _ROUNDING
+    grades: Grades = columns if columns is not None and closed else problem.sampled
     while True:  # single changes downhill: the finest grades where finer is better
         _, lowest = min((grades.value(one, p), one) for _, _, one in [(0, 0, at), *neighbours(prices, at)])
         if lowest == at:
@@ -389,7 +396,7 @@ def _front(problem: _Problem, columns: GradeColumns) -> Columns:
     Each target lies just below what the grades of the last one reach, so that none is left out but for small steps.
     """
     prices, p = problem.offered.prices, problem.probability
-    ends = [columns.value(one, p) for one in ((0,) * len(prices), problem.coarsest)]
+    ends = [columns.value(one, p) for one in (problem.finest, problem.coarsest)]
     target, points = max(ends), list[tuple[float, float]]()
     while (choice := allocate_grades(columns, prices, target, p, most=_MOST_FRONT)).combination is not None:
         reached = columns.value(choice.combination, p)
@@ -403,7 +410,7 @@ def _messages(problem: _Problem, found: _Found, grades: Grades) -> list[str]:
     """What the user should know: no proof, grades that are not monotone, contact that opens, a target not confirmed."""
     prices, p = problem.offered.prices, problem.probability
     messages = []
-    compared, failed = not_monotone(grades, prices, ((0,) * len(prices), found.combination, problem.coarsest), p)
+    compared, failed = not_monotone(grades, prices, (problem.finest, found.combination, problem.coarsest), p)
     for entry, grade, _ in failed[:1]:
         words = f"{problem.offered.grades[entry][grade].text} of {problem.names[entry]}"
         messages.append(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "Choice",
+    "Allocation",
     "Combination",
     "GradeColumns",
     "Grades",
@@ -53,7 +53,7 @@ class Grades(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Choice:
+class Allocation:
     """Grades found.
 
     combination : None where none was found.  price : its total; inf of None.
@@ -147,7 +147,7 @@ def allocate_grades(
     *,
     most: int,
     most_proof: int = 0,
-) -> Choice:
+) -> Allocation:
     """Grades of least total price whose load factor stays at or below the target with the probability.
 
     A greedy search gives a first answer.  A best-first search by price improves it, where what fails with the finest
@@ -184,7 +184,7 @@ def allocate_grades(
             found, price = proven[0], total_price(prices, proven[0])
         if proven[2]:
             bound, proof = price, "samples"
-    return Choice(combination=found, price=price, bound=min(bound, price), proof=proof, first=first, tried=tried)
+    return Allocation(combination=found, price=price, bound=min(bound, price), proof=proof, first=first, tried=tried)
 
 
 def total_price(prices: Sequence[Sequence[float]], combination: Combination) -> float:

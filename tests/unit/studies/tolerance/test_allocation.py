@@ -144,6 +144,20 @@ def test_a_stiffness_with_prices_is_searched_by_evaluation() -> None:
     assert (float(found.total_price), found.attrs["linear"]) == (4.0, 0)
 
 
+def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide() -> None:
+    # at 60 N m the errors open most meshes: the sum of columns, which lets them pull, exceeds any such target
+    model = changed(**{"operation.torque.main.sun": "normal(60 N m, 2 N m)"})
+    model["operation"]["torque"]["sun"] = "60 N m"
+    options: dict[str, Any] = {"probability": 0.9, "samples": 256, "fresh_samples": 256}
+    found = allocate(model, target=2.3, **options)
+    # one pin alone saturates at 2.236 of five planets; the coarsest grades of all are enough
+    assert (float(found.total_price), found.attrs["linear"]) == (30.0, 0)
+    assert 2.0 < float(found.reached_k_gamma) <= 2.3
+    with pytest.raises(ModelError, match="out of reach") as caught:
+        allocate(model, target=1.5, **options)
+    assert caught.value.allowed.startswith("2.2")
+
+
 def test_the_written_model_meets_the_target_by_itself(tmp_path: Path) -> None:
     found = allocate(MODEL, target=1.12, probability=0.95, samples=SAMPLES, fresh_samples=4096)
     (tmp_path / "drawing.toml").write_text(allocated_model(found), encoding="utf-8")
