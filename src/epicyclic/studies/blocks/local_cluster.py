@@ -21,7 +21,7 @@ __all__ = ["local_cluster", "mended", "serve"]
 
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.
-_END = 5.0
+_END = 2.0
 # Seconds between two looks at the workers, and Dask's time after which one that has not come back is given up: its
 # start takes two, several times that on a busy machine.
 _LOOK, _LOST = 1.0, "15s"
