@@ -17,11 +17,11 @@ from typing import Any
 
 from ...errors import ModelError
 
-__all__ = ["local_cluster", "serve"]
+__all__ = ["local_cluster", "mended", "serve"]
 
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.
-_END = 5.0
+_END = 2.0
 # Seconds between two looks at the workers, and Dask's time after which one that has not come back is given up: its
 # start takes two, several times that on a busy machine.
 _LOOK, _LOST = 1.0, "15s"
@@ -59,10 +59,10 @@ def serve(workers: int) -> None:
         sys.stdout.flush()
         threading.Thread(target=wait, daemon=True).start()
         while not ended.wait(_LOOK):
-            cluster.sync(_mended, cluster, workers)
+            cluster.sync(mended, cluster, workers)
 
 
-async def _mended(cluster: Any, workers: int) -> None:
+async def mended(cluster: Any, workers: int) -> None:
     """Put new workers in place of those that are gone for good.
 
     A worker that is killed is started again by its nanny, but a nanny whose worker is killed while it starts gives up.
