@@ -24,6 +24,7 @@ SCHEMATICS: Mapping[str, Mapping[str, tuple[Callable[[Any], go.Figure], str, Map
     },
     "lin1999": {"front": (train_front, "lin1999-n4", {}), "section": (train_section, "lin1999-n4", {})},
     "ren2021": {"front": (train_front, "ren2021", {}), "section": (train_section, "ren2021", {})},
+    "wind-five": {"front": (train_front, "wind-five", {}), "section": (train_section, "wind-five", {})},
     "xu2020": {"front": (train_front, "xu2020", {}), "section": (train_section, "xu2020", {})},
     "yue2014": {
         "front": (train_front, "yue2014-i", TURNING),

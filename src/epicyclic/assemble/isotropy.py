@@ -55,6 +55,8 @@ def isotropic(rows: Array, stiffness: Array, damping: Array) -> bool:
     rigid = np.isinf(stiffness)
     springs = (rows.T * np.where(rigid, 0.0, stiffness)) @ rows
     dampers = (rows.T * damping) @ rows
+    if not rigid.any():
+        return _round(springs) and _round(dampers)
     _, size, right = np.linalg.svd(rows[rigid], full_matrices=False)
     span = right[size > _SAME * size.max(initial=0.0)]
     return _round(springs) and _round(dampers) and _round(span.T @ span + np.eye(6))  # a projector has rounding of 1

@@ -66,8 +66,13 @@ def series_in_time(coefficients: ArrayLike, *, lead: Fraction | float, sense: in
     sense is -1.  coefficients : (L,) over sigma.  lead : [mesh cycles], exact where rational.  sense : D = +1 or -1.
     """
     series = np.asarray(coefficients, dtype=np.complex128)
-    turns = np.array([mesh_phasor(order, lead) for order in range(1, series.size + 1)], dtype=np.complex128)
-    return np.asarray((series if sense > 0 else series.conj()) * turns)
+    orders = range(1, series.size + 1)
+    if isinstance(lead, Fraction):  # integers: fractions reduce what is divided here once
+        numerator, denominator = lead.numerator, lead.denominator
+        cycles = [order * numerator % denominator / denominator for order in orders]
+    else:
+        cycles = [order * lead % 1 for order in orders]
+    return np.asarray((series if sense > 0 else series.conj()) * np.exp(2j * np.pi * np.array(cycles)))
 
 
 def mesh_phasor(order: int, lead: Fraction | float) -> complex:

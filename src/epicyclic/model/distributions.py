@@ -190,7 +190,7 @@ def read_distribution(
     found = _CALL.fullmatch(text) if isinstance(text, str) and len(text) <= _MOST_CHARACTERS else None
     if found is None or not isinstance(text, str):
         raise ModelError("not a distribution", path=where, given=text, allowed=allowed)
-    kind, parts = found[1], _parts(found[2])
+    kind, parts = found[1], [part.strip() for part in found[2].split(",")]
     if kind == "grade":
         return _grade(text, parts, where)
     names = FORMS.get(kind)
@@ -226,18 +226,6 @@ def _allowed(*, vector: bool) -> str:
     """Return the distributions that may stand at a number or vector, in words."""
     forms = [f'"{text}"' for kind, text in zip(FORMS, form_texts(), strict=True) if (kind in VECTORS) == vector]
     return f"{', '.join(forms)}, {_GRADES}"
-
-
-def _parts(text: str) -> list[str]:
-    """Return the values between the commas that stand in no inner brackets."""
-    parts, depth = [""], 0
-    for letter in text:
-        depth += (letter == "(") - (letter == ")")
-        if letter == "," and depth == 0:
-            parts.append("")
-        else:
-            parts[-1] += letter
-    return [part.strip() for part in parts]
 
 
 def _grade(text: str, parts: list[str], where: str) -> StandardGrade:

@@ -10,6 +10,7 @@ from .bare_numbers import shown
 from .names import collect
 from .shorthand import expand
 from .tables import PlainTable, clean
+from .tolerances import rewritten
 from .toml_writer import to_toml
 from .units import COMMON, KINDS, Bounds, Quantity, read_quantity
 from .validation import LISTED, bare_places, quantity_at, unlisted_paths
@@ -42,6 +43,9 @@ def with_units(data: Mapping[str, Any]) -> PlainTable:
     plain: PlainTable = clean(data) | {"format": LISTED}
     names = collect(plain)
     expanded = expand(plain, names)
+    if data.get("format") == 1 and isinstance(expanded.get("tolerance"), dict):
+        table = rewritten(expanded | {"format": 1}, quantity_text)
+        expanded = expanded | {"tolerance": table}
     for place in bare_places(expanded, names, None):
         expanded = _replaced(expanded, place.path.split("."), place.error.kinds, _written)
     for path in unlisted_paths(expanded, names):  # texts of a file of format 1

@@ -20,9 +20,9 @@ from .tables import PlainTable, leaves, nested
 from .units import KINDS, Bounds, Quantity, read_quantity, split_list
 from .validation import LISTED, quantities_at
 
-__all__ = ["Grade", "Tolerance", "Width", "check_tolerance", "costs", "still_toleranced", "tolerances"]
+__all__ = ["Grade", "Tolerance", "Width", "check_tolerance", "costs", "rewritten", "still_toleranced", "tolerances"]
 
-_NUMBER = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]{1,4})?\s*")
+_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
 _TURNING = ("run_out", "bearing_run_out")  # those that turn with the planet, so that a tooth can be marked
 _SHARED = ("own", "common", "phase")
@@ -98,6 +98,35 @@ def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list
     _check_overlaps(entries, names)
     _check_costs(reading, entries)
     return reading.warnings
+
+
+def rewritten(data: PlainTable, write: Callable[[float, str], str]) -> PlainTable:
+    """Return `[tolerance]` of a document with every value of its distributions written anew; grades stay.
+
+    data : a document, expanded, as of format 1, whose texts may hold numbers without a unit.  write : text of a value
+    in SI of a kind of quantity, as `model_writer.quantity_text`.  Raises ModelError as `check_tolerance`.
+    """
+    reading = _Reading(data, folder=None)
+
+    def text_of(entry: _Entry, text: object, where: str) -> object:
+        read, unit = reading.distribution(text, entry.probe, entry.vector, where)
+        if isinstance(read, StandardGrade):
+            return text
+        unit = unit or entry.unit
+        kind = next(kind for kind in entry.probe.kinds if KINDS[kind].unit == unit)
+        return f"{read.kind}({', '.join(write(value, kind) if value else '0' for value in read.values)})"
+
+    table = dict(reading.table)
+    for entry in reading.entries():
+        value, where = table[entry.path], f"tolerance.{entry.path}"
+        if isinstance(value, dict):
+            table[entry.path] = value | {k: text_of(entry, value[k], where) for k in ("own", "common") if k in value}
+        else:
+            table[entry.path] = text_of(entry, value, where)
+        if isinstance(prices := reading.costs.get(entry.path), dict):
+            anew = {text_of(entry, text, where): price for text, price in prices.items()}
+            table["cost"] = table["cost"] | {entry.path: anew}
+    return table
 
 
 def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
@@ -190,7 +219,7 @@ class _Reading:
             raise ModelError("no grades with prices", path=where, given=table, allowed=allowed)
         for text, price in table.items():
             place = f"{where}.{text[:80]}"
-            read, unit = self._distribution(text, entry.probe, entry.vector, place)
+            read, unit = self.distribution(text, entry.probe, entry.vector, place)
             if unit and unit != entry.unit:
                 raise ModelError("of another quantity than its tolerance", path=place, given=text, allowed=entry.unit)
             if isinstance(price, bool) or not isinstance(price, (int, float)) or not 0 <= price <= _MOST_PRICE:
@@ -209,7 +238,7 @@ class _Reading:
         units: dict[str, str] = {}
         for name, text in texts.items():
             place = f"{where}.{name}" if isinstance(value, dict) else where
-            read[name], units[name] = self._distribution(text, probe, vector, place)
+            read[name], units[name] = self.distribution(text, probe, vector, place)
         stated = {unit for unit in units.values() if unit}
         if len(stated) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in probe.kinds)
@@ -248,7 +277,7 @@ class _Reading:
             raise ModelError(f"no such path ({fault})", path=where, given=_shown(value), allowed=allowed)
         return probe
 
-    def _distribution(
+    def distribution(
         self, text: object, probe: Probe, vector: bool, where: str
     ) -> tuple[Distribution | StandardGrade, str]:
         """Return the distribution of a text and its SI unit, "" where it names none. Raises ModelError."""
@@ -275,7 +304,7 @@ class _Reading:
     def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
         """Return one value in SI and its SI unit, no unit of zero; warnings are noted. Raises ModelError."""
         kinds = probe.kinds
-        bare = float(part) if _NUMBER.fullmatch(part) and part.count(".") < 2 and part.strip() != "." else None
+        bare = float(part) if _NUMBER.fullmatch(part) else None
         version = self.data.get("format")
         if bare is not None and bare_in(bare, kinds):
             likely = likely_text(bare, kinds, probe.ladder)

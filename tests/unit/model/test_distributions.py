@@ -191,8 +191,8 @@ def test_the_width_of_a_grade_is_shared_to_both_sides() -> None:
     assert isinstance(grade, StandardGrade)
     assert (grade.standard, grade.grade, grade.sigmas) == ("ISO 286-1", 7, 2.5)
     number, vector = (grade.distribution(50e-6, vector=vector) for vector in (False, True))
-    assert (number.kind, number.values) == ("normal", (0, pytest.approx(10e-6)))
-    assert (vector.kind, vector.std) == ("rayleigh", pytest.approx(10e-6))
+    assert (number.kind, vector.kind) == ("normal", "rayleigh")
+    assert (number.mean, number.std, vector.std) == pytest.approx((0, 10e-6, 10e-6))
 
 
 @pytest.mark.parametrize(
@@ -216,7 +216,6 @@ def test_the_width_of_a_grade_is_shared_to_both_sides() -> None:
         ("grade(ISO 1328-1:1995 5, 3 sigma)", True, "edition 1995"),
         ("grade(DIN 3962 5, 3 sigma)", True, "not a grade known here"),
         ("normal(0, 1", False, "not a distribution"),
-        ("normal((((((0, 1)", False, "not a distribution"),
         ("x" * 200_000, False, "not a distribution"),
         (math.nan, False, "not a distribution"),
         (True, False, "not a distribution"),

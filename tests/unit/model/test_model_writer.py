@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import epicyclic
-from epicyclic.model.document import read
+from epicyclic.model.document import Document, read
 from epicyclic.model.model_writer import model_text, quantity_text, with_units
+from epicyclic.model.tolerances import tolerances
 from epicyclic.model.units import KINDS, Bounds, read_quantity
 from epicyclic.resolve.resolved_document import resolved_document
 
@@ -87,3 +89,27 @@ def test_a_resolved_drive_is_a_file_of_format_2(drive: str, tmp_path: Path) -> N
     again = read(path)
     assert again.model.format == 2
     assert again.model == read(resolved_document(train) | {"format": 2}).model
+
+
+def test_tolerances_of_format_1_get_units_and_keep_their_values() -> None:
+    table = {
+        "deviations.planet.position": {"own": "disc(4.1e-5)", "common": "rayleigh(1 micron)"},
+        "deviations.sun.run_out": "uniform(0, 1.2345678901234e-5)",
+        "stages.main.carrier.inertia": "normal(20 kg, 1 kg)",
+        "deviations.ring.run_out": "grade(ISO 1328-1:2013 5, 3 sigma)",
+        "cost": {"deviations.sun.run_out": {"normal(0, 1e-6)": 3}},
+    }
+    old = read("lin1999-n4", {"format": 1, "tolerance": table})
+    new = read(tomllib.loads(model_text(old.data)))
+    assert (old.data["format"], new.data["format"], new.warnings) == (1, 2, ())
+    for before, after in zip(values_of(old), values_of(new), strict=True):
+        assert before == after
+    assert list(new.data["tolerance"]["cost"]["deviations.main.sun.run_out"].items()) == [("normal(0, 1 um)", 3)]
+
+
+def values_of(document: Document) -> list[object]:
+    """Path and values of every distribution, without its text; of grades the width of a module."""
+    found = tolerances(document, lambda path, grade, vector: 1e-3)
+    return [
+        (one.path, one.unit, *(part and (part.kind, part.values) for part in (one.own, one.common))) for one in found
+    ]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from epicyclic.errors import ModelError
 from epicyclic.model.document import Document, read
@@ -78,6 +82,11 @@ def test_taken(path: str, text: str) -> None:
         ("deviations.main.sun.position.q", "normal(0, 1 um)", "no such path", "a path a number can stand at"),
         ("stages.main.sun.hand", "normal(0, 1 um)", "no such path", "a path a number can stand at"),
         (RUN_OUT, "normal(nan, 1 um)", "not a number with a unit", "length"),
+        (RUN_OUT, "normal(+., 1 um)", "not a number with a unit", "length"),
+        (RUN_OUT, "normal(.e5, 1 um)", "not a number with a unit", "length"),
+        (RUN_OUT, "normal(1.2.3, 1 um)", "unit not known", "length"),
+        (RUN_OUT, "normal(1e9999, 1 um)", "must be finite", "length"),
+        (RUN_OUT, "normal((((0, 1 um)", "not a number with a unit", "length"),
         (RUN_OUT, "normal(0, 1e400 um)", "too large", "length"),
         (RUN_OUT, "truncated(0, 1 um, 2 um, 1 um)", "wrong order", "high >= low"),
         (RUN_OUT, "truncated(0, 1 um, 20 um, 21 um)", "leave nothing", "1e-6"),
@@ -144,6 +153,17 @@ def test_a_text_or_path_of_200_kB_is_no_page_of_a_message() -> None:
         assert len(str(error.value)) < 1000
 
 
+PIECES = [*"normal disc grade rayleigh ( ) , . + - e 0 1 12 um kg IT6 sigma".split(), " "]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.one_of(st.text(max_size=40), st.lists(st.sampled_from(PIECES), max_size=12).map("".join)))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    for path in (RUN_OUT, "deviations.main.planet.run_out"):
+        with contextlib.suppress(ModelError):  # nothing else
+            load(PLAIN, {f"tolerance.{path}": {"own": text}})
+
+
 SHARED = "deviations.main.planet.run_out"
 
 
@@ -202,7 +222,7 @@ def test_each_planet_draws_for_itself_and_a_common_part_once() -> None:
     assert found["deviations.main.meshes.sun-planet.gap"].own is None
 
 
-def prefixed(table: dict[str, object]) -> dict[str, object]:
+def prefixed(table: Mapping[str, object]) -> dict[str, object]:
     return {f"tolerance.{path}": value for path, value in table.items()}
 
 
@@ -238,7 +258,7 @@ def test_a_number_is_drawn_once(first: str, second: str) -> None:
     assert error.value.path.startswith("tolerance.deviations.")
 
 
-def toleranced_all(table: dict[str, object]) -> Document:
+def toleranced_all(table: Mapping[str, object]) -> Document:
     return read(PLAIN, {"tolerance": table})
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import pytest
 
@@ -17,7 +18,7 @@ WIDE = read("wind-five").data
 UM = 1e-6
 
 
-def entries(table: dict[str, object]) -> dict[str, Tolerance]:
+def entries(table: Mapping[str, object]) -> dict[str, Tolerance]:
     return {entry.path: entry for entry in tolerances_of(load(PLAIN, {"tolerance": table}))}
 
 

@@ -87,7 +87,9 @@ def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, 
     bundles = [bundle(lattice, j) for j in range(D)]
     lengths = [_length(system, tone == j) for j in range(D)]
     truncated = _truncated_points(lattice, bundles, lengths)
-    axes = tuple(_axis(system, np.flatnonzero(tone == j), lattice, bundles[j], truncated, j) for j in range(D))
+    axes = tuple(
+        _axis(system, np.flatnonzero(tone == j), lengths[j], lattice, bundles[j], truncated, j) for j in range(D)
+    )
     several = np.count_nonzero(truncated, axis=1) != 1
     truncated_kind = (
         np.where(several, D, np.argmax(truncated != 0, axis=1)) if truncated.size else np.zeros(0, np.int64)
@@ -111,8 +113,8 @@ def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
     columns = np.vstack([tone, B]).T + 0.0  # -0 is 0
     found: dict[bytes, int] = {}
     owner = [found.setdefault(column.tobytes(), len(found)) for column in columns]
-    _, first = np.unique(owner, return_index=True)
-    return first, np.array(owner, np.int64)
+    first = [owner.index(place) for place in range(len(found))]
+    return np.array(first, np.int64), np.array(owner, np.int64)
 
 
 def _joined(axis: Axis, owner: Index) -> Axis:
@@ -165,9 +167,11 @@ def _along(rest: Sequence[int], axis: int, order: int) -> Point:
     return (*rest[:axis], order, *rest[axis + 1 :])
 
 
-def _axis(system: System, meshes: Index, lattice: Lattice, lines: Bundle, truncated: Index, j: int) -> Axis:
-    """Convolution matrices of the meshes (m_j,) of axis j, towards the points kept and the truncated ones (T, D)."""
-    L = _length(system, np.isin(np.arange(len(system.meshes.name)), meshes))
+def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle, truncated: Index, j: int) -> Axis:
+    """Convolution matrices of the meshes (m_j,) of axis j, towards the points kept and the truncated ones (T, D).
+
+    L : harmonics of their stiffness.
+    """
     H, half = (len(lattice.own[j]) - 1) // (1 if lattice.mirrored else 2), lines.take.shape[1] // 2
     series = _series(system, meshes, L, reach=2 * max(H, half) + L)
     upper = np.arange(H + 1, H + L + 1)

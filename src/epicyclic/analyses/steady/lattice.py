@@ -79,9 +79,11 @@ def kept_points(harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> La
     harmonics : highest multiple of each tone (D,).  cross : largest |a_1| + .. + |a_D| of a combination.
     """
     D = len(harmonics)
+    if D == 1:
+        orders = np.arange(0 if mirrored else -harmonics[0], harmonics[0] + 1, dtype=np.int64)
+        return Lattice(points=orders[:, None], mirrored=mirrored, own=(np.arange(orders.size, dtype=np.int64),))
     points = [_on_axis(j, a, D) for j, H in enumerate(harmonics) for a in range(-H, H + 1)]
-    if D > 1:
-        points += _combined(D, cross)
+    points += _combined(D, cross)
     if mirrored:
         points = [point for point in points if _leads(point)]
     ordered = sorted(set(points), key=lambda p: (any(p) if mirrored else False, p))
@@ -118,7 +120,7 @@ def _leads(point: Iterable[int]) -> bool:
 def bundle(lattice: Lattice, axis: int) -> Bundle:
     """Lines of a lattice along an axis, all padded to one odd width W."""
     lines: dict[Point, list[tuple[int, int, int]]] = {}
-    for place, point in enumerate(lattice.points):
+    for place, point in enumerate(lattice.points if lattice.tones > 1 else ()):
         rest = point.copy()
         rest[axis] = 0
         if rest.any():

@@ -250,12 +250,17 @@ def respond_part(
                 block = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
                 more[~coarse] = _further(_worst(block), truncation, limit[block.index], tolerance)
                 coarse = np.any(more, axis=1)
-        done = ~coarse[np.isin(index, block.index)]
+        done = ~coarse[_among(index, block.index)]
         if np.any(done):
             yield block if np.all(done) else _select(block, done)
         if np.any(coarse):
             again = _chunks(ready, index[coarse], (np.array(truncation) + more)[coarse], shaft_orders=shaft_orders)
-            waiting[:0] = [(*chunk, _select(first, np.isin(index, chunk[0]))) for chunk in again]
+            waiting[:0] = [(*chunk, _select(first, _among(index, chunk[0]))) for chunk in again]
+
+
+def _among(index: Index, part: Index) -> NDArray[np.bool_]:
+    """Which of the speeds `index` (P,) are in a part of them, mostly all: (P,)."""
+    return np.ones(index.size, bool) if part.size == index.size else np.isin(index, part)
 
 
 def _use_numba(ready: Response, start: Index, points: int, *, shaft_orders: bool) -> bool:

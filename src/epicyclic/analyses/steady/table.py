@@ -184,7 +184,7 @@ def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int,
     found: dict[Fraction, str] = {}
     if len(lines.tones) > 1:
         found |= _shells_up_to_limit(lambda shell: _combinations(lines, names, shell), range(1, orders + 1))
-    if shafts:
+    if shafts and lines.shaft:
         sides = _shells_up_to_limit(lambda shell: _sidebands(lines, names, shell), range(orders + 1))
         found = {**sides, **found}
     ordered = sorted(found.items())
