@@ -19,6 +19,7 @@ __all__ = [
     "columns_of",
     "extent",
     "force_table",
+    "largest_heading",
     "largest_over_speed",
     "loaded",
     "named_columns",
@@ -70,6 +71,12 @@ def force_table(result: xr.Dataset) -> Table:
     if "contact_lost" in result:
         columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
     return Table(title="Mesh forces along the tooth normal", columns=columns)
+
+
+def largest_heading(result: xr.Dataset) -> str:
+    """Heading of the largest radial forces: of several mesh frequencies they are a bound."""
+    name = str(result["bearing_force_peak"].attrs.get("long_name", ""))
+    return "largest, a bound [N]" if name.startswith("bound") else "largest [N]"
 
 
 def largest_over_speed(

@@ -471,6 +471,25 @@ def test_the_bound_of_two_mesh_frequencies_is_that_of_the_steady_state(build: An
     np.testing.assert_array_less(found.mesh_force_peak, found.mesh_force_bound * (1 + 1e-3))
 
 
+def test_a_bound_that_is_not_known_says_why(build: Any) -> None:
+    def told(system: System, **options: Any) -> list[str]:
+        warnings = json.loads(sharing(system, method="static", cycles=14, **options).attrs["warnings"])
+        return [one.split("not known: ")[1] for one in warnings if one.startswith("mesh_force_bound")]
+
+    assert told(two_tones(build, swing=0.0)) == []
+    several = "the stiffness follows several mesh frequencies, and each instant is solved by itself"
+    assert told(two_tones(build, swing=0.1)) == [several]
+    single = two_tones(build, swing=0.1)
+    # only the sun meshes' stiffness varies: the ring meshes, of the other frequency, have no bound
+    still = np.where((single.meshes.tone == 1)[:, None], single.meshes.variation, 0)
+    mixed = replace(single, meshes=replace(single.meshes, variation=still))
+    (reason,) = told(mixed)
+    rings = [name for name, tone in zip(mixed.meshes.name, mixed.meshes.tone, strict=True) if tone == 0]
+    assert reason == f"{several} ({', '.join(rings)})"
+    (parted,) = told(replace(two_tones(build, swing=0.0), force=0.01 * single.force))
+    assert parted.startswith("teeth part")
+
+
 def test_the_mean_of_a_static_record_of_two_tones_is_that_of_its_instants(build: Any) -> None:
     """Stiffness that follows several tones moves it from the force at the mean stiffness."""
     system = two_tones(build, swing=0.3)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "bound_warnings",
     "far_warnings",
     "force_columns",
     "labelled",
@@ -75,6 +76,17 @@ def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[str]:
     """A warning of the meshes whose far flank presses at some instant, (m,)."""
     names = ", ".join(name for name, yes in zip(meshes, far, strict=True) if yes)
     return [f"meshes on their far flank, where their force is negative: {names}"] if names else []
+
+
+def bound_warnings(meshes: Sequence[str], bound: Array, why: Sequence[str]) -> list[str]:
+    """A warning where the largest force over all phases, (m,) [N], is not known, with the reason of each mesh (m,)."""
+    missing: dict[str, list[str]] = {}
+    for name, value, reason in zip(meshes, bound, why, strict=True):
+        if np.isnan(value) and reason:
+            missing.setdefault(reason, []).append(name)
+    alone = len(missing) == 1 and len(next(iter(missing.values()))) == len(meshes)
+    found = [reason if alone else f"{reason} ({', '.join(names)})" for reason, names in missing.items()]
+    return [f"mesh_force_bound, the largest force over all phases, is not known: {'; '.join(found)}"] if found else []
 
 
 def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> list[str]:

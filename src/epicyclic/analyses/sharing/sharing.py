@@ -17,7 +17,15 @@ from ..static.record import parallel_meshes, positive_count, record_of, samples_
 from ..static.static import OPEN_RATIO, rounding_of
 from ..static.tangent import linear
 from .definitions import DEFINITIONS, Extremes, coefficients, extremes, instant_ratio, merge_extremes
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, require_speed, sharing_warnings
+from .outputs import (
+    bound_warnings,
+    far_warnings,
+    force_columns,
+    labelled,
+    loaded_meshes,
+    require_speed,
+    sharing_warnings,
+)
 from .static_record import sharing_of_record
 from .tone_forces import Method, ToneForces, mean_force, tone_forces
 from .worst_case import worst_case
@@ -108,14 +116,14 @@ def sharing(
     require_memory(2.0 * stored * numbers, path="stored_cycles", given=stored, allowed=most)
     values = np.full((len(DEFINITIONS), len(names)), np.nan)
     least, top, bottom, largest = (np.full(len(names), np.nan) for _ in range(4))
-    how = ""
+    how, unknown = "", np.full(len(names), "", dtype=object)
     for done, part in enumerate(by_tone):
         own = _tone_cycles(part, reference, cycles)
         record, slices, average = _record_extremes(part, own, _share_of(progress, done, len(by_tone)))
         worst, how = _worst_case(part, record, own)
         values[:, part.meshes] = coefficients(record, worst, part.members)
         least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
-        bottom[part.meshes] = record.least
+        bottom[part.meshes], unknown[part.meshes] = record.least, part.unknown
         if method == "static":
             # stiffness that follows several tones, and teeth that part, move the mean from that of the mean stiffness
             mean[part.meshes] = average
@@ -131,7 +139,9 @@ def sharing(
     touch = OPEN_RATIO * float(top.max()) if method == "static" else 0.0
     lost, behind = least <= touch, (least < -touch) & (method == "static")
     notes += _validity_warnings(names, method, (lost, behind), loaded, cycles, reference.period)
-    largest = np.where(lost & (method == "static"), np.nan, largest)
+    parted = lost & (method == "static")
+    largest = np.where(parted, np.nan, largest)
+    notes += bound_warnings(names, largest, np.where(parted, "teeth part", unknown).tolist())
     history = reference.force(np.arange(stored))
     ratio = np.empty_like(history)
     for group in parallel_meshes(system.meshes):

@@ -25,7 +25,7 @@ from ..static.static import (
     rounding_of,
 )
 from .definitions import Extremes, coefficients, cycle_peak_ratio, instant_ratio
-from .outputs import far_warnings, force_columns, labelled, loaded_meshes, sharing_warnings
+from .outputs import bound_warnings, far_warnings, force_columns, labelled, loaded_meshes, sharing_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +34,8 @@ __all__ = ["cycle_starts", "record_extremes", "sharing_of_record"]
 
 # Instants stored by default: a few MB.
 _STORED = 20_000
+# Why the largest force over all phases is not known.
+_PART = "the record is shorter than the common period"
 
 
 def sharing_of_record(
@@ -85,6 +87,8 @@ def sharing_of_record(
     notes = [*free_position_warnings(system, train.loaded.free), *record.warnings]
     notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
     notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
+    most_known = np.where(whole, net.max(axis=0), np.nan)
+    notes += bound_warnings(face.name, most_known, [_PART] * len(face.name))
     notes += past_the_end(system, flanks(system), contact.largest)
     notes += groups_past_the_end(system, np.max(links, axis=0)) if system.groups else []
     last = min(kept, record.count) * record.samples
@@ -97,7 +101,7 @@ def sharing_of_record(
         coefficients=values,
         ratio=ratio.T,
         force=net[:last].T,
-        bound=np.where(whole, net.max(axis=0), np.nan),
+        bound=most_known,
         columns={
             "mesh_contact": (("mesh", "time"), touching[:last].T),
             "contact_lost": ("mesh", lost),

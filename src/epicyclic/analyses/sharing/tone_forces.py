@@ -45,6 +45,9 @@ _LINES = 16
 _SOLVED = 100_000
 # Cycles from which the share of instants with open meshes is estimated.
 _FIRST = 64
+# Why the largest force over all phases is not known.
+_FAR_FLANKS = "far flanks may touch while all loaded ones do"
+_SEVERAL_TONES = "the stiffness follows several mesh frequencies, and each instant is solved by itself"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,7 +59,7 @@ class ToneForces:
     force, own : cycles of the tone (c,) -> forces (c, m or m_j, samples) [N] of all meshes of the train, or of these.
     by_phase : phases (c, L) [turns] at the start of cycles -> forces (c, m_j, samples) [N].
     ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
-    mean, bound : (m_j,) [N], the bound nan where not known.  samples : of a cycle.
+    mean, bound : (m_j,) [N], the bound nan where not known, and `unknown` says why.  samples : of a cycle.
     affordable : cycles a record may have by default.
     least_slice : cycles -> smallest force of any slice of each mesh (m_j,) [N]; None where no mesh is cut.
     """
@@ -74,6 +77,7 @@ class ToneForces:
     samples: int
     affordable: int
     least_slice: Callable[[Index], Array] | None = None
+    unknown: str = ""
 
 
 def tone_forces(
@@ -179,7 +183,9 @@ def _static_by_lines(system: System, train: HeldTrain, tone: Fraction, samples: 
     """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks press."""
     waves, reach = static_waves(system, train.loaded, tone, samples), far_waves(system, train, tone, samples)
     found = _forces_from_waves(system, tone, waves, _unilateral(system, train, tone, (waves, reach)))
-    return found if reach is None else replace(found, bound=np.full(len(found.meshes), np.nan))
+    if reach is None:
+        return found
+    return replace(found, bound=np.full(len(found.meshes), np.nan), unknown=_FAR_FLANKS)
 
 
 def _unilateral(
@@ -283,4 +289,5 @@ def _static_by_instants(system: System, train: HeldTrain, tone: Fraction, sample
         samples=samples,
         affordable=max(1, _SOLVED // samples // 4),
         least_slice=least_slice if face.cut.any() else None,
+        unknown=_SEVERAL_TONES,
     )

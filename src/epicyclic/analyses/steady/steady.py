@@ -18,6 +18,7 @@ from .measures import dynamic_factor, force_extremes, link_measures, mean, mean_
 from .periodic import TOLERANCE, checked_samples, solve_speed
 from .response import Block, Response
 from .superposition import superposed
+from .table import with_bounds_named
 from .waveform import (
     Spectrum,
     alias_free_samples,
@@ -80,7 +81,7 @@ def steady(
     lowest = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else low
     radius = system.dofs.radius[:, None]
     combined, labels = _combinations(ready, force, motion, relative_speed)
-    return dataset(
+    result = dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
             "displacement": (("dof", "mesh_phase"), radius * tone_waveform(motion, 0, theta)[:, 0, 0].real),
@@ -113,6 +114,7 @@ def steady(
         provenance=system.provenance,
         warnings=[*system.warnings, *tension_warnings(system, lowest)],
     )
+    return with_bounds_named(result, len(ready.lines.tones))
 
 
 def _link_variables(ready: Response, block: Block, theta: Array) -> dict[str, Any]:

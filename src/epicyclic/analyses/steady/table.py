@@ -21,10 +21,11 @@ from .waveform import lateral_pairs
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SweepTable", "empty_table", "layout_of", "reported_lines", "sweep_dataset"]
+__all__ = ["SweepTable", "empty_table", "layout_of", "reported_lines", "sweep_dataset", "with_bounds_named"]
 
 Index = NDArray[np.int64]
 
+_BOUND = "bound of the largest radial force in a bearing or support, over all phases of the mesh frequencies"
 # Dimensions of every numeric variable besides speed.
 _ROWS: dict[str, tuple[str, ...]] = {
     "mesh_force_mean": ("mesh",),
@@ -158,7 +159,7 @@ def sweep_dataset(
     coords["mesh_tone"] = ("mesh", table.tones[table.layout.axis])
     if "line" in used:
         coords["line_order"] = ("line", np.array([float(f) for f in table.reported.frequency]) / tone)
-    return dataset(
+    result = dataset(
         {
             **variables,
             "status": ("speed", table.status),
@@ -172,6 +173,14 @@ def sweep_dataset(
         warnings=warnings,
         units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )
+    return with_bounds_named(result, len(table.tones))
+
+
+def with_bounds_named(result: xr.Dataset, tones: int) -> xr.Dataset:
+    """The result, its largest radial forces named a bound where mesh frequencies are several."""
+    if tones > 1 and "bearing_force_peak" in result:
+        result["bearing_force_peak"].attrs["long_name"] = _BOUND
+    return result
 
 
 def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int, shafts: bool) -> ReportedLines:

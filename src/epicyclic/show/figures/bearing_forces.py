@@ -33,9 +33,10 @@ def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Fig
     """
     x, unit = abscissa(sweep)
     rank = np.argsort(x)
+    bound = str(sweep["bearing_force_peak"].attrs.get("long_name", "")).startswith("bound")
     drawn = panels(
         "Bearing and pin forces over speed",
-        [title for _, title in _PANELS],
+        [title + bound * (name == "bearing_force_peak") * " (a bound)" for name, title in _PANELS],
         height=640,
         shared_xaxes=True,
         vertical_spacing=0.12,

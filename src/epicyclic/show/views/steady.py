@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..elements import Company, Drawing, Section, Table
-from ..rows import force_table, loaded
+from ..rows import force_table, largest_heading, loaded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,14 +20,15 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     """Mesh forces, radial forces in bearings [N], shaft frequencies [Hz] with their largest amplitude [N]."""
     found = [force_table(result)]
     if "bearing_force_peak" in result:
+        heading = largest_heading(result)
         bearings: dict[str, Any] = {
             "bearing": list(map(str, result.bearing.values)),
             "mean [N]": list(result.bearing_force_mean.values),
             "dynamic rms [N]": list(result.bearing_force_rms.values),
-            "largest [N]": list(result.bearing_force_peak.values),
+            heading: list(result.bearing_force_peak.values),
         }
         title = "Radial forces in bearings, supports and couplings"
-        found.append(Table(title=title, columns=loaded(bearings, "largest [N]")))
+        found.append(Table(title=title, columns=loaded(bearings, heading)))
     if result.sizes.get("line"):
         columns: dict[str, Any] = {
             "cause": list(map(str, result.line.values)),

@@ -10,7 +10,7 @@ import numpy as np
 from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, stage_count, texts, unbroken
 from ..figures.summaries import own_tones
-from ..rows import extent, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
+from ..rows import extent, largest_heading, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,10 +31,11 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     meshes |= largest_over_speed(result, "mesh", "dynamic_factor", "largest K_v", at="K_v at [Hz]")
     found = [Table(title=title, columns=meshes)]
     if "bearing_force_peak" in result:
-        bearings = largest_over_speed(result, "bearing", "bearing_force_peak", "largest [N]")
+        heading = largest_heading(result)
+        bearings = largest_over_speed(result, "bearing", "bearing_force_peak", heading)
         bearings["largest dynamic rms [N]"] = largest_over_speed(result, "bearing", "bearing_force_rms", "rms")["rms"]
         title = "Radial forces in bearings, supports and couplings"
-        found.append(Table(title=title, columns=loaded(bearings, "largest [N]")))
+        found.append(Table(title=title, columns=loaded(bearings, heading)))
     if "body_acceleration_rms" in result:
         bodies = largest_over_speed(result, "body", "body_acceleration_rms", "largest rms [m/s2]")
         title = "Accelerations of the bodies' centres"

@@ -20,6 +20,7 @@ from epicyclic.analyses.steady.measures import (
     line_amplitudes,
     mean,
     mean_square,
+    ranges,
     sweep_measures,
 )
 from epicyclic.analyses.steady.periodic import Periodic, periodic
@@ -27,9 +28,11 @@ from epicyclic.analyses.steady.response import response
 from epicyclic.analyses.steady.steady import steady
 from epicyclic.analyses.steady.sweep import sweep
 from epicyclic.analyses.steady.table import empty_table, sweep_dataset
-from epicyclic.analyses.steady.waveform import lateral_pairs, signal_of_samples
+from epicyclic.analyses.steady.waveform import Signal, Spectrum, lateral_pairs, signal_of_samples
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import load_result, save_result, to_json
+from epicyclic.show.views import steady as steady_view
+from epicyclic.show.views import sweep as sweep_view
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -198,6 +201,56 @@ def test_samples_make_the_same_signal() -> None:
     np.testing.assert_allclose(line_amplitudes(tone, [5 * TONE, 4 * TONE, TONE / 2])[0, :, 0], [2, 0, 0], atol=1e-14)
     slope = mean_square(tone, derivative=1)[0, 0] / (2 * np.pi * 5 * 137) ** 2
     assert slope == pytest.approx(2.0, rel=1e-13)  # 2^2 / 2
+
+
+def around(mean: Array, lines: NDArray[np.complex128], *, tones: int = 1) -> Signal:
+    """Two rows: constant values (2,) and shaft lines (2, S) that no mesh order changes."""
+    points = np.vstack([np.zeros((1, tones), np.int64), np.eye(tones, dtype=np.int64)])
+    alone = np.eye(1, tones + 1)[0]  # order 0 of all tones
+    every = signal_of_samples(np.zeros((1, 1, 3)), TONE).line_frequencies
+    return Signal(
+        orders=Spectrum(amplitude=mean[:, None, None, None] * alone + 0j, points=points, mirrored=True),
+        lines=Spectrum(amplitude=lines[:, None, :, None] * alone, points=points, mirrored=False),
+        line_frequencies=every,
+    )
+
+
+@pytest.mark.parametrize("tones", [1, 2])
+def test_a_rotating_force_is_as_long_as_its_radius(tones: int) -> None:
+    """x and y of a force that turns do not peak together: hypot of both amplitudes is sqrt(2) of it."""
+    turning = np.array([[1.0], [-1j]])
+    pair = np.array([[0, 1]])
+    (alone,) = ranges(around(np.zeros(2), turning, tones=tones), pair).length[:, 0]
+    assert alone == pytest.approx(1.0, rel=1e-9)
+    (beside,) = ranges(around(np.array([3.0, 4.0]), turning, tones=tones), pair).length[:, 0]
+    # three steps from a direction 4 degrees away; of several tones a parabola through directions 7.5 degrees apart
+    assert beside == pytest.approx(6.0, rel=1e-7 if tones == 1 else 1e-5)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_largest_length_is_that_of_all_phases(seed: int) -> None:
+    """Two elliptic lines about a mean force, against every pair of 400 phases."""
+    rng = np.random.default_rng(seed)
+    mean_force = rng.normal(size=2)
+    lines = rng.normal(size=(2, 2)) + 1j * rng.normal(size=(2, 2))
+    turns = np.exp(2j * np.pi * np.arange(400) / 400)
+    one, other = (np.real(np.outer(line, turns)) for line in lines.T)
+    every = mean_force[:, None, None] + one[:, :, None] + other[:, None, :]
+    (found,) = ranges(around(mean_force, lines), np.array([[0, 1]])).length[:, 0]
+    # phases a 400th of a turn apart miss at most 1 - cos(pi / 400) = 3e-5
+    assert found == pytest.approx(np.hypot(*every).max(), rel=1e-4)
+
+
+def test_of_several_mesh_frequencies_the_largest_is_called_a_bound(case: Any) -> None:
+    for build, bound in ((with_shafts, False), (with_two_tones, True)):
+        system = build(case)
+        for result, tables in (
+            (steady(system), steady_view.tables),
+            (sweep(system, relative_speed=[1.0, 1.3]), sweep_view.tables),
+        ):
+            words = str([list(table.columns) for table in tables(result)])
+            assert ("largest, a bound [N]" in words) is bound
+            assert str(result.bearing_force_peak.attrs["long_name"]).startswith("bound") is bound
 
 
 def test_an_integration_fills_the_same_table(case: Any) -> None:
