@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -12,24 +13,33 @@ from numpy.typing import NDArray
 
 from .series import Array, compact, engineering, numbers, texts
 from .speeds import abscissa, mark_operating
-from .style import GRID, INK, figure, lines_across, mode_colour, note, translucent
+from .style import GRID, INK, PALE, figure, lines_across, mode_colour, translucent
 from .summaries import mode_groups
 
-__all__ = ["Crest", "Ray", "crests", "rays", "waterfall"]
+__all__ = ["Crest", "Ray", "crests", "label_places", "rays", "waterfall"]
 
 # Drawn at most: lines, and marked resonances.  Amplitudes below this part of the largest are not drawn.
 _LINES, _MARKS, _LEAST = 30, 5, 1e-3
+# A figure of 620 px on a page: its plot is about 850 by 450 px wide and high, on a narrow page 600.  In parts of it: a
+# ring, and a letter of 12 px with the height of a line.
+_AREA = (700.0, 450.0)
+_RING, _LETTER = (0.03, 0.045), (0.0105, 0.045)
 _COLOURS = [[0.0, "#DCE6EE"], [0.35, "#8FC1E3"], [0.6, "#0072B2"], [0.8, "#5B3F8C"], [1.0, "#D55E00"]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Ray:
-    """One line: frequency = order x mesh frequency.  amplitude : (P,) largest of all meshes [N], mesh : (P,) which."""
+    """One line: frequency = order x mesh frequency.
+
+    amplitude : (P,) largest of all meshes [N], mesh : (P,) which.  label : of the largest amplitude of all speeds.
+    labels : (P,) of that at each speed; lines of several tones may have one frequency, 12 x of one and 8 x of another.
+    """
 
     order: float
     label: str
     amplitude: Array
     mesh: list[str]
+    labels: list[str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +107,10 @@ def _ray(order: float, same: list[tuple[str, Array, list[str]]]) -> Ray:
     best = values.argmax(axis=0)
     amplitude = np.array([same[i][1][k] for k, i in enumerate(best)])
     mesh = [same[i][2][k] for k, i in enumerate(best)]
-    return Ray(order=order, label=same[0][0], amplitude=amplitude, mesh=mesh)
+    labels = [same[i][0] for i in best]
+    strongest = int(np.nan_to_num(amplitude, nan=-1.0).argmax()) if len(labels) else 0
+    label = labels[strongest] if labels else same[0][0]
+    return Ray(order=order, label=label, amplitude=amplitude, mesh=mesh, labels=labels)
 
 
 def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray[np.int64]]]]:
@@ -114,14 +127,17 @@ def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, tuple[Array, NDArray
     if "mesh_force_line" in sweep.variables:
         values = sweep["mesh_force_line"].transpose("line", "mesh", "speed").values
         for order, label, rows in zip(numbers(sweep, "line_order"), texts(sweep, "line"), values, strict=True):
-            yield order, label, (rows, np.arange(len(rows)))
+            # a multiple of one mesh frequency that a mesh of another has is named as that of its own meshes
+            yield order, re.sub(r"^\+(\d+) ((?:\S+ )?mesh)$", r"\1× \2", label), (rows, np.arange(len(rows)))
 
 
-def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highest: float = 0.0) -> list[Crest]:
-    """Local maxima along the rays over mesh frequency x (P,) [Hz], the strongest first, neighbours left out.
+def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highest: float | None = None) -> list[Crest]:
+    """The strongest local maxima along the rays over mesh frequency x (P,) [Hz], the strongest first.
+
+    Where rings would lie on each other the strongest has it.
 
     modes : Dataset of `modes`; only maxima within 5 % of a natural frequency count then.
-    highest : end of the axis of frequencies [Hz]; labels side by side on it would overlap.
+    highest : end of the axis of frequencies [Hz]; maxima beyond it are left out.
     """
     natural = np.array([one.frequency for one in mode_groups(modes)]) if modes is not None else None
     found = []
@@ -132,17 +148,15 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highe
         for place in rank[inner]:
             at, value = float(x[place]), float(ray.amplitude[place])
             if natural is None or np.any(np.abs(natural - ray.order * at) < 0.05 * natural):
-                found.append(Crest(x=at, y=ray.order * at, amplitude=value, label=ray.label, mesh=ray.mesh[place]))
+                found.append(
+                    Crest(x=at, y=ray.order * at, amplitude=value, label=ray.labels[place], mesh=ray.mesh[place])
+                )
+    within = [one for one in found if highest is None or one.y <= highest]
+    wide, tall = float(np.ptp(x)) if len(x) else 0.0, highest or max((one.y for one in within), default=0.0)
     kept: list[Crest] = []
-    width = float(np.ptp(x)) if len(x) else 0.0
-
-    def apart(one: Crest, other: Crest) -> bool:
-        """Whether there is room for both labels, a sixth of the figure wide."""
-        beside = abs(one.x - other.x)
-        return beside > 0.2 * width or (beside > 0.04 * width and abs(one.y - other.y) > 0.05 * highest)
-
-    for one in sorted(found, key=lambda crest: -crest.amplitude):
-        if len(kept) < _MARKS and all(apart(one, other) for other in kept):
+    for one in sorted(within, key=lambda crest: -crest.amplitude):
+        covered = any(abs(one.x - it.x) < _RING[0] * wide and abs(one.y - it.y) < _RING[1] * tall for it in kept)
+        if len(kept) < _MARKS and not covered:
             kept.append(one)
     return kept
 
@@ -187,8 +201,8 @@ def _draw(drawn: go.Figure, ray: Ray, x: Array, top: float, highest: float) -> N
                 "coloraxis": "coloraxis",
                 "line": {"width": 0},
             },
-            customdata=[[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i]] for i in there],
-            hovertemplate=f"{ray.label}: %{{customdata[0]}} kN, %{{customdata[1]}}<br>%{{y:.5g}} Hz at %{{x:.5g}} Hz"
+            customdata=[[engineering(float(ray.amplitude[i]) / 1e3), ray.mesh[i], ray.labels[i]] for i in there],
+            hovertemplate="%{customdata[2]}: %{customdata[0]} kN, %{customdata[1]}<br>%{y:.5g} Hz at %{x:.5g} Hz"
             "<extra></extra>",
             showlegend=False,
         )
@@ -234,9 +248,8 @@ def _natural(drawn: go.Figure, modes: xr.Dataset | None, highest: float) -> None
         drawn.add_trace(go.Scatter(x=[None], y=[None], mode="lines", line=line, name=f"{kind} mode"))
 
 
-def _label(drawn: go.Figure, found: list[Crest], x: Array, highest: float) -> None:
-    """The strongest resonances within x (P,) [Hz], ringed and named."""
-    shown = [one for one in found if one.y <= highest]
+def _label(drawn: go.Figure, shown: list[Crest], x: Array, highest: float) -> None:
+    """The strongest resonances within x (P,) [Hz], ringed and named, each name at a place of its own."""
     if not shown:
         return
     drawn.add_trace(
@@ -250,22 +263,49 @@ def _label(drawn: go.Figure, found: list[Crest], x: Array, highest: float) -> No
             hoverinfo="text",
         )
     )
-    for one in shown:
-        words = f"{_short(one.label)}: {engineering(one.amplitude / 1e3, 3)} kN"
-        # beside the ray, which rises: to the lower right, at the right and the lower edge to the upper left
-        outer = one.x > x.min() + 0.75 * np.ptp(x) or one.y < 0.06 * highest
-        note(
-            drawn,
-            words,
-            x=one.x,
-            y=one.y,
-            xshift=-10 if outer else 10,
-            yshift=8 if outer else -8,
-            xanchor="right" if outer else "left",
-            yanchor="bottom" if outer else "top",
-            bgcolor="rgba(255,255,255,0.75)",
-            font={"size": 12, "color": INK},
+    words = [f"{_short(one.label)}: {engineering(one.amplitude / 1e3, 3)} kN" for one in shown]
+    rings = [((one.x - float(x.min())) / max(float(np.ptp(x)), 1e-300), one.y / highest) for one in shown]
+    for one, text, (right, up) in zip(shown, words, label_places(rings, [len(text) for text in words]), strict=True):
+        drawn.add_annotation(
+            {
+                **{"text": text, "x": one.x, "y": one.y, "ax": right * _AREA[0], "ay": -up * _AREA[1]},
+                **{"showarrow": True, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": PALE, "standoff": 8},
+                **{"xanchor": "center", "yanchor": "middle"},
+                **{"bgcolor": "rgba(255,255,255,0.75)", "font": {"size": 12, "color": INK}},
+            }
         )
+
+
+def label_places(rings: list[tuple[float, float]], letters: list[int]) -> list[tuple[float, float]]:
+    """Where names of rings stand, off the other names and all rings: middle of each less that of its ring.
+
+    Parameters
+    ----------
+    rings : place (right, up) of each in parts of the plot.  letters : of each name.
+    """
+    taken = [(right, up, _RING[0] / 2, _RING[1] / 2) for right, up in rings]
+    found = []
+    for (right, up), count in zip(rings, letters, strict=True):
+        half = (count * _LETTER[0] / 2, _LETTER[1] / 2)
+        reach = half[0] + _RING[0] / 2 + 0.01
+        ways = [
+            (side * reach, rise * _LETTER[1] * 1.2)
+            for rise in (-1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6)
+            for side in (1, -1, 0)
+        ]
+        inside = [
+            (dx, dy) for dx, dy in ways if half[0] <= right + dx <= 1 - half[0] and half[1] <= up + dy <= 1 - half[1]
+        ]
+        free = [way for way in inside if not any(_meet((right + way[0], up + way[1], *half), box) for box in taken)]
+        way = (free or inside or ways)[0]
+        found.append(way)
+        taken.append((right + way[0], up + way[1], *half))
+    return found
+
+
+def _meet(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
+    """Whether two boxes (middle right, middle up, half width, half height) lie on each other."""
+    return abs(one[0] - other[0]) < one[2] + other[2] and abs(one[1] - other[1]) < one[3] + other[3]
 
 
 def _short(label: str) -> str:

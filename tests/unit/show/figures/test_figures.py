@@ -31,7 +31,7 @@ from epicyclic.show.figures.style import DASHES, PALETTE, branch_colour
 from epicyclic.show.figures.summaries import mode_groups, summed_shares
 from epicyclic.show.figures.train_front import train_front
 from epicyclic.show.figures.train_section import train_section
-from epicyclic.show.figures.waterfall import crests, rays, waterfall
+from epicyclic.show.figures.waterfall import Ray, crests, label_places, rays, waterfall
 
 Datasets = dict[str, xr.Dataset]
 
@@ -299,6 +299,58 @@ def test_the_waterfall_has_a_ray_for_every_line(ren: Datasets) -> None:
     assert 10 ** max(strongest.marker.color) == pytest.approx(float(np.nanmax(expected)) / 1e3, rel=1e-2)
     alone = waterfall(sweep, mesh=str(sweep.mesh.values[0]))
     assert "main/" in alone.layout.title.text
+
+
+def _peaks(x: np.ndarray, *places: tuple[float, float]) -> np.ndarray:
+    """Amplitude over x with peaks of given place and height."""
+    return np.asarray(sum(height * np.exp(-(((x - at) / 1.5) ** 2)) for at, height in places))
+
+
+def test_the_strongest_resonances_are_ringed(ren: Datasets) -> None:
+    """Two of nearly one speed or one frequency too: a name without room is no reason to ring a weaker one."""
+    x = np.linspace(1.0, 41.0, 81)
+    heights = {7: (34.0, 1700.0), 8: (30.0, 1200.0), 9: (26.0, 730.0), 11: (21.5, 70.0), 12: (20.0, 390.0)}
+    shown = [
+        Ray(
+            order=float(order),
+            label=f"{order}× mesh",
+            amplitude=_peaks(x, peak),
+            mesh=["main/sun-planet/1"] * 81,
+            labels=[f"{order}× mesh"] * 81,
+        )
+        for order, peak in heights.items()
+    ]
+    found = crests(shown, x, highest=400.0)
+    assert [one.label for one in found] == ["7× mesh", "8× mesh", "9× mesh", "12× mesh", "11× mesh"]
+    lower = crests(shown, x, highest=239.0)  # 7 x 34 is the only one within
+    assert [one.label for one in lower] == ["7× mesh", "9× mesh", "11× mesh"]
+
+
+def test_names_of_rings_have_places_of_their_own() -> None:
+    rings = [(0.9, 0.7), (0.8, 0.7), (0.83, 0.72), (0.02, 0.01), (0.06, 0.01)]
+    letters = [21, 21, 20, 20, 22]
+    places = label_places(rings, letters)
+    boxes = [(x + dx, y + dy, n * 0.0105, 0.045) for (x, y), (dx, dy), n in zip(rings, places, letters, strict=True)]
+    for i, (x, y, wide, tall) in enumerate(boxes):
+        assert 0 <= x - wide / 2 and x + wide / 2 <= 1 and 0 <= y - tall / 2 and y + tall / 2 <= 1
+        for other_x, other_y, other, _ in boxes[:i]:
+            assert abs(x - other_x) >= (wide + other) / 2 - 1e-12 or abs(y - other_y) >= tall - 1e-12
+        for ring_x, ring_y in rings:
+            assert abs(x - ring_x) > wide / 2 or abs(y - ring_y) > tall / 2
+
+
+def test_a_ray_of_two_tones_is_named_by_the_stronger(ren: Datasets) -> None:
+    """8 x a tone 1.5 times the first is 12 x the first."""
+    sweep = ren["sweep"].copy(deep=True)
+    sweep["mesh"] = [name.replace("main", "high" if i >= 6 else "low") for i, name in enumerate(sweep.mesh.values)]
+    sweep = sweep.assign_coords(mesh_tone=("mesh", np.where(np.arange(sweep.sizes["mesh"]) < 6, 1.0, 1.5)))
+    force = sweep["mesh_force_order"]
+    force.loc[{"order": 12, "mesh": sweep.mesh[:6]}] = 1.0
+    force.loc[{"order": 8, "mesh": sweep.mesh[6:]}] = 1e6
+    (both,) = [ray for ray in rays(sweep) if ray.order == 12.0]
+    assert both.label == "8× high mesh"
+    assert set(both.labels) == {"8× high mesh"}
+    assert set(both.mesh) <= {str(name) for name in sweep.mesh.values[6:]}
 
 
 def test_lines_of_one_frequency_are_one_ray(ren: Datasets) -> None:
