@@ -154,6 +154,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
                 inertia=solid.inertia,
                 tilt_inertia=solid.tilt,
                 reference_radius=radius if math.isfinite(radius) else 1.0,
+                outer_radius=_ring_radius(member, gear),
                 gear=gear,
             )
         )
@@ -240,6 +241,12 @@ def _radii(member: MemberTable, gear: GearData | None) -> tuple[float, float]:
     if member.outer_diameter is not None:
         return member.outer_diameter / 2, gear.reference_radius
     return (NAN if member.rim is None else gear.root_radius + member.rim), gear.reference_radius
+
+
+def _ring_radius(member: MemberTable, gear: GearData | None) -> float | None:
+    """Outer radius of a ring whose rim or outer diameter is given [m], else None."""
+    outer = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
+    return outer if math.isfinite(outer) else None
 
 
 def _width(gear: GearData | None, side: str | None) -> float:

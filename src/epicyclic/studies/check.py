@@ -156,7 +156,12 @@ def _torque(train: Train, body: Body) -> float:
 
 
 def _outer_radius(train: Train, body: Body) -> float:
-    """Outer radius for a drawing [m]: tip circle, rim of a ring, reach of a carrier's pins, else disc of inertia."""
+    """Outer radius for a drawing [m]: tip circle, rim of a ring, reach of a carrier's pins, else disc of inertia.
+
+    A ring whose rim is not given is drawn with two modules beyond its roots.
+    """
+    if body.outer_radius is not None:
+        return body.outer_radius
     if body.gear is not None:
         gear = body.gear
         return max(gear.root_radius, gear.tip_radius) + 2 * gear.module if gear.internal else gear.tip_radius

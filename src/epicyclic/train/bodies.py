@@ -70,6 +70,7 @@ class Body:
         its centre for a body on a branch.
     mass [kg], inertia about z [kg m^2], tilt_inertia about x and y [kg m^2].
     reference_radius : R of the reported base-circle displacement u = R rz [m].
+    outer_radius : of a ring whose rim or outer diameter is given [m], else None.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Body:
     inertia: float = 0.0
     tilt_inertia: float = 0.0
     reference_radius: float = 1.0
+    outer_radius: float | None = None
     gear: GearData | None = None
 
     def __repr__(self) -> str:

@@ -65,6 +65,24 @@ def test_drawing_radii(ren2021: xr.Dataset) -> None:
     assert float(outer.sel(body="main/carrier")) > float(ren2021.centre_distance.item())
 
 
+def test_a_ring_is_drawn_as_wide_as_it_is_given() -> None:
+    """`outer_diameter` or `rim`; two modules beyond the roots where neither is."""
+
+    def outer(**given: str) -> tuple[float, float]:
+        overrides = {f"stages.main.ring.{name}": value for name, value in given.items()}
+        found = epicyclic.check("xu2020", overrides=overrides)
+        root = float(found.root_radius.sel(gear="main/ring/left"))
+        return float(found.outer_radius.sel(body="main/ring/left")), root
+
+    assert outer()[0] == pytest.approx(0.825, rel=1e-12)  # 1650 mm
+    radius, root = outer(outer_diameter="", rim="70 mm")
+    assert radius == pytest.approx(root + 0.070, rel=1e-12)
+    radius, root = outer(outer_diameter="", mass="3000 kg", inertia="1800 kg m^2")
+    module = epicyclic.load("xu2020").bodies[1].gear
+    assert module is not None
+    assert radius == pytest.approx(root + 2 * module.module, rel=1e-12)
+
+
 def test_without_speeds() -> None:
     result = epicyclic.check("lin1999-n4")
     assert np.isnan(result.speed).all()
