@@ -152,7 +152,7 @@ def _enter_forces(
     speeds, at = np.unique(found.relative_speed[places], return_inverse=True)
     own = np.array([system.tones[i] == tone for i in system.meshes.tone])
     excited = system if one else _of_one_tone(system, tone, own)
-    swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, shaft_orders=one)
+    swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, shaft_orders=one, forces_alone=True)
     factor = swept["dynamic_factor"].transpose("mesh", "speed").values[:, at]
     amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values
     amplitude = amplitude[:, own[faces(system.meshes).first]][..., at]

@@ -44,6 +44,7 @@ def sweep(
     frame_speed: FrameSpeed = "kinematic",
     shaft_orders: bool = True,
     orders: int = 12,
+    forces_alone: bool = False,
     tolerance: float = 1e-6,
     progress: Callable[[int, int], None] | None = None,
     compiled: bool | None = None,
@@ -67,6 +68,7 @@ def sweep(
     shaft_orders : whether run-outs and other lines between the mesh orders count.
     orders : highest mesh order whose amplitude is reported, 1 to 100; shaft lines are reported around so many mesh
         orders, and combinations of mesh frequencies up to so many, at most 32 of each.
+    forces_alone : only mesh forces are measured; motion and link forces are nan.
     tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
     progress : called with (points done, points) after every chunk; an exception in it ends the sweep.
     compiled : solve by numba; None leaves that to the size of the job, see `response`.
@@ -112,7 +114,15 @@ def sweep(
                 progress(done, speed.size)
 
     ready, parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
-    work = partial(_measured, ready, speed[usable], table.layout, tolerance=tolerance, shaft_orders=shaft_orders)
+    work = partial(
+        _measured,
+        ready,
+        speed[usable],
+        table.layout,
+        tolerance=tolerance,
+        shaft_orders=shaft_orders,
+        forces_alone=forces_alone,
+    )
     each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"), meanwhile=import_results)
     return sweep_dataset(
         table,
@@ -163,21 +173,23 @@ def _measured(
     *,
     tolerance: float,
     shaft_orders: bool,
+    forces_alone: bool,
 ) -> list[_Measured]:
     """Measures of one part of the speeds (P,), block by block."""
     blocks = respond_part(ready, speed, part, tolerance=tolerance, shaft_orders=shaft_orders)
-    return [_block_measures(ready, block, layout, accepted=_ACCEPTED * tolerance) for block in blocks]
+    accepted = _ACCEPTED * tolerance
+    return [_block_measures(ready, block, layout, accepted=accepted, forces_alone=forces_alone) for block in blocks]
 
 
-def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: float) -> _Measured:
-    """Measures of one block; accepted : largest relative residual."""
+def _block_measures(ready: Response, block: Block, layout: Layout, *, accepted: float, forces_alone: bool) -> _Measured:
+    """Measures of one block; accepted : largest relative residual.  forces_alone : of the mesh forces only."""
     face = faces(ready.system.meshes)
     rows = force_signal(ready, block)
     signals = Signals(
         speed=block.speed,
         force=whole_mesh_signal(rows, face),
-        motion=motion_signal(ready, block),
-        links=link_signal(ready, block) if ready.system.links.name else None,
+        motion=None if forces_alone else motion_signal(ready, block),
+        links=link_signal(ready, block) if ready.system.links.name and not forces_alone else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
         found = sweep_measures(signals, layout)
