@@ -248,6 +248,25 @@ def test_nothing_prints(module: str) -> None:
     assert calls == []
 
 
+# Functions of NumPy that came with 2.0 or later (its list of the array API and `trapezoid`); the floor is 1.26.
+SINCE_NUMPY_2 = {
+    *("acos", "acosh", "asin", "asinh", "astype", "atan", "atan2", "atanh", "bitwise_count", "concat", "isdtype"),
+    *("cumulative_prod", "cumulative_sum", "matrix_transpose", "matvec", "permute_dims", "pow", "trapezoid"),
+    *("unique_all", "unique_counts", "unique_inverse", "unique_values", "unstack", "vecdot", "vecmat"),
+}
+
+
+@pytest.mark.parametrize("path", PYTHON, ids=lambda path: str(path.relative_to(ROOT)))
+def test_numpy_is_no_newer_than_the_floor(path: Path) -> None:
+    assert '"numpy>=1.26"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    used = {
+        node.attr
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "np"
+    }
+    assert not used & SINCE_NUMPY_2
+
+
 def test_package_data_is_declared() -> None:
     import tomllib
 

@@ -224,6 +224,8 @@ def _gear(body: Body) -> GearData:
 
 def _of_contact(train: Train, mesh: Mesh, sigma: Array) -> tuple[tuple[float, ...], Array]:
     """Distances <|sigma|> of all helices of a branch under load, and load along the path of the first (n,) [1]."""
+    from scipy.integrate import trapezoid
+
     helices = helices_of(train, mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0])
     force = normal_force(train, helices, None)
     pairs = [pair_of(train, one) for one in helices]
@@ -236,7 +238,7 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array) -> tuple[tuple[float, ..
     inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)
     load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, inside)).sum(axis=0)
     # interpolation loses a per cent at pieces of the face that the ends of the path cut
-    return distance, load / np.trapezoid(load, sigma)
+    return distance, load / trapezoid(load, sigma)
 
 
 def _moment(contact: LoadedContact) -> Array:

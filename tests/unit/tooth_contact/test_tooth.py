@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 
 from epicyclic.errors import ModelError
 from epicyclic.gears.outline import GearForm
@@ -101,9 +102,9 @@ def test_the_beam_by_another_quadrature(gear: GearForm) -> None:
     moment = math.cos(gamma) * (place - start)
     plane = E / (1 - NU**2)
     parts = tooth.parts(radius)
-    bending = np.trapezoid(moment**2 / (thick**3 / 12), place) / plane
-    shear = 1.2 * math.cos(gamma) ** 2 * np.trapezoid(1 / thick, place) / (E / (2 * (1 + NU)))
-    pressed = math.sin(gamma) ** 2 * np.trapezoid(1 / thick, place) / plane
+    bending = trapezoid(moment**2 / (thick**3 / 12), place) / plane
+    shear = 1.2 * math.cos(gamma) ** 2 * trapezoid(1 / thick, place) / (E / (2 * (1 + NU)))
+    pressed = math.sin(gamma) ** 2 * trapezoid(1 / thick, place) / plane
     # the spline over 64 heights is good to 1e-5, the sampled outline to 1e-5
     assert float(parts.bending) == pytest.approx(bending, rel=1e-4)
     assert float(parts.shear) == pytest.approx(shear, rel=1e-4)

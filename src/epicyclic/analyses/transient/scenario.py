@@ -83,8 +83,10 @@ def scenario_motion(system: System, scenario: Scenario, *, contact: Contact, ste
 
 def _before(moments: Array, speed: Array) -> float:
     """Integral of the speed (K,) [1] over the knots (K,) [s] up to time 0 [s]."""
+    from scipy.integrate import trapezoid
+
     early = moments <= 0
-    return float(np.trapezoid(speed[early], moments[early])) if early.sum() > 1 else 0.0
+    return float(trapezoid(speed[early], moments[early])) if early.sum() > 1 else 0.0
 
 
 def _spin(ports: Ports, system: System) -> Array:

@@ -35,13 +35,15 @@ def contact_curves(result: xr.Dataset) -> go.Figure:
 
 
 def _errors(drawn: go.Figure, result: xr.Dataset) -> None:
+    from scipy.integrate import trapezoid
+
     force = float(result.attrs["force"])
     levels = result["mesh_load"].values
     phase = np.append(result["mesh_phase"].values, 1.0)
     for i, load in enumerate(levels):
         error = result["loaded_transmission_error"].values[i] * 1e6
         error = np.append(error, error[0])
-        error = error - np.trapezoid(error, phase)
+        error = error - trapezoid(error, phase)
         now = bool(np.isclose(load, force))
         colour = PALETTE[1] if now else tint(INK, 0.85 * (1 - (i + 1) / len(levels)))
         name = f"{engineering(load / 1e3)} kN" + (", operation" if now else "")
