@@ -10,42 +10,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.peers.plane.roots import GEARS, root_form
 
 from epicyclic.errors import ModelError
-from epicyclic.gears import geometry
-from epicyclic.gears.outline import GearForm
 from epicyclic.tooth_contact.root_influence import REACH, fillet_stress, root_influence
 
 DOCS = Path(__file__).parents[3] / "docs"
 TABLE: dict[str, Any] = json.loads((DOCS / "teeth" / "root.json").read_text(encoding="utf-8"))
-# as of tests/peers/plane/roots.py: teeth, module [mm], pressure angle [deg], internal, shift, fillet [modules]
-GEARS: dict[str, tuple[int, float, float, bool, float, float | None]] = {
-    "19 teeth, 25 deg": (19, 4.0, 25.0, False, 0.0, None),
-    "27 teeth, 20 deg": (27, 3.25, 20.0, False, 0.0, None),
-    "35 teeth, shift 0.4": (35, 3.25, 20.0, False, 0.4, None),
-    "60 teeth, sharp fillet": (60, 3.0, 20.0, False, 0.0, 0.2),
-    "ring 99": (99, 3.25, 20.0, True, 0.0, None),
-    "ring 77, 25 deg": (77, 4.0, 25.0, True, 0.0, None),
-}
-
-
-def form(name: str) -> GearForm:
-    teeth, module, angle, internal, shift, rounding = GEARS[name]
-    m = module * 1e-3
-    root = geometry.root_radius(teeth, m, 0.0, internal=internal, profile_shift=shift)
-    return GearForm(
-        teeth=teeth,
-        module=m,
-        pressure_angle=math.radians(angle),
-        internal=internal,
-        profile_shift=shift,
-        tip_rounding=rounding,
-        bore=root + 3.5 * m if internal else 0.5 * root,
-    )
 
 
 def ours(name: str, radius: float) -> tuple[float, float]:
-    right, left = fillet_stress(root_influence(form(name)), radius)
+    right, left = fillet_stress(root_influence(root_form(name)), radius)
     return float(right.max()), float(left.min())
 
 
@@ -75,7 +50,7 @@ def test_page_has_the_table(name: str) -> None:
 
 
 def test_twice_the_elements() -> None:
-    gear = form("27 teeth, 20 deg")
+    gear = root_form("27 teeth, 20 deg")
     coarse, fine = root_influence(gear), root_influence(gear, refined=2)
     for radius in np.linspace(*coarse.limits, 4):
         for a, b in zip(fillet_stress(coarse, radius), fillet_stress(fine, radius), strict=True):
@@ -84,7 +59,7 @@ def test_twice_the_elements() -> None:
 
 def test_module_and_modulus() -> None:
     # stress per load per length goes with 1/m and not with E
-    gear = form("19 teeth, 25 deg")
+    gear = root_form("19 teeth, 25 deg")
     large = replace(gear, module=2 * gear.module, bore=2 * gear.bore, youngs_modulus=70e9)
     low, high = root_influence(gear).limits
     for radius in (low, 0.5 * (low + high), high):
@@ -94,7 +69,7 @@ def test_module_and_modulus() -> None:
 
 def test_load_behind_bends_and_load_ahead_presses() -> None:
     # the body between the loaded tooth and the fillet behind it is stretched, the one ahead compressed
-    influence = root_influence(form("27 teeth, 20 deg"))
+    influence = root_influence(root_form("27 teeth, 20 deg"))
     radius = influence.limits[1]
     own, behind, ahead = (fillet_stress(influence, radius, ahead=n)[0] for n in (0, -1, 1))
     assert own.max() > 5 * behind.max() > 5 * abs(ahead.max())
@@ -105,13 +80,13 @@ def test_load_behind_bends_and_load_ahead_presses() -> None:
 
 def test_a_shorter_arm() -> None:
     # a load near the root has a shorter arm than one at the tip
-    influence = root_influence(form("60 teeth, sharp fillet"))
+    influence = root_influence(root_form("60 teeth, sharp fillet"))
     low, high = influence.limits
     assert fillet_stress(influence, high)[0].max() > 1.7 * fillet_stress(influence, low)[0].max()
 
 
 def test_helical_teeth_are_those_of_the_normal_section() -> None:
-    spur = form("35 teeth, shift 0.4")
+    spur = root_form("35 teeth, shift 0.4")
     helical = replace(spur, helix_angle=math.radians(20), bore=spur.bore * 1.06)
     of_spur, of_helical = root_influence(spur), root_influence(helical)
     # 42 virtual teeth in place of 35
@@ -122,4 +97,4 @@ def test_helical_teeth_are_those_of_the_normal_section() -> None:
 
 def test_pointed_teeth_are_refused() -> None:
     with pytest.raises(ModelError, match="pointed"):
-        root_influence(replace(form("19 teeth, 25 deg"), profile_shift=1.2), path="stages.main.sun")
+        root_influence(replace(root_form("19 teeth, 25 deg"), profile_shift=1.2), path="stages.main.sun")

@@ -9,25 +9,13 @@ from typing import Any
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from tests.unit.train.gearings import pair
 
 from epicyclic.errors import ModelError
 from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from epicyclic.train.losses import LossyFlow, lossy_flow, require_flow
 
 TIGHT = 1e-12  # rounding of a system of some ten torques
-
-
-def pair(stage: str, a: str, b: str, za: int, zb: int, *, internal: bool = False, carrier: bool = True) -> Gearing:
-    return Gearing(
-        pair=f"stages.{stage}.meshes.{a}-{b}",
-        stage=stage,
-        a=f"{stage}.{a}",
-        b=f"{stage}.{b}",
-        teeth_a=za,
-        teeth_b=zb,
-        internal=internal,
-        carrier=f"{stage}.carrier" if carrier else None,
-    )
 
 
 def plain(stage: str = "main", sun: int = 24, planet: int = 30, ring: int = 84) -> tuple[Gearing, ...]:

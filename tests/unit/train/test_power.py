@@ -9,23 +9,10 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.unit.train.gearings import pair
 
 from epicyclic.train.kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from epicyclic.train.power import PowerPath, power_flow
-
-
-def pair(stage: str, a: str, b: str, za: int, zb: int, *, internal: bool = False, carrier: bool = True) -> Gearing:
-    return Gearing(
-        pair=f"stages.{stage}.meshes.{a}-{b}",
-        stage=stage,
-        a=f"{stage}.{a}",
-        b=f"{stage}.{b}",
-        teeth_a=za,
-        teeth_b=zb,
-        internal=internal,
-        carrier=f"{stage}.carrier" if carrier else None,
-    )
-
 
 MAIN = (pair("main", "sun", "planet", 20, 20), pair("main", "planet", "ring", 20, 60, internal=True))
 SUNS = {"main.sun": 100, "main.two": 100, "main.planet": -100, "main.second": -100, "main.carrier": 0}

@@ -332,7 +332,8 @@ def test_names_of_rings_have_places_of_their_own() -> None:
     places = label_places(rings, letters)
     boxes = [(x + dx, y + dy, n * 0.0105, 0.045) for (x, y), (dx, dy), n in zip(rings, places, letters, strict=True)]
     for i, (x, y, wide, tall) in enumerate(boxes):
-        assert 0 <= x - wide / 2 and x + wide / 2 <= 1 and 0 <= y - tall / 2 and y + tall / 2 <= 1
+        assert min(x - wide / 2, y - tall / 2) >= 0
+        assert max(x + wide / 2, y + tall / 2) <= 1
         for other_x, other_y, other, _ in boxes[:i]:
             assert abs(x - other_x) >= (wide + other) / 2 - 1e-12 or abs(y - other_y) >= tall - 1e-12
         for ring_x, ring_y in rings:
