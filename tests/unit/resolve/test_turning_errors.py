@@ -316,6 +316,52 @@ def test_check_lists_errors_that_stand_still_and_leaves_out_pitch() -> None:
     assert all(item.phase == math.pi and item.frequency == 0 for item in one.values())
 
 
+def test_check_lists_a_displaced_pin_as_the_gaps_it_means() -> None:
+    """Static forces of a pin out of place are those of the openings listed, stated as gaps of the meshes."""
+    pin = {"deviations.planet.position.x": "[30, 0, 5] um", "deviations.planet.position.y": "[-3, 0, 10] um"}
+    base: Table = {"deviations": None}
+    listed = mesh_deviations(load("ren2021", base | pin))
+    assert {one.path for one in listed} == {"deviations.main.planet.position"}
+    assert {one.frequency for one in listed} == {Fraction(0)}
+    gaps: dict[str, list[float]] = {}
+    for one in listed:
+        _, pair, branch, side = one.mesh.split("/")
+        if side == "left":
+            gaps.setdefault(pair, [0.0] * 3)[int(branch) - 1] += one.amplitude * math.cos(one.phase)
+    stated = {
+        f"deviations.meshes.{pair}.gap": f"[{', '.join(repr(1e6 * gap) for gap in found)}] um"
+        for pair, found in gaps.items()
+    }
+    forces = [
+        static(assemble(load("ren2021", base | route)), cycles=1, samples=4).mesh_force.values
+        for route in (pin, stated, {})
+    ]
+    # the same state by displaced bearings and by open flanks, to the rounding of a displacement
+    np.testing.assert_allclose(forces[0], forces[1], rtol=1e-10)
+    assert np.abs(forces[0] - forces[2]).max() > 500
+
+
+def test_check_lists_the_seats_of_other_members() -> None:
+    """A carrier whose pins or seat are out of place carries all planets along; a sun turns about its own bearing."""
+    for path, frequency, meshes in (
+        ("deviations.carrier.run_out", Fraction(0), 12),
+        ("deviations.carrier.position", Fraction(23, 48), 12),
+        ("deviations.sun.bearing_run_out", Fraction(19, 16), 6),
+    ):
+        listed = mesh_deviations(load("ren2021", {"deviations": None, path: "20 um"}))
+        assert len(listed) == meshes
+        assert {one.frequency for one in listed} == {frequency}
+        assert max(one.amplitude for one in listed) < 20e-6
+
+
+def test_check_lists_no_rounding() -> None:
+    """A standing error at 90 degrees opens nothing in branch 1, where its cosine is 6e-17."""
+    listed = mesh_deviations(with_error({"turns_with": "carrier", "amplitude": "3 um", "phase": "90 deg"}, {}))
+    mine = {one.mesh: one.amplitude for one in listed if "errors.mine" in one.path}
+    assert {name.split("/")[2] for name in mine} == {"2", "3"}
+    assert min(mine.values()) == pytest.approx(3e-6 * math.sqrt(0.75), rel=1e-12)
+
+
 def test_sensitivity_of_the_mesh_forces_by_both_routes() -> None:
     """RMS of every mesh force by the amplitude of a run-out, and by that of the errors it means."""
     even = {"stages.main.meshes.sun-planet.variation": "none", "stages.main.meshes.planet-ring.variation": "none"}

@@ -293,7 +293,8 @@ def _longest(value: Array, lines: ComplexArray | None) -> Array:
     value : (2, k, P, N) of both rows v.  lines : (2, k, P, S, N) of both rows a_s.
     """
     if lines is None:
-        return np.hypot(*value)
+        alone: Array = np.hypot(*value)
+        return alone
     best, x, y = np.full(value.shape[1:], -1.0), *np.zeros((2, *value.shape[1:]))
     for angle in np.arange(_DIRECTIONS) * (np.pi / _DIRECTIONS):
         c, s = np.cos(angle), np.sin(angle)

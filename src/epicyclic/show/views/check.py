@@ -232,7 +232,10 @@ def _deviations(result: xr.Dataset) -> list[Table]:
         "phase [deg]": list(_DEGREES * numbers(result, "deviation_phase")),
         "frequency [Hz]": list(numbers(result, "deviation_frequency")),
     }
-    title = "Deviations in the meshes (opening of the loaded flanks along the tooth normal, a cosine)"
+    title = (
+        "Deviations in the meshes (opening of the loaded flanks along the tooth normal, a cosine; of a displaced seat "
+        "as if the body followed it)"
+    )
     return [Table(title=title, columns=columns)]
 
 
