@@ -149,14 +149,13 @@ def contact(
             *train.warnings,
             *dict.fromkeys(messages),
             *placed.warnings,
-            *_warnings(results, operating, corner),
+            *_warnings(results, _mesh_name(helices), operating, corner),
             *unresolved(cut, tolerance),
         ],
         provenance=train_provenance(train),
     )
-    name = helices[0].name if helices[0].side is None or len(helices) == 1 else helices[0].name.rsplit("/", 1)[0]
     gears = (body.split("/")[1] for body in (helices[0].a, helices[0].b))
-    result.attrs |= {"mesh": name, "force": force, **dict(zip(("gear_a", "gear_b"), gears, strict=True))}
+    result.attrs |= {"mesh": _mesh_name(helices), "force": force, **dict(zip(("gear_a", "gear_b"), gears, strict=True))}
     result.attrs |= {
         "samples": cut.samples,
         "slices": cut.slices,
@@ -377,13 +376,19 @@ def unresolved(cut: Resolution, tolerance: float) -> list[str]:
     ]
 
 
-def _warnings(results: Sequence[LoadedContact], operating: int, corner: bool) -> list[str]:
+def _mesh_name(helices: Sequence[Mesh]) -> str:
+    """Name of a mesh; of both helices without the side."""
+    first = helices[0]
+    return first.name if first.side is None or len(helices) == 1 else first.name.rsplit("/", 1)[0]
+
+
+def _warnings(results: Sequence[LoadedContact], mesh: str, operating: int, corner: bool) -> list[str]:
     lost = sorted({str(text) for one in results for text in one.status.ravel() if text})
     messages = [f"contact: {text} at some phases" for text in lost]
     overlap = max(float(one.corner[operating].max()) for one in results)
     if overlap > 0 and not corner:
         messages.append(
-            f"tips would bear outside the path of contact at the operating load: they overlap by "
-            f"{overlap * 1e6:.3g} um; relieve them, or let them bear (corner)"
+            f"{mesh}: a tip edge would bear on its mate beyond the path of contact at the operating load: they overlap "
+            f"by {overlap * 1e6:.3g} µm; relieve the tips, or solve that corner contact too (option `corner`)"
         )
     return messages

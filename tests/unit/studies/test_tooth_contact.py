@@ -41,6 +41,20 @@ def test_the_load_is_that_of_static_equilibrium(result: xr.Dataset) -> None:
     assert result.attrs["force"] == pytest.approx(mean, rel=1e-6)
 
 
+def test_tips_that_would_bear_name_their_mesh(result: xr.Dataset) -> None:
+    (said,) = [text for text in json.loads(result.attrs["warnings"]) if "tip edge" in text]
+    overlap = 1e6 * float(result.corner_overlap.sel(mesh_load=result.attrs["force"], method="nearest").max())
+    assert said.startswith("main/sun-planet/1: a tip edge would bear on its mate")
+    assert f"overlap by {overlap:.3g} µm" in said
+    assert "option `corner`" in said
+    left = epicyclic.contact("ren2021", mesh="main/planet-ring/2/left", samples=24, slices=10)
+    assert all(
+        text.startswith("main/planet-ring/2/left:") for text in json.loads(left.attrs["warnings"]) if "tip edge" in text
+    )
+    bearing = epicyclic.contact("ren2021", samples=24, slices=10, corner=True)
+    assert "tip edge" not in bearing.attrs["warnings"]
+
+
 def test_torque_is_the_lever_of_all_helices(result: xr.Dataset) -> None:
     torques = epicyclic.load("ren2021").kinematics.torque
     assert torques is not None

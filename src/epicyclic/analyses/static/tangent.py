@@ -302,7 +302,7 @@ def _largest(values: Array) -> Array:
 def _departure_text(load: Array, touch: float, error: float) -> str:
     """What a tangent taken at loads (w,) [N] leaves out, from first touch [m] and relative error [1]."""
     sense = "after" if touch > 0 else "before"
-    first = f"teeth touch {abs(touch) * 1e6:.2g} um {sense} the tangent does"
+    first = f"teeth touch {abs(touch) * 1e6:.2g} µm {sense} the tangent does"
     if abs(touch) < _NO_TOUCH:
         first = "teeth touch where the tangent does"
     if np.isnan(error):

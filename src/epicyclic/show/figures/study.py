@@ -65,7 +65,7 @@ def _abscissa(result: xr.Dataset, dim: Hashable) -> tuple[Array, str] | None:
             continue
         units = {parts[1] for parts in split if len(parts) > 1}
         if len(units) <= 1:
-            return x, f"{name} [{units.pop()}]" if units else str(name)
+            return x, f"{readable(str(name))} [{_shown(units.pop())}]" if units else readable(str(name))
     return None
 
 
@@ -82,4 +82,9 @@ def _quantity(values: xr.DataArray) -> str:
     """Long name of a variable with its unit [1 as -]."""
     name = str(values.attrs.get("long_name", "") or readable(str(values.name)))
     unit = str(values.attrs.get("units", ""))
-    return f"{name} [{unit if unit != '1' else '-'}]" if unit else name
+    return f"{name} [{_shown(unit)}]" if unit else name
+
+
+def _shown(unit: str) -> str:
+    """A unit as figures have it."""
+    return {"1": "-", "um": "µm", "urad": "µrad"}.get(unit, unit)

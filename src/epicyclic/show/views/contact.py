@@ -52,8 +52,8 @@ def _sides(result: xr.Dataset) -> Table:
         "largest over mean across the face": list(at.face_factor.values),
         "stiffness, tangent [N/um]": list(at.average_stiffness.values / 1e6),
         "stiffness, secant [N/um]": list(at.average_secant_stiffness.values / 1e6),
-        "tip overlap before [um]": list(at.corner_overlap.sel(end="before").values * 1e6),
-        "tip overlap behind [um]": list(at.corner_overlap.sel(end="behind").values * 1e6),
+        "tip overlap before [µm]": list(at.corner_overlap.sel(end="before").values * 1e6),
+        "tip overlap behind [µm]": list(at.corner_overlap.sel(end="behind").values * 1e6),
     }
     return Table(title=title, columns=columns, lead=_resolution(result))
 
@@ -96,10 +96,10 @@ def _errors(result: xr.Dataset) -> str:
     attrs = result.attrs
     if "cycle" not in attrs:
         return ""
-    parts = [f"pitch error {1e6 * float(attrs['pitch_error']):.4g} um"] if attrs["pitch_error"] else []
+    parts = [f"pitch error {1e6 * float(attrs['pitch_error']):.4g} µm"] if attrs["pitch_error"] else []
     if attrs["profile_error"]:
         phase = np.degrees(float(attrs["profile_phase"]))
-        parts.append(f"profile error {1e6 * float(attrs['profile_error']):.4g} um at {phase:.4g} deg")
+        parts.append(f"profile error {1e6 * float(attrs['profile_error']):.4g} µm at {phase:.4g} deg")
     parts += ["deviations of the file"] if attrs["deviations"] else []
     return f" With {', '.join(parts)}; the mesh cycle begins at {float(attrs['cycle']):.4g}."
 
@@ -109,9 +109,9 @@ def _loads(result: xr.Dataset) -> Table:
     columns: dict[str, Any] = {
         "force of a helix [N]": list(result.mesh_load.values),
         "torque [N m]": list(result.load_torque.values),
-        "mean error [um]": list(error[:, 0].real * 1e6),
-        "peak to peak [um]": list(result.transmission_error_peak_to_peak.values * 1e6),
-        **{f"order {k} [um]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
+        "mean error [µm]": list(error[:, 0].real * 1e6),
+        "peak to peak [µm]": list(result.transmission_error_peak_to_peak.values * 1e6),
+        **{f"order {k} [µm]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
         "stiffness, tangent [N/um]": list(result.average_stiffness.values.mean(axis=0) / 1e6),
         "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=0) / 1e3),
         "largest pressure [MPa]": list(result.largest_pressure.values.max(axis=0) / 1e6),

@@ -67,7 +67,7 @@ def _bound(name: str, value: float) -> str:
     """A bound with its unit; of shapes nothing."""
     if name.endswith("shape"):
         return ""
-    return f"{number(value * 1e3)} mm" if name.endswith("length") else f"{number(value * 1e6)} um"
+    return f"{number(value * 1e3)} mm" if name.endswith("length") else f"{number(value * 1e6)} µm"
 
 
 def _objectives(result: xr.Dataset) -> Table:
@@ -103,8 +103,8 @@ def _meshes(result: xr.Dataset) -> Table:
     columns: dict[str, Any] = {
         "mesh": [str(result.relieved_mesh.values[i]) for i, _ in cells],
         "force of a helix [N]": [result.relieved_force.values[i] * result.load_factor.values[j] for i, j in cells],
-        "error before [um]": [swing[0, i, j] for i, j in cells],
-        "error after [um]": [swing[1, i, j] for i, j in cells],
+        "error before [µm]": [swing[0, i, j] for i, j in cells],
+        "error after [µm]": [swing[1, i, j] for i, j in cells],
         "largest load before [N/mm]": [load[0, i, j] for i, j in cells],
         "largest load after [N/mm]": [load[1, i, j] for i, j in cells],
     }

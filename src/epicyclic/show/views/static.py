@@ -19,7 +19,7 @@ ORDER = 50
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
-    """Mesh forces [N]; torque [N m] and twist [urad] of the links that carry a torque."""
+    """Mesh forces [N]; torque [N m] and twist [µrad] of the links that carry a torque."""
     force = result.link_force.transpose("link_row", "time").values
     twist = result.link_deflection.transpose("link_row", "time").values
     largest = float(np.abs(force).max(initial=0.0))
@@ -29,8 +29,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     columns: dict[str, Any] = {
         "link": [str(result.link_row.values[i]).removesuffix("/rz") for i in torsion],
         "mean torque [N m]": [float(force[i].mean()) for i in torsion],
-        "mean twist [urad]": [float(twist[i].mean()) * 1e6 for i in torsion],
-        "most [urad]": [float(np.abs(twist[i]).max()) * 1e6 for i in torsion],
+        "mean twist [µrad]": [float(twist[i].mean()) * 1e6 for i in torsion],
+        "most [µrad]": [float(np.abs(twist[i]).max()) * 1e6 for i in torsion],
     }
     title = "Torsion of supports, necks, shafts and couplings"
     return [force_table(result), *([Table(title=title, columns=columns)] if torsion else [])]

@@ -442,5 +442,5 @@ def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResul
             side, bound = ("lower", variable.low) if at < 0.5 else ("upper", variable.high)
             best = "the best" if len(solved.candidates) == 1 else "the solution picked"
             beyond = "" if at < 0.5 and bound <= 0 and variable.key != "slope" else "; a better one may lie beyond"
-            messages.append(f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} um{beyond}")
+            messages.append(f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} µm{beyond}")
     return messages
