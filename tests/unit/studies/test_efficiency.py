@@ -180,6 +180,25 @@ def test_friction_by_oil_is_that_of_each_pair() -> None:
     assert warnings_of(without) == []
 
 
+def test_friction_by_oil_of_helical_teeth_and_a_carrier_that_turns() -> None:
+    """As docs/efficiency.md says: lossless transverse force, pitch-line speed in the carrier's frame, normal section."""
+    train = epicyclic.load(model(STAGE | {"helix_angle": "15 deg"}, held=["ring"], **SUN))
+    found = epicyclic.efficiency(train, viscosity="20 mPa s", roughness="0.6 um")
+    mesh = train.meshes[0]
+    sun, planet = (next(b.gear for b in train.bodies if b.name == name) for name in (mesh.a, mesh.b))
+    assert sun is not None
+    assert planet is not None
+    working = math.acos(sun.base_radius / mesh.radius_a)
+    assert working == pytest.approx(mesh.pressure_angle, rel=1e-12)
+    force = 800 / 3 / sun.base_radius / 50  # N/mm
+    # with the ring held the sun turns at 1500 (1 - 24/(24 + 84)) rpm in the carrier's frame
+    line = 1500 * math.tau / 60 * (1 - sun.teeth / (sun.teeth + 84)) * mesh.radius_a
+    transverse = math.sin(working) / (1 / mesh.radius_a + 1 / mesh.radius_b) * 1e3  # mm
+    normal = transverse / math.cos(mesh.base_helix)
+    mu = 0.048 * (force / (2 * line * math.sin(working) * normal)) ** 0.2 * 20**-0.05 * 0.6**0.25
+    assert float(found.friction_coefficient[0]) == pytest.approx(mu, rel=1e-12)
+
+
 def test_self_locking_in_words() -> None:
     """31/29 is 7 % above 1: with friction of 0.3 in two external meshes the first sun cannot turn the carrier."""
     operation = {"held": ["two"], "speed": {"sun": "1000 rpm"}}
