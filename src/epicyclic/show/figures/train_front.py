@@ -29,7 +29,8 @@ def train_front(check: xr.Dataset) -> go.Figure:
     """
     found = [part for part in one_per_place(parts(check)) if part.stage in stages(parts(check))]
     turned = turns(check, found)
-    drawn = figure("Front view, to scale", x="x [mm]", y="y [mm]", height=620)
+    apart = "; stages side by side, not as they stand" if len(stages(found)) > 1 else ""
+    drawn = figure(f"Front view, to scale{apart}", x="x [mm]", y="y [mm]", height=620)
     for part in sorted(found, key=lambda one: (_ORDER.get(one.kind, 2), -one.outer)):
         for trace in _body(part, turned.get(part.name, 0.0), found):
             drawn.add_trace(trace)
@@ -203,12 +204,16 @@ def _inside(part: Part) -> bool:
 
 
 def _names(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
-    """Names in the gears, one for all on one axis; that of a ring above and that of a carrier below the stage."""
+    """Names in the gears, one for all on one axis; that of a ring above and that of a carrier below the stage.
+
+    Where there are several stages each has its own name on top.
+    """
+    several = len(stages(found)) > 1
     still = _still(check)
     shown = 780.0 / (1e-9 + _across(found))  # [px/m] of a figure of 900 px that its width limits
     shown = min(shown, 440.0 / (2.36 * max((part.radius + part.outer for part in found), default=1.0)))
     rows: dict[tuple[int, str], list[tuple[float, float, str]]] = {}
-    outside: dict[tuple[str, str], list[Part]] = {}
+    outside: dict[tuple[str, str], list[Part]] = {(stage, "top"): [] for stage in stages(found)} if several else {}
     axes: dict[tuple[float, float], list[Part]] = {}
     for part in found:
         if part.form is None or part.form.internal:
@@ -222,8 +227,10 @@ def _names(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
     for (stage, side), own in outside.items():
         reach = max(other.radius + other.outer for other in found if other.stage == stage)
         height = (1 if side == "top" else -1) * 1.05 * reach
-        text = "<br>".join(_name(part, still) for part in own)
-        rows.setdefault((12, f"{side} center"), []).append((own[0].x + own[0].offset, height, text))
+        head = [f"<b>{stage}</b>"] if several and side == "top" else []
+        text = "<br>".join([*head, *(_name(part, still) for part in own)])
+        middle = next(part.offset for part in found if part.stage == stage)
+        rows.setdefault((12, f"{side} center"), []).append((own[0].x + middle if own else middle, height, text))
     return [
         _line(
             np.array([x for x, _, _ in own]),
@@ -282,7 +289,8 @@ def _frame(drawn: go.Figure, found: Sequence[Part]) -> None:
     for part in found:
         if part.form is not None and part.form.internal:
             rings[part.stage] = rings.get(part.stage, 0) + 1
-    above = 1.18 + 0.09 * max(max(rings.values(), default=1) - 1, 0)  # a line of text for each further ring
+    lines = max(rings.values(), default=1) + (len(stages(found)) > 1)
+    above = 1.18 + 0.09 * max(lines - 1, 0)  # a line of text for each further ring, and for the name of the stage
     drawn.update_yaxes(range=[-1.18e3 * tall, above * 1e3 * tall], scaleanchor="x", constrain="domain", showgrid=False)
     if len(stages(found)) > 1:
         drawn.update_layout(height=wide_height(high - low, 2.36 * tall))

@@ -44,7 +44,7 @@ from .section_shapes import (
     where_of,
 )
 from .section_symbols import spring, supports
-from .series import engineering, numbers
+from .series import engineering, numbers, texts
 from .style import INK, PALE, WARNING, figure, kind_colour, note, tint
 
 __all__ = ["train_section", "widths_given"]
@@ -63,7 +63,10 @@ def train_section(check: xr.Dataset) -> go.Figure:
     layout = layout_of(check)
     given = widths_given(check)
     title = "Axial section, gears to scale" if given else "Axial section, radii to scale (face widths are not given)"
-    drawn = figure(title, y="distance from the axis [mm]")
+    several = len({part.split("/")[0] for part in texts(check, "gear")}) > 1
+    drawn = figure(
+        title + "; stages in series, what lies between is a scheme" * several, y="distance from the axis [mm]"
+    )
     for column in layout.columns:
         drawn.add_traces(_shafts(column, layout))
     drawn.add_traces(_couplings(layout))

@@ -53,6 +53,10 @@ _PATHS = {
 }
 
 _FRONT = "Seen from the right end; teeth as they stand at time zero."
+_APART = (
+    " Stages stand side by side to be seen: how they lie to each other is not in the model, mostly behind each other "
+    "on one axis."
+)
 _SECTION = (
     "Through the axis and branch 1, branches turned into the plane; below the axis the second axis of a branch with "
     "two. Gears end at their pitch circles. A support in the middle of its member is drawn on the shaft that shows, "
@@ -116,8 +120,9 @@ def _train(check: xr.Dataset) -> list[Part]:
 
     if "gear" not in check.dims or not check.sizes["gear"]:
         return []
+    apart = _APART if len({name.split("/")[0] for name in texts(check, "gear")}) > 1 else ""
     return [
-        Drawing(anchor="front", figure=train_front(check), caption=_FRONT),
+        Drawing(anchor="front", figure=train_front(check), caption=_FRONT + apart),
         Drawing(anchor="section", figure=train_section(check), caption=_SECTION),
         _stages(check),
         _gears(check, _by_member(check), "Gears; hand of the left helix, width of one helix"),
