@@ -9,9 +9,12 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from .series import Array, compact, engineering, numbers, texts
-from .style import DASHES, INK, PALE, WARNING, figure, note
+from .style import DASHES, INK, PALE, WARNING, beside, figure, note
 
 __all__ = ["ResonanceCrossing", "campbell", "crossings"]
+
+# Width of a letter of 12 px in parts of a plot of 800 px.
+_LETTER = 0.0085
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +48,7 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
     for place, ray in enumerate(rays.values()):
         for order in range(1, count + 1):
             _ray(drawn, percent, order * ray, DASHES[1 + place % 3], top)
-    _ray_names(drawn, rays, count, top)
+    _ray_names(drawn, rays, percent, count=count, top=top)
     found = [one for one in crossings(data, orders=count) if one.frequency <= top]
     if found:
         drawn.add_trace(_marks(found))
@@ -55,7 +58,8 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
     drawn.update_xaxes(range=[float(percent[0]), float(percent[-1])])
     drawn.update_yaxes(range=[0, top])
     legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.16, "yanchor": "top"}
-    return drawn.update_layout(margin={"r": 110, "t": 84}, legend=legend)
+    longest = max((len(f"{count}× {stage}") for stage in rays), default=0)
+    return drawn.update_layout(margin={"r": beside(longest), "t": 84}, legend=legend)
 
 
 def crossings(data: xr.Dataset, *, orders: int = 3) -> list[ResonanceCrossing]:
@@ -107,15 +111,26 @@ def _ray(drawn: go.Figure, percent: Array, ray: Array, dash: str, top: float) ->
     )
 
 
-def _ray_names(drawn: go.Figure, rays: dict[str, Array], count: int, top: float) -> None:
-    """Names of the rays (P,) [Hz] at the right edge of the diagram, those left out that would lie on another."""
-    taken: list[float] = []
+def _ray_names(drawn: go.Figure, rays: dict[str, Array], percent: Array, *, count: int, top: float) -> None:
+    """Names of the rays (P,) [Hz] where they leave the diagram over speed (P,) [%], at its right edge or its top.
+
+    Those are left out that would lie on another.
+    """
+    right: list[float] = []
+    above = [100.0]  # the name of the operating speed
+    wide = float(np.ptp(percent))
     for stage, ray in rays.items():
         for order in range(1, count + 1):
-            end = float(order * ray[-1])
-            if end <= top and all(abs(end - other) > 0.045 * top for other in taken):
-                note(drawn, f"{order}× {stage}", xref="paper", x=1.005, xanchor="left", y=end, yanchor="middle")
-                taken.append(end)
+            name, end = f"{order}× {stage}", float(order * ray[-1])
+            if end <= top and all(abs(end - other) > 0.045 * top for other in right):
+                note(drawn, name, xref="paper", x=1.005, xanchor="left", y=end, yanchor="middle")
+                right.append(end)
+            elif end > top:
+                at = float(np.interp(top, order * ray, percent))
+                room = 1.15 * _LETTER * len(name) * wide
+                if all(abs(at - other) > room for other in above) and at - percent[0] > room / 2:
+                    note(drawn, name, x=at, yref="paper", y=1.0, yanchor="bottom", xanchor="center")
+                    above.append(at)
 
 
 def _marks(found: list[ResonanceCrossing]) -> go.Scatter:

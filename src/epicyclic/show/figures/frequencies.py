@@ -6,7 +6,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from .series import engineering
-from .style import PALE, figure, mode_colour, mode_symbol, note
+from .style import PALE, beside, figure, mode_colour, mode_symbol, note
 from .summaries import ModeGroup, mesh_tones, mode_groups
 
 __all__ = ["frequencies"]
@@ -22,19 +22,39 @@ def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure
     """
     found = mode_groups(modes)
     drawn = figure("Natural frequencies", x="mode", y="natural frequency [Hz]", height=440)
+    top = max((one.frequency for one in found), default=1.0)
+    last = found[-1].first if found else 1
+    named = _named(found, last, top) if len(found) <= 36 else set()
     for kind in dict.fromkeys(one.kind for one in found):
         own = [one for one in found if one.kind == kind]
-        drawn.add_traces(_stems(own, kind, len(found) <= 36))
-    top = max((one.frequency for one in found), default=1.0)
+        drawn.add_traces(_stems(own, kind, named))
     _tones(drawn, mesh_tones(check), top)
-    last = found[-1].first if found else 1
     drawn.update_xaxes(range=[0.2, last + 0.8], showgrid=False, dtick=1 if last <= 40 else 5)
     drawn.update_yaxes(range=[0, 1.12 * top])
     legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.18, "yanchor": "top"}
-    return drawn.update_layout(margin={"r": 150}, legend=legend, showlegend=True)
+    tones = mesh_tones(check)
+    longest = max((len(f"{stage} mesh 0000 Hz") if len(tones) > 1 else 15 for stage in tones), default=15)
+    return drawn.update_layout(margin={"r": beside(longest)}, legend=legend, showlegend=True)
 
 
-def _stems(own: list[ModeGroup], kind: str, words: bool) -> list[go.Scatter]:
+def _named(found: list[ModeGroup], last: int, top: float) -> set[int]:
+    """First modes whose numbers find room above their heads, from the lowest on; `last` modes up to `top` [Hz]."""
+    right, up = 800.0 / max(last, 1), 300.0 / (1.12 * top or 1.0)  # [px] a mode and a hertz
+    boxes: list[tuple[float, float, float, float]] = []
+    named = set()
+    for one in found:
+        wide, tall = 5.8 * len(engineering(one.frequency)) + 3, 26.0 if one.multiplicity > 1 else 13.0
+        x, low = one.first * right, one.frequency * up
+        if all(
+            abs(x - at) >= (wide + other) / 2 or low >= below + height or below >= low + tall
+            for at, below, other, height in boxes
+        ):
+            boxes.append((x, low, wide, tall))
+            named.add(one.first)
+    return named
+
+
+def _stems(own: list[ModeGroup], kind: str, named: set[int]) -> list[go.Scatter]:
     colour = mode_colour(kind)
     stems = go.Scatter(
         x=[value for one in own for value in (one.first, one.first, None)],
@@ -45,11 +65,16 @@ def _stems(own: list[ModeGroup], kind: str, words: bool) -> list[go.Scatter]:
         showlegend=False,
         hoverinfo="skip",
     )
-    text = [engineering(one.frequency) + (f"<br>×{one.multiplicity}" if one.multiplicity > 1 else "") for one in own]
+    text = [
+        engineering(one.frequency) + (f"<br>×{one.multiplicity}" if one.multiplicity > 1 else "")
+        if one.first in named
+        else ""
+        for one in own
+    ]
     heads = go.Scatter(
         x=[one.first for one in own],
         y=[one.frequency for one in own],
-        mode="markers+text" if words else "markers",
+        mode="markers+text" if named else "markers",
         marker={"color": colour, "symbol": mode_symbol(kind), "size": 10},
         text=text,
         textposition="top center",

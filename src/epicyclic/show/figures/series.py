@@ -28,6 +28,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+# Values whose spread is below this part of them are one level: what differs is rounding of what was computed.
+_LEVEL = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -175,11 +177,17 @@ def thinned(x: Array, y: Array, *, most: int = 1200) -> tuple[Array, Array]:
 
 
 def compact(values: Array, *, digits: int = 5) -> list[float | None]:
-    """Values (k,) rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap)."""
+    """Values (k,) rounded to so many significant digits of the largest, as a list (short JSON); nan -> None (a gap).
+
+    Values that lie close together keep three digits of their spread, so that no curve becomes a staircase.
+    """
     array = np.asarray(values, dtype=np.float64).ravel()
-    finite = np.abs(array[np.isfinite(array)])
-    largest = float(finite.max()) if finite.size else 0.0
+    finite = array[np.isfinite(array)]
+    largest = float(np.abs(finite).max()) if finite.size else 0.0
     places = digits - 1 - math.floor(math.log10(largest)) if largest > 1e-200 else 0
+    spread = float(np.ptp(finite)) if finite.size else 0.0
+    if spread > _LEVEL * largest:
+        places = max(places, 2 - math.floor(math.log10(spread)))
     rounded = np.round(array, places)
     return [float(value) + 0.0 if np.isfinite(value) else None for value in rounded]
 

@@ -81,7 +81,15 @@ def _mark_resonances(drawn: go.Figure, modes: xr.Dataset, sweep: xr.Dataset, x: 
         taken.append(float(at[place]))
         order = f"{int(modes['resonance_order'].values[place])}×{f' {stages[place]}' if several else ''}"
         words = f"{order}, mode {int(modes['resonance_mode'].values[place])}"
-        note(drawn, words, x=float(at[place]), yref="y domain", y=0.02, yanchor="bottom", textangle=-90, xshift=-7)
+        # on the side that has room, over the curves on a ground of their own
+        side = 8 if at[place] < x.min() + 0.02 * np.ptp(x) else -8
+        note(
+            drawn,
+            words,
+            x=float(at[place]),
+            **{"yref": "y domain", "y": 0.02, "yanchor": "bottom", "textangle": -90, "xshift": side},
+            **{"bgcolor": "rgba(255,255,255,0.8)", "borderpad": 0},
+        )
 
 
 def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Hashable, Sequence
 
 import numpy as np
@@ -34,7 +35,7 @@ def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
         ys,
         title=str(result.attrs.get("study", "")) or _quantity(values),
         x_title=x_title,
-        y_title=_quantity(values),
+        y_title=_quantity(values, _definition(result, str(values.name))),
         log_x=len(x) > 2 and bool((x > 0).all()) and float(x.max() / x.min()) >= 100,
         reference=1.0 if "load_sharing" in str(values.name) else None,
     )
@@ -78,9 +79,16 @@ def _labels(result: xr.Dataset, dims: Sequence[Hashable]) -> list[str]:
     return names
 
 
-def _quantity(values: xr.DataArray) -> str:
-    """Long name of a variable with its unit [1 as -]."""
-    name = str(values.attrs.get("long_name", "") or readable(str(values.name)))
+def _definition(result: xr.Dataset, name: str) -> str:
+    """Definition of a load-sharing coefficient, ", worst case", as the options have it; "" of anything else."""
+    options = json.loads(str(result.attrs.get("options", "{}")))
+    found = options.get("definition") if "load_sharing" in name else None
+    return f",<br>{readable(str(found))}" if found else ""
+
+
+def _quantity(values: xr.DataArray, more: str = "") -> str:
+    """Long name of a variable with its unit [1 as -]; more : after the name."""
+    name = str(values.attrs.get("long_name", "") or readable(str(values.name))) + more
     unit = str(values.attrs.get("units", ""))
     return f"{name} [{_shown(unit)}]" if unit else name
 

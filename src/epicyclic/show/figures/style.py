@@ -19,6 +19,7 @@ __all__ = [
     "PALE",
     "PALETTE",
     "WARNING",
+    "beside",
     "branch_colour",
     "figure",
     "kind_colour",
@@ -146,6 +147,11 @@ def lines_across(drawn: go.Figure, lines: Sequence[tuple[float, Mapping[str, Any
 def wide_height(across: float, tall: float) -> int:
     """Height [px] of a drawing to scale that takes the whole width of the page."""
     return round(min(640.0, max(380.0, 900.0 * tall / across + 170.0)))
+
+
+def beside(letters: int) -> int:
+    """Right margin [px] for names of so many letters of 12 px beside a plot."""
+    return round(24 + 7.4 * letters)
 
 
 def kind_colour(kind: str) -> str:

@@ -12,6 +12,7 @@ from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import members_of, mesh_tones
 from ..provenance import assumed_tables, value_tables
 from ..rows import columns_of
+from .stiffness import SERIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -152,7 +153,7 @@ def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:
         caption = "One turn of a dial is one mesh cycle; a branch that points clockwise of another meshes earlier."
         parts.append(Drawing(anchor="phases", figure=phases(check), caption=caption))
     if stiffness is not None:
-        parts.append(Drawing(anchor="stiffness", figure=mesh_stiffness(stiffness)))
+        parts.append(Drawing(anchor="stiffness", figure=mesh_stiffness(stiffness), caption=SERIES))
     names = short_names(texts(check, "mesh"))
     return [*parts, _meshes(check, names, stiffness, "Meshes; stiffness, force and backlash along the tooth normal")]
 

@@ -29,12 +29,20 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     from ..figures.root_stress import root_stress
 
     parts = [
-        Drawing(anchor="flanks", figure=contact_map(result)),
+        Drawing(anchor="flanks", figure=contact_map(result), caption=_which(result)),
         Drawing(anchor="contact", figure=contact_curves(result)),
     ]
     if "root_stress" in result:
         parts.append(Drawing(anchor="roots", figure=root_stress(result)))
     return [Section(anchor="contact", title="Teeth in contact", parts=parts)]
+
+
+def _which(result: xr.Dataset) -> str:
+    """Which mesh is shown, and how others are."""
+    return (
+        f"One mesh of the train, {result.attrs['mesh']}. Others: epicyclic contact MODEL --mesh PAIR, "
+        f"for instance planet-ring or {str(result.attrs['mesh']).split('/')[0]}/planet-ring/1."
+    )
 
 
 def _sides(result: xr.Dataset) -> Table:
@@ -50,8 +58,8 @@ def _sides(result: xr.Dataset) -> Table:
         "largest load [N/mm]": list(at.largest_load_per_length.values / 1e3),
         "largest pressure [MPa]": list(at.largest_pressure.values / 1e6),
         "largest over mean across the face": list(at.face_factor.values),
-        "stiffness, tangent [N/um]": list(at.average_stiffness.values / 1e6),
-        "stiffness, secant [N/um]": list(at.average_secant_stiffness.values / 1e6),
+        "stiffness, tangent [N/µm]": list(at.average_stiffness.values / 1e6),
+        "stiffness, secant [N/µm]": list(at.average_secant_stiffness.values / 1e6),
         "tip overlap before [µm]": list(at.corner_overlap.sel(end="before").values * 1e6),
         "tip overlap behind [µm]": list(at.corner_overlap.sel(end="behind").values * 1e6),
     }
@@ -112,7 +120,7 @@ def _loads(result: xr.Dataset) -> Table:
         "mean error [µm]": list(error[:, 0].real * 1e6),
         "peak to peak [µm]": list(result.transmission_error_peak_to_peak.values * 1e6),
         **{f"order {k} [µm]": list(np.abs(error[:, k]) * 1e6) for k in (1, 2, 3)},
-        "stiffness, tangent [N/um]": list(result.average_stiffness.values.mean(axis=0) / 1e6),
+        "stiffness, tangent [N/µm]": list(result.average_stiffness.values.mean(axis=0) / 1e6),
         "largest load [N/mm]": list(result.largest_load_per_length.values.max(axis=0) / 1e3),
         "largest pressure [MPa]": list(result.largest_pressure.values.max(axis=0) / 1e6),
     }

@@ -70,7 +70,9 @@ def _ranges(result: xr.Dataset) -> Table:
         starts = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
         for first, last in zip(starts, [*(starts[1:] - 1), len(label) - 1], strict=True):
             rows.append((str(direction), float(frequency[first]), float(frequency[last]), str(label[first])))
-    headings = ("direction", "from [Hz]", "to [Hz]", "motion")
+    of = of_first_stage(result)
+    ends = ("from mesh frequency{} [Hz]", "to mesh frequency{} [Hz]") if of else ("from{} [Hz]", "to{} [Hz]")
+    headings = ("direction", *(end.format(of) for end in ends), "motion")
     left = f", first {_SHOWN} of {len(rows)}" if len(rows) > _SHOWN else ""
     return Table(title=f"What moves{left}", columns=named_columns(headings, rows[:_SHOWN]))
 
@@ -89,4 +91,5 @@ def _labels(part: xr.Dataset) -> np.ndarray[Any, np.dtype[np.object_]]:
 def _folds(result: xr.Dataset) -> list[Table]:
     if not result.sizes.get("fold"):
         return []
-    return [Table(title="Folds of the branches", columns={"mesh frequency [Hz]": list(result.fold_frequency.values)})]
+    heading = f"mesh frequency{of_first_stage(result)} [Hz]"
+    return [Table(title="Folds of the branches", columns={heading: list(result.fold_frequency.values)})]

@@ -10,7 +10,9 @@ from ..elements import Company, Drawing, Section, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
+__all__ = ["ORDER", "SERIES", "sections", "tables"]
+
+SERIES = "As it is computed with: a Fourier series. Ripples beside a bend are where the series ends, not of the teeth."
 
 ORDER = 20
 
@@ -20,9 +22,9 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     history = result.mesh_stiffness.transpose("mesh", "mesh_phase").values * 1e-6
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
-        "mean [N/um]": list(result.mean_mesh_stiffness.values * 1e-6),
-        "least [N/um]": list(history.min(axis=1)),
-        "most [N/um]": list(history.max(axis=1)),
+        "mean [N/µm]": list(result.mean_mesh_stiffness.values * 1e-6),
+        "least [N/µm]": list(history.min(axis=1)),
+        "most [N/µm]": list(history.max(axis=1)),
     }
     return [Table(title="Mesh stiffness along the tooth normal", columns=columns)]
 
@@ -34,5 +36,9 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     if "check" in company:
         return []
     return [
-        Section(anchor="meshes", title="Meshes", parts=[Drawing(anchor="stiffness", figure=mesh_stiffness(result))])
+        Section(
+            anchor="meshes",
+            title="Meshes",
+            parts=[Drawing(anchor="stiffness", figure=mesh_stiffness(result), caption=SERIES)],
+        )
     ]
