@@ -11,7 +11,7 @@ from .style import INK, note
 __all__ = ["load_history"]
 
 # Ratios that differ from 1 by less are one line at 1, which says so: they would be drawn over a range of nothing.
-_EVEN = 1e-5
+_EVEN, _AROUND = 1e-5, 0.01
 
 
 def load_history(sharing: xr.Dataset) -> go.Figure:
@@ -27,7 +27,7 @@ def load_history(sharing: xr.Dataset) -> go.Figure:
         axis = "y" if row == 1 else f"y{row}"
         values = [value for trace in drawn.data if trace.yaxis == axis for value in trace.y if value is not None]
         if values and max(abs(value - 1) for value in values) < _EVEN:
-            drawn.update_yaxes(range=[1 - 2 * _EVEN, 1 + 2 * _EVEN], row=row, col=1)
+            drawn.update_yaxes(range=[1 - _AROUND, 1 + _AROUND], row=row, col=1)
             where = {"xref": "x domain" if row == 1 else f"x{row} domain", "yref": f"{axis} domain"}
             note(drawn, "every branch carries its share", x=0.5, y=0.85, xanchor="center", **where)
     return drawn

@@ -8,7 +8,7 @@ import xarray as xr
 
 from epicyclic.show.figures.contact_sweep import contact_sweep
 from epicyclic.show.report import report
-from epicyclic.show.views.contact_sweep import _forces
+from epicyclic.show.views.contact_sweep import _folds, _forces, _ranges
 
 
 def swept() -> xr.Dataset:
@@ -75,3 +75,14 @@ def test_forces_that_are_not_known_are_no_zeros() -> None:
     assert columns["apart at most [% of the time]"][0] == 20.0
     assert np.isnan(columns["largest force [N]"][1])
     assert np.isnan(columns["apart at most [% of the time]"][1])
+
+
+def test_speeds_of_a_train_of_several_stages_name_theirs() -> None:
+    """Ranges of speed and folds are over the mesh frequency of the first stage, and say so."""
+    data = swept().assign(branch_instability=(("direction", "speed"), np.full((2, 3), "", dtype=object)))
+    for names, words in ((data.mesh.values, False), (["low/sun-planet/1", "high/planet-ring/1"], True)):
+        result = data.assign_coords(mesh=names)
+        headings = [heading for table in (_ranges(result), *_folds(result)) for heading in table.columns]
+        spoken = [heading for heading in headings if "[Hz]" in heading]
+        assert len(spoken) == 3
+        assert all((" of low" in heading) is words for heading in spoken)

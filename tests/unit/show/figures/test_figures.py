@@ -282,6 +282,55 @@ def test_histories_keep_their_peaks(synthetic: ModuleType) -> None:
     assert len(shown[0].y) < 0.3 * data.sizes["time"]
 
 
+def test_even_sharing_is_no_empty_panel(ren: Datasets) -> None:
+    data = ren["sharing"].copy(deep=True)
+    data["load_sharing_history"].values[6:] = 1.0
+    drawn = load_history(data)
+    assert [note.text for note in drawn.layout.annotations].count("every branch carries its share") == 1
+    low, high = drawn.layout.yaxis2.range
+    assert 0.98 < low < 1 < high < 1.02
+    assert {shape.layer for shape in drawn.layout.shapes} == {"below"}
+
+
+def test_numbers_of_natural_frequencies_do_not_collide(ren: Datasets) -> None:
+    modes = ren["modes"].copy(deep=True)
+    hertz = modes["frequency"].values
+    hertz[:] = np.sort(np.r_[np.linspace(500, 501, 6), np.linspace(600, 1300, hertz.size - 6)])
+    modes["multiplicity"].values[:] = 1
+    heads = [trace for trace in frequencies(modes).data if trace.text is not None]
+    written = sum(bool(text) for trace in heads for text in trace.text)
+    assert sum(len(trace.text) for trace in heads) == hertz.size
+    close = [text for trace in heads for x, text in zip(trace.x, trace.text, strict=True) if x <= 6 and text]
+    assert len(close) <= 4  # six numbers of 30 px at one height in 170 px
+    assert written > hertz.size // 2
+
+
+def test_names_of_rays_and_mesh_frequencies_have_room(ren: Datasets) -> None:
+    """A stage of a long name widens the margin; a ray that leaves at the top is named there."""
+    data = ren["campbell"]
+    tone = data["mesh_frequency"]
+    wide = data.drop_vars(["mesh_frequency", "stage"]).assign(
+        mesh_frequency=(("stage", "relative_speed"), np.stack([tone.values.ravel(), 20 * tone.values.ravel()]))
+    )
+    wide = wide.assign_coords(stage=["differential", "encased"])
+    drawn = campbell(wide)
+    names = {note.text: note for note in drawn.layout.annotations}
+    longest = max(len(name) for name in names if "mesh" in name)
+    assert drawn.layout.margin.r >= 7 * longest
+    assert any(note.yref == "paper" and "encased" in name for name, note in names.items())
+
+
+def test_a_study_names_its_definition_and_spells_micrometres() -> None:
+    result = xr.Dataset(
+        {"system_load_sharing": (("member", "run_out"), np.ones((1, 3)), {"units": "1", "long_name": "coefficient"})},
+        {"member": ["main.sun"], "run_out": ["0 um", "10 um", "20 um"]},
+        {"options": json.dumps({"definition": "worst-case"})},
+    )
+    drawn = study(result)
+    assert drawn.layout.yaxis.title.text == "coefficient,<br>worst case [-]"
+    assert drawn.layout.xaxis.title.text == "run out [µm]"
+
+
 def test_lost_contact_is_said(ren: Datasets) -> None:
     data = ren["sharing"].copy()
     data["contact_lost"] = data.contact_lost.copy(data=np.arange(12) < 2)

@@ -23,6 +23,16 @@ def test_short_names_leave_the_only_stage_out() -> None:
     assert short_names(["low/sun-planet/2", "high/sun-planet/2"]) == ["low sun-planet 2", "high sun-planet 2"]
 
 
+def test_a_narrow_curve_is_no_staircase() -> None:
+    """1.0031 to 1.0032 in five digits would be two levels; what is rounding alone stays one."""
+    wave = np.asarray(1.00315 + 5e-5 * np.sin(np.linspace(0, 7, 200)), dtype=np.float64)
+    shown = np.array(compact(wave), dtype=float)
+    assert len(set(shown)) > 100
+    np.testing.assert_allclose(shown, wave, rtol=0, atol=5e-3 * np.ptp(wave))
+    level: NDArray[np.float64] = 1.0 + 1e-15 * np.arange(5)
+    assert set(compact(level)) == {1.0}
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [

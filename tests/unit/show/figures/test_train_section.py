@@ -14,6 +14,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.model.document import ready_drives
+from epicyclic.show.elements import Drawing
 from epicyclic.show.figures.section_layout import layout_of, text_width
 from epicyclic.show.figures.train_front import train_front
 from epicyclic.show.figures.train_section import train_section
@@ -193,12 +194,8 @@ def test_stages_side_by_side_are_said_to_be() -> None:
         front, side = train_front(checked(name)), section(name)
         assert ("stages side by side, not as they stand" in front.layout.title.text) is several
         assert ("stages in series, what lies between is a scheme" in side.layout.title.text) is several
-        (drawing,) = [
-            part
-            for one in sections_of({"check": checked(name)})
-            for part in one.parts
-            if getattr(part, "anchor", "") == "front"
-        ]
-        assert ("how they lie to each other is not in the model" in drawing.caption) is several
+        parts = [part for one in sections_of({"check": checked(name)}) for part in one.parts]
+        (caption,) = [part.caption for part in parts if isinstance(part, Drawing) and part.anchor == "front"]
+        assert ("how they lie to each other is not in the model" in caption) is several
         written = [text for trace in front.data if trace.mode == "text" for text in trace.text]
         assert sum("<b>" in text for text in written) == (2 if several else 0)
