@@ -149,10 +149,12 @@ def resolution(
 def _numbers(helices: Sequence[Mesh], pairs: Sequence[ContactPair], force: float, phase: Array, start: float) -> Array:
     """Peak to peak of the transmission error [m], largest load [N/m] and pressure [Pa] under a force [N], and scales.
 
-    Rows : the numbers, and what their errors are relative to, (2, 3).
+    Rows : the numbers, and what their errors are relative to, (2, 3); nan where a phase is not solved.
     """
     segments = all_segments(pairs, [sigma_at(mesh, phase, start) for mesh in helices])
     found = all_loaded(segments, [force], tangents=False)
+    if any((one.status != "").any() for one in found):
+        return np.full((2, 3), np.nan)
     swing, deflection = _swing(found)
     load = max(float(one.largest_load[0]) for one in found)
     pressure = max(float(one.largest_pressure[0]) for one in found)
@@ -171,21 +173,28 @@ def doubled(
 ) -> tuple[int, Array]:
     """Count, doubled until numbers hold, or to a limit, and the estimated errors (m,) of them [1].
 
+    Where there are no numbers at a count, the one before it is kept: finer ones are no better, and cost more.
+
     Parameters
     ----------
-    numbers : count -> the numbers, and what their errors are relative to, (2, m).  limits : first and most of counts.
+    numbers : count -> the numbers, and what their errors are relative to, (2, m); nan where there are none.
+    limits : first and most of counts.
     tolerance : of each number [1].
     checked : a first change that is small may be so by accident, where lead modifications end within a slice; the
     next count then has to confirm it.
     """
     count, found = limits[0], []
     found.append(numbers(count))
-    while True:
+    error = np.full(found[0].shape[1], np.nan)
+    while np.isfinite(found[-1]).all():
+        following = numbers(2 * count)
+        if not np.isfinite(following).all():
+            break
         count *= 2
-        found.append(numbers(count))
+        found.append(following)
         error = estimated_error([one[0] for one in found]) / found[-1][1]
         if 2 * count > limits[1]:
-            return count, error
+            break
         if (error > tolerance).any():
             continue
         if not checked or len(found) > 2:
@@ -193,6 +202,7 @@ def doubled(
         following = numbers(2 * count)
         if not (np.abs(following[0] - found[-1][0]) / following[1] > tolerance).any():
             return count, error
+    return count, error
 
 
 def estimated_error(values: Sequence[Array]) -> Array:

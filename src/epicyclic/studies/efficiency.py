@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..assemble.tooth_pairs import mean_force, pair_of
-from ..errors import ModelError
+from ..errors import ConvergenceError, ModelError
 from ..gears import geometry
 from ..gears.loss_factor import Rolling, loss_factor, mean_friction, path_load, sliding_distance
 from ..results.dataset import dataset
@@ -26,7 +26,7 @@ from ..train.losses import LossyFlow, lossy_flow, require_contact, require_flow
 from ..train.train import Train
 from .check import train_provenance
 from .contact_resolution import resolution, sigma_at
-from .tooth_contact import TOLERANCE, flank_map, helices_of, normal_force
+from .tooth_contact import TOLERANCE, flank_map, helices_of, normal_force, unresolved
 
 __all__ = ["FRICTION", "Oil", "efficiency"]
 
@@ -139,12 +139,13 @@ def efficiency(
     ------
     ModelError : no speed, no torque, no power; friction outside 0 .. 1, or so high that nothing is left; helical teeth
         without face width; teeth that do not keep contact; with contact what `contact` refuses.
+    ConvergenceError : loaded contact is not solved at a phase.
     """
     require_flow(train.kinematics)
     if not 0 <= friction <= 1:
         raise ModelError("a coefficient of friction", path="friction", given=friction, allowed="0 to 1")
-    teeth = {g.pair: _teeth(train, g, sharing) for g in train.kinematics.gearings}
     said: list[str] = []
+    teeth = {g.pair: _teeth(train, g, sharing, said) for g in train.kinematics.gearings}
     mu = {pair: friction if oil is None else _oiled(train, one, oil, said) for pair, one in teeth.items()}
     share = {pair: mu[pair] * float(np.mean(one.factors)) for pair, one in teeth.items()}
     for pair, value in share.items():
@@ -183,12 +184,13 @@ def efficiency(
 # teeth ---------------------------------------------------------------------------------------------------------------
 
 
-def _teeth(train: Train, gearing: Gearing, sharing: str) -> _Teeth:
-    """Friction data of a pair, load uniform or as of loaded contact.
+def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[str]) -> _Teeth:
+    """Friction data of a pair, load uniform or as of loaded contact; `said` takes what that leaves unresolved.
 
     Raises
     ------
     ModelError : helical teeth without face width, teeth that do not keep contact.
+    ConvergenceError : loaded contact is not solved.
     """
     meshes = [mesh for mesh in train.meshes if mesh.pair == gearing.pair]
     helices = tuple(mesh for mesh in meshes if mesh.branch == meshes[0].branch)
@@ -201,7 +203,7 @@ def _teeth(train: Train, gearing: Gearing, sharing: str) -> _Teeth:
     relative = abs(float(speed[gearing.a] - frame)) * math.tau / 60
     sigma = np.linspace(*helices[0].limits, _PLACES)
     if sharing == "contact" and (train.kinematics.mesh_torque or {})[gearing.pair]:
-        distance, load = _of_contact(train, helices[0], sigma)
+        distance, load = _of_contact(train, helices[0], sigma, said)
     else:
         distance = tuple(sliding_distance(mesh.limits, mesh.overlap_ratio) for mesh in helices)
         load = path_load(helices[0].limits, helices[0].overlap_ratio, sigma)
@@ -222,15 +224,28 @@ def _gear(body: Body) -> GearData:
     return body.gear
 
 
-def _of_contact(train: Train, mesh: Mesh, sigma: Array) -> tuple[tuple[float, ...], Array]:
-    """Distances <|sigma|> of all helices of a branch under load, and load along the path of the first (n,) [1]."""
-    helices = helices_of(train, mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0])
+def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[str]) -> tuple[tuple[float, ...], Array]:
+    """Distances <|sigma|> of all helices of a branch under load, and load along the path of the first (n,) [1].
+
+    Raises
+    ------
+    ConvergenceError : a phase is not solved.
+    """
+    name = mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0]
+    helices = helices_of(train, name)
     force = normal_force(train, helices, None)
     pairs = [pair_of(train, one) for one in helices]
     cut = resolution(helices, pairs, force, tolerance=TOLERANCE, samples=None, slices=None)
     pairs = [pair_of(train, one, slices=cut.slices) for one in helices]
     segments = all_segments(pairs, [sigma_at(one, cut.phase) for one in helices])
     found = all_loaded(segments, np.array([force]), tangents=False)
+    missed = np.any([one.status[0] != "" for one in found], axis=0)
+    if missed.any():
+        raise ConvergenceError(
+            f"loaded contact of {name} is not solved at {missed.sum()} of {missed.size} phases, {force:.4g} N on a "
+            "small part of the face; smaller lead modifications (flank.slope, flank.crown), or uniform sharing"
+        )
+    said += [f"{name}: {text}" for text in unresolved(cut, TOLERANCE)]
     distance = tuple(float(cycle_mean(_moment(one), cut.phase)) for one in found)
     lines, share = found[0].segments.lines, found[0].force[0] / found[0].load[0][:, None, None]
     inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)

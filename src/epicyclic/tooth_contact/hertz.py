@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LineContact", "approach", "half_width", "line_contact", "load", "pressure"]
+__all__ = ["LineContact", "approach", "half_width", "largest_load", "line_contact", "load", "pressure"]
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,14 @@ def approach(line: LineContact, p: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         value = line.A * p * (line.B - np.log(p))
     return np.where(p > 0, value, 0.0)
+
+
+def largest_load(line: LineContact) -> Array:
+    """Load per length (...) [N/m] up to which the approach rises with the load, by [weber1953].
+
+    There the contact is so wide that a body of the depth of the tooth gives no more: the formula holds far below it.
+    """
+    return np.asarray(np.exp(line.B - 1))
 
 
 def load(line: LineContact, u: Array) -> tuple[Array, Array]:

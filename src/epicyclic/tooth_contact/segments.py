@@ -36,6 +36,9 @@ Index = NDArray[np.int64]
 # Corner contact is considered up to this separation of tip and flank, in modules of the base pitch: far above the
 # deflection of teeth.
 _CORNER = 0.02
+# Largest load of a line that an estimate starts from, of the one at which the approach is largest: there the stiffness
+# is without bound and Newton's method does not move; half is above what any tooth bears.
+_OF_LARGEST = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,10 +77,10 @@ class ContactSegments:
     def own_approach(self, force: Array, phases: Index) -> Array:
         """Own approach (t, n) [m] of the line contacts under forces (t, n) > 0 [N] at phases (t,): inverse of `law`.
 
-        Beyond the load per length at which that of [weber1953] is largest it goes on in proportion to the load.
+        Beyond half the load per length at which that of [weber1953] is largest it is that of the half.
         """
-        p = force / self.length[phases]
-        return np.asarray(self.contact.A * p * np.maximum(self.contact.B[phases] - np.log(p), 1.0))
+        line = replace(self.contact, B=self.contact.B[phases], radius=self.contact.radius[phases])
+        return hertz.approach(line, np.minimum(force / self.length[phases], _OF_LARGEST * hertz.largest_load(line)))
 
     def spread(self, values: Array) -> Array:
         """Values (..., T, n) of the segments spread over all lines, (..., T, J, K); 0 elsewhere."""

@@ -32,6 +32,9 @@ Law = Callable[[Array, Index], tuple[Array, Array]]
 _SWEEPS, _STEPS, _HALVINGS = 40, 60, 30
 # Force sums and gaps, relative to the load and to the approach.
 _TOLERANCE = 1e-12
+# Steps after another that leave this share of a residual, itself above that of rounding, until a phase is given up:
+# its law bears no more, each further step costs all halvings.
+_STALLED, _SLOW, _FAR = 6, 0.999, 1e-6
 _FAILED = 1e-8  # a larger residual exceeds the rounding of the worst conditioned compliance: not converged
 
 
@@ -188,13 +191,18 @@ def solve_hertzian(
     u, d = _first_estimate(compliance, at_phase, gap, valid, load, given, law, start, inverse)
     todo = np.flatnonzero(valid.any(axis=1) & ~(load <= 0))
     at = _estimate(compliance, at_phase, gap, valid, load, law, u[todo], d[todo], todo)
+    stalled = np.zeros(len(load), dtype=int)
     for _ in range(_STEPS):
-        left = at.merit > _TOLERANCE
+        left = (at.merit > _TOLERANCE) & (stalled[todo] < _STALLED)
         todo = todo[left]
         if not todo.size:
             break
-        at = _newton_step(compliance, at_phase, gap, valid, load, law, at.take(left), todo)
+        before = at.take(left)
+        at = _newton_step(compliance, at_phase, gap, valid, load, law, before, todo)
         u[todo], d[todo] = at.u, at.d
+        slow = (at.merit > _FAR) & (at.merit > _SLOW * before.merit)
+        stalled[todo] = np.where(slow, stalled[todo] + 1, 0)
+    todo = np.flatnonzero((stalled >= _STALLED) | np.isin(np.arange(len(load)), todo))
     _set_first_touch(gap, valid, load, d)
     idle = load <= 0
     u[idle] = d[idle, None] - gap[idle]
@@ -280,8 +288,12 @@ def _first_estimate(
 ) -> tuple[Array, Array]:
     """First estimate u (T, n), d (T,) [m]: linear contact with the secant of an evenly shared load."""
     held = np.isnan(load)
+    # No segment bears more than the whole load.  An estimate beyond the largest approach of the law, where its force
+    # no longer rises, is one that no Newton step leaves.
+    most = np.full(gap.shape, np.inf) if inverse is None else inverse(np.broadcast_to(load[:, None], gap.shape))
     if start is not None:
-        return start.copy(), np.where(held, d, _approach_of(compliance, phase, gap, valid, law, start))
+        start = np.fmin(start, most)
+        return start, np.where(held, d, _approach_of(compliance, phase, gap, valid, law, start))
     T, n = gap.shape
     way = d[:, None] - gap
     if held.all():  # half of it in the flanks
@@ -292,7 +304,7 @@ def _first_estimate(
     own = (_approach_at_force(law, even) if inverse is None else inverse(even)) / even
     found = solve_linear(compliance, gap, valid, np.where(held, 0.0, load), own=own, phase=phase)
     u = found.approach[:, None] - gap - products(compliance, phase, found.force)
-    return np.where(held[:, None], np.where(way > 0, way / 2, way), u), np.where(held, d, found.approach)
+    return np.where(held[:, None], np.where(way > 0, way / 2, way), np.fmin(u, most)), np.where(held, d, found.approach)
 
 
 def _approach_of(compliance: Array, phase: Index, gap: Array, valid: Mask, law: Law, u: Array) -> Array:

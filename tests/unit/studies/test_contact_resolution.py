@@ -13,7 +13,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.assemble.tooth_pairs import pair_of
 from epicyclic.errors import ModelError
-from epicyclic.studies.contact_resolution import Resolution, estimated_error, mesh_phases
+from epicyclic.studies.contact_resolution import Resolution, doubled, estimated_error, mesh_phases
 from epicyclic.studies.tooth_contact import contact, helices_of
 
 PAIR: dict[str, Any] = {
@@ -164,3 +164,18 @@ def test_a_small_first_change_of_the_slices_is_confirmed() -> None:
     assert float(found.transmission_error_peak_to_peak[0]) == pytest.approx(
         float(fine.transmission_error_peak_to_peak[0]), rel=0.01
     )
+
+
+def test_a_count_without_numbers_ends_the_doubling() -> None:
+    asked: list[int] = []
+
+    def numbers(count: int) -> Any:
+        asked.append(count)
+        return np.full((2, 1), np.nan) if count > 20 else np.array([[1 + 1 / count], [1.0]])
+
+    count, error = doubled(numbers, (10, 160), 1e-6)
+    assert (count, asked) == (20, [10, 20, 40])
+    assert error == pytest.approx([1 / 20])
+    count, error = doubled(numbers, (32, 160), 1e-6)
+    assert (count, asked[3:]) == (32, [32])
+    assert np.isnan(error).all()

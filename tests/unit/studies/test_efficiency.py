@@ -12,7 +12,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.assemble.tooth_pairs import mean_force
-from epicyclic.errors import ModelError
+from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.show.figures.mesh_losses import mesh_losses
 from epicyclic.show.figures.sliding import sliding
 from epicyclic.show.views import key_figures_of, sections_of, tables_of
@@ -114,6 +114,16 @@ def test_meshed_planets_of_a_drawing(held: str, driver: str) -> None:
     e0, i0 = math.prod(1 - 0.05 * value for value in factor.values()), 77 / 32
     by_hand = {"carrier": e0, "ring": (i0 * e0 - 1) / (i0 - 1), "sun": (i0 - 1 / e0) / (i0 - 1)}
     assert float(found.train_efficiency) == pytest.approx(by_hand[held], rel=1e-12)
+
+
+def test_a_load_that_a_corner_of_the_face_does_not_bear_is_no_efficiency() -> None:
+    """It was one after minutes of refinement: numbers of phases that were not solved, without a word."""
+    sloped = model({**STAGE, "flank": {"slope": "5 mm"}}, held=["ring"], **SUN | {"torque": {"sun": "8 kN m"}})
+    with pytest.raises(ConvergenceError, match=r"main/planet-ring/1 is not solved at \d+ of \d+ phases, 5\.912e\+04 N"):
+        epicyclic.efficiency(sloped, sharing="contact")
+    sloped["stages"]["main"]["flank"]["slope"] = "2 mm"
+    found = epicyclic.efficiency(sloped, sharing="contact")
+    assert any("main/planet-ring/1: 64 phases and 20 slices are not enough" in text for text in warnings_of(found))
 
 
 @pytest.mark.parametrize("helix", ["0 deg", "14 deg"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,3 +164,42 @@ def test_warm_and_cold_starts_agree(pair_of: Build) -> None:
     alone = loaded_contact(pair, [9e3], PHASES)
     assert many.force[2] == pytest.approx(alone.force[0], rel=1e-8, abs=1e-6)
     assert many.residual.max() < 1e-12
+
+
+def test_load_on_a_small_piece_of_the_face(pair_of: Build) -> None:
+    """The linear estimate there lies beyond the largest approach of the law, which no Newton step left."""
+    segments = contact_segments(pair_of(slices=40, misalignment=0.05), PHASES)
+    load = np.full(25, 40e3)
+    found = solve.solve_hertzian(
+        segments.compliance,
+        segments.gap,
+        segments.valid,
+        load,
+        segments.law,
+        inverse=lambda force: segments.own_approach(force, np.arange(25)),
+    )
+    assert set(found.status) == {""}
+    assert found.residual.max() < 1e-12
+    assert (found.force > 0).sum(axis=1).max() <= 8  # of 80
+
+
+def test_a_load_beyond_the_line_contact_is_given_up_soon(pair_of: Build, monkeypatch: pytest.MonkeyPatch) -> None:
+    segments = contact_segments(pair_of(slices=40, misalignment=0.05), PHASES)
+    taken: list[int] = []
+    step = solve._newton_step
+
+    def counted(*args: Any) -> Any:
+        taken.append(1)
+        return step(*args)
+
+    monkeypatch.setattr(solve, "_newton_step", counted)
+    found = solve.solve_hertzian(
+        segments.compliance,
+        segments.gap,
+        segments.valid,
+        np.full(25, 1e9),
+        segments.law,
+        inverse=lambda force: segments.own_approach(force, np.arange(25)),
+    )
+    assert set(found.status) == {"not converged"}
+    assert len(taken) < 30
