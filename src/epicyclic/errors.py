@@ -28,6 +28,10 @@ class ModelError(ValueError):
         text = f"{where}: {problem}" if where else problem
         super().__init__(f"{text}; allowed: {allowed}" if allowed else text)
 
+    def at(self, path: str) -> ModelError:
+        """The same error at another path."""
+        return ModelError(self.problem, path=path, given=self.given, allowed=self.allowed)
+
 
 class ConvergenceError(RuntimeError):
     """A solver did not converge; the message says what to try."""

@@ -14,7 +14,8 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.audits.audit_file import attempts, audited_drives, read_audit
+from epicyclic.audits.audit_file import attempts
+from epicyclic.audits.audit_reader import audited_drives, read_audit
 from epicyclic.show.views.audit import tally
 
 PAGES = Path(__file__).parents[2] / "docs" / "drives"
@@ -51,7 +52,7 @@ SEARCHED = (
 @pytest.mark.parametrize("drive", SEARCHED)
 def test_what_is_not_reproducible_has_been_tried(drive: str) -> None:
     """Three readings at least, each with a number; or why there is nothing to try."""
-    _, audit = read_audit(drive)
+    audit = read_audit(drive).audit
     rows = [row for row in audit.rows if row.verdict == "not reproducible" and not row.nothing_to_try]
     few = [row.quantity for row in rows if sum(one.ours is not None for one in attempts(row)) < 3]
     assert few == []
@@ -59,7 +60,7 @@ def test_what_is_not_reproducible_has_been_tried(drive: str) -> None:
 
 @pytest.mark.parametrize("drive", audited_drives())
 def test_every_run_is_used(drive: str) -> None:
-    _, audit = read_audit(drive)
+    audit = read_audit(drive).audit
     tried = [one.ours for row in audit.rows for one in attempts(row)]
     used = {name for ours in tried if ours for name in ours.runs()}
     for name in sorted(used):

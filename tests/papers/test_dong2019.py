@@ -24,7 +24,7 @@ import epicyclic
 from epicyclic.analyses.static.record import Record, record_of
 from epicyclic.analyses.static.static import static
 from epicyclic.assemble import assemble
-from epicyclic.audits.audit_file import read_audit
+from epicyclic.audits.audit_reader import read_audit
 from epicyclic.resolve import load
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
@@ -454,7 +454,7 @@ def test_coulomb_friction_has_a_history() -> None:
 
 
 def test_verdicts() -> None:
-    _, audit = read_audit("dong2019")
+    audit = read_audit("dong2019").audit
     said = {(row.place, row.verdict) for row in audit.rows}
     theory = [
         row.verdict for row in audit.rows if row.quantity.endswith("N m") and row.place == "Fig. 19 and section 6"

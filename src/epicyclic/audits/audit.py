@@ -18,20 +18,23 @@ from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..studies.source import system_of, train_of
 from ..verbs.record import keywords, verbs
-from .audit_file import AS_PRINTED, Attempt, Audit, Row, attempts, audited_drives, claim_of, read_audit
+from .audit_file import AS_PRINTED, Attempt, Audit, Row, attempts, claim_of
+from .audit_reader import AuditFile, WrongRow, audited_drives, read_audit
 from .evaluation import converted, evaluate
 
 if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["EXTRAS", "HOLDS", "NOT_COMPUTED", "audit"]
+__all__ = ["EXTRAS", "HOLDS", "NOT_COMPUTED", "WRONG", "audit"]
 
 HOLDS, CONTRADICTED = "holds", "contradicted"
 _WITHIN, _OUTSIDE = "within", "outside"
 _SHOWN, _NO_NUMBER = "shown", "no number"
 NOT_COMPUTED = "not computed"
 """Start of the outcome of a row whose run needs a package that is not installed; how to install it follows."""
+WRONG = "wrong"
+"""Start of the outcome of a row that cannot be read, or whose run or number is refused; the message follows."""
 EXTRAS = {"numba": "fast", "pymoo": "optimise"}
 """Package outside the plain installation -> extra of this package that brings it."""
 _ROUNDING = 1e-12  # a difference equal to the tolerance is within it
@@ -43,16 +46,23 @@ class _NotInstalledError(Exception):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Tried:
-    """An attempt and its numbers [unit of the row], one for each published; nan where `failure` says why there is none.
+    """An attempt and its numbers [unit of the row], one for each published; nan where there is none.
 
+    missing : why a run gave none, "" where it gave one.  error : why the row or its run is wrong, or None.
     within : whether each is within the tolerance or bounds; None where there are none, or no number.
     """
 
     attempt: Attempt
     ours: Sequence[float]
-    failure: str
+    missing: str = ""
+    error: ModelError | None = None
     within: Sequence[bool | None]
     fitted: bool
+
+    @property
+    def failure(self) -> str:
+        """Why there is no number; "" where there is one, or none was asked for."""
+        return self.missing if self.error is None else f"{WRONG}: {self.error}"
 
     @property
     def holds(self) -> bool:
@@ -95,19 +105,19 @@ def audit(
     -------
     Dataset along ``row``: drive, quantity, place, published (nan where it is not one number), published_text,
         published_unit, ours, difference (ours - published), tolerance (all three in published_unit), verdict, outcome
-        ("holds", "contradicted", "not computed: ..." where a package is missing, or why nothing came out), because,
-        reading, reason, fitted, published_as, origin, nothing_to_try; ours to fitted are those of the reading shown.
+        ("holds", "contradicted", "not computed: ..." where a package is missing, "wrong: ..." where the row or its run
+        is refused, or why nothing came out), because, reading, reason, fitted, published_as, origin, nothing_to_try; ours to fitted are those of the reading shown.
         Along ``attempt``, every number tried for a row with readings: attempt_row (label of ``row``), attempt_reading,
         attempt_ours, attempt_difference, attempt_tolerance, attempt_because, attempt_reason, attempt_fitted,
         attempt_outcome ("within", "outside", "shown" where nothing is to be checked, or why there is no number).
 
     Raises
     ------
-    ModelError : no such audit, or something in its file is wrong.
+    ModelError : no such audit, something in its file beside single rows is wrong, or all of its rows are.
     """
     sources = audited_drives() if names is None else [names] if isinstance(names, str | Path) else list(names)
     found = [read_audit(source) for source in sources]
-    total = sum(len(one.runs) for _, one in found) or 1
+    total = sum(len(one.audit.runs) for one in found) or 1
     done = 0
 
     def count() -> None:
@@ -116,20 +126,42 @@ def audit(
         if progress is not None:
             progress(done / total)
 
-    lines = [line for drive, one in found for line in _lines(drive, one, count)]
-    return _table(lines, {drive: one for drive, one in found})
+    lines = [line for one in found for line in _lines(one, count)]
+    errors = [line.shown.error for line in lines]
+    if errors and (first := errors[0]) is not None and None not in errors:
+        raise first  # nothing is left of the audit
+    return _table(lines, {one.drive: one.audit for one in found})
 
 
-def _lines(drive: str, data: Audit, count: Callable[[], None]) -> Iterator[_Line]:
-    """Every row of an audit, computed and checked."""
-    result_of = _runner(drive, data, count)
-    for at, row in enumerate(data.rows):
-        yield from _checked(row, at, drive=drive, data=data, result_of=result_of)
+def _lines(file: AuditFile, count: Callable[[], None]) -> Iterator[_Line]:
+    """Every row of an audit in the order of the file, computed and checked."""
+    result_of = _runner(file.drive, file.audit, count)
+    good, wrong = dict(zip(file.places, file.audit.rows, strict=True)), {one.at: one for one in file.wrong}
+    for at in sorted({*good, *wrong}):
+        if at in wrong:
+            yield _refused(wrong[at], file.drive)
+        else:
+            yield from _checked(good[at], at, file=file, result_of=result_of)
+
+
+def _refused(wrong: WrongRow, drive: str) -> _Line:
+    """The line of a row that cannot be read."""
+    shown = _Tried(attempt=attempts(wrong.row)[0], ours=[math.nan], error=wrong.error, within=[None], fitted=False)
+    return _Line(
+        drive=drive,
+        row=wrong.row,
+        quantity=wrong.row.quantity,
+        published=math.nan,
+        at=0,
+        shown=shown,
+        tried=(),
+        outcome=shown.failure,
+    )
 
 
 def _runner(drive: str, data: Audit, count: Callable[[], None]) -> Callable[[str], xr.Dataset]:
     """Runs by name, each computed when first asked for; runs on the same model share its System."""
-    results: dict[str, xr.Dataset | ConvergenceError | _NotInstalledError] = {}
+    results: dict[str, xr.Dataset | ConvergenceError | ModelError | _NotInstalledError] = {}
     models: dict[tuple[str, bool], Train | System] = {}
 
     def result_of(name: str) -> xr.Dataset:
@@ -140,7 +172,7 @@ def _runner(drive: str, data: Audit, count: Callable[[], None]) -> Callable[[str
                 results[name] = error
             except ModelError as error:
                 where = f"runs.{name}.{error.path}" if error.path else f"runs.{name}"
-                raise ModelError(error.problem, path=where, allowed=error.allowed) from error
+                results[name] = error.at(where)
             count()
         found = results[name]
         if isinstance(found, Exception):
@@ -168,15 +200,15 @@ def _run(data: Audit, name: str, drive: str, models: dict[tuple[str, bool], Trai
         raise ModelError(f"unknown option: {error}", path="options", allowed=", ".join(keywords(verb.run))) from None
 
 
-def _checked(row: Row, at: int, *, drive: str, data: Audit, result_of: Callable[[str], xr.Dataset]) -> Iterator[_Line]:
+def _checked(row: Row, at: int, *, file: AuditFile, result_of: Callable[[str], xr.Dataset]) -> Iterator[_Line]:
     """One line for each published number of a row."""
     published = row.published if isinstance(row.published, list) else [row.published]
-    tried = [_tried(one, row, at, published, data.fitted(one), result_of) for one in attempts(row)]
+    tried = [_tried(one, row, at, published, file, result_of) for one in attempts(row)]
     shown = _shown(row, tried)
     for place, given in enumerate(published):
         label = row.labels[place] if row.labels else str(place + 1)
         yield _Line(
-            drive=drive,
+            drive=file.drive,
             row=row,
             quantity=row.quantity.replace("{}", label) if isinstance(row.published, list) else row.quantity,
             published=math.nan if isinstance(given, str) else float(given),
@@ -192,27 +224,36 @@ def _tried(
     row: Row,
     at: int,
     published: Sequence[float | str],
-    fitted: bool,
+    file: AuditFile,
     result_of: Callable[[str], xr.Dataset],
 ) -> _Tried:
     """An attempt computed and compared with each published number."""
-    ours, failure = _ours(attempt, row, at, len(published), result_of)
+    ours: Sequence[float] = [math.nan] * len(published)
+    missing, wrong = "", None
+    try:
+        ours = _ours(attempt, row, at, len(published), result_of)
+    except ConvergenceError as error:
+        missing = f"no convergence: {error}"
+    except _NotInstalledError as error:
+        missing = f"{NOT_COMPUTED}: {error}"
+    except ModelError as error:
+        wrong = file.named(error)
     within = [_within(attempt, given, value) for given, value in zip(published, ours, strict=True)]
-    return _Tried(attempt=attempt, ours=ours, failure=failure, within=within, fitted=fitted)
+    fitted = file.audit.fitted(attempt)
+    return _Tried(attempt=attempt, ours=ours, missing=missing, error=wrong, within=within, fitted=fitted)
 
 
-def _ours(
-    attempt: Attempt, row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]
-) -> tuple[Sequence[float], str]:
-    """Our values (count,) in the unit of the row; nan and the reason where a run gave none."""
+def _ours(attempt: Attempt, row: Row, at: int, count: int, result_of: Callable[[str], xr.Dataset]) -> Sequence[float]:
+    """Our values (count,) in the unit of the row; nan where none is asked for.
+
+    Raises
+    ------
+    ModelError : what a run refuses, or what ours asks of its result.
+    """
     if attempt.ours is None:
-        return [math.nan] * count, ""
+        return [math.nan] * count
     try:
         values = converted(evaluate(attempt.ours, result_of), row.unit).values
-    except ConvergenceError as error:
-        return [math.nan] * count, f"no convergence: {error}"
-    except _NotInstalledError as error:
-        return [math.nan] * count, f"{NOT_COMPUTED}: {error}"
     except ModelError as error:
         if error.path.startswith("runs."):
             raise
@@ -220,7 +261,7 @@ def _ours(
     if len(values) != count:
         problem = f"{len(values)} of ours for {count} published"
         raise ModelError(problem, path=f"rows.{at}.ours", given=row.quantity, allowed="as many as are published")
-    return [float(value) for value in values], ""
+    return [float(value) for value in values]
 
 
 def _shown(row: Row, tried: Sequence[_Tried]) -> _Tried:
@@ -232,6 +273,8 @@ def _shown(row: Row, tried: Sequence[_Tried]) -> _Tried:
 
 def _outcome(row: Row, tried: Sequence[_Tried], shown: _Tried, place: int) -> str:
     """Whether the numbers are consistent with the verdict, at one place of the list; or why there are none."""
+    if refused := [one.failure for one in tried if one.error is not None]:
+        return refused[0]  # a reading that is wrong supports no verdict
     if not row.readings or row.verdict == "reproduced":
         within = shown.within[place]
         holds = row.verdict == "not compared" or _fits(row, within, missing=math.isnan(shown.ours[place]))

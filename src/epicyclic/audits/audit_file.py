@@ -1,28 +1,22 @@
 """Audit file: published numbers of a drive, how ours is computed, and what is claimed of the two.
 
-The format is described in docs/audit.md.  Reading it checks its form; whether the claims hold is found by `audit`.
+The format is described in docs/audit.md.  `read_audit` reads it; whether the claims hold is found by `audit`.
 """
 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
-from importlib import resources
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 from ..errors import ModelError
-from ..input_files import read_text
 from ..verbs.record import verbs
 
 __all__ = [
     "AS_PRINTED",
-    "AUDITED",
     "Attempt",
     "Audit",
     "Claim",
@@ -33,13 +27,9 @@ __all__ = [
     "Value",
     "Verdict",
     "attempts",
-    "audited_drives",
     "claim_of",
-    "read_audit",
 ]
 
-AUDITED = ".audit.toml"
-_MAX_BYTES = 4_000_000  # as of a model file
 AS_PRINTED = "as printed"
 """Text of the attempt that needs no reading."""
 Verdict = Literal["reproduced", "under a reading", "not reproducible", "not compared"]
@@ -235,13 +225,6 @@ class Audit(_Table):
 
     @model_validator(mode="after")
     def _runs_exist(self) -> Audit:
-        for at, row in enumerate(self.rows):
-            self._of_format(row, f"rows.{at}")
-            for name in row.ours.runs() if row.ours else ():
-                self._known(name, f"rows.{at}.ours.run")
-            for place, reading in enumerate(row.readings):
-                for name in (reading.run,) if reading.run else reading.ours.runs() if reading.ours else ():
-                    self._known(name, f"rows.{at}.readings.{place}.run")
         for name, run in self.runs.items():
             self._chain(name)
             if missing := [path for path in run.fitted if path not in self.resolved(name).set]:
@@ -250,12 +233,25 @@ class Audit(_Table):
                 )
             if self.resolved(name).verb is None:
                 raise ModelError("no verb", path=f"runs.{name}.verb", allowed=", ".join(verbs()))
-        for at, row in enumerate(self.rows):
-            if row.verdict == "reproduced" and self.fitted(row):
-                raise ModelError(
-                    "reproduced with a fitted value", path=f"rows.{at}.verdict", allowed='verdict = "under a reading"'
-                )
         return self
+
+    def check_row(self, row: Row, path: str) -> None:
+        """Refuse a row that does not go with the format and the runs.
+
+        Raises
+        ------
+        ModelError : a key of another format, no such run, reproduced with a fitted run; at `path` of the row.
+        """
+        self._of_format(row, path)
+        for name in row.ours.runs() if row.ours else ():
+            self._known(name, f"{path}.ours.run")
+        for place, reading in enumerate(row.readings):
+            for name in (reading.run,) if reading.run else reading.ours.runs() if reading.ours else ():
+                self._known(name, f"{path}.readings.{place}.run")
+        if row.verdict == "reproduced" and self.fitted(row):
+            raise ModelError(
+                "reproduced with a fitted value", path=f"{path}.verdict", allowed='verdict = "under a reading"'
+            )
 
     def resolved(self, name: str) -> Run:
         """The run with what it is based on."""
@@ -374,50 +370,6 @@ def claim_of(text: str) -> Claim | None:
     return None
 
 
-def audited_drives() -> tuple[str, ...]:
-    """Names of the ready drives that come with an audit."""
-    files = resources.files("epicyclic.systems").iterdir()
-    return tuple(sorted(file.name.removesuffix(AUDITED) for file in files if file.name.endswith(AUDITED)))
-
-
-def read_audit(source: str | Path) -> tuple[str, Audit]:
-    """Read the audit of a ready drive (its name), or an audit file (its path).
-
-    Returns
-    -------
-    name or path of the model audited, and what is said of it.
-
-    Raises
-    ------
-    ModelError : no such audit, or something in it is wrong, with path, what was given and what is allowed.
-    """
-    name, text = _text(source)
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ModelError(f"not TOML: {error}", path=str(source), allowed="an audit file") from None
-    try:
-        audit = Audit.model_validate(table)
-    except ValidationError as error:
-        raise _as_model_error(error, table) from None
-    return audit.drive or name, audit
-
-
-def _text(source: str | Path) -> tuple[str, str]:
-    """Model audited and text of the audit."""
-    drives = audited_drives()
-    if isinstance(source, str) and source in drives:
-        return source, resources.files("epicyclic.systems").joinpath(source + AUDITED).read_text(encoding="utf-8")
-    path = Path(source)
-    if not path.name.endswith(AUDITED) or not path.is_file():
-        near = get_close_matches(str(source), drives, n=1)
-        problem = f"no such audit; did you mean {near[0]!r}?" if near else "no such audit"
-        raise ModelError(problem, path=str(source), allowed=", ".join(drives) + f", or the path of a file *{AUDITED}")
-    name = path.name.removesuffix(AUDITED)
-    beside = path.with_name(f"{name}.toml")
-    return (str(beside) if beside.is_file() else name), read_text(path, most=_MAX_BYTES)
-
-
 def _check_step(step: str, read: str | None) -> None:
     """Raise ModelError for a step that is no reduction."""
     words = step.split()
@@ -483,29 +435,3 @@ def _reading_problems(reading: SourceReading) -> Iterator[tuple[str, str]]:
         yield "both tolerance and relative", "one of them"
     if (reading.tolerance is not None or reading.relative is not None) and not reading.because:
         yield "a tolerance without its reason", 'because = "..."'
-
-
-def _as_model_error(error: ValidationError, table: dict[str, Any]) -> ModelError:
-    """One ModelError: unknown keys first, since a misspelt key is also a missing one."""
-    details = sorted(error.errors(include_url=False), key=lambda entry: entry["type"] != "extra_forbidden")
-    first = details[0]
-    inner = first.get("ctx", {}).get("error")
-    path = ".".join(str(part) for part in first["loc"] if not re.search(r"[\[\]]|^(str|float|int|bool)$", str(part)))
-    if isinstance(inner, ModelError):
-        whole = inner.path or path
-        return ModelError(inner.problem, path=whole, allowed=inner.allowed)
-    if first["type"] == "extra_forbidden":
-        return ModelError("unknown key", path=path, allowed=", ".join(_keys(first["loc"])))
-    return ModelError(str(first["msg"]), path=path, given=first["input"])
-
-
-def _keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
-    """Keys of the table a place is in."""
-    table: type[BaseModel] = Audit
-    if "ours" in loc[:-1]:
-        table = Value
-    elif "readings" in loc[:-1]:
-        table = SourceReading
-    elif len(loc) > 1:
-        table = Run if loc[0] == "runs" else Row
-    return tuple(table.model_fields)

@@ -12,7 +12,7 @@ from .console import complain, on_stdout, progress_bar, reported, require_stdout
 
 __all__ = ["audit"]
 
-CONTRADICTED = 4
+CONTRADICTED, REFUSED = 4, 2
 
 
 def audit(
@@ -31,7 +31,8 @@ def audit(
 ) -> None:
     """Published numbers beside ours, each with a verdict and its reason; exit status 4 where one does not hold.
 
-    A row that needs a package which is not installed is not computed, and fails nothing.
+    A row that needs a package which is not installed is not computed, and fails nothing.  A row that is wrong, or whose
+    run is refused, is told; the others are computed, and the exit status is 2 where none of them is contradicted.
     """
     with reported():
         _audit(name, as_json=as_json, output=output)
@@ -42,7 +43,7 @@ def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
         target_of(output, (".nc", ".json"))
     if as_json or output is None:
         require_stdout()
-    from ..audits.audit import HOLDS, NOT_COMPUTED
+    from ..audits.audit import HOLDS, NOT_COMPUTED, WRONG
     from ..audits.audit import audit as run
 
     with progress_bar(f"audit {name or 'of all ready drives'}") as step:
@@ -62,5 +63,8 @@ def _audit(name: str | None, *, as_json: bool, output: Path | None) -> None:
             show(result, stdout_console())
     for text in said if as_json or output is not None else ():
         complain(text)
-    if any(outcome != HOLDS and not str(outcome).startswith(NOT_COMPUTED) for outcome in result.outcome.values):
+    outcomes = [str(outcome) for outcome in result.outcome.values]
+    if any(outcome != HOLDS and not outcome.startswith((NOT_COMPUTED, WRONG)) for outcome in outcomes):
         raise typer.Exit(CONTRADICTED)
+    if any(outcome.startswith(WRONG) for outcome in outcomes):
+        raise typer.Exit(REFUSED)

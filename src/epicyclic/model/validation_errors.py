@@ -12,7 +12,7 @@ from .names import nearest
 from .schema import KIND_BY_NAME, MemberTable, MeshTable, ModelFile, StageTable
 from .schema_links import LinkDampingTable, LinkTable
 
-__all__ = ["as_model_error", "error_of", "path_of"]
+__all__ = ["as_model_error", "error_of", "path_of", "words_of"]
 
 _WORDS = {
     "int_type": "a whole number",
@@ -25,6 +25,16 @@ _WORDS = {
     "model_attributes_type": "a table",
     "tuple_type": "a list",
     "list_type": "a list",
+}
+_FAULTS = {
+    "missing": ("missing", ""),
+    "finite_number": ("not finite", "a finite number"),
+    "string_too_short": ("empty", "a text"),
+    "float_parsing": ("not a number", "a number"),
+    "int_parsing": ("not a whole number", "a whole number"),
+    "bool_parsing": ("not true or false", "true or false"),
+    "too_short": ("too few", "a longer list"),
+    "too_long": ("too many", "a shorter list"),
 }
 _ORDER = ("extra_forbidden",)  # reported first: a misspelt key is also a missing one
 _HIDDEN = {"members", "bearings", "form"}
@@ -80,10 +90,18 @@ def _describe(detail: Any, loc: Loc) -> tuple[str, str]:
     if kind == "missing":
         near = nearest(loc[-2], (*_keys(loc[:-3]),)) if loc[-1] == "kind" else ""
         return f"missing{near}", _described(loc)
+    return words_of(detail)
+
+
+def words_of(detail: Any) -> tuple[str, str]:
+    """What is wrong and what is allowed, of a fault as pydantic lists it, whatever the schema."""
+    kind, context = detail["type"], detail.get("ctx", {})
     if kind == "literal_error":
         return "not a word known here", context["expected"].replace("'", '"')
     if kind in _WORDS:
         return f"not {_WORDS[kind]}", _WORDS[kind]
+    if kind in _FAULTS:
+        return _FAULTS[kind]
     limits = [f"{sign} {context[name]}" for name, sign in (("ge", ">="), ("le", "<=")) if name in context]
     return ("out of range", limits[0]) if limits else (str(detail["msg"]), "")
 

@@ -132,7 +132,7 @@ def test_a_list_is_taken_apart(run: Auditor) -> None:
     assert result.difference.values == pytest.approx([0, -0.034, 5.266], abs=1e-3)  # printed digits of the values
     with pytest.raises(ModelError, match="2 of ours for 3 published") as error:
         run(row("reproduced", [1.0, 2.0, 3.0], ours=each))
-    assert error.value.path == "rows.0.ours"
+    assert error.value.path.endswith("x.audit.toml: rows.0.ours")
 
 
 def test_a_model_file_of_ones_own(tmp_path: Path) -> None:
@@ -200,7 +200,44 @@ def test_what_shows_only_when_it_runs(old: str, new: str, path: str, says: str, 
     assert old in text
     with pytest.raises(ModelError, match=says) as error:
         run(head=text.replace(old, new, 1))
-    assert error.value.path.startswith(path)
+    assert f"x.audit.toml: {path}" in error.value.path
+
+
+WRONG_ROWS = [
+    row("reproduced").replace("tolerance = 0.05", "tolerence = 0.05"),
+    row("reproduced").replace(OURS, "ours = 5"),
+    row("reproduced").replace('"modes"', '"shapes"'),
+    row("reproduced").replace('"frequency"', '"frequencies"'),
+    row("reproduced").replace('"modes"', '"refused"'),
+]
+SAID = [
+    "rows.1.tolerence: unknown key; allowed: quantity, place",
+    "rows.1.ours = 5: not a table; allowed: a table",
+    "rows.1.ours.run = shapes: no such run; allowed: modes, refused",
+    "rows.1.ours: q {}: take = frequencies: no such variable",
+    "runs.refused.stages.main.sun.mas = 1: unknown key",
+]
+REFUSED = HEAD + '[runs.refused]\nbased_on = "modes"\nset = { "stages.main.sun.mas" = 1 }\n'
+
+
+@pytest.mark.parametrize(("wrong", "says"), list(zip(WRONG_ROWS, SAID, strict=True)), ids=SAID)
+def test_a_wrong_row_leaves_the_others(wrong: str, says: str, run: Auditor) -> None:
+    result = run(row("reproduced"), wrong, row("reproduced", 11776.0), head=REFUSED)
+    first, told, last = result.outcome.values.tolist()
+    assert (first, last) == ("holds", "contradicted")
+    assert told.startswith("wrong: ")
+    assert f"x.audit.toml: {says}" in told
+    assert result.quantity.values.tolist() == ["q {}"] * 3
+    assert tally(result)["lin1999-n3"].endswith("1 contradicted, 1 wrong")
+    shown, _ = tables(result)
+    assert str(shown.columns["verdict"][1]) == "reproduced (wrong)"
+
+
+def test_a_wrong_reading_supports_no_verdict(run: Auditor) -> None:
+    text = bare("not reproducible", 5.0) + read("other", run='"modes"') + read("third", run='"refused"')
+    result = run(text, bare("not reproducible", 5.0), head=REFUSED.replace("format = 1", "format = 2"))
+    assert result.outcome.values[0].startswith("wrong: ")
+    assert result.outcome.values[1] == "holds"
 
 
 def test_a_result_is_saved_and_reopened(run: Auditor, tmp_path: Path) -> None:
@@ -408,6 +445,16 @@ def test_command_fails_where_a_row_is_contradicted(tmp_path: Path, capsys: pytes
     streams = capsys.readouterr()
     assert xr.Dataset.from_dict(json.loads(streams.out)).outcome.values.tolist() == ["contradicted"]
     assert "q {}: contradicted" in streams.err
+
+
+def test_command_tells_a_wrong_row(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wrong = row("reproduced").replace(OURS, "ours = 5")
+    path = written(tmp_path, row("reproduced") + wrong)
+    assert command("audit", path, "--json") == 2
+    streams = capsys.readouterr()
+    assert xr.Dataset.from_dict(json.loads(streams.out)).outcome.values[0] == "holds"
+    assert f"{path}: rows.1.ours = 5: not a table" in streams.err
+    assert command("audit", written(tmp_path, row("reproduced", 11776.0) + wrong)) == 4
 
 
 def test_command_calls_a_fitted_value_fitted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

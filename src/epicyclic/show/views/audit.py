@@ -23,7 +23,7 @@ ORDER = 170
 _TONES = {"reproduced": "good", "under a reading": "caution", "not reproducible": "bad", "not compared": "caution"}
 _CONTRADICTED, _BY_HAND, _HAND_CALCULATIONS = "contradicted", "hand calculation", "hand calculations"
 _SHOWN = {"under a reading": "only under a stated reading"}
-_NOT_COMPUTED = "not computed"
+_NOT_COMPUTED, _WRONG = "not computed", "wrong"
 _REMARKS = {"reading": "reading", "reason": "reason", "because": "tolerance", "nothing_to_try": "nothing to try"}
 _ATTEMPT = "attempt_"  # start of the names of what was tried for the rows
 
@@ -47,7 +47,7 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 def tally(result: xr.Dataset) -> dict[str, str]:
     """Drive -> how many numbers of its source have which verdict, or are contradicted, each counted once.
 
-    Those not computed for want of a package, and our own hand calculations, are counted where there are such.
+    Those not computed for want of a package, wrong ones and our own hand calculations are counted where there are such.
     """
     return {
         drive: ", ".join(f"{count} {verdict}" for verdict, count in _counts(part).items())
@@ -65,13 +65,14 @@ def _counts(part: xr.Dataset) -> dict[str, int]:
     """Kind -> number of rows; every row is of one kind."""
     kinds = Counter(_kind(row) for row in _records(part, "row"))
     always = {kind: kinds[kind] for kind in (*_TONES, _CONTRADICTED)}
-    return always | {kind: kinds[kind] for kind in (_NOT_COMPUTED, _HAND_CALCULATIONS) if kinds[kind]}
+    return always | {kind: kinds[kind] for kind in (_NOT_COMPUTED, _WRONG, _HAND_CALCULATIONS) if kinds[kind]}
 
 
 def _kind(row: dict[str, Any]) -> str:
     """What a row is counted as."""
-    if str(row["outcome"]).startswith(_NOT_COMPUTED):
-        return _NOT_COMPUTED
+    for kind in (_NOT_COMPUTED, _WRONG):
+        if str(row["outcome"]).startswith(kind):
+            return kind
     if row["outcome"] != "holds":
         return _CONTRADICTED
     return _HAND_CALCULATIONS if row.get("origin") == _BY_HAND else str(row["verdict"])
@@ -149,6 +150,8 @@ def _verdict(row: dict[str, Any], tried: int) -> Styled:
         text += f": {tried} readings tried"
     if str(row["outcome"]).startswith(_NOT_COMPUTED):
         return Styled(text=f"{text} ({_NOT_COMPUTED})", tone="caution")
+    if str(row["outcome"]).startswith(_WRONG):
+        return Styled(text=f"{text} ({_WRONG})".strip(), tone="bad")
     if row["outcome"] != "holds":
         return Styled(text=f"{text} (contradicted)", tone="bad")
     return Styled(text=text, tone=_TONES[verdict])
