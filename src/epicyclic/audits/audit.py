@@ -106,7 +106,8 @@ def audit(
     Dataset along ``row``: drive, quantity, place, published (nan where it is not one number), published_text,
         published_unit, ours, difference (ours - published), tolerance (all three in published_unit), verdict, outcome
         ("holds", "contradicted", "not computed: ..." where a package is missing, "wrong: ..." where the row or its run
-        is refused, or why nothing came out), because, reading, reason, fitted, published_as, origin, nothing_to_try; ours to fitted are those of the reading shown.
+        is refused, or why nothing came out), because, reading, reason, fitted, published_as, origin, nothing_to_try;
+        ours to fitted are those of the reading shown.
         Along ``attempt``, every number tried for a row with readings: attempt_row (label of ``row``), attempt_reading,
         attempt_ours, attempt_difference, attempt_tolerance, attempt_because, attempt_reason, attempt_fitted,
         attempt_outcome ("within", "outside", "shown" where nothing is to be checked, or why there is no number).

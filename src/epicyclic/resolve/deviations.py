@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gears.deviations import pitch_lines, profile_amplitude, random_phases, tooth_phase
+from ..errors import ModelError
 from ..model.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
 from ..model.schema import ModelFile
 from ..train.bodies import DIRECTIONS, Body
@@ -120,7 +121,12 @@ def deviations_of(
     planets: Mapping[str, int],
     log: ResolutionLog,
 ) -> DeviationEffects:
-    """Effects of all deviations; those that turn are left out with a warning where the file gives no speeds."""
+    """Effects of all deviations; those that turn are left out with a warning where the file gives no speeds.
+
+    Raises
+    ------
+    ModelError : a list that is not one per planet; from format 2 on, deviations of a pair that does not mesh.
+    """
     effects = DeviationEffects()
     scope = DeviationScope(
         bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, effects=effects, log=log
@@ -135,20 +141,30 @@ def deviations_of(
         for key, resolve_mesh in MESH_KINDS.items():
             for path, value in _statements(levels, key):
                 resolve_mesh(scope, mesh, path, value)
-    _warn_unmeshed(model, meshes, log)
+    _check_meshed(model, meshes, log)
     if effects.left_out:
         names = ", ".join(dict.fromkeys(effects.left_out))
         log.warn(f"no speed is given (operation.speed): left out, because they turn: {names}")
     return effects
 
 
-def _warn_unmeshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) -> None:
-    """Warn of deviations of a pair that does not mesh, or of a side that its meshes have not."""
-    pairs = {mesh.pair.removeprefix("stages.") for mesh in meshes}
-    sides = {f"{mesh.pair.removeprefix('stages.')}.{mesh.side}" for mesh in meshes}
+def _check_meshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) -> None:
+    """Refuse deviations of a pair that does not mesh, or of a side that its meshes have not; format 1 warns of them.
+
+    Raises
+    ------
+    ModelError : from format 2 on, no such mesh.
+    """
+    pairs = dict.fromkeys(mesh.pair.removeprefix("stages.") for mesh in meshes)
+    sides = dict.fromkeys(f"{mesh.pair.removeprefix('stages.')}.{mesh.side}" for mesh in meshes if mesh.side)
     for name in model.deviations.meshes:
-        if name not in pairs | sides:
-            log.warn(f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}")
+        if name in pairs or name in sides:
+            continue
+        if model.format > 1:
+            raise ModelError(
+                "no such mesh", path=f"deviations.{name}", allowed=", ".join((*pairs, *sides)) or "no mesh"
+            )
+        log.warn(f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}")
 
 
 def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:

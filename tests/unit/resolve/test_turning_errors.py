@@ -257,12 +257,27 @@ def test_what_is_wrong_is_named(more: Table, path: str, given: str, allowed: str
     assert allowed in error.value.allowed
 
 
-def test_a_pair_that_does_not_mesh_is_warned_of() -> None:
-    for key, named in (("sun-ring", "sun-ring"), ("sun-planet.left", "sun-planet.left")):
-        error = {f"deviations.meshes.{key}.errors.a": {"turns_with": "sun", "amplitude": "1 um"}}
-        (warning,) = [text for text in load("lin1999-n4", {**TURNING, **error}).warnings if "no effect" in text]
-        assert warning.startswith(f"deviations.main.meshes.{named} has no effect: no such mesh")
-        assert "main.meshes.planet-ring, main.meshes.sun-planet" in warning
+@pytest.mark.parametrize("named", ["sun-ring", "sun-planet.left"])
+def test_a_pair_that_does_not_mesh_is_no_place_of_an_error(named: str) -> None:
+    """A file of format 1 is read, and warns."""
+    error = {f"deviations.meshes.{named}.errors.a": {"turns_with": "sun", "amplitude": "1 um"}}
+    with pytest.raises(ModelError) as refused:
+        load("lin1999-n4", {**TURNING, **error})
+    assert refused.value.path == f"deviations.main.meshes.{named}"
+    assert refused.value.allowed == "main.meshes.sun-planet, main.meshes.planet-ring"
+    (warning,) = [text for text in load("lin1999-n4", {"format": 1, **TURNING, **error}).warnings if "effect" in text]
+    assert warning.startswith(f"deviations.main.meshes.{named} has no effect: no such mesh")
+    assert "main.meshes.planet-ring, main.meshes.sun-planet" in warning
+
+
+@pytest.mark.parametrize(("side", "allowed"), [("left", True), ("middle", False)])
+def test_a_side_of_a_herringbone_mesh(side: str, allowed: bool) -> None:
+    gap = {f"deviations.meshes.sun-planet.{side}.gap": "1 um"}
+    if allowed:
+        load("ren2021", gap)
+        return
+    with pytest.raises(ModelError):
+        load("ren2021", gap)
 
 
 def test_a_name_is_one_word() -> None:
