@@ -16,8 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gears.deviations import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from ..errors import ModelError
+from ..gears.deviations import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from ..model.deviations import DisplacementTable, ProfileErrorTable, TiltTable, TurningErrorTable, UnbalanceTable
 from ..model.schema import ModelFile
 from ..train.bodies import DIRECTIONS, Body
