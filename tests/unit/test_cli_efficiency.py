@@ -38,7 +38,14 @@ def test_json_is_the_dataset(capsys: pytest.CaptureFixture[str]) -> None:
     ("words", "said"),
     [
         (("ren2021", "--friction", "-0.1"), "--friction"),
-        (("ren2021", "--friction", "1.1"), "--friction"),
+        (("ren2021", "--friction", "1.1"), "--friction = 1.1: out of range; allowed: 0 to 1"),
+        (("ren2021", "--friction", "nan"), "--friction = nan: out of range; allowed: 0 to 1"),
+        (("ren2021", "--friction", "much"), "'much' is no number"),
+        (
+            ("ren2021", "--viscosity", "20 mPa s", "--roughness", "inf um"),
+            "--roughness = inf um: must be finite; allowed: length (m, mm, um), >= 1e-08 and <= 0.0001 m",
+        ),
+        (("ren2021", "-o", ""), "an empty name"),
         (("ren2021", "--viscosity", "20 mPa s"), "--roughness"),
         (
             ("ren2021", "--viscosity", "20", "--roughness", "1 um"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 
@@ -58,6 +59,40 @@ def test_json_reads_back_as_a_dataset(result: xr.Dataset) -> None:
     assert again["shape"].dims == ("dof", "mode", "part")
     assert again["shape"].values[..., 0] + 1j * again["shape"].values[..., 1] == pytest.approx(result["shape"].values)
     assert again["frequency"].attrs == result["frequency"].attrs
+
+
+def _no_json(name: str) -> None:
+    raise AssertionError(name)
+
+
+def test_json_has_no_nan_and_no_infinity(result: xr.Dataset, tmp_path: Path) -> None:
+    odd = result.assign(
+        frequency=("mode", [np.nan, -np.inf]),
+        power_loss=((), np.nan),
+        shape=(("dof", "mode"), np.array([[complex(np.nan, np.inf), 0.5], [0.0, -1j]])),
+        mode_kind=("mode", np.array(["nan", "Infinity"])),
+    ).assign_attrs(estimated_error=np.nan, most=np.inf, warnings='["1 of \\"Infinity\\", NaN"]')
+    text = to_json(odd)
+    assert json.loads(text, parse_constant=_no_json)["data_vars"]["frequency"]["data"] == [None, -np.inf]
+    again = load_result(save_result(odd, tmp_path / "odd.json"))
+    xr.testing.assert_identical(again, load_result(save_result(odd, tmp_path / "odd.nc")))
+    assert again["frequency"].dtype == np.float64
+    assert (again.attrs["most"], again.attrs["warnings"]) == (np.inf, odd.attrs["warnings"])
+    save_result(again, tmp_path / "again.nc")
+
+
+def test_json_laid_out_anew_and_of_an_earlier_version_is_read(result: xr.Dataset, tmp_path: Path) -> None:
+    odd = result.assign(frequency=("mode", [np.nan, np.inf]))
+    path = save_result(odd, tmp_path / "odd.json")
+    table = json.loads(path.read_text("utf-8"))
+    path.write_text(json.dumps(table, indent=1).replace("Infinity", "1e999"), encoding="utf-8")
+    xr.testing.assert_identical(load_result(path)["frequency"], odd["frequency"])
+    table.pop("sha256")
+    table["data_vars"]["frequency"]["data"][0] = np.nan
+    former = json.dumps(table)  # NaN and Infinity, as they were written
+    digest = hashlib.sha256(former.encode()).hexdigest()
+    path.write_text(f'{former[:-1]}, "sha256": "{digest}"}}', encoding="utf-8")
+    xr.testing.assert_identical(load_result(path)["frequency"], odd["frequency"])
 
 
 def test_files_that_cannot_be_read_or_written(result: xr.Dataset, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from .command import file_name
 from .console import complain, on_stdout, progress_bar, reported, require_stdout, target_of, write_result
 
 __all__ = ["audit"]
@@ -26,7 +27,8 @@ def audit(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the table as JSON on stdout.")] = False,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the table: .nc or .json.")
+        Path | None,
+        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Write the table: .nc or .json."),
     ] = None,
 ) -> None:
     """Published numbers beside ours, each with a verdict and its reason; exit status 4 where one does not hold.

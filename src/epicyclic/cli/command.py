@@ -16,7 +16,15 @@ from ..verbs.record import Option, Verb, help_of, keywords
 from .console import complain
 from .run import run_verb
 
-__all__ = ["Json", "Model", "Output", "Sets", "command"]
+__all__ = ["Json", "Model", "Output", "Sets", "command", "file_name"]
+
+
+def file_name(text: str) -> Path:
+    """File that a person named; an empty text would be the folder here."""
+    if not text.strip():
+        raise typer.BadParameter("an empty name")
+    return Path(text)
+
 
 Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
 Sets = Annotated[
@@ -25,11 +33,18 @@ Sets = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
 Output = Annotated[
-    Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the result: .nc, .json or .html.")
+    Path | None,
+    typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Write the result: .nc, .json or .html."),
 ]
 _ModelOutput = Annotated[
     Path | None,
-    typer.Option("-o", "--output", metavar="FILE", help="Write the model (.toml) or the result (.nc, .json, .html)."),
+    typer.Option(
+        "-o",
+        "--output",
+        parser=file_name,
+        metavar="FILE",
+        help="Write the model (.toml) or the result (.nc, .json, .html).",
+    ),
 ]
 _FORMER = "former_"  # before the name of a keyword: its flag under the old spelling
 
@@ -75,12 +90,12 @@ def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, An
     if isinstance(typed, type) and issubclass(typed, StrEnum) and isinstance(default, str):
         default, left = typed(default), False
     words = option.default or (_worded(default) if left and default is not None else "")
+    number = {float: (_number, "number"), int: (_whole_number, "whole number")}.get(typed)
     made = typer.Option(
         flag,
         help=re.sub(r"\[(?=[a-z])", r"\\[", option.help),  # no markup of rich: [rad] is a unit
-        min=option.least,
-        max=option.most,
-        metavar=option.metavar or None,
+        parser=None if number is None else number[0],  # its bounds are the verb's, which tells them in its own words
+        metavar=option.metavar or (None if number is None else f"<{number[1]}{_range(option)}>"),
         show_default=words or default is not None,
         hidden=option.hidden,
     )
@@ -92,6 +107,30 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list):
         return [_plain(one) for one in value]
     return value.value if isinstance(value, StrEnum) else value
+
+
+def _number(text: str) -> float:
+    """Number that a person typed; a default is one already."""
+    try:
+        return float(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is no number") from None
+
+
+def _whole_number(text: str) -> int:
+    """Whole number that a person typed; a default is one already."""
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is no whole number") from None
+
+
+def _range(option: Option) -> str:
+    """Words of the bounds of an option; "" without any."""
+    least, most = option.least, option.most
+    if least is None:
+        return "" if most is None else f", at most {most:g}"
+    return f", {least:g} or more" if most is None else f", {least:g} to {most:g}"
 
 
 def _worded(default: Any) -> str:

@@ -18,7 +18,7 @@ import typer
 from ..results.whole_file import write_text
 from ..verbs.record import verbs
 from .audit import audit
-from .command import Json, Model, Output, Sets, command
+from .command import Json, Model, Output, Sets, command, file_name
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
 from .start import collect_again
@@ -99,9 +99,9 @@ app.command()(audit)
 def report(
     model: Model,
     sets: Sets = None,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The HTML file to write.")] = Path(
-        "epicyclic-report.html"
-    ),
+    output: Annotated[
+        Path, typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="The HTML file to write.")
+    ] = Path("epicyclic-report.html"),
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue a report that was stopped; needs the same -o and options.")
     ] = False,
@@ -139,7 +139,9 @@ def _print_report(results: dict[str, Any], output: Path) -> None:
 
 @app.command()
 def schema(
-    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write it to a file.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Write it to a file.")
+    ] = None,
 ) -> None:
     """The JSON Schema of the model file, for editors."""
     with reported():

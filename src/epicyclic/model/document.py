@@ -56,7 +56,7 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     """
     base, name, folder = _open(source)
     _check_format(base)
-    emptied, layer = (with_files(layer_of(part, base), folder) for part in stepwise(overrides or {}))
+    *removed, layer = (with_files(layer_of(part, base), folder) for part in stepwise(overrides or {}))
     base = with_files(base, folder)
     names = collect(base, layer)
     check_names(names, base, layer)
@@ -64,7 +64,8 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     for one in (file, above):
         check_alternatives(one)
     check_assumed(file, file)
-    file = merge(file, expand(emptied, names))
+    for emptied in removed:
+        file = merge(file, expand(emptied, names))
     merged = merge(replace_alternatives(file, above), above)
     check_assumed(above, merged)
     overridden = {path for path, _ in leaves(above)}

@@ -54,16 +54,21 @@ def _toml_value(text: str) -> object:
     return table["value"] if len(table) == 1 else text
 
 
-def stepwise(overrides: Mapping[str, object]) -> tuple[dict[str, object], dict[str, object]]:
-    """Return the overrides that empty a table which others fill anew, and those others: two layers, in this order."""
+def stepwise(overrides: Mapping[str, object]) -> list[dict[str, object]]:
+    """Return the overrides as layers, in the order in which they are laid; the last one has all that are no step.
+
+    A table that others reach into is removed before they fill it, and after what they remove of it.
+    """
     paths = {text: split_path(str(text), path=str(text)) for text in overrides}
-    emptied = {
-        text
-        for text, path in paths.items()
-        if _removes(overrides[text]) and any(p[: len(path)] == path != p for p in paths.values())
-    }
-    first = {text: value for text, value in overrides.items() if text in emptied}
-    return first, {text: value for text, value in overrides.items() if text not in emptied}
+    removed = {text: path for text, path in paths.items() if _removes(overrides[text])}
+    above = {text: sum(path[: len(p)] == p != path for p in removed.values()) for text, path in removed.items()}
+    emptied = {text for text, path in removed.items() if any(p[: len(path)] == path != p for p in paths.values())}
+    steps = [
+        {text: overrides[text] for text in removed if above[text] == level and (level or text in emptied)}
+        for level in range(max(above.values(), default=0), -1, -1)
+    ]
+    done = {text for step in steps for text in step}
+    return [*steps, {text: value for text, value in overrides.items() if text not in done}]
 
 
 def _removes(value: object) -> bool:

@@ -117,7 +117,7 @@ def union(first: PlainTable, second: PlainTable, path: str) -> PlainTable:
             result[name] = value
         elif isinstance(value, dict) and isinstance(result[name], dict):
             result[name] = union(result[name], value, where)
-        else:
+        elif value is not REMOVE or result[name] is not REMOVE:  # removed twice, by two spellings, is removed
             raise ModelError("given twice", path=where, given=value, allowed="one of the two")
     return result
 

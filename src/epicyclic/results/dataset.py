@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+import re
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,6 +32,8 @@ SUFFIXES = (".nc", ".json")
 
 # entries of a JSON file: those of `Dataset.to_dict()`, and its digest
 _ENTRIES, _DIGEST = {"coords", "attrs", "dims", "data_vars"}, "sha256"
+# stands for infinity until the text is made: no text of a result has this character
+_INFINITE = "\0infinity"
 # 200 million numbers, as many as a run may hold, in 20 characters each
 _MAX_JSON = 4_000_000_000
 
@@ -92,11 +96,61 @@ def _index(name: Hashable, values: Any) -> Any:
 def to_json(result: xr.Dataset) -> str:
     """`Dataset.to_dict()` as JSON; read back with ``xarray.Dataset.from_dict(json.loads(text))``.
 
-    Complex variables have a trailing ``part`` dimension (real, imaginary), as in a saved file.  The last entry,
-    ``sha256``, is the digest of the text without it.
+    Complex variables have a trailing ``part`` dimension (real, imaginary), as in a saved file.  JSON has neither nan
+    nor infinity: nan is ``null``, which `load_result` reads as nan, and infinity ``1e999``, which readers take for it.
+    The last entry, ``sha256``, is the digest of the text without it.
     """
-    text = json.dumps(_real(result).to_dict(), default=_plain)
+    flat = _real(result)
+    table = flat.to_dict()
+    for name, values in flat.variables.items():
+        entry = table["coords" if name in flat.coords else "data_vars"][name]
+        entry["attrs"] = _finite(entry["attrs"])
+        if values.dtype.kind == "O" or (values.dtype.kind == "f" and not np.isfinite(values.values).all()):
+            entry["data"] = _finite(entry["data"])
+    text = _text({**table, "attrs": _finite(table["attrs"])})
     return f'{text[:-1]}, "{_DIGEST}": "{_digest(text)}"}}'
+
+
+def _finite(value: Any) -> Any:
+    """A table, list or number with None for nan and a mark for infinity."""
+    if isinstance(value, dict):
+        return {name: _finite(entry) for name, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, float | np.floating) and not math.isfinite(value):
+        return None if math.isnan(value) else _INFINITE if value > 0 else f"-{_INFINITE}"
+    return value
+
+
+def _text(table: Any) -> str:
+    """JSON of what `_finite` gave."""
+    text = json.dumps(table, default=_plain, allow_nan=False)
+    return re.sub(rf'"(-?){re.escape(json.dumps(_INFINITE)[1:-1])}"', r"\g<1>1e999", text)
+
+
+def _with_nan(table: dict[str, Any]) -> dict[str, Any]:
+    """A table of a Dataset with nan for what is null; a file of an earlier version has none."""
+
+    def attributes(given: Mapping[str, Any]) -> dict[str, Any]:
+        return {key: math.nan if value is None else value for key, value in given.items()}
+
+    kept = {**table, "attrs": attributes(table["attrs"])}
+    for part in ("coords", "data_vars"):
+        kept[part] = {
+            name: {**entry, "attrs": attributes(entry["attrs"]), "data": _numbers(entry["data"])}
+            for name, entry in table[part].items()
+        }
+    return kept
+
+
+def _numbers(data: Any) -> Any:
+    """Data of a variable, with nan for null."""
+    array = np.array(data, dtype=object) if isinstance(data, list) else data
+    if array is None:
+        return math.nan
+    if not isinstance(array, np.ndarray) or not (array == None).any():  # noqa: E711
+        return data
+    return array.astype(np.float64)
 
 
 def _digest(text: str) -> str:
@@ -167,7 +221,9 @@ def _as_saved(flat: xr.Dataset) -> xr.Dataset:
         attrs = dict(flat[name].attrs)
         if attrs.pop("complex", None):
             values = flat[name].values
-            result[name] = (flat[name].dims[:-1], values[..., 0] + 1j * values[..., 1], attrs)
+            whole = np.empty(values.shape[:-1], dtype=np.complex128)
+            whole.real, whole.imag = values[..., 0], values[..., 1]  # a product with 1j makes nan of infinity
+            result[name] = (flat[name].dims[:-1], whole, attrs)
         elif attrs.pop("boolean", None):
             result[name] = (flat[name].dims, flat[name].values.astype(bool), attrs)
     return result
@@ -195,11 +251,13 @@ def _from_json(path: str | Path) -> xr.Dataset:
         if not isinstance(table, dict) or not isinstance(table.get("data_vars"), dict) or not table["data_vars"]:
             raise ValueError("no data_vars")
         given = table.pop(_DIGEST, None)  # a file of an earlier version has none
-        found = xr.Dataset.from_dict(table)
+        found = xr.Dataset.from_dict(_with_nan(table))
     except Exception as error:  # whatever xarray meets in a table that is no Dataset
         raise ModelError(f"not a result file: {error}", path=str(path)) from error
     # of the content, however another program lays it out
-    if set(table) - _ENTRIES or (given is not None and given != _digest(json.dumps(table))):
+    if set(table) - _ENTRIES or (
+        given is not None and given not in (_digest(_text(_finite(table))), _digest(json.dumps(table)))
+    ):
         raise ModelError("not a result file: damaged, its content is other than was written", path=str(path))
     return found
 

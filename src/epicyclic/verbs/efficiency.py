@@ -74,15 +74,16 @@ def _oil(friction: float | None, viscosity: float | str | None, roughness: float
     if friction is not None:
         raise ModelError("a number and an oil", path="friction", given=friction, allowed="one of the two")
     from ..model.bare_numbers import stated
+    from ..model.units import Bounds
     from ..studies.efficiency import Oil
 
-    read = {
-        name: stated(value or 0.0, kind, name)
-        for name, value, kind in (("viscosity", viscosity, "viscosity"), ("roughness", roughness, "length"))
-    }
-    for (name, number), (least, most, words) in zip(read.items(), _RANGES, strict=True):
-        if not least <= number <= most:
-            raise ModelError("out of range", path=name, given=number, allowed=words)
+    read: dict[str, float] = {}
+    for (name, kind, value), (least, most, words) in zip(
+        (("viscosity", "viscosity", viscosity), ("roughness", "length", roughness)), _RANGES, strict=True
+    ):
+        read[name] = stated(value or 0.0, kind, name, bounds=Bounds(low=least, high=most))
+        if not least <= read[name] <= most:  # a number of Python has no unit to read
+            raise ModelError("out of range", path=name, given=value, allowed=words)
     return Oil(**read)
 
 

@@ -132,3 +132,29 @@ def test_refused(overrides: dict[str, Any], message: str) -> None:
     with pytest.raises(ModelError) as error:
         read("ren2021", overrides)
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "paths",
+    [
+        ("deviations", "deviations.sun"),
+        ("deviations.sun", "deviations", "deviations.sun.run_out"),
+        ("stages.main.sun.support", "stages.main.sun.support.radial"),
+        ("deviations.sun.run_out", "deviations.main.sun.run_out"),
+    ],
+)
+def test_removals_within_each_other_are_one_step(paths: tuple[str, ...]) -> None:
+    """The outermost decides; what a person types at once has no order."""
+    together = read("ren2021", dict.fromkeys(paths)).data
+    assert together == read("ren2021", {min(paths, key=len): None}).data
+
+
+def test_a_removal_within_another_names_what_is_there() -> None:
+    with pytest.raises(ModelError, match=r"deviations\.main\.sun\.rn_out: nothing there to remove"):
+        read("ren2021", {"deviations.sun": None, "deviations.sun.rn_out": None})
+
+
+def test_a_table_emptied_twice_may_be_filled() -> None:
+    size = {"deviations.sun.run_out": "6 um"}
+    found = read("ren2021", {"deviations": None, "deviations.sun": None, **size}).data
+    assert found == read("ren2021", {"deviations": None, **size}).data
