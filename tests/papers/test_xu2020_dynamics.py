@@ -150,7 +150,8 @@ def test_gyroscopic_terms_matter_on_the_flanks_of_the_main_peak(system: System) 
     assert 0.08 < change(still, peak) < 0.2
     # turned the wrong way, the error is about twice that of leaving the terms out
     assert change(backward, peak) == pytest.approx(2 * change(still, peak), rel=0.3)
-    assert change(still, 1403.0) == pytest.approx(0.034, abs=0.004)
+    # half the terms give 2.5 %, nine tenths 3.39, turned the wrong way 9 %
+    assert change(still, 1403.0) == pytest.approx(0.03474, abs=2e-4)
     # at the speed of the operating point, 17.3 rpm, they are nothing: the policy of a sweep has to be said
     assert np.abs(rms(system, peak, "operating") / rms(still, peak) - 1).max() < 0.005
     turning = modal(system, relative_speed=peak / float(system.tones[0]))["frequency"].values

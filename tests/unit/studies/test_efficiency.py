@@ -209,6 +209,17 @@ def test_self_locking_in_words() -> None:
         assert tables_of(result)
 
 
+def test_friction_that_leaves_nothing_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No drawing has a loss factor of 1.25, so it is given."""
+    monkeypatch.setattr("epicyclic.studies.efficiency.loss_factor", lambda *args, **more: 1.25)
+    train = epicyclic.load(model(STAGE, held=["carrier"], **SUN))
+    for friction in (0.8, 1.0):
+        with pytest.raises(ModelError, match="takes all power of stages.main.meshes") as error:
+            epicyclic.efficiency(train, friction=friction)
+        assert (error.value.path, error.value.given, error.value.allowed) == ("friction", friction, "below 0.8")
+    assert float(epicyclic.efficiency(train, friction=0.792).train_efficiency) == pytest.approx(0.01**2, rel=1e-9)
+
+
 def test_torques_that_all_are_stated_say_which_one_follows() -> None:
     stated = {"sun": "800 N m", "carrier": "-3600 N m"}
     found = epicyclic.efficiency(model(STAGE, held=["ring"], speed={"sun": "1500 rpm"}, torque=stated))

@@ -61,3 +61,10 @@ def test_ring_in_torsion() -> None:
     G = 1 / (2 * (1 + NU))
     expected = torque / (4 * math.pi * G) * (inner**-2 - outer**-2) * outer
     assert moved[2 * grid[-1, 0] + 1] == pytest.approx(expected, rel=1e-4)
+
+
+def test_nodes_where_three_grids_meet_are_one() -> None:
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1e-9], [2.0, 0.0], [1.0 + 1e-9, 0.0], [0.0, 0.0]])
+    kept, number = merged_nodes(points, 1e-6)
+    assert number.tolist() == [0, 1, 1, 2, 1, 0]
+    assert kept.tolist() == [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]
