@@ -235,7 +235,12 @@ def _labelled(
             "mesh_frequency": float(ready.lines.tone) * point.state.speed,
         },
         verb="steady",
-        options={**options, "harmonics": max(point.size.harmonics), "slow_orders": list(point.size.orders)},
+        options={
+            **options,
+            "shaft_tones": len(given.shaft_tones.tones),  # those of the motion: fewer where it was not solved otherwise
+            "harmonics": max(point.size.harmonics),
+            "slow_orders": list(point.size.orders),
+        },
         provenance=system.provenance,
         warnings=[
             *law_warnings(ready, point.problem.rows),

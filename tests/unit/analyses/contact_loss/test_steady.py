@@ -152,6 +152,7 @@ def test_lines_that_found_no_phase_are_named(train: Train) -> None:
     system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
     both = contact_steady(system, relative_speed=2.0)
     one = contact_steady(system, relative_speed=2.0, shaft_tones=1)
+    assert json.loads(one.attrs["options"])["shaft_tones"] == 1
     assert json.loads(both.attrs["warnings"]) == []
     (warning,) = json.loads(one.attrs["warnings"])
     assert "run-out" in warning
