@@ -214,7 +214,7 @@ def test_friction_that_leaves_nothing_is_refused(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("epicyclic.studies.efficiency.loss_factor", lambda *args, **more: 1.25)
     train = epicyclic.load(model(STAGE, held=["carrier"], **SUN))
     for friction in (0.8, 1.0):
-        with pytest.raises(ModelError, match="takes all power of stages.main.meshes") as error:
+        with pytest.raises(ModelError, match=r"takes all power of stages\.main\.meshes") as error:
             epicyclic.efficiency(train, friction=friction)
         assert (error.value.path, error.value.given, error.value.allowed) == ("friction", friction, "below 0.8")
     assert float(epicyclic.efficiency(train, friction=0.792).train_efficiency) == pytest.approx(0.01**2, rel=1e-9)
