@@ -19,9 +19,9 @@ from .run import run_verb
 __all__ = ["Json", "Model", "Output", "Sets", "command", "file_name"]
 
 
-def file_name(text: str) -> Path:
-    """File that a person named; an empty text would be the folder here."""
-    if not text.strip():
+def file_name(text: str | Path) -> Path:
+    """File that a person named, or a default; an empty text would be the folder here."""
+    if not str(text).strip():
         raise typer.BadParameter("an empty name")
     return Path(text)
 

@@ -472,6 +472,7 @@ OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
     ("sweep", "speed"): _RELATIVE,
     ("contact_sweep", "speed"): _RELATIVE,
     ("stability", "speed"): _RELATIVE,
+    ("train_contact", "face_load_factor"): ("1", "largest mean load over a tenth of the face over its mean (K_Hbeta)"),
     ("efficiency", "torque"): ("N m", "external torque with losses, counter-clockwise positive"),
     ("efficiency", "power"): ("W", "external power with losses, into the train positive"),
     ("tolerance", "tolerance"): ("", "path of the toleranced number in the model file"),

@@ -34,7 +34,7 @@ from ..errors import ModelError
 from ..results.dataset import dataset
 from ..system.faces import faces
 from ..system.system import System
-from ..tooth_contact.line_load import averaging_length
+from ..tooth_contact.line_load import averaging_length, largest_part_mean
 from ..tooth_contact.phases import corner_phases
 from ..train.train import Train
 from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
@@ -401,8 +401,7 @@ def _unresolved(cut: _Cut, tolerance: float) -> list[str]:
     ]
     if cut.face_error > tolerance:
         said.append(
-            f"K_Hbeta is that of {cut.slices} slices: the load at the very end of a face changes with them, by an "
-            f"estimated {100 * cut.face_error:.2g} %"
+            f"{cut.slices} slices are not enough for K_Hbeta: estimated error {100 * cut.face_error:.2g} %, {asked}"
         )
     return said
 
@@ -492,7 +491,7 @@ def _face_columns(
     slice_load = np.array(mean)
     span = gathered([np.full(len(law.meshes), law.pair.plane.width / law.pair.slices) for law in laws])
     with np.errstate(invalid="ignore", divide="ignore"):
-        factor = slice_load.max(axis=2) / slice_load.mean(axis=2)
+        factor = largest_part_mean(slice_load) / slice_load.mean(axis=2)
     return {
         "face_load": (("torque_factor", "mesh", "width"), slice_load / span[:, None]),
         "face_load_factor": (("torque_factor", "mesh"), factor),

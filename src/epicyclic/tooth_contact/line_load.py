@@ -17,10 +17,35 @@ from numpy.typing import NDArray
 
 from .lines import ContactLines, PlaneOfAction
 
-__all__ = ["LineWindows", "averaging_length", "line_windows"]
+__all__ = ["END_PART", "LineWindows", "averaging_length", "largest_part_mean", "line_windows"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+END_PART = 0.1
+"""Part of a face over which the largest load per width is a mean [1].  At an end that is not relieved the load per
+width grows with the logarithm of the slices; over a tenth of the face it changes by 4e-4 from 20 slices to 80."""
+
+
+def largest_part_mean(force: Array) -> Array:
+    """Largest force per slice (...) [N], as the mean over any `END_PART` of the face, of forces (..., K) of K slices.
+
+    With fewer slices than parts it is that of the largest slice.  A load that is linear over the face, 1 + a at its
+    end, gives 1 + 0.9 a.
+    """
+    count = force.shape[-1]
+    edges = np.arange(count + 1) / count
+    # the mean is linear between places where either end of the window is at the edge of a slice
+    begin = np.unique(np.clip(np.concatenate([edges, edges - END_PART]), 0.0, 1.0 - END_PART))
+    summed = np.concatenate([np.zeros((*force.shape[:-1], 1)), np.cumsum(force, axis=-1)], axis=-1)
+
+    def up_to(place: Array) -> Array:
+        at = np.minimum((place * count).astype(np.int64), count - 1)
+        return np.asarray(summed[..., at] + (place * count - at) * force[..., at])
+
+    part = up_to(begin + END_PART) - up_to(begin)
+    return np.asarray(part.max(axis=-1) / (END_PART * count))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

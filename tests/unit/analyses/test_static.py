@@ -260,3 +260,18 @@ def test_hunting_period_of_three_tooth_numbers() -> None:
     """ren2021: sun 23, planet 17, ring 57 mesh cycles."""
     assert hunting_cycles([Fraction(1, 23), Fraction(-2, 17), Fraction(1, 57), Fraction(3)]) == 22287
     assert hunting_cycles([]) == 1
+
+
+@pytest.mark.parametrize(("support", "accuracy"), [(1e3, 1e-9), (1.0, 1e-6), (0.01, 1e-4)])
+def test_a_soft_support_beside_stiff_meshes_takes_the_load(support: float, accuracy: float) -> None:
+    """Two bodies with a mesh of 1e9 N/m, one of them held; its deflection is that of the whole load."""
+    found = compliance(np.diag([support, 0.0]), np.array([[1.0], [-1.0]]), np.array([1e9]))
+    assert found.free.shape[1] == 0
+    assert (found.inverse @ [3.0, 2.0])[0] * support == pytest.approx(5.0, rel=accuracy)
+
+
+@pytest.mark.parametrize("support", [0.0, 1e-4])
+def test_what_the_sum_does_not_hold_is_no_support(support: float) -> None:
+    found = compliance(np.diag([support, 0.0]), np.array([[1.0], [-1.0]]), np.array([1e9]))
+    assert found.free.shape[1] == 1
+    assert np.abs(found.free[:, 0]) == pytest.approx([0.5**0.5] * 2, rel=1e-12)

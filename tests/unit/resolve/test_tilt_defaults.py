@@ -195,7 +195,7 @@ def test_loaded_teeth_see_the_tilt_that_two_bearings_leave() -> None:
         return epicyclic.train_contact(data, samples=4, slices=20, loads=[1.0]).face_load_factor.values
 
     pair = factors(pair_of_bearings())
-    assert ((pair > 1.4) & (pair < 1.5)).all()
+    assert ((pair > 1.3) & (pair < 1.4)).all()  # over a tenth of the face; the last slice has 1.4 to 1.5
     middle = {"radial": 2 * RADIAL, "tilt": 2 * RADIAL * PLACE**2}
     np.testing.assert_allclose(pair, factors(document(planet__bearing=middle)), rtol=1e-6)  # the solver's tolerance
     assert (factors(document(planet__bearing={"radial": 2 * RADIAL})) < 1.1).all()

@@ -27,7 +27,7 @@ def result() -> xr.Dataset:
 
 def test_factors_follow_from_the_forces(result: xr.Dataset) -> None:
     assert result.torque_factor.values.tolist() == [0.2, 1.0]
-    load = result.face_load
+    load = result.face_load  # of 6 slices, each more than a tenth of the face
     np.testing.assert_allclose(load.max("width") / load.mean("width"), result.face_load_factor, rtol=1e-12)
     # 170 mm of face; the forces of the slices are those of the mesh
     np.testing.assert_allclose(load.mean("width") * 0.17, result.mesh_force.mean("time"), rtol=1e-9)

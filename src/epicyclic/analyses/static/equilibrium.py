@@ -41,7 +41,10 @@ __all__ = [
     "require_balance",
 ]
 
-# Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support is 1e-7 of a mesh.
+# Eigenvalues of the matrix scaled to a unit diagonal: rounding is 1e-15, the softest support is 1e-7 of a mesh.  Other
+# than in `modes.free_motions` size decides, not the rank of the rows: the forces are of the sum K, in which 1 N/m
+# beside 1e9 N/m is right to 1e-7 and 1e-3 N/m to 1e-4.  A support below that has a row of its own, but no reaction that
+# the sum could give; that it counts as none, and its load as one that nothing takes, is what can be said.
 _RIGID = 1e-12
 # Part of a unit motion that is rounding of the null space; 1e-14 is seen.
 _NULL_ROUNDING = 1e-10
