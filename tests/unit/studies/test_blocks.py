@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import errno
 import os
 import shutil
@@ -21,7 +20,7 @@ import pytest
 from epicyclic.errors import ModelError
 from epicyclic.results.block_store import block_store
 from epicyclic.results.counted import Counted
-from epicyclic.studies.blocks.local_cluster import mended
+from epicyclic.studies.blocks.local_cluster import mend
 from epicyclic.studies.blocks.run import BlockJob, hash_of, run_blocks
 
 pytest.importorskip("zarr")
@@ -213,7 +212,7 @@ def test_a_full_disk_is_said_and_gone_on_from(
     assert caught.value.path == str(folder)
     with block_store(folder, identity=job().whole_identity, count=12, resume=True, ragged=("text",)) as kept:
         assert 0 < kept.done.sum() < 12
-        assert all(kept.read(block) is not None for block in np.flatnonzero(kept.done))
+        assert all(kept.read(block) is not None for block in np.flatnonzero(kept.done).tolist())
     monkeypatch.undo()
     assert same(results(job(), store=folder, resume=True), undisturbed[0])
     assert files(folder) == undisturbed[1]
@@ -268,7 +267,7 @@ def test_a_worker_whose_nanny_gave_up_is_replaced() -> None:
             self.asked = workers
 
     cluster = Cluster()
-    asyncio.run(mended(cluster, 4))
+    mend(cluster, 4)
     assert list(cluster.workers) == [0, 3]
     assert cluster.asked == 4
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from ...errors import ModelError
 
-__all__ = ["local_cluster", "mended", "serve"]
+__all__ = ["local_cluster", "mend", "serve"]
 
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.
@@ -59,10 +59,10 @@ def serve(workers: int) -> None:
         sys.stdout.flush()
         threading.Thread(target=wait, daemon=True).start()
         while not ended.wait(_LOOK):
-            cluster.sync(mended, cluster, workers)
+            cluster.sync(_mended, cluster, workers)
 
 
-async def mended(cluster: Any, workers: int) -> None:
+def mend(cluster: Any, workers: int) -> None:
     """Put new workers in place of those that are gone for good.
 
     A worker that is killed is started again by its nanny, but a nanny whose worker is killed while it starts gives up.
@@ -73,6 +73,11 @@ async def mended(cluster: Any, workers: int) -> None:
         if nanny.status in (Status.closed, Status.failed):
             del cluster.workers[name]
     cluster.scale(workers)
+
+
+async def _mended(cluster: Any, workers: int) -> None:
+    """The same, in the loop of the cluster."""
+    mend(cluster, workers)
 
 
 @contextmanager
