@@ -176,7 +176,7 @@ def test_output_file(command: Command, tmp_path: Path, suffix: str) -> None:
     [
         (("check", "ren2021"), ("27.3125", "[rpm]", "phase", "stages.main.sun.mass")),
         (("modes", "lin1999-n4"), ("727.2", "translational", "[Hz]")),
-        (("stiffness", "ren2021"), ("[N/um]",)),
+        (("stiffness", "ren2021"), ("[N/µm]",)),
         (("campbell", "ren2021"), ("[Hz]",)),
         (("steady", "ren2021"), ("[N]",)),
         (("static", "ren2021"), ("[N]",)),

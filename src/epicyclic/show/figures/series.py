@@ -186,7 +186,7 @@ def compact(values: Array, *, digits: int = 5) -> list[float | None]:
     largest = float(np.abs(finite).max()) if finite.size else 0.0
     places = digits - 1 - math.floor(math.log10(largest)) if largest > 1e-200 else 0
     spread = float(np.ptp(finite)) if finite.size else 0.0
-    if spread > _LEVEL * largest:
+    if spread > max(_LEVEL * largest, 1e-200):
         places = max(places, 2 - math.floor(math.log10(spread)))
     rounded = np.round(array, places)
     return [float(value) + 0.0 if np.isfinite(value) else None for value in rounded]

@@ -29,7 +29,7 @@ def test_a_narrow_curve_is_no_staircase() -> None:
     shown = np.array(compact(wave), dtype=float)
     assert len(set(shown)) > 100
     np.testing.assert_allclose(shown, wave, rtol=0, atol=5e-3 * np.ptp(wave))
-    level: NDArray[np.float64] = 1.0 + 1e-15 * np.arange(5)
+    level = np.asarray(1.0 + 1e-15 * np.arange(5), dtype=np.float64)
     assert set(compact(level)) == {1.0}
 
 
