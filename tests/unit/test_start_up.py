@@ -24,6 +24,7 @@ except SystemExit as end:
 # what only other verbs, other models, or a file or a report need
 HEAVY = """
 heavy = {"numba", "pint", "plotly", "pymoo", "h5py", "h5netcdf", "scipy.optimize", "scipy.sparse", "scipy.interpolate"}
+heavy |= {"distributed", "zarr", "dask.array"}
 heavy |= {"epicyclic.analyses.steady.compiled", "epicyclic.tooth_contact.tooth", "epicyclic.audits.audit"}
 heavy |= {"epicyclic.analyses.contact_loss.sweep", "epicyclic.show.report"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)

@@ -212,7 +212,7 @@ def test_a_full_disk_is_said_and_gone_on_from(
     assert caught.value.path == str(folder)
     with block_store(folder, identity=job().whole_identity, count=12, resume=True, ragged=("text",)) as kept:
         assert 0 < kept.done.sum() < 12
-        assert all(kept.read(block) is not None for block in np.flatnonzero(kept.done).tolist())
+        assert all(kept.read(block) is not None for block in map(int, np.flatnonzero(kept.done)))
     monkeypatch.undo()
     assert same(results(job(), store=folder, resume=True), undisturbed[0])
     assert files(folder) == undisturbed[1]

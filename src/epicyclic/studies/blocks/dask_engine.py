@@ -7,6 +7,7 @@ import os
 import queue
 import secrets
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -72,6 +73,8 @@ def computed(
 
 
 def _require_dask(workers: int | None, scheduler: str | None) -> None:
+    if "dask" in sys.modules and sys.modules["dask"] is None:  # left out by the command line (`cli/start.py`)
+        del sys.modules["dask"]
     try:
         import distributed  # noqa: F401
     except ImportError as error:
