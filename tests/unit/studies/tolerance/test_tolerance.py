@@ -73,6 +73,29 @@ def test_check_case() -> None:
     assert found.worst_k_gamma.values == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("planets", "saturated"), [(3, (1.0, 1.0)), (4, (2.0, 2.0)), (5, (1.809, 2.236)), (6, (1.667, 3.0))]
+)
+def test_one_pin_ahead_and_behind(planets: int, saturated: tuple[float, float]) -> None:
+    """K - 1 = X (1 - 3/n) of a pin ahead and X (1 + 2 cos(2 pi / n)) / n of one behind, until a mesh opens for good."""
+    force = FORCE * 4 / planets
+    ahead, behind = 1 - 3 / planets, max((1 + 2 * math.cos(2 * math.pi / planets)) / planets, 0.0)
+    # X = k e / F0: closed, and far behind the opening of a mesh
+    for size, expected in ((0.3, sorted((1 + 0.3 * behind, 1 + 0.3 * ahead))), (40.0, list(saturated))):
+        error = size * force / (PATH_STIFFNESS * TIP) * 1e6
+        found = []
+        for sign in (1, -1):
+            pins = [f"{sign * error!r}", *["0"] * (planets - 1)]
+            model = floating(
+                deviations={"main": {"planet": {"position": {"y": f"[{', '.join(pins)}] um"}}}},
+                tolerance={"operation.torque.sun": f"normal({TORQUE!r} N m, 0 N m)"},
+            )
+            model["stages"]["main"]["planets"] = planets
+            mean = epicyclic.tolerance(model, samples=16, effects="none").system_k_gamma_mean
+            found.append(float(mean.sel(definition="mean-load")))
+        assert sorted(found) == pytest.approx(expected, abs=1e-9 if size < 1 else 6e-4)
+
+
 def test_gaussian_pins_within_the_band() -> None:
     found = epicyclic.tolerance(gaussian(0.2), samples=2**15, limit=[1.1, 1.2], effects="none")
     expected = 1 + 0.2 * 0.5 * ndtri((1 + found.probability.values) / 2)  # half a half-normal
