@@ -27,6 +27,9 @@ PIECE = 2**13
 _SCRAMBLES = 16
 # Rows of a scramble at least: below, its quantiles say nothing.
 _ROWS = 16
+# Pieces of a block, and blocks that there are at least before one holds several: a piece takes some 0.06 s, and a task
+# of Dask should take 0.5 s; so many blocks still keep workers busy and lose little when one is lost.
+_BLOCK, _BLOCKS = 8, 16
 # Dimensions for which scipy has direction numbers.
 _MOST_DIMENSIONS = 21_201
 # Resolution of scipy's Sobol sequence [bits]; half a step of it is added, because at 0 a normal has no quantile.
@@ -40,7 +43,7 @@ class SamplingPlan:
     """How so many samples are drawn.
 
     samples : number of samples, a power of two.  scrambles : independent scrambles.  rows : samples of each.
-    pieces : pieces of `PIECE` rows.
+    pieces : pieces of `PIECE` rows.  blocks : of pieces that are computed and kept together.
     """
 
     samples: int
@@ -58,6 +61,16 @@ class SamplingPlan:
     def pieces(self) -> int:
         """Number of pieces."""
         return self.scrambles // self.together
+
+    @property
+    def pieces_of_block(self) -> int:
+        """Pieces of one block: a power of two, 1 while there are few."""
+        return max(1, min(_BLOCK, self.pieces // _BLOCKS))
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks."""
+        return self.pieces // self.pieces_of_block
 
 
 def sampling_plan(samples: int, *, seed: int = 1, sampler: Sampler = "sobol") -> SamplingPlan:

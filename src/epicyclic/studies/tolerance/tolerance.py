@@ -102,14 +102,15 @@ def tolerance(
             "model": dict(train.document),
             "samples": plan.samples,
             "rows": PIECE,
+            "pieces": plan.pieces_of_block,
             "seed": seed,
             "sampler": sampler,
             "method": method,
             "bin_width": WIDTH,
             "raw": raw,
         },
-        count=plan.pieces,
-        compute=partial(piece_of_samples, drawn, plan, method, raw),
+        count=plan.blocks,
+        compute=partial(block_of_samples, drawn, plan, method, raw),
     )
     share = 1.0 if chosen == "none" else _SAMPLING
     with one_thread() as threads:
@@ -117,7 +118,7 @@ def tolerance(
             job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=_part(progress, 0.0, share)
         )
         with closing(blocks):
-            tally, rows = sampled(drawn, plan, blocks)
+            tally, rows = sampled(drawn, plan, _pieces(plan, blocks))
         further = effects_of(
             train,
             drawn,
@@ -199,6 +200,24 @@ def sampled(
         if "k" in found and fits:
             raw.append(np.asarray(found["k"]))
     return tally, np.concatenate(raw) if raw else None
+
+
+def _pieces(
+    plan: SamplingPlan, blocks: Iterator[tuple[int, Mapping[str, NDArray[Any]]]]
+) -> Iterator[tuple[int, Mapping[str, NDArray[Any]]]]:
+    """Number and arrays of the pieces of all blocks, in their order."""
+    for block, found in blocks:
+        for place in range(plan.pieces_of_block):
+            yield block * plan.pieces_of_block + place, {name: array[place] for name, array in found.items()}
+
+
+def block_of_samples(
+    drawn: SampleMap, plan: SamplingPlan, method: Method, raw: bool, block: int
+) -> dict[str, NDArray[Any]]:
+    """What the pieces of one block leave, each array with one row a piece: a function of the block's number alone."""
+    first, count = block * plan.pieces_of_block, plan.pieces_of_block
+    found = [piece_of_samples(drawn, plan, method, raw, first + place) for place in range(count)]
+    return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
 def piece_of_samples(
