@@ -160,7 +160,7 @@ def tolerance(
         scrambles=plan.scrambles,
         confidence=CONFIDENCE,
         job=hash_of(job),
-        processor=machine(),
+        machine=machine(),
         blas_threads=threads,
         left_out=json.dumps(further.left_out),
         effect_samples=further.samples,
