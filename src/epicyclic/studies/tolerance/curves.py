@@ -39,7 +39,7 @@ SCALES = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 """Factors on the spread of a tolerance."""
 TORQUE_SCALES = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 """Factors on the load."""
-SUPPORT_SCALES = (0.001, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0)
+SUPPORT_SCALES = (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
 """Factors on a support stiffness: from a member that floats to one that is held."""
 PLANETS = (3, 4, 5, 6, 7)
 """Numbers of planets."""
