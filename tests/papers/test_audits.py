@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import time
 from collections import Counter
 from functools import cache
@@ -140,8 +141,9 @@ def test_the_table_of_the_page_on_lin1999() -> None:
 
 @pytest.mark.parametrize("page", sorted(PAGES.glob("*.md")), ids=lambda page: page.stem)
 def test_pages_have_their_figures(page: Path) -> None:
-    shown = set(page.read_text(encoding="utf-8").split("figures/")[1:])
-    names = {name.split(".svg")[0] for name in shown}
+    texts = [one.read_text(encoding="utf-8") for one in (page, *PAGES.parent.glob("*.md"))]
+    shown = {part for text in texts for part in re.findall(r"figures/([\w-]+)\.svg", text)}
+    names = {name for name in shown if name.startswith(f"{page.stem}-")}
     drawn = {path.stem for path in (PAGES / "figures").glob(f"{page.stem}-*.svg")}
     assert names == drawn
     assert page.stem == "README" or {f"{page.stem}-{name}" for name in make().figures_of(page.stem)} == drawn

@@ -51,6 +51,7 @@ def drive(deviations: Table | None = None, **changes: Any) -> System:
     text = (importlib.resources.files("epicyclic") / "systems" / "ren2021.toml").read_text(encoding="utf-8")
     model = copy.deepcopy(tomllib.loads(text))
     model.pop("assumed", None)
+    model.pop("tolerance", None)
     model.pop("deviations", None)
     if deviations:
         model["deviations"] = deviations

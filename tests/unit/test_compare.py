@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[2]
 NO_VERBS = {
     *("System", "Train", "ConvergenceError", "ModelError"),
     *("assemble", "load", "load_result", "save_result", "to_json", "write_report"),
+    "study",  # of a job file: its verbs are here
 }
 
 

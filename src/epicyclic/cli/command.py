@@ -71,7 +71,7 @@ def command(verb: Verb) -> Callable[..., None]:
             annotations[_FORMER + name], defaults[_FORMER + name] = Annotated[_type(kind) | None, old], None
     annotations |= {"sets": Sets, "as_json": Json, "output": _ModelOutput if verb.model_text else Output}
     defaults |= {"sets": None, "as_json": False, "output": None}
-    run.__name__, run.__doc__, run.__annotations__ = verb.name, help_of(verb), annotations
+    run.__name__, run.__doc__, run.__annotations__ = verb.name, _unmarked(help_of(verb)), annotations
     run.__signature__ = Signature(  # type: ignore[attr-defined]
         [
             Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotations[name], default=defaults[name])
@@ -93,7 +93,7 @@ def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, An
     number = {float: (_number, "number"), int: (_whole_number, "whole number")}.get(typed)
     made = typer.Option(
         flag,
-        help=re.sub(r"\[(?=[a-z])", r"\\[", option.help),  # no markup of rich: [rad] is a unit
+        help=_unmarked(option.help),
         parser=None if number is None else number[0],  # its bounds are the verb's, which tells them in its own words
         metavar=option.metavar or (None if number is None else f"<{number[1]}{_range(option)}>"),
         show_default=words or default is not None,
@@ -148,3 +148,8 @@ def _type(kind: Any) -> Any:
         return str
     (only,) = (one for one in members if one is not NoneType)
     return StrEnum("Choice", [(word, word) for word in get_args(only)]) if get_origin(only) is Literal else only
+
+
+def _unmarked(text: str) -> str:
+    """A text without markup of rich: [rad] is a unit, [tolerance] a table."""
+    return re.sub(r"\[(?=[a-z])", r"\\[", text)

@@ -66,6 +66,8 @@ def kept_store(store: Path | None) -> Iterator[None]:
         if store is not None and any((store / "done").glob("c.*")):
             if stopped or broken:
                 complain(f"what is done is kept in {store}; this command continues it:\n  {_command()}")
+        elif stopped and store is not None:
+            complain("nothing was done yet that could be kept")
         elif stopped:
             complain("nothing is kept without --store DIR; with it, --resume goes on from where a run was stopped")
         raise

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ __all__ = ["Readiness"]
 
 _RESPONSE = ("equations", "inertia", "damping", "speed", "balance")
 NEEDS: dict[str, tuple[str, ...]] = {
+    "allocate": ("equations", "torque", "balance", "tolerances", "prices"),
     "campbell": ("equations", "inertia", "speed"),
     "contact": ("torque", "first_teeth"),
     "efficiency": ("flow", "contact_lines"),
@@ -120,6 +121,12 @@ class Readiness:
         """Check that a number of the file has a tolerance."""
         if not self.train.document.get("tolerance"):
             raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
+
+    def prices(self) -> None:
+        """Check that a tolerance has grades with prices."""
+        table = self.train.document.get("tolerance")
+        if not (isinstance(table, Mapping) and table.get("cost")):
+            raise ModelError("no grade has a price", path="tolerance.cost", allowed='"GRADE or distribution" = PRICE')
 
     def flow(self) -> None:
         """Check that power flows."""

@@ -261,7 +261,7 @@ def test_both_ways_through_sharing_agree_where_far_flanks_press(build: Any) -> N
     assert by_lines.load_sharing.sel(definition="simultaneous").values[:4] == pytest.approx(
         np.max(4 * F / F.sum(axis=0), axis=1), rel=1e-7
     )
-    assert "far flank" in json.loads(by_lines.attrs["warnings"])[-1]
+    assert any("far flank" in text for text in json.loads(by_lines.attrs["warnings"]))
 
 
 def test_a_tight_mesh_presses_on_both_flanks(build: Any) -> None:

@@ -61,7 +61,7 @@ def test_the_numbers_of_a_straight_table_by_hand(build: Any, touch: float) -> No
     half = LOAD / (2 * float(plain.meshes.stiffness[0]))
     error = 0.5 * (2 * half - touch) / (half - touch) - 1
     assert text.startswith(f"{plain.meshes.pair[0]}: tangent at 4 kN in place of the law of its gaps:")
-    assert f"teeth touch 1.2 um {'after' if touch > 0 else 'before'} the tangent does" in text
+    assert f"teeth touch 1.2 µm {'after' if touch > 0 else 'before'} the tangent does" in text
     assert f"its force is {abs(error) * 100:.2g} % {'above' if touch > 0 else 'below'} that of the law" in text
     assert (error > 0) == (touch > 0)
 
@@ -69,7 +69,7 @@ def test_the_numbers_of_a_straight_table_by_hand(build: Any, touch: float) -> No
 def test_the_worst_of_the_mesh_cycle_with_its_sign(build: Any) -> None:
     system = straight(build.planar(N=3).system(), np.arange(3), np.array([0.3e-6, 0.0, -0.9e-6, 0.0]))
     (text,) = flank_warnings(system)
-    assert "0.9 um before" in text
+    assert "0.9 µm before" in text
     assert "% below" in text
 
 
@@ -77,7 +77,7 @@ def test_a_load_that_is_not_known_and_a_law_open_at_half_the_load(build: Any) ->
     plain = build.planar(N=3).system()
     (text,) = flank_warnings(straight(plain, np.arange(3), np.full(4, 1e-6), load=np.zeros(0)))
     assert text.endswith(
-        "in place of the law of its gaps: teeth touch 1 um after the tangent does (worst of the mesh cycle)"
+        "in place of the law of its gaps: teeth touch 1 µm after the tangent does (worst of the mesh cycle)"
     )
     meet = LOAD / float(plain.meshes.stiffness[0])
     (text,) = flank_warnings(straight(plain, np.arange(3), np.full(4, 0.6 * meet)))
@@ -88,7 +88,7 @@ def test_a_pair_speaks_once_for_rows_of_several_laws(build: Any) -> None:
     plain = build.planar(N=3).system()
     several = straight(straight(plain, np.arange(1), np.full(4, 0.2e-6)), np.array([1, 2]), np.full(4, 0.7e-6))
     (text,) = flank_warnings(several)
-    assert "0.7 um after" in text
+    assert "0.7 µm after" in text
     both = straight(several, np.arange(3, 6), np.full(4, 0.1e-6))
     assert [text.split(":")[0] for text in flank_warnings(both)] == list(dict.fromkeys(plain.meshes.pair))
 
@@ -107,7 +107,7 @@ def test_the_numbers_of_a_drive_by_another_route(tabulated: System) -> None:
             for gap, slope, k in zip(table.gap, table.slope, stiffness, strict=True):
                 force = float(CubicHermiteSpline(gap, table.force, slope)(table.load / 2 / k))
                 first, least = min(first, gap[0]), min(least, table.load / 2 / force - 1)
-        found = re.search(r"tangent at (\S+) kN.* touch (\S+) um before.* (\S+) % below", text)
+        found = re.search(r"tangent at (\S+) kN.* touch (\S+) µm before.* (\S+) % below", text)
         assert found is not None
         assert float(found[1]) == pytest.approx(train.meshes[0].table.load / 1e3, rel=1e-3)  # type: ignore[union-attr]
         # two digits, and 64 phases beside 50

@@ -34,7 +34,10 @@ BASE: dict[str, Any] = {
         }
     },
     "operation": {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}},
-    "tolerance": {"deviations.main.planet.position.y": "normal(0 um, 10 um)"},
+    "tolerance": {
+        "deviations.main.planet.position.y": "normal(0 um, 10 um)",
+        "cost": {"deviations.main.planet.position.y": {"normal(0 um, 10 um)": 1}},
+    },
 }
 MOTOR = {
     "bodies": {"motor": {"mass": "50 kg", "inertia": "0.4 kg m^2"}},
@@ -69,9 +72,10 @@ LACKING = {
     "torque": (
         changed("operation.torque", None),
         "operation.torque",
-        {"contact", "efficiency", "relief", "sharing", "tolerance", "train_contact"},
+        {"allocate", "contact", "efficiency", "relief", "sharing", "tolerance", "train_contact"},
     ),
-    "tolerance": (changed("tolerance", None), "tolerance", {"tolerance"}),
+    "tolerance": (changed("tolerance", None), "tolerance", {"allocate", "tolerance"}),
+    "prices": (changed("tolerance.cost", None), "tolerance.cost", {"allocate"}),
     "face width": (
         changed("stages.main.face_width", None),
         "stages.main.face_width",
@@ -86,11 +90,12 @@ LACKING = {
     "thrust": (
         changed("stages.main.sun.support.z", 0),
         "stages.main.sun.support.z",
-        RESPONSES | {"static", "tolerance", "train_contact", "transient"},
+        RESPONSES | {"allocate", "static", "tolerance", "train_contact", "transient"},
     ),
-    "coupling": ({**BASE, **MOTOR}, "couplings.shaft", DYNAMIC | {"static", "tolerance", "train_contact"}),
+    "coupling": ({**BASE, **MOTOR}, "couplings.shaft", DYNAMIC | {"allocate", "static", "tolerance", "train_contact"}),
 }
 SHORT: Mapping[str, Mapping[str, Any]] = {
+    "allocate": {"target": 3.0, "samples": 2048, "fresh_samples": 2048},
     "contact": {"samples": 3, "slices": 2, "loads": (1.0,)},
     "relief": {
         "vary": {"tip_relief.amount": "0..20 um", "tip_relief.length": "1..2 mm"},

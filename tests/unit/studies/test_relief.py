@@ -192,7 +192,7 @@ def test_an_answer_on_a_bound_is_told() -> None:
     """The least transmission error wants more relief than 8 um; with 0 to 40 um it lies inside (brute force above)."""
     narrow = {"tip_relief.amount": "0..8 um", "tip_relief.length": "3 mm"}
     (said,) = (text for text in json.loads(found(vary=narrow).attrs["warnings"]) if "bound" in text)
-    assert said == "tip_relief.amount: the best ends at the upper bound, 8 um; a better one may lie beyond"
+    assert said == "tip_relief.amount: the best ends at the upper bound, 8 µm; a better one may lie beyond"
     lengths = {"tip_relief.amount": "0..12 um", "tip_relief.length": "1..3 mm"}
     several: dict[str, Any] = {"vary": lengths, "objectives": ["lte", "force_rms"], "points": 3}
     front = found(**several)
@@ -415,7 +415,7 @@ def test_the_command_writes_a_model_and_prints_what_it_did(run: Run, tmp_path: P
     status, out, err = run(*vary, "--vary", "pinion.tip_relief.length=2 mm", "-o", str(best))
     assert status == 0
     assert "written" in err
-    for word in ("tip_relief.amount", "0.04 mm", "40 um", "um", "change", "main/pinion-wheel"):
+    for word in ("tip_relief.amount", "0.04 mm", "40 µm", "µm", "change", "main/pinion-wheel"):
         assert (word in out) is (word != "0.04 mm")
     teeth = epicyclic.load(best).meshes[0].teeth
     assert teeth is not None

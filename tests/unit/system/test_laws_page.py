@@ -46,7 +46,7 @@ def test_the_warning_of_the_page_is_that_of_its_law(example: dict[str, Any]) -> 
     assert "8.1 % below" in text
     assert "8.1 % below, since 0.5 / (2/3)^1.5 - 1 = -0.081" in PAGE
     meet = 0.5 * 48e3 / float(example["meshes"].stiffness[0]) * 1e6
-    assert f"teeth touch {meet:.2g} um before" in text
+    assert f"teeth touch {meet:.2g} µm before" in text
     # the torque of the sun needs the same forces whatever the law; it is 48.2 kN, and at 48 kN both deflect alike
     plain = epicyclic.static(example["system"], cycles=1)
     own = [mesh for mesh in plain.mesh.values if "sun-planet" in mesh]

@@ -18,7 +18,10 @@ NAMES = sorted(verbs())
 
 def test_every_verb_is_a_line_of_the_stub() -> None:
     exported = re.findall(r"^from \.verbs\.(\w+) import (\w+) as \2$", STUB, re.MULTILINE)
-    assert exported == [(name, name) for name in NAMES]  # one file a verb, which bears its name
+    takes_a_job = ("study", "study")  # no model: no verb
+    assert takes_a_job in exported
+    # one file a verb, which bears its name
+    assert [one for one in exported if one != takes_a_job] == [(name, name) for name in NAMES]
     assert set(NAMES) <= set(epicyclic.__all__)
 
 

@@ -43,10 +43,10 @@ def tolerance_shares(result: xr.Dataset) -> go.Figure:
     alone, whole = np.maximum(first, 0), np.maximum(total, 0)
     for values, colour, words in ((whole, _TOTAL, "with interactions (total)"), (alone, _FIRST, "alone (first order)")):
         drawn.add_trace(_bars(names, 100 * values[order], colour, words, "%"), row=1, col=1)
-    words = "slope per µm of spread"
+    words = "slope per µm of standard deviation"
     drawn.add_trace(_bars(names, 1e-6 * slope[order], _SLOPE, words, "per µm"), row=1, col=2)
     drawn.update_xaxes(title_text="share [%]", row=1, col=1)
-    drawn.update_xaxes(title_text="Kγ per µm of spread [1/µm]", row=1, col=2)
+    drawn.update_xaxes(title_text="Kγ per µm of standard deviation [1/µm]", row=1, col=2)
     drawn.update_yaxes(showgrid=False)
     room = (1.18 * 100 * float(np.nanmax(total, initial=0.01)), 1.3e-6 * float(np.nanmax(slope, initial=0.0)) or 1.0)
     for column, high in enumerate(room, start=1):

@@ -133,7 +133,7 @@ def _exceedance(result: xr.Dataset) -> Table:
     done = max(int(result.attrs.get("done", 1)), 1)
     rows["contact opens or a link plays"] = (int(result.attrs.get("open", 0)) / done, np.nan, np.nan)
     if int(result.attrs.get("failed", 0)):
-        rows["no state found"] = (int(result.attrs["failed"]) / done, np.nan, np.nan)
+        rows["no state, or no load to share"] = (int(result.attrs["failed"]) / done, np.nan, np.nan)
     percents = [[100 * value for value in row] for row in rows.values()]
     columns: dict[str, Any] = {"event": list(rows)}
     for place, heading in enumerate(("share of the trains [%]", "low [%]", "high [%]")):
@@ -165,10 +165,11 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
         "tolerance": [names[i] for i in order],
         "alone [%]": [_share(first[i]) for i in order],
         "with interactions [%]": [_share(total[i]) for i in order],
-        f"K_gamma at {at} per um [1/um]": [_digits(micron[i]) for i in order],
+        f"K_gamma at {at} per µm of standard deviation [1/µm]": [_digits(micron[i]) for i in order],
         f"a tenth less spread, K_gamma at {at}": [_digits(-_NARROWED * slope[i] * deviation[i]) for i in order],
     }
-    lead = f"Shares of the variance of K_gamma, {pair_labels(texts(one, 'pair'))[pair]}; slopes over the spread."
+    of = pair_labels(texts(one, "pair"))[pair]
+    lead = f"Shares of the variance of K_gamma, {of}; slopes over the standard deviation."
     return Table(title="What buys what", columns=columns, lead=lead, digits=3)
 
 

@@ -75,7 +75,7 @@ def run_blocks(
         package that is not installed.  Whatever a block raises, after those at work are kept.
     """
     if workers is not None and scheduler is not None:
-        raise ModelError("go together with nothing", path="workers, scheduler", given=scheduler, allowed="one of them")
+        raise ModelError("one excludes the other", path="workers, scheduler", given=scheduler, allowed="one of them")
     if resume and store is None:
         raise ModelError("needs the store of the job that was stopped", path="resume", allowed="store")
     with ExitStack() as stack:

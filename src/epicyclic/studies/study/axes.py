@@ -122,6 +122,10 @@ def _between(place: _Place, given: Mapping[str, Any], shares: NDArray[np.float64
         raise ModelError("no such scale", path=f"{place.where}.scale", given=scale, allowed=" or ".join(_SCALES))
     first, unit = _end(place, "from", given["from"])
     last, other = _end(place, "to", given["to"])
+    for end, number in (("from", first), ("to", last)):
+        if not np.isfinite(number):
+            where = f"{place.where}.{end}"
+            raise ModelError("no end of a range", path=where, given=given[end], allowed="finite, or a list of values")
     if unit != other:
         raise ModelError("ends of two units", path=place.where, given=dict(given), allowed="one unit")
     if scale == "log":

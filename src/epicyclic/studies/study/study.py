@@ -113,7 +113,8 @@ def _result(asked: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -
         raise ModelError(f"every point fails, the first with: {reason[0]}")
     whole = unfolded(stacked([point["result"] for point in points]), asked.dims, asked.shape)
     counts = Counter(text for point in points for text in set(point["warnings"]))
-    said = [*asked.warnings, *([f"{failed} of {len(points)} points failed"] if failed else [])]
+    first = next((str(text) for text, state in zip(reason, status, strict=True) if state != "ok"), "")
+    said = [*asked.warnings, *([f"{failed} of {len(points)} points failed, the first with: {first}"] if failed else [])]
     for text, number in counts.most_common(_WARNINGS):
         said.append(text if number == len(points) - failed else f"at {number} of {len(points)} points: {text}")
     if len(counts) > _WARNINGS:

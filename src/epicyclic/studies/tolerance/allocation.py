@@ -318,7 +318,11 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
     cheapest = allocate_grades(grades, prices, best, p, most=_MOST_EVALUATED)
     price = min(cheapest.price, total_price(prices, at))
     rest = [entry.path for i, entry in enumerate(problem.drawn.entries) if i not in problem.offered.entry]
-    allowed = f"{math.ceil(best * 1e4) / 1e4:g} or more, the least that the grades reach, for {price:g}"
+    if math.isfinite(best):
+        least = f"{math.ceil(best * 1e4) / 1e4:g}"
+        allowed = f"{least} or more, the least that the grades reach on these samples, for {price:g}"
+    else:
+        allowed = "tolerances with which fewer of the trains have no solution or no load to share"
     without = f"; {', '.join(rest)} have no prices" if rest else ""
     return ModelError(
         f"out of reach in {100 * p:g} % of the trains", path="target", given=problem.target, allowed=allowed + without

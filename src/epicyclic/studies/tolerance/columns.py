@@ -40,7 +40,8 @@ class SampleValues:
 
     k : (S, D, g) coefficient of every group [1].  load : (S, D, w) N F_i / sum F of each mesh [1].
     least : (S, w) least force of each mesh at any slow phases [N]; 0 or less: it separates.
-    open, failed : (S,) whether contact opens or a far flank touches; whether no state was found, with nan in all else.
+    open, failed : (S,) whether contact opens or a far flank touches; whether no state was found or a group carries no
+        load of its nominal sense, with nan in all else.
     """
 
     k: Array
@@ -225,7 +226,15 @@ class ToleranceMap:
             laws=self.tables if method == "static" and self.tables is not None else self.laws,
         )
         k = found.k[:, :, self.chosen]
-        return SampleValues(k=k, load=found.load, least=found.least, open=found.open, failed=found.failed)
+        # without load, or with a load of the other sense, nothing is shared
+        failed = found.failed | ~np.isfinite(k).all(axis=(1, 2))
+        return SampleValues(
+            k=np.where(failed[:, None, None], np.nan, k),
+            load=np.where(failed[:, None, None], np.nan, found.load),
+            least=np.where(failed[:, None], np.nan, found.least),
+            open=found.open,
+            failed=failed,
+        )
 
 
 def _dimensions(entries: Sequence[Tolerance]) -> NDArray[np.int64]:

@@ -115,7 +115,8 @@ def grade_columns(sampled: SampledGrades) -> GradeColumns:
         for grade in row:
             entries = list(drawn.entries)
             entries[place] = with_grade(entries[place], grade)
-            found.append(loads(entries, others) - base)
+            with np.errstate(invalid="ignore"):  # a sample without load has no sharing, whatever the grades
+                found.append(loads(entries, others) - base)
         change.append(np.stack(found))
     return GradeColumns.of(base, change)
 

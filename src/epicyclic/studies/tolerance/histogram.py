@@ -16,6 +16,7 @@ __all__ = [
     "BINS",
     "COARSE_BINS",
     "FAILED",
+    "LEAST_EXCESS",
     "WIDTH",
     "bin_edges",
     "bin_index",
@@ -37,8 +38,8 @@ WIDTH = 1e-4
 """Relative width of a bin in x - 1: the error of a quantile that is read from the histogram."""
 
 # |x - 1| below the first is the rounding of equal loads; above the second a pair hardly carries its sum at all
-_LEAST, _MOST = 1e-9, 1e3
-_HALF = math.ceil(math.log(_MOST / _LEAST) / WIDTH)
+LEAST_EXCESS, _MOST = 1e-9, 1e3
+_HALF = math.ceil(math.log(_MOST / LEAST_EXCESS) / WIDTH)
 # fine bins of one of the coarse histograms, by which batches differ: a band is known to some per cent at best
 _COARSE = 32
 
@@ -54,7 +55,7 @@ def bin_index(values: Array) -> Index:
     """Bin of every value, int32 of the same shape; `FAILED` of nan."""
     distance = np.asarray(values, dtype=float) - 1.0
     with np.errstate(divide="ignore", invalid="ignore"):
-        step = np.floor(np.log(np.abs(distance) / _LEAST) / WIDTH)
+        step = np.floor(np.log(np.abs(distance) / LEAST_EXCESS) / WIDTH)
         step = np.clip(step, -1, _HALF) + 1
         index = _HALF + 1 + np.sign(distance) * step
     return np.where(np.isnan(distance), FAILED, index).astype(np.int32)
@@ -63,7 +64,7 @@ def bin_index(values: Array) -> Index:
 @cache
 def bin_edges() -> Array:
     """Edges of the bins, (BINS + 1,), the outer ones infinite; not to be written to."""
-    distance = _LEAST * np.exp(WIDTH * np.arange(_HALF + 1))
+    distance = LEAST_EXCESS * np.exp(WIDTH * np.arange(_HALF + 1))
     edges = np.concatenate([[-np.inf], 1.0 - distance[::-1], 1.0 + distance, [np.inf]])
     edges.flags.writeable = False
     return edges

@@ -22,6 +22,7 @@ from scipy.special import bdtrik, betaincinv, stdtrit
 from .histogram import (
     BINS,
     COARSE_BINS,
+    LEAST_EXCESS,
     bin_edges,
     bin_index,
     coarse_edges,
@@ -234,6 +235,8 @@ class SampleTally:
     def exceedance(self, limits: Array) -> Band:
         """Probability that K is above each limit, (D, g + 1, L) [1], the train last."""
         edges, coarse = bin_edges(), coarse_edges()
+        # equal shares are 1 up to rounding, which does not exceed a limit of 1
+        limits = np.where(np.abs(limits - 1.0) <= LEAST_EXCESS, edges[BINS // 2 + 1], limits)
         wanted = self.groups + 1
         values, batches = [], []
         each = self.groups + 1 + self.meshes

@@ -311,5 +311,8 @@ def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[str]:
     if plan.samples != asked:
         messages.append(f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}")
     if tally.failed:
-        messages.append(f"{tally.failed} of {tally.done} samples have no solution and count nowhere")
+        messages.append(
+            f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
+            "(a torque drawn at zero or beyond, a stiffness below zero), and count nowhere"
+        )
     return messages

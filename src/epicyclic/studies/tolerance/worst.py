@@ -74,10 +74,14 @@ def make_folder(folder: Path) -> None:
 
     Raises
     ------
-    ModelError : it cannot be made, or something else lies there.
+    ModelError : it cannot be made, or something lies there, of which nothing is overwritten.
     """
     try:
         folder.mkdir(exist_ok=True)
+        there = sorted(path.name for path in folder.iterdir())
     except OSError as error:
         problem = f"cannot be written: {error.strerror or error}"
         raise ModelError(problem, path="worst", given=str(folder), allowed="a folder") from error
+    if there:
+        problem = f"the folder is not empty ({there[0]})"
+        raise ModelError(problem, path="worst", given=str(folder), allowed="a new or empty folder")

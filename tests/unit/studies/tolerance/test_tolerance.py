@@ -195,6 +195,35 @@ def test_worst_samples_are_model_files_with_their_value(name: str, tmp_path: Pat
     assert len(again.displacements) == len(epicyclic.load(files[0]).displacements)
 
 
+def test_trains_without_load_are_told_and_count_nowhere() -> None:
+    """A torque drawn below zero: nothing of the nominal sense is left to share."""
+    model = gaussian(0.1)
+    spread = float(TORQUE / -ndtri(0.02))  # 2 % of the draws
+    model["tolerance"]["operation.torque.sun"] = f"normal({TORQUE!r} N m, {spread!r} N m)"
+    found = epicyclic.tolerance(model, samples=2**12)
+    assert int(found.attrs["failed"]) == pytest.approx(0.02 * 2**12, rel=0.2)
+    assert any("no load of the nominal sense" in text for text in json.loads(found.attrs["warnings"]))
+    for name in ("system_k_gamma_quantile", "system_k_gamma_mean", "worst_k_gamma", "worst_load_sharing"):
+        assert np.isfinite(found[name].values).all()
+
+
+def test_equal_shares_do_not_exceed_one() -> None:
+    model = gaussian(0.2)
+    model["stages"]["main"]["planets"] = 3
+    found = epicyclic.tolerance(model, samples=2**10, limit=[1.0], effects="none")
+    assert found.system_exceedance.values == pytest.approx(0, abs=0)
+    four = epicyclic.tolerance(gaussian(0.2), samples=2**10, limit=[1.0], effects="none")
+    assert four.system_exceedance.sel(definition="mean-load").values == pytest.approx(1, abs=0)
+
+
+def test_worst_samples_overwrite_nothing(tmp_path: Path) -> None:
+    (tmp_path / "worst-01.toml").write_text("precious", encoding="utf-8")
+    with pytest.raises(ModelError, match="not empty") as error:
+        epicyclic.tolerance(gaussian(0.2), samples=256, effects="none", worst=tmp_path)
+    assert error.value.path == "worst"
+    assert (tmp_path / "worst-01.toml").read_text(encoding="utf-8") == "precious"
+
+
 def test_curves_of_a_linear_response() -> None:
     model = gaussian(0.1)
     model["stages"]["main"]["sun"]["support"]["radial"] = "10 N/m"
