@@ -204,14 +204,14 @@ def test_what_shows_only_when_it_runs(old: str, new: str, path: str, says: str, 
 
 
 WRONG_ROWS = [
-    row("reproduced").replace("tolerance = 0.05", "tolerence = 0.05"),
+    row("reproduced").replace("tolerance = 0.05", "margin = 0.05"),
     row("reproduced").replace(OURS, "ours = 5"),
     row("reproduced").replace('"modes"', '"shapes"'),
     row("reproduced").replace('"frequency"', '"frequencies"'),
     row("reproduced").replace('"modes"', '"refused"'),
 ]
 SAID = [
-    "rows.1.tolerence: unknown key; allowed: quantity, place",
+    "rows.1.margin: unknown key; allowed: quantity, place",
     "rows.1.ours = 5: not a table; allowed: a table",
     "rows.1.ours.run = shapes: no such run; allowed: modes, refused",
     "rows.1.ours: q {}: take = frequencies: no such variable",
