@@ -20,7 +20,17 @@ from .tables import PlainTable, leaves, nested
 from .units import KINDS, Bounds, Quantity, read_quantity, split_list
 from .validation import LISTED, quantities_at
 
-__all__ = ["Grade", "Tolerance", "Width", "check_tolerance", "costs", "rewritten", "still_toleranced", "tolerances"]
+__all__ = [
+    "Grade",
+    "Tolerance",
+    "Width",
+    "check_tolerance",
+    "costs",
+    "rewritten",
+    "still_toleranced",
+    "tolerances",
+    "tolerances_and_costs",
+]
 
 _NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?\s*")
 _VECTORS = ("run_out", "bearing_run_out", "position", "tilt")  # kinds of deviations with x and y
@@ -80,8 +90,17 @@ def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade
 
     document, width : as of `tolerances`.  Raises ModelError likewise.
     """
+    return tolerances_and_costs(document, width)[1]
+
+
+def tolerances_and_costs(
+    document: object, width: Width | None = None
+) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
+    """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
     reading = _Reading(_tables_of(document), folder=None)
-    return {entry.path: reading.grades(entry, width) for entry in reading.entries() if entry.path in reading.costs}
+    entries = reading.entries()
+    priced = {entry.path: reading.grades(entry, width) for entry in entries if entry.path in reading.costs}
+    return tuple(_resolved(entry, width) for entry in entries), priced
 
 
 def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list[str]:

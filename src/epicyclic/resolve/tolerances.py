@@ -19,7 +19,7 @@ from ..model.correlation import Correlations, read_correlations
 from ..model.distributions import Distribution, StandardGrade
 from ..model.document import Document
 from ..model.names import SIDES, collect
-from ..model.tolerances import Grade, Tolerance, Width, costs, tolerances
+from ..model.tolerances import Grade, Tolerance, Width, costs, tolerances, tolerances_and_costs
 from ..train.bodies import Body
 from ..train.connections import Mesh
 from ..train.train import Train
@@ -130,8 +130,7 @@ def check_tolerances(document: Document, bodies: Sequence[Body], meshes: Sequenc
     if not table:
         return
     width = _width_of(bodies, meshes)
-    entries = tolerances(document, width)
-    priced = costs(document, width)
+    entries, priced = tolerances_and_costs(document, width)
     for entry in entries:
         _check_place(entry.path, table[entry.path], bodies, meshes)
         for own in (entry.own, entry.common):

@@ -88,10 +88,12 @@ def system_derivatives(
     ModelError, ConvergenceError : the train itself cannot be assembled or linearised.
     """
     base = linear(assemble(train))
+    # tolerances, and reasons for what may be removed, move no number of the System but take time to check
+    document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
     stencils: list[_Stencil | str] = []
     for place, parameter in enumerate(parameters):
         try:
-            stencils.append(_stencil(train.document, base, parameter))
+            stencils.append(_stencil(document, base, parameter))
         except (ModelError, ConvergenceError) as error:
             stencils.append(getattr(error, "problem", None) or str(error))
         if progress is not None:
