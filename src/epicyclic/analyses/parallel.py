@@ -29,7 +29,7 @@ from ..errors import ModelError
 if TYPE_CHECKING:
     from ..results.run_folder import KeptPart
 
-__all__ = ["each", "processes", "runs"]
+__all__ = ["BLAS_THREADS", "each", "processes", "runs"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -40,8 +40,8 @@ _WORTH = {"fork": 0.3, "spawn": 5.0}
 _MOST = 60
 # Places that a worker has at a time: one at work and the next, so that it need not wait for this process.
 _AHEAD = 2
-# Variables that set the threads of the libraries of linear algebra, which read them when they are loaded.
-_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "OMP_NUM_THREADS")
+BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "OMP_NUM_THREADS")
+"""Variables that set the threads of the libraries of linear algebra, which read them when they are loaded."""
 
 # What a worker computes, None in a process that is none.
 _work: Callable[[Any], Any] | None = None
@@ -75,7 +75,7 @@ def _cores() -> int:
 
 def _linear_algebra_threads() -> int:
     """Threads of one process in linear algebra, as the environment says; else it takes all cores."""
-    told = (os.environ.get(name, "") for name in _THREADS)
+    told = (os.environ.get(name, "") for name in BLAS_THREADS)
     return next((int(count) for count in told if count.isdigit() and int(count)), _cores())
 
 

@@ -199,7 +199,7 @@ def test_a_wrong_number_of_processes_is_refused(text: str, monkeypatch: pytest.M
 
 
 def test_cores_are_shared_with_the_threads_of_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("EPICYCLIC_JOBS", *parallel._THREADS):
+    for name in ("EPICYCLIC_JOBS", *parallel.BLAS_THREADS):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(parallel, "_cores", lambda: 8)
     assert processes() == 1, "linear algebra takes all cores unless told"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -15,6 +14,7 @@ from epicyclic.errors import ModelError
 from epicyclic.model.document import Document, read
 from epicyclic.model.tolerances import costs, tolerances
 from epicyclic.resolve.resolve import load
+from epicyclic.resolve.tolerances import tolerances_of
 
 PLAIN = read("ren2021", {"tolerance": None}).data
 RUN_OUT = "deviations.main.sun.run_out.amplitude"
@@ -160,8 +160,15 @@ PIECES = [*"normal disc grade rayleigh ( ) , . + - e 0 1 12 um kg IT6 sigma".spl
 @given(st.one_of(st.text(max_size=40), st.lists(st.sampled_from(PIECES), max_size=12).map("".join)))
 def test_any_text_is_read_or_refused(text: str) -> None:
     for path in (RUN_OUT, "deviations.main.planet.run_out"):
-        with contextlib.suppress(ModelError):  # nothing else
-            load(PLAIN, {f"tolerance.{path}": {"own": text}})
+        refused, read_as = "", [text]
+        try:
+            read_as = [
+                one.own.text for one in tolerances_of(load(PLAIN, {f"tolerance.{path}": {"own": text}})) if one.own
+            ]
+        except ModelError as error:
+            refused = error.path
+        assert read_as == [text]
+        assert refused.startswith("tolerance") or not refused
 
 
 SHARED = "deviations.main.planet.run_out"

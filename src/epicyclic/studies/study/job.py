@@ -22,6 +22,7 @@ from ...model.names import nearest
 from ...model.tables import dotted_line
 from ...resolve import load
 from ...resolve.tolerances import tolerances_of
+from ..tolerance.sampling import Sampler, SamplingPlan, scramble_uniforms
 from .axes import OPTIONS, Variation, axis_of, drawn, is_range
 
 __all__ = ["StudyJob", "read_job"]
@@ -30,7 +31,7 @@ _KEYS = ("verb", "model", "options", "overrides", "keep", "seed", "grid", "list"
 _MAX_BYTES = 4_000_000
 _MOST_POINTS = 1_000_000
 # of one path: a text of distribution like that of `[tolerance]`
-_SAMPLERS = ("random", "sobol")
+_SAMPLERS: tuple[Sampler, ...] = ("random", "sobol")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -264,15 +265,10 @@ def _limited(count: int, where: str) -> int:
     return count
 
 
-def _uniform(sampler: str, count: int, dimensions: int, seed: int) -> NDArray[np.float64]:
+def _uniform(sampler: Sampler, count: int, dimensions: int, seed: int) -> NDArray[np.float64]:
     """(count, dimensions) uniform numbers, the same for the same seed; two of a path, the second of vectors."""
-    generator = np.random.default_rng(np.random.SeedSequence(seed))
-    if sampler == "random":
-        return generator.random((count, dimensions))
-    from scipy.stats import qmc
-
-    sobol = qmc.Sobol(dimensions, scramble=True, rng=generator)
-    return np.asarray(sobol.random_base2(count.bit_length() - 1), float)
+    plan = SamplingPlan(samples=count, scrambles=1, rows=count, seed=seed, sampler=sampler)
+    return scramble_uniforms(plan, 0, dimensions)
 
 
 def _distributions(document: Document, key: str, paths: Mapping[str, Any]) -> dict[str, Distribution]:

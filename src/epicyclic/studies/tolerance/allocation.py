@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.samples.mean_load import MEAN_LOADS
+from ...analyses.samples.sample_loads import ContactMethod
 from ...errors import ModelError
 from ...resolve import load
 from ...resolve.tolerances import costs_of
@@ -31,7 +33,6 @@ from .grade_search import (
     total_price,
 )
 from .graded_samples import GradeSet, SampledGrades, differing, grade_columns, largest_difference
-from .sample_map import DEFINITIONS, Method
 from .sampling import sampling_plan
 from .statistics import CONFIDENCE, Band
 from .threads import one_thread
@@ -96,7 +97,7 @@ def allocate(
     definition: str = "mean-load",
     samples: int = 16_384,
     seed: int = 1,
-    method: Method = "auto",
+    method: ContactMethod = "auto",
     fresh_samples: int = 131_072,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -177,8 +178,8 @@ def _check_options(target: float, probability: float, definition: str, samples: 
         raise ModelError("no target of a load factor", path="target", given=target, allowed="above 1, e.g. 1.15")
     if not 0 < probability < 1:
         raise ModelError("no probability", path="probability", given=probability, allowed="above 0, below 1")
-    if definition not in DEFINITIONS:
-        raise ModelError("no such definition", path="definition", given=definition, allowed=", ".join(DEFINITIONS))
+    if definition not in MEAN_LOADS:
+        raise ModelError("no such definition", path="definition", given=definition, allowed=", ".join(MEAN_LOADS))
     above = (1 - probability) * sampling_plan(samples).samples
     if above < _LEAST_ABOVE * (1 - _ROUNDING):
         least = math.ceil(_LEAST_ABOVE / (1 - probability))
@@ -205,7 +206,7 @@ def _columns(problem: _Problem) -> GradeColumns | None:
     Checked at the finest grades, sample by sample; None where it is not.
     """
     deviations = all(name.startswith("deviations.") for name in problem.names)
-    if problem.sampled.definition != DEFINITIONS[0] or not deviations or problem.sampled.method == "static":
+    if problem.sampled.definition != MEAN_LOADS[0] or not deviations or problem.sampled.method == "static":
         return None
     columns = grade_columns(problem.sampled)
     off = largest_difference(columns, problem.sampled, problem.finest, problem.target)
@@ -299,7 +300,7 @@ def _fresh(problem: _Problem, train: Train, samples: int, seed: int) -> tuple[Ba
     )
     tally, _ = sampled(drawn, plan, pieces)
     bands = tally.quantile_bands(np.array([problem.probability]))
-    at = DEFINITIONS.index(problem.sampled.definition), len(drawn.pair)
+    at = MEAN_LOADS.index(problem.sampled.definition), len(drawn.pair)
     return Band(value=bands.value[at], low=bands.low[at], high=bands.high[at]), plan.samples
 
 
@@ -370,7 +371,7 @@ def _stated(problem: _Problem, name: str) -> str:
 def _drawn_value(problem: _Problem) -> float:
     """K_gamma of the drawing as it is, on the samples of the search."""
     given = problem.sampled
-    found = problem.drawn.evaluate(given.uniform, method=given.method).k[:, DEFINITIONS.index(given.definition)]
+    found = problem.drawn.evaluate(given.uniform, method=given.method).k[:, MEAN_LOADS.index(given.definition)]
     return order_statistic(np.nan_to_num(found.max(axis=1), nan=np.inf), problem.probability)
 
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.samples.sample_loads import ContactMethod
 from ...errors import ConvergenceError, ModelError
-from .sample_map import Method, SampleMap
+from .sample_map import SampleMap
 from .sampling import SamplingPlan, scramble_uniforms
 from .statistics import system_value
 
@@ -72,7 +73,7 @@ class PlanetCurve:
 
 
 def scale_curves(
-    samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: Method, step: Step
+    samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: ContactMethod, step: Step
 ) -> ScaleCurves:
     """Quantiles over the spread of each tolerance, the others as drawn; plan : of one scramble's rows."""
     u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
@@ -93,7 +94,9 @@ def scale_curves(
     return ScaleCurves(system=found[:, :, 0, -1], slope=np.moveaxis(slope[:, :, :-1], 0, -1))
 
 
-def torque_curve(samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: Method, step: Step) -> Array:
+def torque_curve(
+    samples: SampleMap, plan: SamplingPlan, probability: Array, *, method: ContactMethod, step: Step
+) -> Array:
     """Quantiles of the train over the torque, (torques, P)."""
     u = scramble_uniforms(plan, 0, samples.dimension_entry.size)
     found = []
@@ -104,7 +107,13 @@ def torque_curve(samples: SampleMap, plan: SamplingPlan, probability: Array, *, 
 
 
 def support_curves(
-    samples: SampleMap, paths: Sequence[str], plan: SamplingPlan, probability: Array, *, method: Method, step: Step
+    samples: SampleMap,
+    paths: Sequence[str],
+    plan: SamplingPlan,
+    probability: Array,
+    *,
+    method: ContactMethod,
+    step: Step,
 ) -> Array:
     """Quantiles of the train over one support stiffness after the other, (supports, scales, P).
 
@@ -138,7 +147,7 @@ def planet_curve(
     plan: SamplingPlan,
     probability: Array,
     *,
-    method: Method,
+    method: ContactMethod,
     step: Step,
     nominal: Mapping[int, Array],
 ) -> PlanetCurve:

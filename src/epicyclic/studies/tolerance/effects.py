@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.samples.sample_loads import ContactMethod
 from ...errors import ConvergenceError, ModelError
 from ...resolve import load
 from ...train.train import Train
@@ -26,7 +27,7 @@ from .curves import (
     support_tolerance,
     torque_curve,
 )
-from .sample_map import Method, SampleMap
+from .sample_map import SampleMap
 from .sampling import PIECE, SamplingPlan
 from .shares import variance_shares
 
@@ -56,7 +57,7 @@ def effects_of(
     plan: SamplingPlan,
     chosen: str,
     *,
-    method: Method,
+    method: ContactMethod,
     probability: Array,
     progress: Callable[[float], None] | None = None,
 ) -> EffectColumns:
@@ -127,7 +128,7 @@ def _counter(progress: Callable[[float], None] | None, of: int) -> Callable[[], 
 
 
 def _shares(
-    drawn: SampleMap, plan: SamplingPlan, method: Method
+    drawn: SampleMap, plan: SamplingPlan, method: ContactMethod
 ) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
     """Variance shares of K_gamma by drawing entry; correlated entries share one number."""
     paths = [one.path for one in drawn.entries]
@@ -177,7 +178,7 @@ def _supports_columns(
     supports: Mapping[str, float],
     plan: SamplingPlan,
     probability: Array,
-    method: Method,
+    method: ContactMethod,
     step: Callable[[], None],
 ) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
     """Curves over support stiffness, with one map in which they all vary."""
@@ -198,7 +199,12 @@ def _supports_columns(
 
 
 def _planets_columns(
-    train: Train, nominal: Array, plan: SamplingPlan, probability: Array, method: Method, step: Callable[[], None]
+    train: Train,
+    nominal: Array,
+    plan: SamplingPlan,
+    probability: Array,
+    method: ContactMethod,
+    step: Callable[[], None],
 ) -> tuple[dict[str, Any], dict[Any, Any], dict[str, str]]:
     """Curve over the number of planets, with a map of each number; nominal : (P,) quantiles of that of the file."""
     try:

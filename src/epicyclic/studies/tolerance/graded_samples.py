@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.samples.mean_load import MEAN_LOADS
+from ...analyses.samples.sample_loads import ContactMethod
 from ...model.tolerances import Grade, Tolerance
 from .columns import ToleranceMap
 from .grade_search import Combination, GradeColumns, allowed_above, order_statistic
-from .sample_map import DEFINITIONS, Method
 from .sampling import piece_uniforms, sampling_plan
 
 __all__ = ["GradeSet", "SampledGrades", "differing", "grade_columns", "graded", "largest_difference"]
@@ -46,12 +47,12 @@ class SampledGrades:
     offered: GradeSet
     uniform: Array
     definition: str
-    method: Method
+    method: ContactMethod
     values: dict[Combination, Array] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, drawn: ToleranceMap, offered: GradeSet, *, samples: int, seed: int, definition: str, method: Method
+        cls, drawn: ToleranceMap, offered: GradeSet, *, samples: int, seed: int, definition: str, method: ContactMethod
     ) -> SampledGrades:
         """With samples as `tolerance` draws them."""
         plan = sampling_plan(samples, seed=seed)
@@ -63,7 +64,7 @@ class SampledGrades:
         """Load factor of every sample (S,) [1], the largest of all pairs; inf where no state was found."""
         if combination not in self.values:
             graded_map = graded(self.drawn, self.offered, combination)
-            found = graded_map.evaluate(self.uniform, method=self.method).k[:, DEFINITIONS.index(self.definition)]
+            found = graded_map.evaluate(self.uniform, method=self.method).k[:, MEAN_LOADS.index(self.definition)]
             self.values[combination] = np.nan_to_num(found.max(axis=1), nan=np.inf)
         return self.values[combination]
 

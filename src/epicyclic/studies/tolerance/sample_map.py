@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ...analyses.samples.sample_loads import ContactMethod
 
 if TYPE_CHECKING:
     from ...model.correlation import Correlations
     from ...model.tolerances import Tolerance
 
-__all__ = ["DEFINITIONS", "Method", "SampleMap", "SampledValues"]
+__all__ = ["SampleMap", "SampledValues"]
 
 Array = NDArray[np.float64]
-Method = Literal["auto", "linear", "static"]
-
-DEFINITIONS = ("mean-load", "mean-load-turning")
-"""Definitions of K_gamma, the order of the axis D."""
 
 
 class SampledValues(Protocol):
-    """Values of S samples: D definitions, g groups (pair and side), w meshes; nan of failed ones."""
+    """Values of S samples: D definitions (`MEAN_LOADS`), g groups (pair and side), w meshes; nan of failed ones."""
 
     @property
     def k(self) -> Array:
@@ -73,7 +71,7 @@ class SampleMap(Protocol):
         """What the user should know of the map."""
 
     def evaluate(
-        self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: Method = "auto"
+        self, u: Array, *, scale: Array | None = None, torque: float = 1.0, method: ContactMethod = "auto"
     ) -> SampledValues:
         """Values of (S, d) uniforms; scale : (E,) factors on the spreads.  torque : factor on the load."""
 

@@ -6,10 +6,9 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["one_thread"]
+from ...analyses.parallel import BLAS_THREADS
 
-# variables that set the threads of the libraries of linear algebra, which read them when they are loaded
-_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "OMP_NUM_THREADS")
+__all__ = ["one_thread"]
 
 
 @contextmanager
@@ -22,7 +21,7 @@ def one_thread() -> Iterator[str]:
     try:
         from threadpoolctl import threadpool_limits
     except ImportError:
-        yield next((os.environ[name] for name in _THREADS if os.environ.get(name, "").isdigit()), "unknown")
+        yield next((os.environ[name] for name in BLAS_THREADS if os.environ.get(name, "").isdigit()), "unknown")
         return
     with threadpool_limits(limits=1, user_api="blas"):
         yield "1"

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.samples.mean_load import MEAN_LOADS
+from ...analyses.samples.sample_loads import ContactMethod
 from ...errors import ModelError
 from ...results.counted import Counted
 from ...results.dataset import dataset
@@ -22,7 +24,7 @@ from ..source import Overrides, Source, train_of
 from .columns import tolerance_map
 from .effects import effects_of
 from .histogram import WIDTH
-from .sample_map import DEFINITIONS, Method, SampleMap
+from .sample_map import SampleMap
 from .sampling import PIECE, Sampler, SamplingPlan, piece_uniforms, sampling_plan
 from .statistics import CONFIDENCE, SampleTally, piece_statistics, probabilities_of
 from .threads import one_thread
@@ -53,7 +55,7 @@ def tolerance(
     samples: int = 131_072,
     seed: int = 1,
     limits: Sequence[float] = (1.15,),
-    method: Method = "auto",
+    method: ContactMethod = "auto",
     sampler: Sampler = "sobol",
     effects: Effects | None = None,
     reference: Mapping[str, float] | None = None,
@@ -192,7 +194,7 @@ def sampled(
     ----------
     pieces : number and arrays of each in their order, as of `run_blocks`.
     """
-    tally = SampleTally(plan=plan, definitions=len(DEFINITIONS), groups=len(drawn.pair), meshes=len(drawn.mesh))
+    tally = SampleTally(plan=plan, definitions=len(MEAN_LOADS), groups=len(drawn.pair), meshes=len(drawn.mesh))
     raw: list[Array] = []
     fits = _raw_numbers(plan, drawn) <= _MOST_RAW
     for piece, found in pieces:
@@ -212,7 +214,7 @@ def _pieces(
 
 
 def block_of_samples(
-    drawn: SampleMap, plan: SamplingPlan, method: Method, raw: bool, block: int
+    drawn: SampleMap, plan: SamplingPlan, method: ContactMethod, raw: bool, block: int
 ) -> dict[str, NDArray[Any]]:
     """What the pieces of one block leave, each array with one row a piece: a function of the block's number alone."""
     first, count = block * plan.pieces_of_block, plan.pieces_of_block
@@ -221,7 +223,7 @@ def block_of_samples(
 
 
 def piece_of_samples(
-    drawn: SampleMap, plan: SamplingPlan, method: Method, raw: bool, piece: int
+    drawn: SampleMap, plan: SamplingPlan, method: ContactMethod, raw: bool, piece: int
 ) -> dict[str, NDArray[Any]]:
     """What one piece leaves: a function of its number alone; with `raw` also ``k`` (samples, D, g) [1]."""
     with one_thread():
@@ -241,12 +243,12 @@ def _checked_limits(limits: Sequence[float]) -> Array:
 
 
 def _raw_numbers(plan: SamplingPlan, drawn: SampleMap) -> int:
-    return plan.samples * len(DEFINITIONS) * len(drawn.pair)
+    return plan.samples * len(MEAN_LOADS) * len(drawn.pair)
 
 
 def _check_raw(plan: SamplingPlan, drawn: SampleMap) -> None:
     if _raw_numbers(plan, drawn) > _MOST_RAW:
-        most = _MOST_RAW // (len(DEFINITIONS) * len(drawn.pair))
+        most = _MOST_RAW // (len(MEAN_LOADS) * len(drawn.pair))
         raise ModelError(
             "raw samples do not fit in a result",
             path="raw",
@@ -285,7 +287,7 @@ def _statistics(drawn: SampleMap, tally: SampleTally, limit: Array) -> tuple[Col
             f"system_separation_probability{name}": ((), separated[-1]),
         }
     coords = {
-        "definition": list(DEFINITIONS),
+        "definition": list(MEAN_LOADS),
         "pair": list(drawn.pair),
         "mesh": list(drawn.mesh),
         "probability": probability,
