@@ -8,6 +8,7 @@ from .resolve import load as load
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
+from .results.matrix_files import save_matrices as save_matrices
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
@@ -19,6 +20,7 @@ from .verbs.campbell import campbell as campbell
 from .verbs.check import check as check
 from .verbs.contact import contact as contact
 from .verbs.efficiency import efficiency as efficiency
+from .verbs.matrices import matrices as matrices
 from .verbs.modes import modes as modes
 from .verbs.modulation import modulation as modulation
 from .verbs.relief import relief as relief

@@ -55,7 +55,7 @@ def run_verb(
         store,
         kept(output if keeps else None, keeps=keeps, record=record) as folder,
     ):
-        further = (".toml",) if verb.model_text else ()
+        further = (*verb.writers, *((".toml",) if verb.model_text else ()))
         require_output(output, figures, verb.gives, as_json=as_json, further=further)
         import_model_rooms()
         overrides = parsed_overrides(sets)
@@ -64,8 +64,11 @@ def run_verb(
             if "progress" in signature(verb.run).parameters:
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = verb.run(model, overrides=overrides or None, **options, **more)
-        if output is not None and not figures and verb.model_text is not None and output.suffix.lower() == ".toml":
-            write_text(output, verb.model_text(result))
+        if output is not None and not figures and (kind := output.suffix.lower()) in further:
+            if verb.model_text is not None and kind == ".toml":
+                write_text(output, verb.model_text(result))
+            else:
+                verb.writers[kind](result, output)
             complain(f"written: {output}")
             print_result(result, as_json=as_json, beside_file=True)
         else:
