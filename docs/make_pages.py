@@ -1,7 +1,8 @@
 """Write the pages of docs/reference that follow from the code.
 
 verbs.md comes from the signatures in `epicyclic/verbs`, variables.md from the results of their examples, api.md from the
-stub of the package, commands.md from the command line, schema.md from the JSON Schema of the model file.
+stub of the package, commands.md from the command line, schema.md from the JSON Schema of the model file, warnings.md from
+the table of their codes.
 
 python docs/make_pages.py
 """
@@ -18,6 +19,7 @@ import xarray as xr
 
 from epicyclic import audit
 from epicyclic.verbs.record import Option, Verb, help_of, keywords, verbs
+from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
 DRIVE = "ren2021"
@@ -48,6 +50,13 @@ Made by `python docs/make_pages.py` from the command line itself; not written by
 `epicyclic COMMAND --help` prints the same. The verbs are on [their own page](verbs.md). Exit status: 0; 2 for wrong
 input or an output that cannot be written; 3 for no convergence; 4 for an audit that is contradicted; 130 when stopped;
 1 for a fault of the program.
+"""
+WARNINGS = """# Warnings
+
+Made by `python docs/make_pages.py` from `src/epicyclic/warning_codes.py`; not written by hand.
+
+A result that is physically doubtful says so: in its attribute `warnings`, under its tables and at the top of the report.
+Each warning ends with its code in brackets. `epicyclic explain CODE` prints what stands here.
 """
 SCHEMA = """# Keys of the model file
 
@@ -249,9 +258,20 @@ def _takes(entry: dict[str, Any]) -> str:
     return ", ".join(dict.fromkeys(found)).replace("|", "\\|") or "any"
 
 
+def warnings_page() -> str:
+    """Text of warnings.md: every code with its meaning, what cures it, and the page that says more."""
+    pages = {page.name: page.relative_to(HERE).as_posix() for page in sorted(HERE.rglob("*.md"))}
+    lines = [WARNINGS]
+    for code, entry in sorted(WARNING_CODES.items()):
+        lines += [f"## {code}", "", f"{entry.meaning}", "", f"*Cure*: {entry.cure}", ""]
+        lines += [f"More: [{entry.page.removesuffix('.md')}](../{pages[entry.page]})", ""]
+    return "\n".join(lines)
+
+
 def write_all() -> None:
     """Write every page that needs no computation."""
     pages = {"verbs": verbs_page, "api": api_page, "commands": commands_page, "schema": schema_page}
+    pages["warnings"] = warnings_page
     for name, text in pages.items():
         (HERE / "reference" / f"{name}.md").write_text(text(), encoding="utf-8")
 

@@ -67,10 +67,10 @@ def _escaped(text: str) -> str:
     return "".join(parts)
 
 
-def signature_text(_app: Any, what: str, _name: str, obj: Any, _options: Any, given: str, result: str) -> Any:
+def signature_text(_app: Any, what: str, _name: str, obj: Any, _options: Any, given: str | None, _result: str) -> Any:
     """Return the signature with the plain types of the keywords; the pages of verbs have their meaning."""
-    if what not in ("function", "class", "method", "exception") or not callable(obj):
-        return given, result
+    if given is None or what not in ("function", "class", "method", "exception"):
+        return None
     if what in ("class", "exception"):
         return "", ""  # results of `load` and `assemble`, and errors: nobody builds them by hand
     signature = inspect.signature(obj)
