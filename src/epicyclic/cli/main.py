@@ -19,6 +19,7 @@ from ..results.whole_file import write_text
 from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
+from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
 from .start import collect_again
@@ -95,6 +96,7 @@ for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
 app.command()(study)
+app.command()(compare)
 
 
 @app.command()
