@@ -10,6 +10,7 @@ import typer
 
 from ..errors import ModelError
 from .command import Json, Output, Sets
+from .completion import source_names
 from .console import complain, on_stdout, parsed_overrides, reported, require_stdout, target_of, write_result
 from .run import FILES
 from .start import import_model_rooms
@@ -18,7 +19,11 @@ __all__ = ["compare"]
 
 Sources = Annotated[
     list[str],
-    typer.Argument(metavar="A B ...", help="Model files, ready drives or saved results (.nc, .json); A is the first."),
+    typer.Argument(
+        metavar="A B ...",
+        help="Model files, ready drives or saved results (.nc, .json); A is the first.",
+        autocompletion=source_names,
+    ),
 ]
 Variants = Annotated[
     list[str] | None,

@@ -24,13 +24,15 @@ from .console import on_stdout, open_streams, parsed_overrides, progress_bar, re
 from .kept import kept
 from .start import collect_again
 from .study import study
+from .suggestions import Commands
 
 __all__ = ["app", "main"]
 
 app = typer.Typer(
     name="epicyclic",
     help="Epicyclic gear trains: modes, load sharing and response, from what stands on the drawing.",
-    add_completion=False,
+    cls=Commands,
+    add_completion=True,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["--help", "-h"]},
