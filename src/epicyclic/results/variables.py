@@ -485,6 +485,7 @@ _RELATIVE = ("1", "speed per operating speed")
 
 # (kind of result, name): (unit, long name), where a kind means something else by a name than `VARIABLES`
 OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
+    ("compare", "difference"): ("", "path in the model file whose values differ"),
     ("study", "status"): ("", "ok, or why the point holds nothing: wrong input, no convergence, fault"),
     ("study", "reason"): ("", "message of a point that failed"),
     ("sweep", "speed"): _RELATIVE,

@@ -59,7 +59,8 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
         if a.shape != b.shape or not a.size:
             return None
         first, second = (np.asarray(one.values).astype(complex) for one in (a, b))
-        size = np.abs(second - first)
+        with np.errstate(invalid="ignore"):  # both infinite: no difference is known
+            size = np.abs(second - first)
         if not np.isfinite(size).any():
             return None
         place = np.unravel_index(int(np.nanargmax(np.where(np.isfinite(size), size, np.nan))), size.shape)
