@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from tests.unit.doc_blocks import Session, blocks_of, missing_lines, run_block
 
 ROOT = Path(__file__).parents[2]

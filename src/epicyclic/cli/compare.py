@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from ..errors import ModelError
 from .command import Json, Output, Sets
 from .completion import source_names
-from .console import complain, on_stdout, parsed_overrides, reported, require_stdout, target_of, write_result
-from .run import FILES
+from .console import parsed_overrides, reported
+from .output import figure_option, put, require_output
 from .start import import_model_rooms
 
 __all__ = ["compare"]
@@ -36,17 +34,19 @@ Variants = Annotated[
 
 
 def compare(
-    sources: Sources, variants: Variants = None, sets: Sets = None, as_json: Json = False, output: Output = None
+    sources: Sources,
+    variants: Variants = None,
+    sets: Sets = None,
+    figure: Annotated[list[str] | None, figure_option(("compare",))] = None,
+    as_json: Json = False,
+    output: Output = None,
 ) -> None:
     """What differs between trains, and what it does to speeds, modes, load sharing and mesh forces.
 
     Saved results are compared variable by variable. --set applies to all models, --with makes one more of A.
     """
     with reported():
-        if output is not None:
-            target_of(output, FILES)
-        if as_json or output is None:
-            require_stdout()
+        require_output(output, figure, ("compare",), as_json=as_json)
         import_model_rooms()
         from ..studies.compare.compare import compare_of
 
@@ -56,7 +56,7 @@ def compare(
             )
         except ModelError as error:
             raise _flagged(error) from None
-        _put(result, as_json=as_json, output=output)
+        put({"compare": result}, output=output, figures=figure, as_json=as_json)
 
 
 def _variant(text: str) -> dict[str, object]:
@@ -76,26 +76,3 @@ def _flagged(error: ModelError) -> ModelError:
     """The same error at the flag or argument in place of the keyword."""
     names = {"overrides": "--set", "variants": "--with", "sources": "A B ..."}
     return error.at(names.get(error.path, error.path)) if error.path in names else error
-
-
-def _put(result: Any, *, as_json: bool, output: Path | None) -> None:
-    """Write or print the comparison; beside a file its key figures are printed."""
-    from ..show.console import show, show_pairs, stdout_console
-
-    if output is not None:
-        write_result(result, output)
-    if as_json:
-        from ..results.dataset import to_json
-
-        for text in json.loads(result.attrs["warnings"]):
-            complain(f"warning: {text}")
-        with on_stdout():
-            typer.echo(to_json(result))
-        return
-    with on_stdout():
-        if output is None:
-            show(result, stdout_console())
-        else:
-            from ..show.views import key_figures_of
-
-            show_pairs({words: value for value, words in key_figures_of({"compare": result})}, stdout_console())
