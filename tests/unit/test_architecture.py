@@ -23,7 +23,8 @@ ALLOWED: dict[str, set[str]] = {
     "input_files": {"errors"},
     "gears": set(),
     "tooth_contact": {"gears"},
-    "model": set(),
+    "rexs": set(),
+    "model": {"rexs"},
     "train": {"gears"},
     "resolve": {"model", "train", "gears", "tooth_contact"},
     "system": set(),
@@ -32,13 +33,13 @@ ALLOWED: dict[str, set[str]] = {
     "results": set(),
     "analyses": {"system", "results"},
     "studies": {
-        *("resolve", "model", "train", "tooth_contact", "gears"),
+        *("resolve", "model", "rexs", "train", "tooth_contact", "gears"),
         *("assemble", "analyses", "system", "results"),
     },
     "show": {"results"},
     "verbs": {"studies", "analyses", "assemble", "resolve", "model", "system", "train", "results"},
     "audits": {"verbs", "studies", "model", "train", "system", "results"},
-    "cli": {"verbs", "audits", "studies", "show", "resolve", "model", "results"},
+    "cli": {"verbs", "audits", "studies", "show", "resolve", "model", "rexs", "results"},
 }
 
 

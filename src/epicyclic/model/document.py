@@ -12,6 +12,7 @@ from typing import Literal
 
 from ..errors import ModelError
 from ..input_files import read_bytes
+from ..rexs.reading import is_rexs_name
 from .assumptions import check_assumed, still_assumed
 from .force_files import with_files
 from .names import check_names, collect, nearest
@@ -38,7 +39,7 @@ class Document:
     data : the same as nested tables as written, shorthands expanded, overrides laid over (plain JSON).
     origin : by path of every value in `data`, whether the file gives it or an override sets it.
     source : name of the ready drive, path of the file, or "dict".
-    warnings : numbers without a unit, read as SI in a file of format 1.
+    warnings : numbers without a unit, read as SI in a file of format 1; what was assumed of a REXS file.
     """
 
     model: ModelFile
@@ -49,13 +50,14 @@ class Document:
 
 
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
-    """Return the document of a model file (path), ready drive (name) or nested dict, with overrides laid over it.
+    """Return the document of a model file or REXS file (path), ready drive (name) or nested dict, with overrides laid
+    over it.
 
     overrides : values by path, ``{"stages.main.sun.mass": "750 kg"}``; None removes the key. A table that is removed
         may be filled anew: ``{"deviations": None, "deviations.sun.run_out": "6 um"}``.
     Raises ModelError for whatever is wrong, with path, value and what is allowed.
     """
-    base, name, folder = _open(source)
+    base, name, folder, told = _open(source)
     _check_format(base)
     *removed, layer = (with_files(layer_of(part, base), folder) for part in stepwise(overrides or {}))
     base = with_files(base, folder)
@@ -77,7 +79,7 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     )
     model, warnings = checked_model(data, names, folder, layers)
     origin: dict[str, Origin] = {path: "set" if path in overridden else "given" for path, _ in leaves(data)}
-    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings)
+    return Document(model=model, data=data, origin=origin, source=name, warnings=(*told, *warnings))
 
 
 def ready_drives() -> tuple[str, ...]:
@@ -99,19 +101,33 @@ def _check_format(base: PlainTable) -> None:
         raise ModelError(problem, path="format", given=version, allowed=f"format = 1 or {FORMAT}, or a newer epicyclic")
 
 
-def _open(source: object) -> tuple[PlainTable, str, Path | None]:
-    """Return the raw tables, the name of the source, and the folder it is in."""
+def _open(source: object) -> tuple[PlainTable, str, Path | None, tuple[str, ...]]:
+    """Return the raw tables, the name of the source, the folder it is in, and warnings about how it was read."""
     if isinstance(source, Mapping):
-        return clean(source), "dict", None
+        return clean(source), "dict", None, ()
     if isinstance(source, str) and source in ready_drives():
         text = resources.files("epicyclic.systems").joinpath(f"{source}.toml").read_text(encoding="utf-8")
-        return _parse(text, source), source, None
+        return _parse(text, source), source, None, ()
     if not isinstance(source, (str, Path)):
         raise ModelError(
             "not a model", path=type(source).__name__, allowed="a path, the name of a ready drive, or a dict"
         )
     path = Path(source)
-    return _parse(_text(path), str(source)), str(source), path.parent
+    if is_rexs_name(path):
+        return _from_rexs(path)
+    return _parse(_text(path), str(source)), str(source), path.parent, ()
+
+
+def _from_rexs(path: Path) -> tuple[PlainTable, str, Path | None, tuple[str, ...]]:
+    """Return the tables of a REXS file, and one warning that says how much of them is assumed. Raises ModelError."""
+    from ..rexs.import_train import read_rexs  # only here: few models are REXS files
+
+    found = read_rexs(path)
+    told = (
+        f"read from a REXS file: {len(found.assumed)} values assumed, {len(found.dropped)} entries dropped; "
+        f"`epicyclic import {path}` lists them"
+    )
+    return clean(found.document), str(path), None, (told,)
 
 
 def _text(path: Path) -> str:

@@ -32,9 +32,7 @@ def json_file(tables: object) -> RexsFile:
             gathered.load_cases.append(LoadCase(checked_id(one.get("id"), "load case"), parts))
         for one in _tables(spectrum, "accumulation"):
             gathered.accumulations += [_component(c, gathered.notes) for c in _tables(one, "components")]
-    gathered.relations = [
-        read for one in _tables(model, "relations") if (read := _relation(one, gathered)) is not None
-    ]
+    gathered.relations = [read for one in _tables(model, "relations") if (read := _relation(one, gathered)) is not None]
     heads = {key: str(model.get(key, "")) for key in ("version", "applicationId", "applicationVersion", "date")}
     return gathered_file(gathered, heads, encoding="json")
 
@@ -67,7 +65,9 @@ def _component(table: Mapping[str, Any], notes: list[str]) -> Component:
             notes.append(f"component {number}: {name}")
             continue
         where = f"component {number}, {name}"
-        add_attribute(attributes, Attribute(name, _value(one, where, name), _text(one, "unit", otherwise="none")), where)
+        add_attribute(
+            attributes, Attribute(name, _value(one, where, name), _text(one, "unit", otherwise="none")), where
+        )
     return Component(number, _text(table, "type"), _text(table, "name"), attributes)
 
 

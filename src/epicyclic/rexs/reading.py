@@ -93,7 +93,16 @@ def _unzipped(raw: bytes, name: str) -> bytes:
             _check_member(members[0], name, allowed)
             with archive.open(members[0]) as opened:
                 content = opened.read(MAX_BYTES + 1)
-    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, ValueError, RuntimeError, OverflowError) as e:
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        struct.error,
+        EOFError,
+        OSError,
+        ValueError,
+        RuntimeError,
+        OverflowError,
+    ) as e:
         if isinstance(e, ModelError):
             raise
         raise ModelError(f"a damaged zip ({e})", path=name, allowed=allowed) from None
