@@ -38,7 +38,7 @@ bench: $(VENV)/.installed-dev
 figures: $(VENV)/.installed-dev
 	mkdir -p figures
 	for example in examples/*.py; do $(BIN)/python $$example figures || exit 1; done
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/drives/make.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/papers/make.py
 
 clean:
 	rm -rf $(VENV) build dist src/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis figures $(REPORT)

@@ -113,6 +113,6 @@ def _coded(names: tuple[str, ...]) -> str:
 
 
 if __name__ == "__main__":
-    (HERE / "verbs.md").write_text(verbs_page(), encoding="utf-8")
+    (HERE / "reference" / "verbs.md").write_text(verbs_page(), encoding="utf-8")
     found = [verb.run(DRIVE, **options) for verb, options in examples()]
-    (HERE / "variables.md").write_text(variables_page([*found, audit(DRIVE)]), encoding="utf-8")
+    (HERE / "reference" / "variables.md").write_text(variables_page([*found, audit(DRIVE)]), encoding="utf-8")

@@ -71,7 +71,7 @@ def contact_steady(
 
     Returns
     -------
-    Dataset of docs/contact-shaft-orders.md.
+    Dataset of docs/theory/contact-shaft-orders.md.
 
     Raises
     ------

@@ -91,7 +91,7 @@ def contact_sweep(
 
     Returns
     -------
-    Dataset of docs/contact-loss.md; a single speed that fails holds nan, and ``status`` says why.
+    Dataset of docs/theory/contact-loss.md; a single speed that fails holds nan, and ``status`` says why.
 
     Raises
     ------

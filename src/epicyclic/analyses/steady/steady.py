@@ -58,7 +58,7 @@ def steady(
 
     Returns
     -------
-    Variables and units of docs/response.md: forces [N, N m], displacements [m].
+    Variables and units of docs/theory/response.md: forces [N, N m], displacements [m].
 
     Raises
     ------

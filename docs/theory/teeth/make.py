@@ -1,4 +1,4 @@
-"""Draw the figure of the page on tooth stiffness, docs/teeth.md: python docs/teeth/make.py
+"""Draw the figure of the page on tooth stiffness, docs/theory/teeth.md: python docs/theory/teeth/make.py
 
 The finite elements stand in elements.json (see tests/peers/plane/tabulate.py); the curves are computed here.
 """
@@ -17,7 +17,7 @@ import plotly.graph_objects as go
 from epicyclic.show.figures.style import INK, PALETTE, panels
 
 HERE = Path(__file__).parent
-ROOT = HERE.parent.parent
+ROOT = HERE.parent.parent.parent
 
 
 def transmission_error() -> go.Figure:
@@ -58,7 +58,7 @@ def transmission_error() -> go.Figure:
 
 
 if __name__ == "__main__":
-    spec = importlib.util.spec_from_file_location("drives_make", HERE.parent / "drives" / "make.py")
+    spec = importlib.util.spec_from_file_location("drives_make", HERE.parent.parent / "papers" / "make.py")
     assert spec is not None
     assert spec.loader is not None
     drives = importlib.util.module_from_spec(spec)

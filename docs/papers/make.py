@@ -1,4 +1,4 @@
-"""Draw the figures of the pages on the ready drives: python docs/drives/make.py [NAME ... | NAME/FIGURE ...]
+"""Draw the figures of the pages on the ready drives: python docs/papers/make.py [NAME ... | NAME/FIGURE ...]
 
 Each NAME.py beside this file defines FIGURES, name -> function that returns a plotly figure; schematics.py adds the
 drawings of the train.  They are written to figures/NAME-FIGURE.svg through a headless Chromium (package playwright, a
