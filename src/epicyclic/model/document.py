@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Literal
@@ -57,7 +57,9 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
         may be filled anew: ``{"deviations": None, "deviations.sun.run_out": "6 um"}``.
     Raises ModelError for whatever is wrong, with path, value and what is allowed.
     """
-    base, name, folder, told = _open(source)
+    if isinstance(source, (str, Path)) and is_rexs_name(source):
+        return _read_rexs(source, overrides)
+    base, name, folder = _open(source)
     _check_format(base)
     *removed, layer = (with_files(layer_of(part, base), folder) for part in stepwise(overrides or {}))
     base = with_files(base, folder)
@@ -79,7 +81,7 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     )
     model, warnings = checked_model(data, names, folder, layers)
     origin: dict[str, Origin] = {path: "set" if path in overridden else "given" for path, _ in leaves(data)}
-    return Document(model=model, data=data, origin=origin, source=name, warnings=(*told, *warnings))
+    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings)
 
 
 def ready_drives() -> tuple[str, ...]:
@@ -101,33 +103,35 @@ def _check_format(base: PlainTable) -> None:
         raise ModelError(problem, path="format", given=version, allowed=f"format = 1 or {FORMAT}, or a newer epicyclic")
 
 
-def _open(source: object) -> tuple[PlainTable, str, Path | None, tuple[str, ...]]:
-    """Return the raw tables, the name of the source, the folder it is in, and warnings about how it was read."""
+def _open(source: object) -> tuple[PlainTable, str, Path | None]:
+    """Return the raw tables, the name of the source, and the folder it is in."""
     if isinstance(source, Mapping):
-        return clean(source), "dict", None, ()
+        return clean(source), "dict", None
     if isinstance(source, str) and source in ready_drives():
         text = resources.files("epicyclic.systems").joinpath(f"{source}.toml").read_text(encoding="utf-8")
-        return _parse(text, source), source, None, ()
+        return _parse(text, source), source, None
     if not isinstance(source, (str, Path)):
         raise ModelError(
             "not a model", path=type(source).__name__, allowed="a path, the name of a ready drive, or a dict"
         )
     path = Path(source)
-    if is_rexs_name(path):
-        return _from_rexs(path)
-    return _parse(_text(path), str(source)), str(source), path.parent, ()
+    return _parse(_text(path), str(source)), str(source), path.parent
 
 
-def _from_rexs(path: Path) -> tuple[PlainTable, str, Path | None, tuple[str, ...]]:
-    """Return the tables of a REXS file, and one warning that says how much of them is assumed. Raises ModelError."""
-    from ..rexs.import_train import read_rexs  # only here: few models are REXS files
+def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Document:
+    """Return the document of a REXS file, with one warning that says how much of it is assumed. Raises ModelError."""
+    from ..rexs.import_train import read_rexs, traced  # only here: few models are REXS files
 
     found = read_rexs(path)
+    try:
+        document = read(found.document, overrides)
+    except ModelError as error:
+        raise traced(error, found) from None
     told = (
         f"read from a REXS file: {len(found.assumed)} values assumed, {len(found.dropped)} entries dropped; "
         f"`epicyclic import {path}` lists them"
     )
-    return clean(found.document), str(path), None, (told,)
+    return replace(document, source=str(path), warnings=(told, *document.warnings))
 
 
 def _text(path: Path) -> str:

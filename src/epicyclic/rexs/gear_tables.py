@@ -109,7 +109,7 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
             table[key] = abs(number).text
             view.read(gear, name, f"{path}.{key}", abs(number).text)
     table |= _coefficients(view, gear, path, facts)
-    flanks = _flanks(view, gear)
+    flanks = view.flanks_of(gear)
     table |= _profile(view, flanks, path, stage_table)
     modified = _modifications(view, flanks, facts, path)
     if modified:
@@ -122,9 +122,9 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
 def _mark_alike(view: View, gear: int, other: int) -> None:
     """Note the attributes of a planet gear that are those of the first as read, and what differs as lost."""
     pairs = [(gear, other)]
-    pairs += list(zip((f.id for f in _flanks(view, gear)), (f.id for f in _flanks(view, other)), strict=False))
+    pairs += list(zip((f.id for f in view.flanks_of(gear)), (f.id for f in view.flanks_of(other)), strict=False))
     for a, b in pairs:
-        for name in [name for number, name in view.asked if number == a]:
+        for name in list(view.asked.get(a, ())):
             mine, theirs = view.components[a].attributes.get(name), view.value(b, name)
             if name in ("support_vector", "u_axis_vector", "w_axis_vector", "reference_component_for_position"):
                 continue
@@ -158,21 +158,12 @@ def _coefficients(view: View, gear: int, path: str, facts: GearFacts) -> Table:
 def _tools(view: View, gear: int) -> list[Component]:
     """Tools of a gear: those it refers to, or that work on its flanks, in their order."""
     found = [component for component in view.referenced(gear) if component.type in _TOOLS]
-    flanks = {flank.id for flank in _flanks(view, gear)}
+    flanks = {flank.id for flank in view.flanks_of(gear)}
     for relation in view.relations("manufacturing_step"):
         tool = relation.part("tool")
         if relation.part("workpiece") in flanks and tool is not None and view.components[tool].type in _TOOLS:
             found.append(view.components[tool])
     return found
-
-
-def _flanks(view: View, gear: int) -> list[Component]:
-    """Left and right flank of a gear, those that are given."""
-    for relation in view.relations("flank"):
-        if relation.part("gear") == gear:
-            parts = [relation.part("left"), relation.part("right")]
-            return [view.components[part] for part in parts if part is not None]
-    return []
 
 
 def _profile(view: View, flanks: Sequence[Component], path: str, stage_table: Table) -> Table:
@@ -194,7 +185,7 @@ def _profile(view: View, flanks: Sequence[Component], path: str, stage_table: Ta
 
 
 def _modifications(view: View, flanks: Sequence[Component], facts: GearFacts, path: str) -> Table:
-    """Flank modifications that a model file has: reliefs and crowning, alike on both flanks or those of the left one."""
+    """Flank modifications that a model file has: reliefs and crowning, of both flanks or those of the left one."""
     tables = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
     if len(tables) == 2 and tables[0] != tables[1]:
         reason = "left and right flank differ: that of the left flank is taken for the loaded one"

@@ -12,14 +12,14 @@ from .damage import check_damage, false_texts
 from .gear_tables import material_of
 from .link_tables import couplings_table
 from .members import Unit, unit_of
-from .operation_table import gravity_table, operation_table
+from .operation_table import operation_table, tell_gravity
 from .reading import read_rexs_file
 from .reasons import reason_of
 from .stage_table import stage_table, x_axis_of
 from .structure import RexsFile
-from .view import Entry, View
+from .view import Entry, View, view_of
 
-__all__ = ["RexsImport", "import_file", "read_rexs"]
+__all__ = ["RexsImport", "import_file", "read_rexs", "traced"]
 
 Table = dict[str, object]
 # The format has no damping, and a response needs some: the ratio that the ready drives assume too.
@@ -68,7 +68,7 @@ def read_rexs(source: str | Path | bytes, *, load_case: int | None = None) -> Re
 def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     """The same of a file that is read already. Raises ModelError as of `read_rexs`."""
     check_damage(file)
-    view = View.of(file, load_case if load_case is not None else _default_case(file))
+    view = view_of(file, load_case if load_case is not None else _default_case(file))
     unit = unit_of(view)
     origin = unit.members[0].centre
     document: Table = {"format": 2, "title": _title(file)}
@@ -82,12 +82,13 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     couplings = couplings_table(unit)
     if couplings:
         document["couplings"] = couplings
-    operation = operation_table(unit) | gravity_table(unit, x_axis_of(unit, unit.stages[0]))
+    operation = operation_table(unit)
+    tell_gravity(unit, x_axis_of(unit, unit.stages[0]))
     if operation:
         document["operation"] = operation
     _cases(view, file, load_case)
     for component, name in false_texts(file):
-        if (component, name) in view.asked:
+        if name in view.asked.get(component, ()):
             view.assume(component, name, "", "stands as false where a text belongs: taken as missing")
     reasons = _reasons(view.assumptions, document)
     if reasons:
@@ -102,6 +103,14 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     )
 
 
+def traced(error: ModelError, found: RexsImport) -> ModelError:
+    """An error of the model document, with the component of the REXS file its value is from."""
+    entry = next((e for e in found.read if e.path and (error.path + ".").startswith(e.path + ".")), None)
+    if entry is None or entry.component is None:
+        return error
+    return error.at(f"{error.path} (component {entry.component}, {entry.attribute})")
+
+
 def _title(file: RexsFile) -> str:
     """The name of the gear unit, and what wrote the file."""
     name = next((c.name for c in file.components if c.type == "gear_unit" and c.name), "Gear unit")
@@ -112,13 +121,8 @@ def _title(file: RexsFile) -> str:
 def _default_case(file: RexsFile) -> int | None:
     """The first load case where the components themselves have neither speed nor load."""
     names = {"rotational_speed", "torque_around_u_axis", "power"}
-    stated = any(names & attribute_names(component.attributes) for component in file.components)
+    stated = any(names & component.attributes.keys() for component in file.components)
     return file.load_cases[0].id if file.load_cases and not stated else None
-
-
-def attribute_names(attributes: Mapping[str, object]) -> set[str]:
-    """Names of attributes."""
-    return set(attributes)
 
 
 def _cases(view: View, file: RexsFile, load_case: int | None) -> None:
@@ -180,13 +184,13 @@ def _gear_materials(unit: Unit, document: Table) -> None:
             continue
         number, table = _material(unit, member.gears[0])
         if table:
-            member_table(document, member.stage, member.name)["material"] = table
+            _member_table(document, member.stage, member.name)["material"] = table
             for name, key, _ in _KEYS:
                 if key in table:
                     unit.view.read(number, name, f"{member.path}.material.{key}", table[key])
 
 
-def member_table(document: Table, stage: str, member: str) -> Table:
+def _member_table(document: Table, stage: str, member: str) -> Table:
     """The table of a member in a document."""
     stages = document["stages"]
     assert isinstance(stages, dict)
@@ -245,7 +249,7 @@ def _dropped(view: View, file: RexsFile) -> list[Entry]:
     """Every attribute that nobody asked for, by component, with the reason."""
     found = []
     for component in sorted(file.components, key=lambda c: c.id):
-        names = [name for name in component.attributes if (component.id, name) not in view.asked]
+        names = [name for name in component.attributes if name not in view.asked.get(component.id, ())]
         if names:
             found.append(Entry(component.id, ", ".join(names), "", reason_of(component.type)))
     found += [

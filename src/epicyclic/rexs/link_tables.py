@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from .connections import RIGID, Joint
 from .members import Member, Unit
@@ -64,7 +65,7 @@ def _offset(unit: Unit, joint: Joint, member: Member, shaft: int | None = None) 
 
 
 def support_table(unit: Unit, member: Member) -> Table | None:
-    """Support of a central member; None where nothing is to be said: it is rigid in the casing, or on a shared shaft."""
+    """Support of a central member; None where nothing is to be said: it is rigid in the casing or on a shared shaft."""
     if unit.held(member):
         return None
     housing = _to_housing(unit, member)
@@ -73,8 +74,10 @@ def support_table(unit: Unit, member: Member) -> Table | None:
     inside = [
         j for j in rest if carrier not in (None, member) and any(carrier in unit.at(p) for p in (j.inner, j.outer))
     ]
+    planets = {unit.rigid.root(shaft) for m in unit.members if m.kind == "planet" for shaft in m.parts}
     for joint in rest:
-        if joint.bearing and joint not in inside:
+        of_planet = {unit.rigid.root(joint.inner), unit.rigid.root(joint.outer)} & planets
+        if joint.bearing and joint not in inside and not of_planet:
             unit.view.lose(joint.id, "bearing", f"a bearing of {member.path} in a part that is no member of its stage")
     if not housing and inside:
         return {"to": f"{carrier.stage}.{carrier.name}", **_links(unit, member, inside)} if carrier else None
@@ -142,7 +145,7 @@ def planet_bearings(unit: Unit, member: Member) -> Table | None:
 
     None where the file has none: the planet is then rigidly on its pin.
     """
-    stage = next(s for s in unit.stages if s.name == member.stage)
+    stage = unit.stage(member)
     rows: list[list[Joint]] = []
     for shaft in member.parts:
         root = unit.rigid.root(shaft)
@@ -193,7 +196,7 @@ def couplings_table(unit: Unit) -> Table:
         shared = unit.sharing(member)
         if len(shared) > 1 and shared not in done:
             done.append(shared)
-            for a, b in zip(shared, shared[1:], strict=False):
+            for a, b in pairwise(shared):
                 name = f"{a.stage}-{a.name}-{b.stage}-{b.name}"
                 table[name] = {"between": [f"{a.stage}.{a.name}", f"{b.stage}.{b.name}"]}
                 unit.view.read(a.parts[0], "shaft", f"couplings.{name}", "one shaft")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from ..errors import ModelError
 from .connections import Joint, Parts, joints_of, rigid_parts
@@ -46,7 +46,9 @@ class Member:
 class Unit:
     """A gear unit, understood: stages, members, joints, the axis that becomes z.
 
-    housing : ids of casings.  axis : direction of z.
+    axis : direction of z.  still : parts that stand for the casing and what is rigid in it.
+    turning : part that stands for all that are one -> central members among them.
+    loose : the same -> shafts and plates that are no member's own.
     """
 
     view: View
@@ -55,33 +57,32 @@ class Unit:
     joints: tuple[Joint, ...]
     rigid: Parts
     members: tuple[Member, ...]
-    housing: tuple[int, ...]
     axis: Vector
-    facts: dict[int, GearFacts] = field(default_factory=dict)
+    still: frozenset[int]
+    turning: Mapping[int, tuple[Member, ...]]
+    loose: Mapping[int, tuple[int, ...]]
+    facts: Mapping[int, GearFacts]
 
-    def of(self, stage: str, name: str) -> Member:
-        """A member by stage and name."""
-        return next(m for m in self.members if (m.stage, m.name) == (stage, name))
+    def stage(self, member: Member) -> StageParts:
+        """The stage of a member."""
+        return next(stage for stage in self.stages if stage.name == member.stage)
 
     def in_housing(self, part: int) -> bool:
         """Whether a part stands still with the casing."""
-        return any(self.rigid.one(part, casing) for casing in self.housing)
+        return self.rigid.root(part) in self.still
 
     def held(self, member: Member) -> bool:
         """Whether a member is rigidly in the casing."""
         return any(self.in_housing(part) for part in member.parts)
 
-    def sharing(self, member: Member) -> tuple[Member, ...]:
-        """Central members on the same rigid shaft, itself included."""
-        roots = {self.rigid.root(part) for part in member.parts}
-        return tuple(
-            m for m in self.members if m.kind != "planet" and roots & {self.rigid.root(part) for part in m.parts}
-        )
-
     def at(self, part: int) -> tuple[Member, ...]:
         """Central members that a part is rigidly joined to."""
-        root = self.rigid.root(part)
-        return tuple(m for m in self.members if m.kind != "planet" and root in map(self.rigid.root, m.parts))
+        return self.turning.get(self.rigid.root(part), ())
+
+    def sharing(self, member: Member) -> tuple[Member, ...]:
+        """Central members on the same rigid shaft, itself included."""
+        found = dict.fromkeys(m for part in member.parts for m in self.at(part))
+        return tuple(m for m in self.members if m in found) or (member,)
 
 
 def unit_of(view: View) -> Unit:
@@ -98,7 +99,15 @@ def unit_of(view: View) -> Unit:
     members = [member for stage in stages for member in _members(view, places, stage)]
     facts = {gear: gear_facts(view, gear) for member in members for gear in member.gears}
     axis = _axis(view, places, members)
-    housing = tuple(component.id for component in view.of_type("gear_casing"))
+    owned = {part for member in members for part in member.parts}
+    turning: dict[int, dict[Member, None]] = {}
+    for member in members:
+        for part in member.parts if member.kind != "planet" else ():
+            turning.setdefault(rigid.root(part), {})[member] = None
+    loose: dict[int, list[int]] = {}
+    for component in view.of_type("shaft", "side_plate"):
+        if component.id not in owned:
+            loose.setdefault(rigid.root(component.id), []).append(component.id)
     return Unit(
         view=view,
         places=places,
@@ -106,8 +115,10 @@ def unit_of(view: View) -> Unit:
         joints=joints,
         rigid=rigid,
         members=tuple(members),
-        housing=housing,
         axis=axis,
+        still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
+        turning={root: tuple(found) for root, found in turning.items()},
+        loose={root: tuple(found) for root, found in loose.items()},
         facts=facts,
     )
 
@@ -116,9 +127,9 @@ def _members(view: View, places: Places, stage: StageParts) -> list[Member]:
     """Members of one stage."""
     found = []
     for name, gear in stage.central.items():
-        shaft = shaft_of(view, gear)
+        shaft = view.shaft_of(gear)
         centre = _centre(view, places, stage, gear, shaft)
-        parts = (gear,) if shaft is None else (shaft, gear)
+        parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
         kind = stage.kinds[name]
         found.append(Member(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
     for place, name in enumerate(stage.planets):
@@ -137,15 +148,6 @@ def _members(view: View, places: Places, stage: StageParts) -> list[Member]:
         at = found[len(stage.central)].centre
         found.append(Member(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
     return found
-
-
-def shaft_of(view: View, gear: int) -> int | None:
-    """Shaft a gear is assembled to."""
-    for relation in view.relations("assembly", "ordered_assembly"):
-        shaft = relation.part("assembly")
-        if relation.part("part") == gear and shaft is not None and view.components[shaft].type == "shaft":
-            return shaft
-    return None
 
 
 def gear_place(view: View, places: Places, gear: int, shaft: int | None) -> Vector | None:
@@ -183,7 +185,7 @@ def _axis(view: View, places: Places, members: Sequence[Member]) -> Vector:
 
 
 def mass_table(unit: Unit, member: Member, pin_radius: float) -> Table:
-    """Mass and inertias of a member from its gear body and the sections of its shafts and plates; bore or outer diameter.
+    """Mass and inertias of a member from gear body and sections of shafts and plates; bore or outer diameter.
 
     Nothing where the file has no sections: the model then takes the gear as solid.
 
@@ -192,6 +194,11 @@ def mass_table(unit: Unit, member: Member, pin_radius: float) -> Table:
     own = [part for part in _bodies(unit, member) if unit.view.components[part].type in ("shaft", "side_plate")]
     if member.kind == "planet":
         own = [member.parts[0]]
+        for shaft in member.parts[1:]:
+            if _stretches(unit, shaft) != _stretches(unit, own[0]):
+                unit.view.lose(
+                    shaft, "shaft_section", f"sections differ from those of {own[0]}, which count for all planets"
+                )
     sections = [section for part in own for section in _sections(unit, member, part, pin_radius)]
     extra = [_additional(unit, member, part) for part in own]
     table: Table = {}
@@ -217,15 +224,10 @@ def mass_table(unit: Unit, member: Member, pin_radius: float) -> Table:
 
 def _bodies(unit: Unit, member: Member) -> list[int]:
     """Parts that belong to a member: its own, and what is rigidly joined and no member's own."""
-    owned = {part for m in unit.members for part in m.parts}
-    roots = {unit.rigid.root(part) for part in member.parts}
-    joined = []
+    joined: dict[int, None] = {}
     if not unit.held(member) and unit.sharing(member)[:1] == (member,):
-        joined = [
-            component.id
-            for component in unit.view.of_type("shaft", "side_plate")
-            if component.id not in owned and unit.rigid.root(component.id) in roots
-        ]
+        for part in member.parts:
+            joined |= dict.fromkeys(unit.loose.get(unit.rigid.root(part), ()))
     return [*member.parts, *joined]
 
 
@@ -241,54 +243,65 @@ def _density(unit: Unit, part: int) -> float:
 
 def _sections(unit: Unit, member: Member, part: int, pin_radius: float) -> list[Section]:
     """Sections of a shaft or plate about the axis of the member."""
-    view = unit.view
-    frame = unit.places.frame(part)
-    centre = member.centre
-    off = 0.0
-    if frame is not None and centre is not None and member.kind == "carrier":
-        off = _off_axis(unit, member, frame)
-    found = []
-    end = 0.0
-    sources = [part] if view.components[part].type == "side_plate" else view.parts(part, "shaft_section")
-    for source in sources:
-        length = view.number(source, "length", "length")
-        start = view.number(source, "u_coordinate_on_shaft", "length")
-        pairs = [
-            (view.number(source, f"{side}_begin", "length"), view.number(source, f"{side}_end", "length"))
-            if source != part
-            else (view.number(source, side, "length"),) * 2
-            for side in ("outer_diameter", "inner_diameter")
-        ]
-        if length is None or length.si <= 0 or pairs[0][0] is None:
-            if view.components[source].attributes:
-                view.lose(source, "shaft_section", "a section without length or diameter has no mass")
-            continue
-        outer, inner = ((a.si if a else 0.0, (b or a).si if (b or a) else 0.0) for a, b in pairs)  # type: ignore[union-attr]
-        at = start.si if start is not None else end
-        end = at + length.si
-        found.append((at, length.si, outer, inner))
+    found = _stretches(unit, part)
     if not found:
         return []
+    frame, centre = unit.places.frame(part), member.centre
+    off = _off_axis(unit, member, frame) if frame and centre and member.kind == "carrier" else 0.0
     density = _density(unit, part)
-    sign = 1.0 if frame is None or along(frame.u, unit.axis) >= 0 else -1.0
+    forward = frame is None or along(frame.u, unit.axis) >= 0
+    sign = 1.0 if forward else -1.0
     if frame is not None and centre is not None:
         base = along(minus(frame.place, centre), unit.axis)
-    else:
-        base = -sign * (min(at for at, *_ in found) + max(at + length for at, length, *_ in found)) / 2
-    sections = []
-    for at, length, outer, inner in found:
-        if sign > 0:
-            sections.append(Section(base + at, length, outer, inner, density, off))
-        else:
-            sections.append(Section(base - at - length, length, outer[::-1], inner[::-1], density, off))
-    return sections
+    else:  # nowhere: its middle at the centre of the member
+        base = -sign * (min(s.start for s in found) + max(s.start + s.length for s in found)) / 2
+    return [
+        Section(
+            base + one.start if forward else base - one.start - one.length,
+            one.length,
+            one.outer if forward else one.outer[::-1],
+            one.inner if forward else one.inner[::-1],
+            density,
+            off,
+        )
+        for one in found
+    ]
+
+
+def _stretches(unit: Unit, part: int) -> list[Section]:
+    """Sections of a shaft along its u axis, each behind the one before where its place is not given; or a plate."""
+    view = unit.view
+    plate = view.components[part].type == "side_plate"
+    found: list[Section] = []
+    end = 0.0
+    for source in [part] if plate else view.parts(part, "shaft_section"):
+        length = view.number(source, "length", "length")
+        start = view.number(source, "u_coordinate_on_shaft", "length")
+        outer = _diameters(unit, source, "outer_diameter", plate)
+        inner = _diameters(unit, source, "inner_diameter", plate) or (0.0, 0.0)
+        if length is None or length.si <= 0 or outer is None:
+            if view.components[source].attributes:
+                view.lose(source, "length, outer_diameter", "a section without length or diameter has no mass")
+            continue
+        at = start.si if start is not None else end
+        end = at + length.si
+        found.append(Section(at, length.si, outer, inner, 0.0))
+    return found
+
+
+def _diameters(unit: Unit, source: int, name: str, plate: bool) -> tuple[float, float] | None:
+    """Diameters at both ends [m]; the one that is given where only one is."""
+    names = (name, name) if plate else (f"{name}_begin", f"{name}_end")
+    given = [unit.view.number(source, one, "length") for one in names]
+    values = [abs(number.si) for number in given if number is not None]
+    return (values[0], values[-1]) if values else None
 
 
 def _off_axis(unit: Unit, member: Member, frame: Frame) -> float:
     """Distance of a part's axis from that of its stage [m]: that of a pin, 0 of what is concentric."""
-    stage = next(s for s in unit.stages if s.name == member.stage)
+    stage = unit.stage(member)
     gear = next(iter(stage.central.values()))
-    middle = gear_place(unit.view, unit.places, gear, shaft_of(unit.view, gear))
+    middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
     if middle is None:
         return 0.0
     apart = minus(frame.place, middle)
@@ -299,7 +312,7 @@ def _off_axis(unit: Unit, member: Member, frame: Frame) -> float:
 def _gear_body(unit: Unit, member: Member, sections: Sequence[Section]) -> tuple[list[Section], Table]:
     """The gear between its shaft and its reference circle, and its bore or outer diameter."""
     facts = unit.facts[member.gears[0]]
-    stage = next(s for s in unit.stages if s.name == member.stage)
+    stage = unit.stage(member)
     count = 2 if facts.id in stage.twins else 1
     under = [s for s in sections if s.start <= 1e-9 and s.start + s.length >= -1e-9]
     table: Table = {}
@@ -343,7 +356,7 @@ def _additional(unit: Unit, member: Member, part: int) -> Inertia:
 
 def _cheeks(unit: Unit, member: Member, pin_radius: float) -> Table:
     """A carrier whose file has no plates: two steel discs of a quarter of the face width to beyond the pins."""
-    stage = next(s for s in unit.stages if s.name == member.stage)
+    stage = unit.stage(member)
     planet = unit.facts[stage.branches[0].gears[0]]
     width = planet.width if not math.isnan(planet.width) else 10 * planet.module
     outer = 2 * pin_radius + planet.reference / 2
@@ -353,7 +366,9 @@ def _cheeks(unit: Unit, member: Member, pin_radius: float) -> Table:
     if any(one.mass for one in extra):
         total = Inertia(*(sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
     else:
-        reason = "no plates in the file: two steel discs, a quarter of the face width thick, to half a planet beyond the pins"
+        reason = (
+            "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
+        )
         for key in ("mass", "inertia", "tilt_inertia"):
             unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
     return {

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 from .connections import Parts
 from .link_tables import held_members
 from .members import Member, Unit
-from .places import along, cross, minus
+from .places import Vector, along, cross
 from .units import Number
 
-__all__ = ["operation_table"]
+__all__ = ["operation_table", "tell_gravity"]
 
 Table = dict[str, object]
 _BALANCE = 1e-3  # power and torque times speed that differ by more are told
 
 
 def operation_table(unit: Unit) -> Table:
-    """What is held, speeds, torques and powers by member, gravity."""
+    """What is held, speeds, torques and powers by member."""
     table: Table = {}
     held = held_members(unit)
     if held:
@@ -67,13 +69,13 @@ def _signed(number: Number, sense: float) -> Number:
 def _speeds(unit: Unit, held: list[Member], turning: Parts) -> dict[str, tuple[int, Number]]:
     """Speeds of members: those of shafts that define a speed, else the first given."""
     given: list[tuple[bool, int, Member, Number]] = []
-    for shaft in unit.view.of_type("shaft"):
-        number = unit.view.number(shaft.id, "rotational_speed", "speed")
-        defines = unit.view.value(shaft.id, "defines_speed") is True
-        member = _member_at(unit, turning, shaft.id)
+    for component in unit.view.of_type("shaft"):
+        number = unit.view.number(component.id, "rotational_speed", "speed")
+        defines = unit.view.value(component.id, "defines_speed") is True
+        member = _member_at(unit, turning, component.id)
         if number is None or member is None or member in held:
             continue
-        given.append((defines, shaft.id, member, _signed(number, _sense(unit, shaft.id))))
+        given.append((defines, component.id, member, _signed(number, _sense(unit, component.id))))
     chosen = [one for one in given if one[0]] or given[:1]
     found: dict[str, tuple[int, Number]] = {}
     for defines, shaft, member, number in given:
@@ -83,13 +85,13 @@ def _speeds(unit: Unit, held: list[Member], turning: Parts) -> dict[str, tuple[i
             unit.view.read(shaft, "rotational_speed", f"operation.speed.{name}", number.text)
         elif (defines, shaft, member, number) not in chosen:
             unit.view.lose(shaft, "rotational_speed", f"{number.text}: follows from the speeds that are defined")
-    if not defined(given) and found:
+    if not _defined(given) and found:
         name, (shaft, _) = next(iter(found.items()))
         unit.view.assume(shaft, "defines_speed", f"operation.speed.{name}", "no shaft defines the speed: the first one")
     return found
 
 
-def defined(given: list[tuple[bool, int, Member, Number]]) -> bool:
+def _defined(given: list[tuple[bool, int, Member, Number]]) -> bool:
     """Whether any of the speeds is marked as the one that counts."""
     return any(one[0] for one in given)
 
@@ -175,25 +177,27 @@ def _forces(unit: Unit, load: int) -> None:
             unit.view.lose(load, name, "forces and bending moments on shafts are not carried")
 
 
-def gravity_table(unit: Unit, x_axis: tuple[float, float, float] | None) -> Table:
-    """Gravity where the gear unit accounts for it, in the axes of the model."""
+def tell_gravity(unit: Unit, x_axis: Vector | None) -> None:
+    """Tell gravity that the gear unit accounts for, in the axes of the model: it is left out.
+
+    It loads the meshes round by round, which most files switch on and few gear units are rated by; with it the mean
+    load sharing of floating members is not defined.
+    """
     units = unit.view.of_type("gear_unit")
-    if not units or unit.view.value(units[0].id, "account_for_gravity") is not True or x_axis is None:
-        return {}
+    if not units or unit.view.value(units[0].id, "account_for_gravity") is not True:
+        return
     parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{a}", "ratio") for a in "uvw"]
-    frame = unit.places.frame(units[0].id)
-    if any(part is None for part in parts) or frame is None:
-        return {}
-    u, v, w = (part.si for part in parts if part is not None)
-    size = (u**2 + v**2 + w**2) ** 0.5
     strength = unit.view.number(units[0].id, "gravitational_acceleration", "acceleration")
+    frame = unit.places.frame(units[0].id)
+    if any(part is None for part in parts) or frame is None or x_axis is None:
+        return
+    u, v, w = (part.si for part in parts if part is not None)
+    down = [u * frame.u[i] + v * frame.v[i] + w * frame.w[i] for i in range(3)]
+    size = math.sqrt(math.fsum(x * x for x in down))
     if not size > 1e-30:
-        return {}
-    down = tuple((u * frame.u[i] + v * frame.v[i] + w * frame.w[i]) / size for i in range(3))
-    y_axis = cross(unit.axis, x_axis)
-    g = strength.si if strength is not None else 9.81
-    vector = [round(g * along((down[0], down[1], down[2]), axis), 9) + 0.0 for axis in (x_axis, y_axis, unit.axis)]
-    if strength is None:
-        unit.view.assume(units[0].id, "gravitational_acceleration", "operation.gravity", "9.81 m/s^2")
-    unit.view.read(units[0].id, "direction_vector_gravity", "operation.gravity", vector)
-    return {"gravity": f"[{', '.join(f'{c:.9g}' for c in vector)}] m/s^2"}
+        return
+    g = (strength.si if strength is not None else 9.81) / size
+    axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
+    vector = [round(g * along((down[0], down[1], down[2]), axis), 9) + 0.0 for axis in axes]
+    line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'
+    unit.view.lose(units[0].id, "account_for_gravity", f"gravity is left out; {line} adds it")

@@ -136,7 +136,7 @@ class _BoundedTree(ElementTree.TreeBuilder):
         super().__init__()
         self._depth = 0
 
-    def start(self, tag: str, attrs: dict[str, str], /) -> ElementTree.Element:  # type: ignore[override]
+    def start(self, tag: str, attrs: dict[str, str], /) -> ElementTree.Element:
         self._depth += 1
         if self._depth > MAX_DEPTH:
             raise ModelError("nested too deeply", allowed=f"at most {MAX_DEPTH} levels")

@@ -16,6 +16,7 @@ _REASONS = {
     "ring_gear": "load capacity, tolerances and results are not carried",
     "concept_bearing": "bearing results, widths and misalignments are not carried",
     "coupling": "inside a member, or rigid",
+    "switchable_coupling": "inside a member, or rigid",
     "external_load": "follows from the operation",
     "stage_gear_data": "results of a mesh are not carried",
     "cylindrical_stage_gear_data": "results of a mesh are not carried",

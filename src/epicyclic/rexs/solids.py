@@ -1,4 +1,4 @@
-"""Masses and inertias of shafts, plates and gear bodies from their sections.  Sources: solids of revolution, derived here."""
+"""Masses and inertias of shafts, plates and gear bodies from their sections: solids of revolution, derived here."""
 
 from __future__ import annotations
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from ..errors import ModelError
 from .gear_tables import gear_table
 from .link_tables import planet_bearings, support_table
-from .members import Member, Unit, gear_place, mass_table, shaft_of
+from .members import Member, Unit, gear_place, mass_table
 from .places import Vector, along, cross, minus
 from .stages import StageParts
 from .units import Number
@@ -54,7 +53,7 @@ def stage_table(unit: Unit, stage: StageParts, origin: Vector | None) -> Table:
 def _spokes(unit: Unit, stage: StageParts) -> list[Vector] | None:
     """From the axis of the stage to each planet, across the axis; None where a place is missing."""
     gear = next(iter(stage.central.values()))
-    middle = gear_place(unit.view, unit.places, gear, shaft_of(unit.view, gear))
+    middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
     found = []
     for branch in stage.branches:
         place = gear_place(unit.view, unit.places, branch.gears[0], branch.shaft)
@@ -113,7 +112,7 @@ def _clean(angle: float) -> float:
 
 
 def _stated_angles(unit: Unit, stage: StageParts) -> list[float] | None:
-    """Angles of the planets by `rotating_angle_around_neg_u_axis` of their meshes with a sun, about +u from planet 1."""
+    """Angles of the planets about +u from planet 1, by `rotating_angle_around_neg_u_axis` of meshes with a sun."""
     for pair, meshes in stage.meshes.items():
         if pair.startswith("sun") and len(meshes) == len(stage.branches):
             numbers = [unit.view.number(mesh, "rotating_angle_around_neg_u_axis", "angle") for mesh in meshes]
@@ -193,7 +192,9 @@ def _shared(unit: Unit, stage: StageParts, path: str) -> Table:
             for gear in gears:
                 unit.view.read(gear, name, f"{path}.{key}", text)
     angles = {
-        _text(unit.view.number(f, "normal_pressure_angle", "angle")) for gear in gears for f in _flanks_of(unit, gear)
+        _text(unit.view.number(f.id, "normal_pressure_angle", "angle"))
+        for gear in gears
+        for f in unit.view.flanks_of(gear)
     }
     if len(angles) == 1 and (angle := angles.pop()):
         table["pressure_angle"] = angle
@@ -209,14 +210,6 @@ def _text(number: Number | None) -> str:
 
 def _magnitude(number: Number | None) -> str:
     return "" if number is None or not number.si else abs(number).text
-
-
-def _flanks_of(unit: Unit, gear: int) -> list[int]:
-    """Ids of the flanks of a gear."""
-    for relation in unit.view.relations("flank"):
-        if relation.part("gear") == gear:
-            return [part for part in (relation.part("left"), relation.part("right")) if part is not None]
-    return []
 
 
 def _herringbone(unit: Unit, stage: StageParts, path: str) -> Table:
@@ -328,7 +321,7 @@ def _mesh(unit: Unit, stage: StageParts, pair: str) -> Table:
             "a value for the load along the face: taken as the mean",
         ),
     ):
-        numbers = _alike(unit, meshes, name, lambda mesh, n=name: unit.view.number(mesh, n, "stiffness_per_width"))
+        numbers = _alike(unit, meshes, name, "stiffness_per_width")
         if numbers is None or not numbers.si > 0:
             continue
         common = unit.view.number(meshes[0], "common_face_width", "length")
@@ -338,19 +331,14 @@ def _mesh(unit: Unit, stage: StageParts, pair: str) -> Table:
         else:
             table["stiffness"] = numbers.text
         table["direction"] = "transverse"
+        table["variation"] = "contact-lines"
+        reason_of_variation = "the file has a mean stiffness: it varies with the length of the contact lines"
+        unit.view.assume(meshes[0], name, f"{path}.variation", reason_of_variation)
         unit.view.read(meshes[0], name, f"{path}.stiffness", table["stiffness"])
         if reason:
             unit.view.assume(meshes[0], name, f"{path}.stiffness", reason)
         break
-    limits = [
-        _alike(
-            unit,
-            meshes,
-            f"{end}_normal_backlash",
-            lambda mesh, e=end: unit.view.number(mesh, f"{e}_normal_backlash", "length"),
-        )
-        for end in ("minimum", "maximum")
-    ]
+    limits = [_alike(unit, meshes, f"{end}_normal_backlash", "length") for end in ("minimum", "maximum")]
     given = [number.si for number in limits if number is not None]
     if given and min(given) >= 0:
         table["backlash"] = f"{sum(given) / len(given) * 1e3:.9g} mm"
@@ -364,9 +352,9 @@ def _gears_of(stage: StageParts, pair: str) -> list[int]:
     return [named[name] for name in pair.split("-")]
 
 
-def _alike(unit: Unit, meshes: tuple[int, ...], name: str, read: Callable[[int], Number | None]) -> Number | None:
+def _alike(unit: Unit, meshes: tuple[int, ...], name: str, kind: str) -> Number | None:
     """A number of the meshes of all branches: that of the first, others told where they differ."""
-    numbers = [read(mesh) for mesh in meshes]
+    numbers = [unit.view.number(mesh, name, kind) for mesh in meshes]
     first = numbers[0]
     for mesh, number in zip(meshes[1:], numbers[1:], strict=True):
         if (number is None) != (first is None) or (number is not None and first is not None and number.si != first.si):

@@ -13,6 +13,8 @@ __all__ = ["Branch", "StageParts", "planetary_stages"]
 
 _GEARS = ("cylindrical_gear", "ring_gear")
 _MOST_PLANETS = 100  # as many as a model file may have
+_MOST_STAGES = 50
+_MOST_CENTRAL = 10  # central gears of a stage: more than two suns and two rings, each in two halves
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +68,8 @@ def planetary_stages(view: View, places: Places) -> tuple[StageParts, ...]:
         kinds = sorted({c.type for c in view.components.values() if c.type.endswith("_stage")})
         problem = f"no planetary stage (stages in it: {', '.join(kinds) or 'none'})"
         raise ModelError(problem, path="components", allowed="a gear unit with a planetary stage")
+    if len(found) > _MOST_STAGES:
+        raise ModelError(f"{len(found)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
     meshes = _meshes(view)
     names = ["main"] if len(found) == 1 else [f"stage{i + 1}" for i in range(len(found))]
     return tuple(_stage(view, places, one.id, name, meshes) for one, name in zip(found, names, strict=True))
@@ -141,12 +145,10 @@ def _named(view: View, gear: int, kinds: dict[str, str]) -> str:
 
 def _on_one_shaft(view: View, gears: Sequence[int]) -> list[list[int]]:
     """Central gears by the shaft they are assembled to."""
-    shafts: dict[int, list[int]] = {}
-    for relation in view.relations("assembly", "ordered_assembly"):
-        shaft, gear = relation.part("assembly"), relation.part("part")
-        if shaft is not None and gear in gears and view.components[shaft].type == "shaft":
-            shafts.setdefault(shaft, []).append(gear)
-    return [list(dict.fromkeys(found)) for found in shafts.values()]
+    shafts: dict[int | None, list[int]] = {}
+    for gear in gears:
+        shafts.setdefault(view.shaft_of(gear), []).append(gear)
+    return [found for shaft, found in shafts.items() if shaft is not None]
 
 
 def _twins(view: View, places: Places, groups: Sequence[Sequence[int]]) -> dict[int, int]:
