@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -199,7 +199,7 @@ def _member_table(document: Table, stage: str, member: str) -> Table:
     return found
 
 
-def _reasons(assumptions: Sequence[Entry], document: Table) -> dict[str, str]:
+def _reasons(assumptions: Iterable[Entry], document: Table) -> dict[str, str]:
     """The table `assumed`: reasons of values that stand in the document."""
     reasons: dict[str, str] = {}
     for entry in assumptions:

@@ -34,7 +34,7 @@ def _of(unit: Unit, member: Member) -> list[Joint]:
     """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
     shared = unit.sharing(member)
     found = []
-    for joint in unit.joints:
+    for joint in unit.joints_at(member.parts):
         inside = [part for part in (joint.inner, joint.outer) if member in unit.at(part)]
         if len(inside) == 1 and _nearest(unit, joint, inside[0], shared) == member:
             found.append(joint)
@@ -151,7 +151,7 @@ def planet_bearings(unit: Unit, member: Member) -> Table | None:
         root = unit.rigid.root(shaft)
         found = [
             j
-            for j in unit.joints
+            for j in unit.joints_at([shaft])
             if sum(unit.rigid.root(part) == root for part in (j.inner, j.outer)) == 1 and (j.bearing or not j.rigid)
         ]
         rows.append(sorted(found, key=lambda joint: (round(_offset(unit, joint, member), 9), joint.id)))

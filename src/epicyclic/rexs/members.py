@@ -21,9 +21,9 @@ STEEL = 7850.0  # the density a model file has by default [kg/m^3]
 _AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not parallel
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Member:
-    """A member of a stage.
+    """A member of a stage, equal to itself alone.
 
     gears : its gear, of a planet one a branch; empty for a carrier.  parts : ids of its own shafts and plates.
     centre : of its teeth or planets, of a planet that of branch 1; None where the file gives no place.
@@ -48,7 +48,7 @@ class Unit:
 
     axis : direction of z.  still : parts that stand for the casing and what is rigid in it.
     turning : part that stands for all that are one -> central members among them.
-    loose : the same -> shafts and plates that are no member's own.
+    loose : the same -> shafts and plates that are no member's own.  beside : the same -> joints that end there.
     """
 
     view: View
@@ -61,6 +61,7 @@ class Unit:
     still: frozenset[int]
     turning: Mapping[int, tuple[Member, ...]]
     loose: Mapping[int, tuple[int, ...]]
+    beside: Mapping[int, tuple[Joint, ...]]
     facts: Mapping[int, GearFacts]
 
     def stage(self, member: Member) -> StageParts:
@@ -78,6 +79,12 @@ class Unit:
     def at(self, part: int) -> tuple[Member, ...]:
         """Central members that a part is rigidly joined to."""
         return self.turning.get(self.rigid.root(part), ())
+
+    def joints_at(self, parts: Sequence[int]) -> list[Joint]:
+        """Joints that end at some parts, by id."""
+        roots = dict.fromkeys(self.rigid.root(part) for part in parts)
+        found = {joint.id: joint for root in roots for joint in self.beside.get(root, ())}
+        return [found[key] for key in sorted(found)]
 
     def sharing(self, member: Member) -> tuple[Member, ...]:
         """Central members on the same rigid shaft, itself included."""
@@ -108,6 +115,10 @@ def unit_of(view: View) -> Unit:
     for component in view.of_type("shaft", "side_plate"):
         if component.id not in owned:
             loose.setdefault(rigid.root(component.id), []).append(component.id)
+    beside: dict[int, list[Joint]] = {}
+    for joint in joints:
+        for root in {rigid.root(joint.inner), rigid.root(joint.outer)}:
+            beside.setdefault(root, []).append(joint)
     return Unit(
         view=view,
         places=places,
@@ -119,6 +130,7 @@ def unit_of(view: View) -> Unit:
         still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
         turning={root: tuple(found) for root, found in turning.items()},
         loose={root: tuple(found) for root, found in loose.items()},
+        beside={root: tuple(found) for root, found in beside.items()},
         facts=facts,
     )
 

@@ -34,8 +34,8 @@ class View:
     """A REXS file with the values of one load case, and the list of what was read, assumed and lost.
 
     components : by id, attributes of the load case laid over.  types : ids by type, ascending.
-    assembled : assembly -> its parts.  assemblies : part -> what it is assembled to.  references : origin -> referenced.
-    flanks : gear -> left and right flank.  by_type : relations by their type.
+    assembled : assembly -> its parts.  assemblies : part -> what it is assembled to.
+    references : origin -> referenced.  flanks : gear -> left and right flank.  by_type : relations by their type.
     entries, assumptions, losses : each entry once, in the order of the questions.
     asked : component -> attributes that were asked for.
     """
