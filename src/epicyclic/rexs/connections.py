@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from .structure import Component
-from .units import Number
+from .units import Number, shown
 from .view import View
 
 __all__ = ["RIGID", "Joint", "Parts", "joints_of", "rigid_parts"]
@@ -129,7 +129,7 @@ def _at_operating_point(view: View, component: Component) -> Number | None:
         return None
     mean = sum(given) / len(given)
     view.assume(component.id, "operating_point_stiffness", "", "mean of both radial directions, without cross terms")
-    return Number(mean, f"{mean!r} N/m")
+    return Number(mean, f"{shown(mean)} N/m")
 
 
 @dataclass(slots=True)

@@ -11,7 +11,7 @@ from ..errors import ModelError
 from .damage import check_damage, false_texts
 from .gear_tables import material_of
 from .link_tables import couplings_table
-from .members import Unit, unit_of
+from .members import GearUnit, unit_of
 from .operation_table import operation_table, tell_gravity
 from .reading import read_rexs_file
 from .reasons import reason_of
@@ -105,7 +105,9 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
 
 def traced(error: ModelError, found: RexsImport) -> ModelError:
     """An error of the model document, with the component of the REXS file its value is from."""
-    entry = next((e for e in found.read if e.path and (error.path + ".").startswith(e.path + ".")), None)
+    # the checks name members by their full path, also where the document, of a single stage, does not
+    short = re.sub(r"^(operation\.\w+)\.main\.", r"\1.", error.path)
+    entry = next((e for e in found.read if e.path and f"{short}.".startswith(f"{e.path}.")), None)
     if entry is None or entry.component is None:
         return error
     return error.at(f"{error.path} (component {entry.component}, {entry.attribute})")
@@ -147,7 +149,7 @@ _KEYS = (
 )
 
 
-def _material(unit: Unit, gear: int) -> tuple[int, Table]:
+def _material(unit: GearUnit, gear: int) -> tuple[int, Table]:
     """Material of a gear: id of its component (0 where it has none) and its table."""
     material = material_of(unit.view, gear)
     if material is None:
@@ -160,7 +162,7 @@ def _material(unit: Unit, gear: int) -> tuple[int, Table]:
     return material.id, table
 
 
-def _materials(unit: Unit) -> Table:
+def _materials(unit: GearUnit) -> Table:
     """Material of all gears, where they have the same."""
     gears = [gear for member in unit.members for gear in member.gears[:1]]
     found = [_material(unit, gear) for gear in gears]
@@ -175,7 +177,7 @@ def _materials(unit: Unit) -> Table:
     return {"material": found[0][1]}
 
 
-def _gear_materials(unit: Unit, document: Table) -> None:
+def _gear_materials(unit: GearUnit, document: Table) -> None:
     """Materials of single gears, where they differ."""
     if "material" in document:
         return
@@ -219,7 +221,7 @@ def _stands(document: Table, path: str) -> bool:
     return True
 
 
-def _comments(view: View, unit: Unit, document: Table) -> dict[str, str]:
+def _comments(view: View, unit: GearUnit, document: Table) -> dict[str, str]:
     """Comments: name and id of the component of each stage and member."""
     comments: dict[str, str] = {}
     for stage in unit.stages:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from .connections import RIGID, Joint
-from .members import Member, Unit
+from .members import StageMember, GearUnit
 from .places import along, minus
 from .units import Number
 
@@ -16,7 +16,7 @@ __all__ = ["couplings_table", "held_members", "planet_bearings", "support_table"
 Table = dict[str, object]
 
 
-def held_members(unit: Unit) -> list[Member]:
+def held_members(unit: GearUnit) -> list[StageMember]:
     """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
     found = []
     for member in unit.members:
@@ -30,7 +30,7 @@ def _turn(joint: Joint) -> bool:
     return not joint.bearing and (joint.turn is None or joint.turn.si > 0)
 
 
-def _of(unit: Unit, member: Member) -> list[Joint]:
+def _of(unit: GearUnit, member: StageMember) -> list[Joint]:
     """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
     shared = unit.sharing(member)
     found = []
@@ -41,19 +41,19 @@ def _of(unit: Unit, member: Member) -> list[Joint]:
     return found
 
 
-def _nearest(unit: Unit, joint: Joint, part: int, shared: Sequence[Member]) -> Member:
+def _nearest(unit: GearUnit, joint: Joint, part: int, shared: Sequence[StageMember]) -> StageMember:
     """The member of a shared shaft that is nearest along the axis."""
     if len(shared) == 1:
         return shared[0]
     return min(shared, key=lambda member: abs(_offset(unit, joint, member)))
 
 
-def _to_housing(unit: Unit, member: Member) -> list[Joint]:
+def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
     """Joints between a member and the casing."""
     return [j for j in _of(unit, member) if any(unit.in_housing(p) for p in (j.inner, j.outer))]
 
 
-def _offset(unit: Unit, joint: Joint, member: Member, shaft: int | None = None) -> float:
+def _offset(unit: GearUnit, joint: Joint, member: StageMember, shaft: int | None = None) -> float:
     """Axial place of a joint from the centre of a member [m]; 0 where the file gives none."""
     place = unit.places.frame(joint.id)
     point = None if place is None else place.place
@@ -64,7 +64,7 @@ def _offset(unit: Unit, joint: Joint, member: Member, shaft: int | None = None) 
     return along(minus(point, member.centre), unit.axis)
 
 
-def support_table(unit: Unit, member: Member) -> Table | None:
+def support_table(unit: GearUnit, member: StageMember) -> Table | None:
     """Support of a central member; None where nothing is to be said: it is rigid in the casing or on a shared shaft."""
     if unit.held(member):
         return None
@@ -88,7 +88,7 @@ def support_table(unit: Unit, member: Member) -> Table | None:
     return _unsupported(unit, member, rest)
 
 
-def _unsupported(unit: Unit, member: Member, rest: Sequence[Joint]) -> Table | None:
+def _unsupported(unit: GearUnit, member: StageMember, rest: Sequence[Joint]) -> Table | None:
     """Support of a member without a bearing: it floats where others of its file have bearings."""
     path = f"{member.path}.support"
     if len(unit.sharing(member)) > 1:
@@ -101,7 +101,7 @@ def _unsupported(unit: Unit, member: Member, rest: Sequence[Joint]) -> Table | N
     return {"radial": 0}
 
 
-def _links(unit: Unit, member: Member, joints: Sequence[Joint]) -> Table:
+def _links(unit: GearUnit, member: StageMember, joints: Sequence[Joint]) -> Table:
     """One joint as a table, several as named tables, each at its place."""
     tables = {_name(joint): _link(unit, joint, member, f"{member.path}.support") for joint in joints}
     if len(tables) == 1:
@@ -113,7 +113,7 @@ def _name(joint: Joint) -> str:
     return f"{'bearing' if joint.bearing else 'coupling'}{joint.id}"
 
 
-def _link(unit: Unit, joint: Joint, member: Member, path: str) -> Table:
+def _link(unit: GearUnit, joint: Joint, member: StageMember, path: str) -> Table:
     """A joint as the keys of a link."""
     at = _offset(unit, joint, member)
     table: Table = {} if abs(at) < 1e-9 else {"at": f"{at * 1e3:.9g} mm"}
@@ -130,7 +130,7 @@ def _link(unit: Unit, joint: Joint, member: Member, path: str) -> Table:
     return table
 
 
-def _stiff(unit: Unit, joint: Joint, number: Number | None, name: str) -> object:
+def _stiff(unit: GearUnit, joint: Joint, number: Number | None, name: str) -> object:
     """A stiffness as a model file writes it: inf where rigid, 0 where it holds nothing."""
     if number is None:
         unit.view.assume(joint.id, name, "", "not given: rigid")
@@ -140,7 +140,7 @@ def _stiff(unit: Unit, joint: Joint, number: Number | None, name: str) -> object
     return number.text if number.si > 0 else 0
 
 
-def planet_bearings(unit: Unit, member: Member) -> Table | None:
+def planet_bearings(unit: GearUnit, member: StageMember) -> Table | None:
     """Bearings of a planet on its pin or in the casing; what differs from branch to branch stands as a list.
 
     None where the file has none: the planet is then rigidly on its pin.
@@ -173,7 +173,7 @@ def planet_bearings(unit: Unit, member: Member) -> Table | None:
     return next(iter(tables.values())) if len(tables) == 1 else dict(tables)
 
 
-def _merged(unit: Unit, joints: Sequence[Joint], links: Sequence[Table]) -> Table:
+def _merged(unit: GearUnit, joints: Sequence[Joint], links: Sequence[Table]) -> Table:
     """One table of the bearings of all branches."""
     merged: Table = {}
     for key in links[0]:
@@ -186,10 +186,10 @@ def _merged(unit: Unit, joints: Sequence[Joint], links: Sequence[Table]) -> Tabl
     return merged
 
 
-def couplings_table(unit: Unit) -> Table:
+def couplings_table(unit: GearUnit) -> Table:
     """Couplings between members: rigid ones on a shared shaft, elastic ones with their torsional stiffness."""
     table: Table = {}
-    done: list[tuple[Member, ...]] = []
+    done: list[tuple[StageMember, ...]] = []
     for member in unit.members:
         if member.kind == "planet" or unit.held(member):
             continue

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from ..errors import ModelError
 from .connections import Joint, Parts, joints_of, rigid_parts
 from .gear_tables import GearFacts, gear_facts, material_of
-from .places import Frame, Places, Vector, along, minus
-from .solids import Inertia, Section, inertia_of
+from .places import PartFrame, Places, Vector, along, minus
+from .solids import Inertia, SolidSection, inertia_of
 from .stages import StageParts, planetary_stages
 from .view import View
 
-__all__ = ["Member", "Unit", "gear_place", "mass_table", "unit_of"]
+__all__ = ["StageMember", "GearUnit", "gear_place", "mass_table", "unit_of"]
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
@@ -22,7 +22,7 @@ _AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not paralle
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Member:
+class StageMember:
     """A member of a stage, equal to itself alone.
 
     gears : its gear, of a planet one a branch; empty for a carrier.  parts : ids of its own shafts and plates.
@@ -43,7 +43,7 @@ class Member:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Unit:
+class GearUnit:
     """A gear unit, understood: stages, members, joints, the axis that becomes z.
 
     axis : direction of z.  still : parts that stand for the casing and what is rigid in it.
@@ -56,15 +56,15 @@ class Unit:
     stages: tuple[StageParts, ...]
     joints: tuple[Joint, ...]
     rigid: Parts
-    members: tuple[Member, ...]
+    members: tuple[StageMember, ...]
     axis: Vector
     still: frozenset[int]
-    turning: Mapping[int, tuple[Member, ...]]
+    turning: Mapping[int, tuple[StageMember, ...]]
     loose: Mapping[int, tuple[int, ...]]
     beside: Mapping[int, tuple[Joint, ...]]
     facts: Mapping[int, GearFacts]
 
-    def stage(self, member: Member) -> StageParts:
+    def stage(self, member: StageMember) -> StageParts:
         """The stage of a member."""
         return next(stage for stage in self.stages if stage.name == member.stage)
 
@@ -72,11 +72,11 @@ class Unit:
         """Whether a part stands still with the casing."""
         return self.rigid.root(part) in self.still
 
-    def held(self, member: Member) -> bool:
+    def held(self, member: StageMember) -> bool:
         """Whether a member is rigidly in the casing."""
         return any(self.in_housing(part) for part in member.parts)
 
-    def at(self, part: int) -> tuple[Member, ...]:
+    def at(self, part: int) -> tuple[StageMember, ...]:
         """Central members that a part is rigidly joined to."""
         return self.turning.get(self.rigid.root(part), ())
 
@@ -86,13 +86,13 @@ class Unit:
         found = {joint.id: joint for root in roots for joint in self.beside.get(root, ())}
         return [found[key] for key in sorted(found)]
 
-    def sharing(self, member: Member) -> tuple[Member, ...]:
+    def sharing(self, member: StageMember) -> tuple[StageMember, ...]:
         """Central members on the same rigid shaft, itself included."""
         found = dict.fromkeys(m for part in member.parts for m in self.at(part))
         return tuple(m for m in self.members if m in found) or (member,)
 
 
-def unit_of(view: View) -> Unit:
+def unit_of(view: View) -> GearUnit:
     """The gear unit of a file.
 
     Raises
@@ -107,7 +107,7 @@ def unit_of(view: View) -> Unit:
     facts = {gear: gear_facts(view, gear) for member in members for gear in member.gears}
     axis = _axis(view, places, members)
     owned = {part for member in members for part in member.parts}
-    turning: dict[int, dict[Member, None]] = {}
+    turning: dict[int, dict[StageMember, None]] = {}
     for member in members:
         for part in member.parts if member.kind != "planet" else ():
             turning.setdefault(rigid.root(part), {})[member] = None
@@ -119,7 +119,7 @@ def unit_of(view: View) -> Unit:
     for joint in joints:
         for root in {rigid.root(joint.inner), rigid.root(joint.outer)}:
             beside.setdefault(root, []).append(joint)
-    return Unit(
+    return GearUnit(
         view=view,
         places=places,
         stages=stages,
@@ -135,7 +135,7 @@ def unit_of(view: View) -> Unit:
     )
 
 
-def _members(view: View, places: Places, stage: StageParts) -> list[Member]:
+def _members(view: View, places: Places, stage: StageParts) -> list[StageMember]:
     """Members of one stage."""
     found = []
     for name, gear in stage.central.items():
@@ -143,12 +143,12 @@ def _members(view: View, places: Places, stage: StageParts) -> list[Member]:
         centre = _centre(view, places, stage, gear, shaft)
         parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
         kind = stage.kinds[name]
-        found.append(Member(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
+        found.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
     for place, name in enumerate(stage.planets):
         gears = tuple(branch.gears[place] for branch in stage.branches)
         centre = _centre(view, places, stage, gears[0], stage.branches[0].shaft)
         parts = tuple(branch.shaft for branch in stage.branches)
-        found.append(Member(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
+        found.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
     shafts = [
         shaft
         for relation in view.relations("planet_carrier_shaft")
@@ -158,7 +158,7 @@ def _members(view: View, places: Places, stage: StageParts) -> list[Member]:
     parts = tuple(dict.fromkeys((*shafts, *own)))
     if parts:
         at = found[len(stage.central)].centre
-        found.append(Member(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
+        found.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
     return found
 
 
@@ -180,7 +180,7 @@ def _centre(view: View, places: Places, stage: StageParts, gear: int, shaft: int
     return ((one[0] + other[0]) / 2, (one[1] + other[1]) / 2, (one[2] + other[2]) / 2)
 
 
-def _axis(view: View, places: Places, members: Sequence[Member]) -> Vector:
+def _axis(view: View, places: Places, members: Sequence[StageMember]) -> Vector:
     """Direction of z: the u axis of the first gear. Raises ModelError where another axis is not parallel to it."""
     axis: Vector | None = None
     for member in members:
@@ -196,7 +196,7 @@ def _axis(view: View, places: Places, members: Sequence[Member]) -> Vector:
     return axis or (1.0, 0.0, 0.0)
 
 
-def mass_table(unit: Unit, member: Member, pin_radius: float) -> Table:
+def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     """Mass and inertias of a member from gear body and sections of shafts and plates; bore or outer diameter.
 
     Nothing where the file has no sections: the model then takes the gear as solid.
@@ -234,7 +234,7 @@ def mass_table(unit: Unit, member: Member, pin_radius: float) -> Table:
     return table
 
 
-def _bodies(unit: Unit, member: Member) -> list[int]:
+def _bodies(unit: GearUnit, member: StageMember) -> list[int]:
     """Parts that belong to a member: its own, and what is rigidly joined and no member's own."""
     joined: dict[int, None] = {}
     if not unit.held(member) and unit.sharing(member)[:1] == (member,):
@@ -243,7 +243,7 @@ def _bodies(unit: Unit, member: Member) -> list[int]:
     return [*member.parts, *joined]
 
 
-def _density(unit: Unit, part: int) -> float:
+def _density(unit: GearUnit, part: int) -> float:
     """Density of a part [kg/m^3], that of steel where its material does not say it."""
     material = material_of(unit.view, part)
     density = None if material is None else unit.view.number(material.id, "density", "density")
@@ -253,7 +253,7 @@ def _density(unit: Unit, part: int) -> float:
     return density.si
 
 
-def _sections(unit: Unit, member: Member, part: int, pin_radius: float) -> list[Section]:
+def _sections(unit: GearUnit, member: StageMember, part: int, pin_radius: float) -> list[SolidSection]:
     """Sections of a shaft or plate about the axis of the member."""
     found = _stretches(unit, part)
     if not found:
@@ -268,7 +268,7 @@ def _sections(unit: Unit, member: Member, part: int, pin_radius: float) -> list[
     else:  # nowhere: its middle at the centre of the member
         base = -sign * (min(s.start for s in found) + max(s.start + s.length for s in found)) / 2
     return [
-        Section(
+        SolidSection(
             base + one.start if forward else base - one.start - one.length,
             one.length,
             one.outer if forward else one.outer[::-1],
@@ -280,11 +280,11 @@ def _sections(unit: Unit, member: Member, part: int, pin_radius: float) -> list[
     ]
 
 
-def _stretches(unit: Unit, part: int) -> list[Section]:
+def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
     """Sections of a shaft along its u axis, each behind the one before where its place is not given; or a plate."""
     view = unit.view
     plate = view.components[part].type == "side_plate"
-    found: list[Section] = []
+    found: list[SolidSection] = []
     end = 0.0
     for source in [part] if plate else view.parts(part, "shaft_section"):
         length = view.number(source, "length", "length")
@@ -297,11 +297,11 @@ def _stretches(unit: Unit, part: int) -> list[Section]:
             continue
         at = start.si if start is not None else end
         end = at + length.si
-        found.append(Section(at, length.si, outer, inner, 0.0))
+        found.append(SolidSection(at, length.si, outer, inner, 0.0))
     return found
 
 
-def _diameters(unit: Unit, source: int, name: str, plate: bool) -> tuple[float, float] | None:
+def _diameters(unit: GearUnit, source: int, name: str, plate: bool) -> tuple[float, float] | None:
     """Diameters at both ends [m]; the one that is given where only one is."""
     names = (name, name) if plate else (f"{name}_begin", f"{name}_end")
     given = [unit.view.number(source, one, "length") for one in names]
@@ -309,7 +309,7 @@ def _diameters(unit: Unit, source: int, name: str, plate: bool) -> tuple[float, 
     return (values[0], values[-1]) if values else None
 
 
-def _off_axis(unit: Unit, member: Member, frame: Frame) -> float:
+def _off_axis(unit: GearUnit, member: StageMember, frame: PartFrame) -> float:
     """Distance of a part's axis from that of its stage [m]: that of a pin, 0 of what is concentric."""
     stage = unit.stage(member)
     gear = next(iter(stage.central.values()))
@@ -321,7 +321,9 @@ def _off_axis(unit: Unit, member: Member, frame: Frame) -> float:
     return math.sqrt(max(along(apart, apart) - axial**2, 0.0))
 
 
-def _gear_body(unit: Unit, member: Member, sections: Sequence[Section]) -> tuple[list[Section], Table]:
+def _gear_body(
+    unit: GearUnit, member: StageMember, sections: Sequence[SolidSection]
+) -> tuple[list[SolidSection], Table]:
     """The gear between its shaft and its reference circle, and its bore or outer diameter."""
     facts = unit.facts[member.gears[0]]
     stage = unit.stage(member)
@@ -347,10 +349,10 @@ def _gear_body(unit: Unit, member: Member, sections: Sequence[Section]) -> tuple
     if not outer > inner or math.isnan(width):
         return [], table
     density = _density(unit, facts.id)
-    return [Section(-width / 2, width, (outer, outer), (inner, inner), density)], table
+    return [SolidSection(-width / 2, width, (outer, outer), (inner, inner), density)], table
 
 
-def _additional(unit: Unit, member: Member, part: int) -> Inertia:
+def _additional(unit: GearUnit, member: StageMember, part: int) -> Inertia:
     """Additional masses on a shaft."""
     mass = polar = tilt = 0.0
     for one in unit.view.parts(part, "additional_mass"):
@@ -366,13 +368,13 @@ def _additional(unit: Unit, member: Member, part: int) -> Inertia:
     return Inertia(mass, polar, tilt)
 
 
-def _cheeks(unit: Unit, member: Member, pin_radius: float) -> Table:
+def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
     """A carrier whose file has no plates: two steel discs of a quarter of the face width to beyond the pins."""
     stage = unit.stage(member)
     planet = unit.facts[stage.branches[0].gears[0]]
     width = planet.width if not math.isnan(planet.width) else 10 * planet.module
     outer = 2 * pin_radius + planet.reference / 2
-    discs = [Section(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
+    discs = [SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
     total = inertia_of(discs)
     extra = [_additional(unit, member, part) for part in member.parts]
     if any(one.mass for one in extra):

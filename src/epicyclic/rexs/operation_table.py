@@ -6,7 +6,7 @@ import math
 
 from .connections import Parts
 from .link_tables import held_members
-from .members import Member, Unit
+from .members import StageMember, GearUnit
 from .places import Vector, along, cross
 from .units import Number
 
@@ -16,7 +16,7 @@ Table = dict[str, object]
 _BALANCE = 1e-3  # power and torque times speed that differ by more are told
 
 
-def operation_table(unit: Unit) -> Table:
+def operation_table(unit: GearUnit) -> Table:
     """What is held, speeds, torques and powers by member."""
     table: Table = {}
     held = held_members(unit)
@@ -32,11 +32,11 @@ def operation_table(unit: Unit) -> Table:
     return table
 
 
-def _short(unit: Unit, member: Member) -> str:
+def _short(unit: GearUnit, member: StageMember) -> str:
     return member.name if len(unit.stages) == 1 else f"{member.stage}.{member.name}"
 
 
-def _turning(unit: Unit) -> Parts:
+def _turning(unit: GearUnit) -> Parts:
     """Parts that turn at one speed: rigidly joined, or by a coupling of any stiffness."""
     turning = Parts()
     for component in unit.view.components.values():
@@ -47,7 +47,7 @@ def _turning(unit: Unit) -> Parts:
     return turning
 
 
-def _member_at(unit: Unit, turning: Parts, part: int) -> Member | None:
+def _member_at(unit: GearUnit, turning: Parts, part: int) -> StageMember | None:
     """Central member that turns with a part, the one it is rigidly joined to before others."""
     rigid = unit.at(part)
     if rigid:
@@ -56,7 +56,7 @@ def _member_at(unit: Unit, turning: Parts, part: int) -> Member | None:
     return next((m for m in unit.members if m.kind != "planet" and root in {turning.root(p) for p in m.parts}), None)
 
 
-def _sense(unit: Unit, part: int) -> float:
+def _sense(unit: GearUnit, part: int) -> float:
     """1 where the u axis of a part is z, -1 where it is against it."""
     frame = unit.places.frame(part)
     return 1.0 if frame is None or along(frame.u, unit.axis) >= 0 else -1.0
@@ -66,9 +66,9 @@ def _signed(number: Number, sense: float) -> Number:
     return number if sense > 0 else -number
 
 
-def _speeds(unit: Unit, held: list[Member], turning: Parts) -> dict[str, tuple[int, Number]]:
+def _speeds(unit: GearUnit, held: list[StageMember], turning: Parts) -> dict[str, tuple[int, Number]]:
     """Speeds of members: those of shafts that define a speed, else the first given."""
-    given: list[tuple[bool, int, Member, Number]] = []
+    given: list[tuple[bool, int, StageMember, Number]] = []
     for component in unit.view.of_type("shaft"):
         number = unit.view.number(component.id, "rotational_speed", "speed")
         defines = unit.view.value(component.id, "defines_speed") is True
@@ -91,12 +91,12 @@ def _speeds(unit: Unit, held: list[Member], turning: Parts) -> dict[str, tuple[i
     return found
 
 
-def _defined(given: list[tuple[bool, int, Member, Number]]) -> bool:
+def _defined(given: list[tuple[bool, int, StageMember, Number]]) -> bool:
     """Whether any of the speeds is marked as the one that counts."""
     return any(one[0] for one in given)
 
 
-def _loads(unit: Unit, held: list[Member], turning: Parts, speeds: dict[str, float]) -> Table:
+def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict[str, float]) -> Table:
     """Torques, or powers where the file gives no torque, of the external loads."""
     found: list[tuple[bool, int, str, str, Number]] = []
     ports: set[str] = set()
@@ -124,7 +124,7 @@ def _loads(unit: Unit, held: list[Member], turning: Parts, speeds: dict[str, flo
     return _balanced(unit, found, ports)
 
 
-def _check_power(unit: Unit, load: int, torque: Number, power: Number | None, speed: float | None) -> None:
+def _check_power(unit: GearUnit, load: int, torque: Number, power: Number | None, speed: float | None) -> None:
     """Tell a power that is not torque times speed."""
     if power is None or speed is None:
         return
@@ -134,7 +134,7 @@ def _check_power(unit: Unit, load: int, torque: Number, power: Number | None, sp
         unit.view.read(load, "power", "", f"{power.text}, torque times speed")
 
 
-def _balanced(unit: Unit, found: list[tuple[bool, int, str, str, Number]], ports: set[str]) -> Table:
+def _balanced(unit: GearUnit, found: list[tuple[bool, int, str, str, Number]], ports: set[str]) -> Table:
     """Loads without the one that balances them: of a train with n free ends at most n - 1 are stated."""
     flagged = [one for one in found if one[0]]
     kept = flagged or found
@@ -159,14 +159,14 @@ def _balanced(unit: Unit, found: list[tuple[bool, int, str, str, Number]], ports
     return table
 
 
-def _ends(unit: Unit) -> list[Member]:
+def _ends(unit: GearUnit) -> list[StageMember]:
     """Members through which power may enter or leave: neither held nor joined to another one."""
     held = held_members(unit)
     free = [m for m in unit.members if m.kind != "planet" and m not in held]
     return [m for m in free if len(unit.sharing(m)) == 1]
 
 
-def _forces(unit: Unit, load: int) -> None:
+def _forces(unit: GearUnit, load: int) -> None:
     """Tell forces and bending moments of a load, which are not carried."""
     for name in unit.view.components[load].attributes:
         value = unit.view.components[load].attributes[name].value
@@ -177,7 +177,7 @@ def _forces(unit: Unit, load: int) -> None:
             unit.view.lose(load, name, "forces and bending moments on shafts are not carried")
 
 
-def tell_gravity(unit: Unit, x_axis: Vector | None) -> None:
+def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
     """Tell gravity that the gear unit accounts for, in the axes of the model: it is left out.
 
     It loads the meshes round by round, which most files switch on and few gear units are rated by; with it the mean

@@ -10,14 +10,14 @@ from .structure import Attribute, Component
 from .units import number_of
 from .view import View
 
-__all__ = ["Frame", "Places", "Vector", "along", "cross", "minus"]
+__all__ = ["PartFrame", "Places", "Vector", "along", "cross", "minus"]
 
 Vector = tuple[float, float, float]
 _MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class PartFrame:
     """A place [m] and the axes u, v, w of a component, in the frame of the gear unit."""
 
     place: Vector
@@ -26,7 +26,7 @@ class Frame:
     w: Vector
 
 
-_UNIT = Frame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def along(a: Vector, b: Vector) -> float:
@@ -49,10 +49,10 @@ class Places:
     """Frames of components, found when asked."""
 
     view: View
-    _known: dict[int, Frame | None] = field(default_factory=dict)
+    _known: dict[int, PartFrame | None] = field(default_factory=dict)
 
-    def frame(self, component: int) -> Frame | None:
-        """Frame of a component; None where the file gives no place.
+    def frame(self, component: int) -> PartFrame | None:
+        """PartFrame of a component; None where the file gives no place.
 
         Raises
         ------
@@ -70,13 +70,13 @@ class Places:
             return None
         return _sum(base.place, base.u, there.si)
 
-    def _frame(self, component: int, depth: int) -> Frame | None:
+    def _frame(self, component: int, depth: int) -> PartFrame | None:
         if component in self._known:
             return self._known[component]
         if depth > _MOST_FRAMES:
             raise ModelError("references of position in a circle", path=f"component {self.view.label(component)}")
         place = self._vector(component, "support_vector", "length")
-        base: Frame | None = _UNIT
+        base: PartFrame | None = _UNIT
         reference = self.view.value(component, "reference_component_for_position")
         if isinstance(reference, (int, float)) and not isinstance(reference, bool) and int(reference) != component:
             if int(reference) in self.view.components:
@@ -85,14 +85,14 @@ class Places:
         self._known[component] = frame
         return frame
 
-    def _in(self, base: Frame, place: Vector, component: int) -> Frame:
+    def _in(self, base: PartFrame, place: Vector, component: int) -> PartFrame:
         """A frame given in another one."""
         u = self._axis(component, "u_axis_vector", (1.0, 0.0, 0.0))
         w = self._axis(component, "w_axis_vector", (0.0, 0.0, 1.0))
         absolute = _turned(base, place)
         origin = base.place
         axis, third = _turned(base, u), _turned(base, w)
-        return Frame(
+        return PartFrame(
             (origin[0] + absolute[0], origin[1] + absolute[1], origin[2] + absolute[2]),
             axis,
             cross(third, axis),
@@ -129,7 +129,7 @@ class Places:
         return (vector[0] / size, vector[1] / size, vector[2] / size)
 
 
-def _turned(base: Frame, vector: Vector) -> Vector:
+def _turned(base: PartFrame, vector: Vector) -> Vector:
     """A vector given along the axes of a frame."""
     u, v, w = base.u, base.v, base.w
     x, y, z = vector

@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-__all__ = ["Inertia", "Section", "inertia_of"]
+__all__ = ["Inertia", "SolidSection", "inertia_of"]
 
 # Gauss points and weights of order 3 on [0, 1]: exact for polynomials of degree 5; those here have degree 4
 _POINTS = tuple((0.5 + 0.5 * x, w / 18) for x, w in ((-math.sqrt(0.6), 5), (0.0, 8), (math.sqrt(0.6), 5)))
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class SolidSection:
     """A hollow cone about an axis parallel to z.
 
     start, length : along z from the centre of the member [m].  outer, inner : diameters at both ends [m].
@@ -37,7 +37,7 @@ class Inertia:
     tilt: float
 
 
-def inertia_of(sections: Iterable[Section]) -> Inertia:
+def inertia_of(sections: Iterable[SolidSection]) -> Inertia:
     """Mass and inertias of sections together; those off the axis stand evenly around it."""
     mass = polar = tilt = 0.0
     for section in sections:

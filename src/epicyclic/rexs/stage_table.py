@@ -7,10 +7,10 @@ import math
 from ..errors import ModelError
 from .gear_tables import gear_table
 from .link_tables import planet_bearings, support_table
-from .members import Member, Unit, gear_place, mass_table
+from .members import StageMember, GearUnit, gear_place, mass_table
 from .places import Vector, along, cross, minus
 from .stages import StageParts
-from .units import Number
+from .units import Number, shown
 
 __all__ = ["stage_table", "x_axis_of"]
 
@@ -19,7 +19,7 @@ _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a 
 _SAME_LENGTH = 1e-6  # m
 
 
-def stage_table(unit: Unit, stage: StageParts, origin: Vector | None) -> Table:
+def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Table:
     """The table of one stage.
 
     origin : where station 0 is; None where the file gives no places.
@@ -50,7 +50,7 @@ def stage_table(unit: Unit, stage: StageParts, origin: Vector | None) -> Table:
     return table
 
 
-def _spokes(unit: Unit, stage: StageParts) -> list[Vector] | None:
+def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
     """From the axis of the stage to each planet, across the axis; None where a place is missing."""
     gear = next(iter(stage.central.values()))
     middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
@@ -66,7 +66,7 @@ def _spokes(unit: Unit, stage: StageParts) -> list[Vector] | None:
     return found
 
 
-def x_axis_of(unit: Unit, stage: StageParts) -> Vector | None:
+def x_axis_of(unit: GearUnit, stage: StageParts) -> Vector | None:
     """Direction of x, through planet 1; None where the file gives no places."""
     spokes = _spokes(unit, stage)
     if not spokes:
@@ -78,7 +78,7 @@ def x_axis_of(unit: Unit, stage: StageParts) -> Vector | None:
     return (spokes[0][0] / size, spokes[0][1] / size, spokes[0][2] / size)
 
 
-def _angles(unit: Unit, stage: StageParts, path: str) -> Table:
+def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
     """Polar angles of the planets about z from planet 1, in the order of the file: from their places."""
     x = x_axis_of(unit, stage)
     count = len(stage.branches)
@@ -111,7 +111,7 @@ def _clean(angle: float) -> float:
     return 0.0 if turned >= 360 else turned + 0.0
 
 
-def _stated_angles(unit: Unit, stage: StageParts) -> list[float] | None:
+def _stated_angles(unit: GearUnit, stage: StageParts) -> list[float] | None:
     """Angles of the planets about +u from planet 1, by `rotating_angle_around_neg_u_axis` of meshes with a sun."""
     for pair, meshes in stage.meshes.items():
         if pair.startswith("sun") and len(meshes) == len(stage.branches):
@@ -123,7 +123,7 @@ def _stated_angles(unit: Unit, stage: StageParts) -> list[float] | None:
     return None
 
 
-def _compare(unit: Unit, stage: StageParts, angles: list[float], stated: list[float] | None) -> None:
+def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: list[float] | None) -> None:
     """Tell where places and stated angles differ: the places count."""
     if stated is None:
         return
@@ -142,7 +142,7 @@ def _compare(unit: Unit, stage: StageParts, angles: list[float], stated: list[fl
         unit.view.assume(mesh, name, "", "differs from the places of the planets, which are taken")
 
 
-def _distance(unit: Unit, stage: StageParts, path: str) -> Number | None:
+def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
     """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
     given = []
     for meshes in stage.meshes.values():
@@ -169,14 +169,14 @@ def _distance(unit: Unit, stage: StageParts, path: str) -> Number | None:
     return None
 
 
-def _reference_distance(unit: Unit, stage: StageParts) -> float:
+def _reference_distance(unit: GearUnit, stage: StageParts) -> float:
     """Centre distance without profile shift [m]."""
     planet = unit.facts[stage.branches[0].gears[0]]
     other = unit.facts[next(iter(stage.central.values()))]
     return abs(other.reference + (-planet.reference if other.internal else planet.reference)) / 2
 
 
-def _shared(unit: Unit, stage: StageParts, path: str) -> Table:
+def _shared(unit: GearUnit, stage: StageParts, path: str) -> Table:
     """What all gears of a stage have in common: module, helix angle, pressure angle, face width."""
     gears = [*stage.central.values(), *stage.branches[0].gears]
     table: Table = {}
@@ -212,7 +212,7 @@ def _magnitude(number: Number | None) -> str:
     return "" if number is None or not number.si else abs(number).text
 
 
-def _herringbone(unit: Unit, stage: StageParts, path: str) -> Table:
+def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
     """Keys of a stage of herringbone gears, each two gears of opposite hand in the file."""
     every = [*stage.central.values(), *(gear for branch in stage.branches for gear in branch.gears)]
     if any(gear not in stage.twins for gear in every):
@@ -229,7 +229,7 @@ def _herringbone(unit: Unit, stage: StageParts, path: str) -> Table:
     return table
 
 
-def _member(unit: Unit, member: Member, stage_table: Table, pins: float, origin: Vector | None) -> Table:
+def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float, origin: Vector | None) -> Table:
     """The table of a member."""
     table: Table = {}
     if member.gears:
@@ -255,7 +255,7 @@ def _member(unit: Unit, member: Member, stage_table: Table, pins: float, origin:
     return table
 
 
-def _hands(unit: Unit, stage: StageParts, table: Table) -> None:
+def _hands(unit: GearUnit, stage: StageParts, table: Table) -> None:
     """The hand of the first helical gear; those of its mates follow, and are told where the file says otherwise."""
     first: tuple[str, float] | None = None
     for name in [*stage.central, *stage.planets]:
@@ -283,7 +283,7 @@ def _hands(unit: Unit, stage: StageParts, table: Table) -> None:
             unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
 
 
-def _shifts(unit: Unit, stage: StageParts, table: Table, distance: Number | None) -> None:
+def _shifts(unit: GearUnit, stage: StageParts, table: Table, distance: Number | None) -> None:
     """Profile shifts that the file does not give: from the centre distance where it says them, else 0."""
     path = f"stages.{stage.name}"
     gear = {**stage.central, **dict(zip(stage.planets, stage.branches[0].gears, strict=True))}
@@ -308,7 +308,7 @@ def _dict(table: object) -> Table:
     return table
 
 
-def _mesh(unit: Unit, stage: StageParts, pair: str) -> Table:
+def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
     """Keys of a mesh: stiffness and backlash where the file gives them, alike in all branches."""
     table: Table = {}
     meshes = stage.meshes[pair]
@@ -327,7 +327,7 @@ def _mesh(unit: Unit, stage: StageParts, pair: str) -> Table:
         common = unit.view.number(meshes[0], "common_face_width", "length")
         least = min((w for w in widths if not math.isnan(w)), default=math.nan)
         if common is not None and not abs(common.si - least) < _SAME_LENGTH:
-            table["stiffness"] = f"{numbers.si * common.si:.12g} N/m"
+            table["stiffness"] = f"{shown(numbers.si * common.si)} N/m"
         else:
             table["stiffness"] = numbers.text
         table["direction"] = "transverse"
@@ -352,7 +352,7 @@ def _gears_of(stage: StageParts, pair: str) -> list[int]:
     return [named[name] for name in pair.split("-")]
 
 
-def _alike(unit: Unit, meshes: tuple[int, ...], name: str, kind: str) -> Number | None:
+def _alike(unit: GearUnit, meshes: tuple[int, ...], name: str, kind: str) -> Number | None:
     """A number of the meshes of all branches: that of the first, others told where they differ."""
     numbers = [unit.view.number(mesh, name, kind) for mesh in meshes]
     first = numbers[0]

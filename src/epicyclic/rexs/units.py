@@ -1,14 +1,15 @@
-"""Unit texts of REXS files, of any version and spelling, to SI and to the spelling of a model file."""
+"""GearUnit texts of REXS files, of any version and spelling, to SI and to the spelling of a model file."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 
 from ..errors import ModelError
 from .structure import Component
 
-__all__ = ["Number", "number_of"]
+__all__ = ["Number", "number_of", "shown"]
 
 _DEG = math.pi / 180
 _RPM = math.pi / 30
@@ -113,8 +114,8 @@ def number_of(component: Component, name: str, kind: str) -> Number | None:
         return None
     value, where = attribute.value, f"component {component.id} ({component.type}), {name}"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        shown = list(value) if isinstance(value, tuple) else value
-        raise ModelError("not a number", path=where, given=shown, allowed=f"a number in {_SI[kind] or 'no unit'}")
+        given = list(value) if isinstance(value, tuple) else value
+        raise ModelError("not a number", path=where, given=given, allowed=f"a number in {_SI[kind] or 'no unit'}")
     factor = _UNITS[kind].get(_plain(attribute.unit))
     if factor is None:
         allowed = ", ".join(dict.fromkeys(unit for _, unit in _UNITS[kind].values() if unit)) or "none"
@@ -123,8 +124,8 @@ def number_of(component: Component, name: str, kind: str) -> Number | None:
     if not abs(si) < _LARGEST:
         raise ModelError("out of range", path=where, given=f"{value} {attribute.unit}")
     if factor[1]:
-        return Number(si, f"{_shown(value)} {factor[1]}")
-    return Number(si, f"{_shown(si)} {_SI[kind]}".strip())
+        return Number(si, f"{shown(value)} {factor[1]}")
+    return Number(si, f"{shown(si)} {_SI[kind]}".strip())
 
 
 def _plain(unit: str) -> str:
@@ -135,7 +136,9 @@ def _plain(unit: str) -> str:
     return text
 
 
-def _shown(value: float) -> str:
-    """The shortest text of a number that is read with the same bits; -0 is 0."""
-    text = repr(float(value) + 0.0)
-    return text.removesuffix(".0")
+def shown(value: float) -> str:
+    """The shortest text of a number that is read with the same bits; -0 is 0, large round ones have a power of ten."""
+    number = float(value) + 0.0
+    if abs(number) >= 1e6:
+        return str(Decimal(repr(number)).normalize()).replace("E+", "e")
+    return repr(number).removesuffix(".0")
