@@ -13,6 +13,7 @@ from typing import Literal
 from ..errors import ModelError
 from ..input_files import read_bytes
 from ..rexs.reading import is_rexs_name
+from ..warning_codes import CodedText, coded
 from .assumptions import check_assumed, still_assumed
 from .force_files import with_files
 from .names import check_names, collect, nearest
@@ -46,7 +47,7 @@ class Document:
     data: PlainTable
     origin: Mapping[str, Origin]
     source: str
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[CodedText, ...] = ()
 
 
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
@@ -127,9 +128,10 @@ def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Docu
         document = read(found.document, overrides)
     except ModelError as error:
         raise traced(error, found) from None
-    told = (
+    told = coded(
+        "rexs-assumed",
         f"read from a REXS file: {len(found.assumed)} values assumed, {len(found.dropped)} entries dropped; "
-        f"`epicyclic import {path}` lists them"
+        f"`epicyclic import {path}` lists them",
     )
     return replace(document, source=str(path), warnings=(told, *document.warnings))
 

@@ -52,7 +52,7 @@ class Places:
     _known: dict[int, PartFrame | None] = field(default_factory=dict)
 
     def frame(self, component: int) -> PartFrame | None:
-        """PartFrame of a component; None where the file gives no place.
+        """Frame of a component; None where the file gives no place.
 
         Raises
         ------

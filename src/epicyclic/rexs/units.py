@@ -1,4 +1,4 @@
-"""GearUnit texts of REXS files, of any version and spelling, to SI and to the spelling of a model file."""
+"""Unit texts of REXS files, of any version and spelling, to SI and to the spelling of a model file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coupling along the face against finite elements in three dimensions (docs/theory/teeth/face.json, tests/peers/plane)."""
+"""Coupling along the face against finite elements in 3D (docs/theory/teeth/face.json, tests/peers/plane)."""
 
 from __future__ import annotations
 
