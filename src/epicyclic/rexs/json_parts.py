@@ -8,7 +8,7 @@ from typing import Any
 from ..errors import ModelError
 from .parts import Gathered, add_attribute, checked_id, gathered_file, is_custom, referred
 from .structure import Attribute, Component, LoadCase, Relation, RexsFile, Value
-from .values import coded, plain_text, scalar
+from .values import decoded, plain_text, scalar
 
 __all__ = ["json_file"]
 
@@ -83,7 +83,7 @@ def _value(table: Mapping[str, Any], where: str, name: str) -> Value:
         if not isinstance(value, Mapping):
             raise ModelError("not a table", path=where, given=value, allowed="a table with code and value")
         shape = (value.get("rows"), value.get("columns")) if "matrix" in key else None
-        return coded(value.get("code"), value.get("value"), shape, where)
+        return decoded(value.get("code"), value.get("value"), shape, where)
     if not isinstance(value, list):
         return _scalar(value, where, name)
     return tuple(

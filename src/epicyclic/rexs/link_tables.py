@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from .connections import RIGID, Joint
-from .members import StageMember, GearUnit
+from .members import GearUnit, StageMember
 from .places import along, minus
 from .units import Number
 

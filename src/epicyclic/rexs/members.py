@@ -14,7 +14,7 @@ from .solids import Inertia, SolidSection, inertia_of
 from .stages import StageParts, planetary_stages
 from .view import View
 
-__all__ = ["StageMember", "GearUnit", "gear_place", "mass_table", "unit_of"]
+__all__ = ["GearUnit", "StageMember", "gear_place", "mass_table", "unit_of"]
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]

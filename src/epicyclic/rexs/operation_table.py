@@ -6,7 +6,7 @@ import math
 
 from .connections import Parts
 from .link_tables import held_members
-from .members import StageMember, GearUnit
+from .members import GearUnit, StageMember
 from .places import Vector, along, cross
 from .units import Number
 

@@ -7,7 +7,7 @@ import math
 from ..errors import ModelError
 from .gear_tables import gear_table
 from .link_tables import planet_bearings, support_table
-from .members import StageMember, GearUnit, gear_place, mass_table
+from .members import GearUnit, StageMember, gear_place, mass_table
 from .places import Vector, along, cross, minus
 from .stages import StageParts
 from .units import Number, shown

@@ -14,7 +14,7 @@ from ..errors import ModelError
 from .limits import MAX_TEXT
 from .structure import Value
 
-__all__ = ["coded", "plain_text", "scalar", "text_value"]
+__all__ = ["decoded", "plain_text", "scalar", "text_value"]
 
 # what XML and JSON may hold and a model file may not: control characters, and halves of surrogate pairs
 _UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]+")
@@ -74,7 +74,7 @@ def _finite(number: float) -> Value:
     return number if math.isfinite(number) else repr(number)
 
 
-def coded(code: object, text: object, shape: tuple[object, object] | None, attribute: str) -> Value:
+def decoded(code: object, text: object, shape: tuple[object, object] | None, attribute: str) -> Value:
     """Numbers of an array or matrix in Base64, little-endian.
 
     Parameters

@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 from ..errors import ModelError
 from .parts import Gathered, add_attribute, checked_id, gathered_file, is_custom, referred
 from .structure import Attribute, Component, LoadCase, Relation, RexsFile, Value
-from .values import coded, plain_text, text_value
+from .values import decoded, plain_text, text_value
 
 __all__ = ["xml_file"]
 
@@ -76,7 +76,9 @@ def _value(element: Element, where: str, name: str) -> Value:
                 return _array(child, where, name)
             case "matrix":
                 if child.get("code"):
-                    return coded(child.get("code"), child.text or "", (child.get("rows"), child.get("columns")), where)
+                    return decoded(
+                        child.get("code"), child.text or "", (child.get("rows"), child.get("columns")), where
+                    )
                 return tuple(_cells(row, name) for row in _all(child, "r"))
             case "array_of_arrays":
                 return tuple(_array(row, where, name) for row in _all(child, "array"))
@@ -86,7 +88,7 @@ def _value(element: Element, where: str, name: str) -> Value:
 def _array(element: Element, where: str, name: str) -> Value:
     """Values of an array, plain or coded."""
     if element.get("code"):
-        return coded(element.get("code"), element.text or "", None, where)
+        return decoded(element.get("code"), element.text or "", None, where)
     return _cells(element, name)
 
 
