@@ -124,7 +124,9 @@ class _Bytes(io.RawIOBase):
 def missing_lines(shown: str, printed: str) -> list[str]:
     """Lines shown whose words are not, in order, in one printed line."""
     lines = [line.split() for line in printed.splitlines()]
-    return [line for line in shown.splitlines() if line.strip() and not any(_within(line.split(), one) for one in lines)]
+    return [
+        line for line in shown.splitlines() if line.strip() and not any(_within(line.split(), one) for one in lines)
+    ]
 
 
 def _within(words: Sequence[str], line: Sequence[str]) -> bool:
