@@ -8,6 +8,7 @@ from .resolve import load as load
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
+from .rexs.import_train import read_rexs as read_rexs
 from .show.report import write_report as write_report
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System

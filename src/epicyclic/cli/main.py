@@ -20,6 +20,7 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
+from .import_rexs import import_rexs
 from .kept import kept
 from .start import collect_again
 from .study import study
@@ -95,6 +96,7 @@ for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
 app.command()(study)
+app.command("import")(import_rexs)
 
 
 @app.command()
