@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..errors import ModelError
 from ..results.whole_file import write_text
 from .command import file_name
 from .console import complain, on_stdout, reported, require_stdout, target_of
@@ -40,23 +41,29 @@ def import_rexs(
 ) -> None:
     """A REXS file as a commented model file, and what of it was read, assumed and dropped."""
     with reported():
-        if output is not None:
-            target_of(output, (".toml",))
-        require_stdout()
-        from ..model.document import read
-        from ..rexs.import_train import read_rexs
+        _import(file, load_case, as_json=as_json, output=output)
 
-        found = read_rexs(file, load_case=load_case)
-        text = _model_text(found, file)
+
+def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | None) -> None:
+    if output is not None:
+        target_of(output, (".toml",))
+    require_stdout()
+    from ..model.document import read
+    from ..rexs.import_train import read_rexs, traced
+
+    found = read_rexs(file, load_case=load_case)
+    try:
         read(found.document)  # what no model file may hold is refused before anything is written
-        if output is not None:
-            write_text(output, text)
-            complain(f"written: {output}")
-        with on_stdout():
-            if as_json:
-                typer.echo(json.dumps(_as_tables(found), ensure_ascii=True))
-            else:
-                _print(found)
+    except ModelError as error:
+        raise traced(error, found) from None
+    if output is not None:
+        write_text(output, _model_text(found, file))
+        complain(f"written: {output}")
+    with on_stdout():
+        if as_json:
+            typer.echo(json.dumps(_as_tables(found)))
+        else:
+            _print(found)
 
 
 def _model_text(found: RexsImport, file: str) -> str:
