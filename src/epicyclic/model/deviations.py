@@ -2,7 +2,7 @@
 
 A kind of deviation is a field of `MemberDeviationsTable` (`deviations.MEMBER.KIND`) or of `MeshDeviationsTable`
 (`deviations.meshes.A-B.KIND`, of `errors` with a name behind it). The type of the field gives its form, units and
-shorthand, the description is its row in docs/model-file.md, and `DeviationKind` in the annotation holds the rest.
+shorthand, the description is its row in docs/reference/model-file.md, `DeviationKind` in the annotation the rest.
 Shorthand, normalisation, checks, error messages, JSON Schema and the page read these fields. The effect of a kind on
 the train stands in `resolve/deviations.py`, under the same key.
 """
