@@ -51,3 +51,11 @@ def test_number_and_figure(name: str) -> None:
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
 def test_examples_are_short(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 70
+
+
+def test_every_example_is_in_the_gallery() -> None:
+    gallery = EXAMPLES.parent / "docs" / "learn"
+    page = (gallery / "gallery.md").read_text(encoding="utf-8")
+    for path in EXAMPLES.glob("*.py"):
+        assert f"examples/{path.name}" in page
+        assert (gallery / "gallery" / f"{path.stem}.svg").is_file()
