@@ -21,6 +21,7 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
+from .new import new
 from .start import collect_again
 from .study import study
 
@@ -95,6 +96,7 @@ for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
 app.command()(study)
+app.command()(new)
 
 
 @app.command()
