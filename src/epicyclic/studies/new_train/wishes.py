@@ -14,7 +14,7 @@ from ...model.names import nearest
 from ...model.units import Bounds
 from .tooth_counts import RATIO_LIMIT, Held, ToothCounts, counts_of_ratio, nearest_counts, ratio_of
 
-__all__ = ["HELD", "KINDS", "MEMBERS", "Kind", "Load", "Member", "Number", "Wishes", "read_wishes"]
+__all__ = ["HELD", "KINDS", "MEMBERS", "DrivenLoad", "Kind", "Member", "Number", "Wishes", "read_wishes"]
 
 Kind = Literal["planetary", "star", "differential"]
 Member = Literal["sun", "ring", "carrier"]
@@ -34,7 +34,7 @@ _SLANT = Bounds(low=0, high=math.radians(45))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Load:
+class DrivenLoad:
     """Speed and load, spelled as in `[operation]`: member -> text with its unit.
 
     sun_torque : size of the torque at the sun [N m].  derived : path below `operation` -> what it follows from.
@@ -66,7 +66,7 @@ class Wishes:
     face_width: float | None
     helix_angle: float
     pressure_angle: float | None
-    load: Load
+    load: DrivenLoad
     texts: Mapping[str, str]
     title: str
 
@@ -211,7 +211,7 @@ def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float) 
             f"{sun} + 2 x {planet} teeth make a ring of {sun + 2 * planet} without profile shift",
             path="teeth",
             given=teeth,
-            allowed=f"{' or '.join(map(str, near)) or allowed}; for others state shifts or a centre distance in the file",
+            allowed=f"{' or '.join(map(str, near)) or allowed}; others with shifts of your own in the file",
         )
     return counts
 
@@ -228,7 +228,7 @@ def _load(
     speed: Number | Mapping[str, Number] | None,
     torque: Number | Mapping[str, Number] | None,
     power: Number | Mapping[str, Number] | None,
-) -> Load:
+) -> DrivenLoad:
     """Speed and load. Raises ModelError for what is missing or contradicts."""
     if kind == "differential":
         return _differential_load(counts, driver, speed=speed, torque=torque, power=power)
@@ -268,7 +268,7 @@ def _load(
         assert watts is not None
         moment = watts / omega
     said = {path: {str(first): texts[path]} if path in texts else {} for path in _EXAMPLE}
-    return Load(
+    return DrivenLoad(
         speed=said["speed"],
         torque=said["torque"],
         power=said["power"],
@@ -288,7 +288,7 @@ def _differential_load(
     speed: Number | Mapping[str, Number] | None,
     torque: Number | Mapping[str, Number] | None,
     power: Number | Mapping[str, Number] | None,
-) -> Load:
+) -> DrivenLoad:
     """Speeds of two members and the load of one, each by its name. Raises ModelError."""
     if driver is not None:
         raise ModelError("a differential names its members", path="driver", given=driver, allowed="leave it out")
@@ -307,7 +307,7 @@ def _differential_load(
             allowed = f"that of {' or '.join(m for m, (omega, _) in speeds.items() if omega)}, whose speed is given"
             raise ModelError("of a member without speed", path="power", given=member, allowed=allowed)
         moment = value / speeds[member][0]
-    return Load(
+    return DrivenLoad(
         speed={m: said for m, (_, said) in speeds.items()},
         torque={member: text} if power is None else {},
         power={member: text} if power is not None else {},
