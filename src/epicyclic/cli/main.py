@@ -25,6 +25,7 @@ from .import_rexs import import_rexs
 from .kept import kept
 from .output import figure_option
 from .show import show
+from .new import new
 from .start import collect_again
 from .study import study
 from .suggestions import Commands
@@ -105,6 +106,7 @@ app.command()(study)
 app.command("import")(import_rexs)
 app.command()(compare)
 app.command()(show)
+app.command()(new)
 
 
 @app.command()
