@@ -3,6 +3,7 @@
 A view has an ``ORDER``, its place in the report, and of these functions those that it has something for:
 
     tables(result) -> Sequence[Table]               # what a terminal shows
+    brief(result) -> Sequence[Table]                # those of one screen, where `tables` are more
     sections(result, company) -> Sequence[Section]  # what the report shows; company: kind -> the first result of it
     key_figures(result) -> Sequence[KeyFigure]      # what is read first, in both
 
@@ -26,7 +27,7 @@ from ..elements import Company, KeyFigure, Section, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["key_figures_of", "kind_of", "sections_of", "tables_of"]
+__all__ = ["brief_of", "key_figures_of", "kind_of", "sections_of", "tables_of"]
 
 Datasets = Mapping[str, "xr.Dataset"]
 
@@ -39,6 +40,13 @@ def kind_of(result: xr.Dataset, name: str = "") -> str:
 def tables_of(result: xr.Dataset) -> Sequence[Table]:
     """Tables of one result for a terminal."""
     found: Sequence[Table] = _function(kind_of(result), "tables")(result)
+    return found
+
+
+def brief_of(result: xr.Dataset) -> Sequence[Table]:
+    """Tables of one result for one screen of a terminal; all of them where the view has no brief ones."""
+    chosen = getattr(_view(kind_of(result)), "brief", None)
+    found: Sequence[Table] = tables_of(result) if chosen is None else chosen(result)
     return found
 
 
