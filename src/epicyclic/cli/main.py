@@ -21,6 +21,7 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
+from .panels import Panels
 from .start import collect_again
 from .study import study
 
@@ -29,6 +30,7 @@ __all__ = ["app", "main"]
 app = typer.Typer(
     name="epicyclic",
     help="Epicyclic gear trains: modes, load sharing and response, from what stands on the drawing.",
+    cls=Panels,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -59,16 +61,32 @@ def check(
     resolved: Annotated[
         bool, typer.Option("--resolved", help="Write the model with everything filled in: a model file again.")
     ] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Print every table: bodies, gears, links, deviations, the origin of values.")
+    ] = False,
     sets: Sets = None,
     as_json: Json = False,
     output: Output = None,
 ) -> None:
-    """Speeds, torques, geometry, phases; every derived value and where it came from."""
+    """Ratio, speeds, torques, phases on one screen; every derived value and where it came from with --all."""
     if resolved:
         with reported():
             _write_resolved(model, sets, output)
+    elif everything and output is None and not as_json:
+        with reported():
+            _print_all(model, sets)
     else:
         command(verbs()["check"])(model=model, sets=sets, as_json=as_json, output=output)
+
+
+def _print_all(model: str, sets: list[str] | None) -> None:
+    """Print every table of `check`; files and JSON hold them all anyway."""
+    require_stdout()
+    result = verbs()["check"].run(model, overrides=parsed_overrides(sets) or None)
+    from ..show.console import show, stdout_console
+
+    with on_stdout():
+        show(result, stdout_console(), whole=True)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..brief_check import brief_tables
 from ..elements import Company, Drawing, KeyFigure, Part, Section, Styled, Table
 from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import members_of, mesh_tones
@@ -17,7 +18,7 @@ from .stiffness import SERIES
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "brief", "key_figures", "sections", "tables"]
 
 ORDER = 10
 _DEGREES = 180 / np.pi
@@ -97,6 +98,11 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         *assumed_tables(result),
         *value_tables(result),
     ]
+
+
+def brief(result: xr.Dataset) -> Sequence[Table]:
+    """Ratio, members, pairs of gears, phasing, verbs: one screen; `tables` is the whole."""
+    return brief_tables(result)
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
