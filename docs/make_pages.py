@@ -1,5 +1,8 @@
-"""Write the pages that follow from the records in `epicyclic/verbs`: verbs.md from their signatures, variables.md from
-the results of their examples.
+"""Write the pages of docs/reference that follow from the code.
+
+verbs.md comes from the signatures in `epicyclic/verbs`, variables.md from the results of their examples, api.md from the
+stub of the package, commands.md from the command line, schema.md from the JSON Schema of the model file, warnings.md from
+the table of their codes.
 
 python docs/make_pages.py
 """
@@ -10,12 +13,13 @@ import re
 from collections.abc import Iterable
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import Any, ForwardRef, get_args, get_origin
+from typing import Any, ForwardRef, cast, get_args, get_origin
 
 import xarray as xr
 
 from epicyclic import audit
 from epicyclic.verbs.record import Option, Verb, help_of, keywords, verbs
+from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
 DRIVE = "ren2021"
@@ -31,6 +35,36 @@ A flag is the keyword with dashes; keywords without a flag are of Python alone. 
 runs.
 """
 
+API = """# Python
+
+Made by `python docs/make_pages.py`; not written by hand.
+
+`import epicyclic` has these names. What the keywords of a verb mean stands in [Verbs](verbs.md), with the flag of each
+on the command line; the variables of the results in [Variables](variables.md). Types are checked from outside: the
+package carries `py.typed`.
+"""
+COMMANDS = """# Commands beside the verbs
+
+Made by `python docs/make_pages.py` from the command line itself; not written by hand.
+
+`epicyclic COMMAND --help` prints the same. The verbs are on [their own page](verbs.md). Exit status: 0; 2 for wrong
+input or an output that cannot be written; 3 for no convergence; 4 for an audit that is contradicted; 130 when stopped;
+1 for a fault of the program.
+"""
+WARNINGS = """# Warnings
+
+Made by `python docs/make_pages.py` from `src/epicyclic/warning_codes.py`; not written by hand.
+
+A result that is physically doubtful says so: in its attribute `warnings`, under its tables and at the top of the report.
+Each warning ends with its code in brackets. `epicyclic explain CODE` prints what stands here.
+"""
+SCHEMA = """# Keys of the model file
+
+Made by `python docs/make_pages.py` from the JSON Schema of the model file (`epicyclic schema`); not written by hand.
+
+[The model file](model-file.md) explains the keys with examples and units. An editor with the schema completes and
+checks them while you type ([how](../how-to/editor.md)).
+"""
 
 VARIABLES = f"""# Variables of results
 
@@ -112,7 +146,137 @@ def _coded(names: tuple[str, ...]) -> str:
     return " or ".join(f"`{name}`" for name in names)
 
 
+def api_page() -> str:
+    """Text of api.md: every public name, in groups of one question each."""
+    stub = (HERE.parent / "src" / "epicyclic" / "__init__.pyi").read_text(encoding="utf-8")
+    names = re.findall(r"^from \S+ import (\w+) as \1$", stub, re.MULTILINE)
+    groups: dict[str, list[str]] = {"Verbs": [], "Errors": [], "Train and system": [], "Around the verbs": []}
+    for name in names:
+        groups[_group_of(name)].append(name)
+    lines = [API]
+    for group in ("Train and system", "Verbs", "Around the verbs", "Errors"):
+        lines += [f"## {group}", ""]
+        for name in groups[group]:
+            kind = {"Errors": "autoexception", "Train and system": "autoclass"}.get(group, "autofunction")
+            kind = kind if name[0].isupper() else "autofunction"
+            lines += [f"### {name}", "", "```{eval-rst}", f".. {kind}:: epicyclic.{name}", "```", ""]
+    return "\n".join(lines)
+
+
+def _group_of(name: str) -> str:
+    if name in verbs():
+        return "Verbs"
+    if name.endswith("Error"):
+        return "Errors"
+    return "Train and system" if name in ("load", "assemble", "Train", "System") else "Around the verbs"
+
+
+def commands_page() -> str:
+    """Text of commands.md: the commands that are no verbs, and the options that every verb has."""
+    from typer.main import get_command
+
+    from epicyclic.cli.main import app
+
+    root = cast(Any, get_command(app))
+    own = {name: one for name, one in root.commands.items() if name.replace("-", "_") not in verbs() and not one.hidden}
+    lines = [COMMANDS, "## Options of every verb", "", *_options_table(root.commands["modes"], only=_common(root)), ""]
+    for name, one in sorted(own.items()):
+        lines += [f"## {name}", "", _sentence(one.help), "", f"`epicyclic {_usage(name, one)}`", ""]
+        lines += [*_options_table(one), ""]
+    return "\n".join(lines)
+
+
+def _common(root: Any) -> set[str]:
+    """Options that all verbs have."""
+    found = [{one.name for one in root.commands[name.replace("_", "-")].params} for name in verbs()]
+    return set.intersection(*found)
+
+
+def _usage(name: str, command: Any) -> str:
+    places = [one for one in command.params if one.param_type_name == "argument"]
+    words = [(one.metavar or one.name.upper()).strip("{}[]") for one in places]
+    marked = [word if one.required else f"[{word}]" for word, one in zip(words, places, strict=True)]
+    return " ".join([name, *(f"{word} ..." if one.nargs == -1 else word for word, one in zip(marked, places, strict=True))])
+
+
+def _options_table(command: Any, only: set[str] | None = None) -> list[str]:
+    rows = []
+    for one in command.params:
+        shown = only is None or one.name in only
+        if shown and not getattr(one, "hidden", False):
+            flags = ", ".join(f"`{flag}`" for flag in (*one.opts, *one.secondary_opts))
+            words = flags if one.param_type_name == "option" else f"`{(one.metavar or one.name.upper()).strip('{}[]')}`"
+            rows.append(f"| {words} | {_sentence(getattr(one, 'help', '') or '')} |".replace("[", "\\["))
+    return ["| option | meaning |", "|---|---|", *rows] if rows else []
+
+
+def _sentence(text: str) -> str:
+    """Text of a help in one line, ready for a cell of a table."""
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def schema_page() -> str:
+    """Text of schema.md: tables and keys of the model file, from its JSON Schema."""
+    from epicyclic.model.json_schema import json_schema
+
+    schema = json_schema()
+    tables = {"The file": schema} | {
+        name: one for name, one in sorted(schema["$defs"].items()) if "properties" in one or "enum" in one
+    }
+    lines = [SCHEMA]
+    for name, one in tables.items():
+        lines += [f"## {name}", ""]
+        if one.get("description"):
+            lines += [_schema_words(one), ""]
+        if "properties" in one:
+            lines += ["| key | takes | meaning |", "|---|---|---|"]
+            lines += [f"| `{key}` | {_takes(entry)} | {_schema_words(entry)} |" for key, entry in one["properties"].items()]
+            lines.append("")
+        else:
+            lines += ["One of " + ", ".join(f"`{value}`" for value in one["enum"]) + ".", ""]
+    return "\n".join(lines)
+
+
+def _schema_words(entry: dict[str, Any]) -> str:
+    return _sentence(str(entry.get("description", "")))
+
+
+def _takes(entry: dict[str, Any]) -> str:
+    """What a key takes: a kind of value, a choice, or a table of its own."""
+    found: list[str] = []
+    for one in (entry, *entry.get("anyOf", ()), *entry.get("oneOf", ())):
+        if "$ref" in one:
+            found.append(one["$ref"].rpartition("/")[2])
+        if "enum" in one:
+            found += [f"`{value}`" for value in one["enum"]]
+        if "const" in one:
+            found.append(f"`{one['const']}`")
+        if isinstance(one.get("type"), str) and one["type"] != "null":
+            inner = one.get("items") or one.get("additionalProperties")
+            of = f" of {_takes(inner)}" if isinstance(inner, dict) and inner else ""
+            found.append(f"{ {'object': 'table', 'array': 'list'}.get(one['type'], one['type']) }{of}")
+    return ", ".join(dict.fromkeys(found)).replace("|", "\\|") or "any"
+
+
+def warnings_page() -> str:
+    """Text of warnings.md: every code with its meaning, what cures it, and the page that says more."""
+    pages = {page.name: page.relative_to(HERE).as_posix() for page in sorted(HERE.rglob("*.md"))}
+    lines = [WARNINGS]
+    for code, entry in sorted(WARNING_CODES.items()):
+        lines += [f"## {code}", "", f"{entry.meaning}", "", f"*Cure*: {entry.cure}", ""]
+        lines += [f"More: [{entry.page.removesuffix('.md')}](../{pages[entry.page]})", ""]
+    return "\n".join(lines)
+
+
+def write_all() -> None:
+    """Write every page that needs no computation."""
+    pages = {"verbs": verbs_page, "api": api_page, "commands": commands_page, "schema": schema_page}
+    pages["warnings"] = warnings_page
+    for name, text in pages.items():
+        (HERE / "reference" / f"{name}.md").write_text(text(), encoding="utf-8")
+
+
 if __name__ == "__main__":
-    (HERE / "reference" / "verbs.md").write_text(verbs_page(), encoding="utf-8")
+    write_all()
     found = [verb.run(DRIVE, **options) for verb, options in examples()]
     (HERE / "reference" / "variables.md").write_text(variables_page([*found, audit(DRIVE)]), encoding="utf-8")

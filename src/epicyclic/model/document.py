@@ -12,6 +12,7 @@ from typing import Literal
 
 from ..errors import ModelError
 from ..input_files import read_bytes
+from ..warning_codes import CodedText
 from .assumptions import check_assumed, still_assumed
 from .force_files import with_files
 from .names import check_names, collect, nearest
@@ -45,7 +46,7 @@ class Document:
     data: PlainTable
     origin: Mapping[str, Origin]
     source: str
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[CodedText, ...] = ()
 
 
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ConvergenceError, ModelError
+from ..warning_codes import CodedText, coded, placed
 from .record import Verb, require_folder, verbs
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def run_report(
 
     require_folder(resume, folder)
     results: dict[str, xr.Dataset] = {}
-    left_out: list[str] = []
+    left_out: list[CodedText] = []
     train = train_of(source, overrides=overrides)
     with run_folder(folder, train, verb="report", options={}, resume=resume) as (train, kept):
         place = None if kept is None else kept.folder
@@ -79,7 +80,7 @@ def run_report(
             try:
                 results[name] = step() if place is None else _kept(place, name, step)
             except (ModelError, ConvergenceError) as error:
-                left_out.append(f"no {name}: {error}")
+                left_out.append(coded("section-left-out", f"no {name}: {error}"))
     first = next(iter(results.values()))
     first.attrs["warnings"] = json.dumps([*json.loads(first.attrs.get("warnings", "[]")), *left_out])
     return results
@@ -132,7 +133,8 @@ def _sweep(system: Callable[[], System], folder: Path | None, speed_range: str, 
         highest = 100 * float(result["speed"].max())
         found = json.loads(result.attrs.get("warnings", "[]"))
         far = [
-            one if one in system().warnings else f"up to {highest:.0f} % of the operating speed: {one}" for one in found
+            one if one in system().warnings else placed(f"up to {highest:.0f} % of the operating speed", one)
+            for one in found
         ]
         result.attrs["warnings"] = json.dumps(far)
     return result

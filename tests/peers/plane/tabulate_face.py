@@ -1,8 +1,8 @@
 """Solve the teeth of the table on coupling along the face: python -m tests.peers.plane.tabulate_face
 
 Writes docs/theory/teeth/face.json; a quarter of an hour.  Needs CalculiX.  Each entry holds the gear (lengths in m,
-angles in degrees), the width of the face, the radius of the load, the compliance under an even load without the winding of the
-body (m^2/N), and the coupling between the layers of the face, whose mean is 1.
+angles in degrees), the width of the face, the radius of the load, the compliance under an even load without the
+winding of the body (m^2/N), and the coupling between the layers of the face, whose mean is 1.
 """
 
 from __future__ import annotations
