@@ -15,12 +15,12 @@ __all__ = ["operating_range"]
 
 # Names of resonances stand upright above the curve: so many at most, the strongest, this far apart [% of the width].
 _NAMED, _APART = 16, 2.4
-# Part of the figure's height that the curve takes; names have the rest.
-_LOW = 0.56
+# Heights of the curve, of a letter of an upright name, and of what is around the plot [px].
+_CURVE, _LETTER, _AROUND = 190, 6.1, 150
 # As of the analysis, which marks resonances this close to operation where no band is given.
 _BAND = 0.2
 _PARTS = 2.0  # K_v of a vibration about the mean that takes the force to zero
-_X = "speed [% of the operating speed]"
+_X = f"speed [% of the operating speed]; shaded: operation ± {100 * _BAND:.0f} %"
 Pair = tuple["xr.Dataset | None", "xr.Dataset | None"]
 
 
@@ -38,10 +38,13 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
         return None
     curves = {name: _curve(sweep) for name, (_, sweep) in known.items()}
     rated = any(curve is not None for curve in curves.values())
-    drawn = figure("Where in the range of speeds the resonances lie", x=_X, y="largest K_v [-]" * rated, height=470)
+    drawn = figure("Where in the range of speeds the resonances lie", x=_X, y="largest K_v [-]" * rated)
     band = {"x0": 100 * (1 - _BAND), "x1": 100 * (1 + _BAND), "line_width": 0, "layer": "below"}
     drawn.add_vrect(**band, fillcolor=translucent(PALETTE[0], 0.08))
     single, most = len(known) == 1, 1.0
+    longest = max((len(words) for modes, _ in known.values() for words in _words(modes)), default=0)
+    strip = 40 * len(known) + _LETTER * longest if single else 40.0 * len(known)
+    low = _CURVE / (_CURVE + strip)
     for place, (name, (modes, _)) in enumerate(known.items()):
         colour, curve = PALETTE[place % len(PALETTE)], curves[name]
         if curve is not None:
@@ -49,9 +52,9 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
             drawn.add_trace(_line(curve, "largest K_v of all meshes" if single else name, colour))
         if _speeds(modes).size:
             words = "a mesh order meets a mode" if single else f"{name}: a mesh order meets a mode"
-            drawn.add_trace(_marks(modes, 0.05 + 0.12 * place, WARNING if single else colour, words))
+            drawn.add_trace(_marks(modes, (0.5 + place) / len(known) if not single else 20 / strip, WARNING if single else colour, words))
             if single:
-                _names(drawn, modes)
+                _names(drawn, modes, 32 / strip)
     if most >= _PARTS:
         drawn.add_shape(
             **{"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": _PARTS, "y1": _PARTS},
@@ -60,13 +63,12 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
         words = {"x": 0.005, "xref": "paper", "xanchor": "left", "y": _PARTS, "yanchor": "bottom"}
         note(drawn, f"K_v {_PARTS:g}", **words, font={"size": 12, "color": WARNING})
     drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
-    words = f"operation ± {100 * _BAND:.0f} %"
-    note(drawn, words, x=100, yref="paper", y=1.0, yanchor="bottom", font={"size": 12, "color": INK})
     drawn.update_layout(
-        yaxis={"range": [1.0, max(1.02, 1 + 1.08 * (most - 1))], "domain": [0, _LOW], "showticklabels": rated},
-        yaxis2={"range": [0, 1], "domain": [_LOW + 0.02, 1], "visible": False, "fixedrange": True},
+        height=_CURVE + strip + _AROUND,
+        yaxis={"range": [1.0, max(1.02, 1 + 1.08 * (most - 1))], "domain": [0, low], "showticklabels": rated},
+        yaxis2={"range": [0, 1], "domain": [low, 1], "visible": False, "fixedrange": True},
         xaxis={"range": _extent(known, curves)},
-        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": -0.16, "yanchor": "top"},
+        legend={"orientation": "h", "x": 0, "xanchor": "left", "y": -60 / (_CURVE + strip), "yanchor": "top"},
     )
     return drawn.update_layout(showlegend=True, margin={"t": 76})
 
@@ -114,8 +116,10 @@ def _marks(modes: xr.Dataset | None, height: float, colour: str, words: str) -> 
     )
 
 
-def _words(modes: xr.Dataset) -> list[str]:
+def _words(modes: xr.Dataset | None) -> list[str]:
     """``2× low mesh, mode 5`` of every resonance; the stage where the train has several."""
+    if modes is None or not _speeds(modes).size:
+        return []
     stage = texts(modes, "resonance_stage")
     several = len(set(stage)) > 1 or stage_count(texts(modes, "connection")) > 1
     columns = (numbers(modes, "resonance_order"), stage, numbers(modes, "resonance_mode"))
@@ -125,17 +129,17 @@ def _words(modes: xr.Dataset) -> list[str]:
     ]
 
 
-def _names(drawn: go.Figure, modes: xr.Dataset | None) -> None:
+def _names(drawn: go.Figure, modes: xr.Dataset | None, height: float) -> None:
     """Names of the strongest resonances, upright above their strokes, as many as stand beside each other."""
     assert modes is not None
     speed, words = _speeds(modes), _words(modes)
     force = np.nan_to_num(numbers(modes, "resonance_amplitude"), nan=-1.0)
-    apart, kept = _APART / 100 * max(float(np.ptp(speed)), 20.0), [100.0]  # the line of operation has its own name
+    apart, kept = _APART / 100 * max(float(np.ptp(speed)), 20.0), list[float]()
     for i in np.argsort(-force, kind="stable"):
-        if len(kept) <= _NAMED and all(abs(speed[i] - other) > (0.6 if other == 100 else 1) * apart for other in kept):
+        if len(kept) < _NAMED and all(abs(speed[i] - other) > apart for other in kept):
             kept.append(float(speed[i]))
             upright = {"textangle": -90, "yref": "y2", "yanchor": "bottom", "font": {"size": 11, "color": PALE}}
-            note(drawn, words[i], x=float(speed[i]), y=0.12, **upright)
+            note(drawn, words[i], x=float(speed[i]), y=height, **upright)
 
 
 def _extent(known: Mapping[str, Pair], curves: Mapping[str, tuple[Array, Array] | None]) -> list[float]:
