@@ -50,7 +50,7 @@ def report(datasets: Datasets, *, title: str = "", figures: Mapping[str, go.Figu
     folded = [one for one in _joined(sections) if one.parts]
     front = page.html(front_of(datasets))
     findings = finding_list(findings_of(datasets), ["warnings", *(one.anchor for one in folded)])
-    first = f"{findings}{front}{_keys(datasets)}{_warnings(datasets)}"
+    first = f"{findings}{front}{_keys(datasets)}{_warnings(datasets)}{_left_out(datasets)}"
     return _html(name, "".join(said), first, folded, page)
 
 
@@ -82,7 +82,7 @@ def variants_report(variants: Variants, *, title: str = "") -> str:
     )
     first = page.html(variant_parts(variants))
     columns = "".join(
-        f"<div><h3>{escape(one)}</h3>{finding_list(findings_of(own), ())}{_warnings(own, anchor='')}</div>"
+        f"<div><h3>{escape(one)}</h3>{finding_list(findings_of(own), ())}{_warnings(own, anchor='')}{_left_out(own)}</div>"
         for one, own in variants.items()
     )
     every = {one: [*sections_of(own), provenance(own)] for one, own in variants.items()}
@@ -177,6 +177,13 @@ def _warnings(datasets: Datasets, *, anchor: str = "warnings") -> str:
         f'<div class="warnings" role="alert"{named}><details class="fold"><summary><b>{len(found)} warnings</b></summary>'
         f"<ul>{items}</ul></details></div>"
     )
+
+
+def _left_out(datasets: Datasets) -> str:
+    """What the model did not allow, and why."""
+    found = [text for data in datasets.values() for text in _listed(data, "not_run")]
+    items = "".join(f"<li>{html_warning(text)}</li>" for text in found)
+    return f"<details><summary>Left out: {len(found)}</summary><ul>{items}</ul></details>" if found else ""
 
 
 def _keys(datasets: Datasets) -> str:

@@ -24,9 +24,11 @@ __all__ = ["STUDIES", "TO_MODES", "report_sections", "report_verbs", "run_report
 
 STUDIES = ("support stiffness", "run-out")
 TO_MODES = "sweep to the modes"
-# Speeds of the sweeps of a report, about operation and to the modes: with three mesh frequencies one about operation
-# takes half a second, one to the modes half of that.
-_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (60, 40)
+# Speeds of the sweeps of a report, about operation and to the modes: with several mesh frequencies, whose balance takes
+# 20 ms a speed and more, a second each.
+_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (45, 35)
+# Points of a curve over support stiffness and over run-out, a point taking up to a tenth of a second: bends still show.
+_STUDY_POINTS = (7, 4)
 # Samples of tolerances in a report: quantiles to some thousandths, with what buys what in a second.
 _SAMPLES = 2**13
 
@@ -167,7 +169,8 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     if "sweep" in steps:
         steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
         steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
-    studies = (partial(support_study, train), partial(run_out_study, train))
+    support, run_out = _STUDY_POINTS
+    studies = (partial(support_study, train, points=support), partial(run_out_study, train, points=run_out))
     return steps | dict(zip(STUDIES, studies, strict=True))
 
 
