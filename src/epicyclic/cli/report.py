@@ -70,7 +70,7 @@ def _report(models: Sequence[str], sets: list[str] | None, sections: str | None,
 
 
 def _named(models: Sequence[str]) -> dict[str, str]:
-    """What each model is called in the page: its file without folder and ending; a name that comes again is numbered."""
+    """What each model is called in the page: its file without folder and ending; one that comes again is numbered."""
     found: dict[str, str] = {}
     for model in models:
         name, number = Path(model).stem or model, 2

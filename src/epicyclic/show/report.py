@@ -82,13 +82,12 @@ def variants_report(variants: Variants, *, title: str = "") -> str:
     )
     first = page.html(variant_parts(variants))
     columns = "".join(
-        f"<div><h3>{escape(one)}</h3>{finding_list(findings_of(own), ())}{_warnings(own, anchor='')}{_left_out(own)}</div>"
+        f"<div><h3>{escape(one)}</h3>{finding_list(findings_of(own), ())}{_warnings(own, anchor='')}"
+        f"{_left_out(own)}</div>"
         for one, own in variants.items()
     )
     every = {one: [*sections_of(own), provenance(own)] for one, own in variants.items()}
-    folded = [
-        Section(anchor=anchor, title=words, parts=[]) for anchor, words in section_titles(every.values())
-    ]
+    folded = [Section(anchor=anchor, title=words, parts=[]) for anchor, words in section_titles(every.values())]
     bodies = {}
     for one in folded:
         cells = []
@@ -174,8 +173,8 @@ def _warnings(datasets: Datasets, *, anchor: str = "warnings") -> str:
     if len(found) <= _WARNINGS:
         return f'<div class="warnings" role="alert"{named}><b>Warnings</b><ul>{items}</ul></div>'
     return (
-        f'<div class="warnings" role="alert"{named}><details class="fold"><summary><b>{len(found)} warnings</b></summary>'
-        f"<ul>{items}</ul></details></div>"
+        f'<div class="warnings" role="alert"{named}><details class="fold">'
+        f"<summary><b>{len(found)} warnings</b></summary><ul>{items}</ul></details></div>"
     )
 
 

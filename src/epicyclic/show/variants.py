@@ -47,7 +47,9 @@ def variant_parts(variants: Variants) -> list[Part]:
     """What stands first: the differences, and the range of speeds of every train in one figure."""
     parts: list[Part] = [difference_table(variants)]
     companies = {name: company_of(datasets) for name, datasets in variants.items()}
-    drawn = {name: (one.get("modes"), one.get("sweep")) for name, one in companies.items() if one.get("modes") is not None}
+    drawn = {
+        name: (one.get("modes"), one.get("sweep")) for name, one in companies.items() if one.get("modes") is not None
+    }
     figure = operating_range(drawn) if drawn else None
     if figure is not None:
         parts.append(Drawing(anchor="operating-range", figure=figure))

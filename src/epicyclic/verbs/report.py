@@ -64,7 +64,8 @@ def run_report(
     """Run all analyses a model allows, each once.
 
     An analysis that asks for what the model does not say (torque, speed, damping, masses), or does not converge, is
-    left out, and the first result's attribute ``not_run`` says why.  Tolerances are shown where the model has a table of them.
+    left out, and the first result's attribute ``not_run`` says why.  Tolerances are shown where the model has a table
+    of them.
 
     Parameters
     ----------
@@ -98,7 +99,8 @@ def run_report(
         if chosen is not None:
             steps = {name: step for name, step in steps.items() if _section(name) in chosen}
         elif _several_tones(train):
-            left_out += [f"no {name}: takes long; ask for it by --sections {_section(name)}" for name in STUDIES]
+            words = "takes long with several mesh frequencies; it runs where --sections names it,"
+            left_out += [coded("section-left-out", f"no {name}: {words} {_section(name)}") for name in STUDIES]
             steps = {name: step for name, step in steps.items() if name not in STUDIES}
         for name, step in steps.items():
             if progress is not None:

@@ -15,11 +15,11 @@ __all__ = ["ResonanceCrossing", "campbell", "crossings"]
 
 # Width of a letter of 12 px in parts of a plot of 800 px.
 _LETTER = 0.0085
-# Height of a line of text of 11 px in parts of a plot of 440 px.
-_LINE = 0.032
+# Height of a line of text of 11 px, 16 px, in parts of a plot of 400 px.
+_LINE = 0.042
 # As of `modes`: resonances this close to the operating speed are near it.
 _BAND = 0.2
-_X = f"speed [% of the operating speed]; shaded: operation ± {100 * _BAND:.0f} %"
+_X = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

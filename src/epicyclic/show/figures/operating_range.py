@@ -20,7 +20,7 @@ _CURVE, _LETTER, _AROUND = 190, 6.1, 150
 # As of the analysis, which marks resonances this close to operation where no band is given.
 _BAND = 0.2
 _PARTS = 2.0  # K_v of a vibration about the mean that takes the force to zero
-_X = f"speed [% of the operating speed]; shaded: operation ± {100 * _BAND:.0f} %"
+_X = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
 Pair = tuple["xr.Dataset | None", "xr.Dataset | None"]
 
 
@@ -52,7 +52,14 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
             drawn.add_trace(_line(curve, "largest K_v of all meshes" if single else name, colour))
         if _speeds(modes).size:
             words = "a mesh order meets a mode" if single else f"{name}: a mesh order meets a mode"
-            drawn.add_trace(_marks(modes, (0.5 + place) / len(known) if not single else 20 / strip, WARNING if single else colour, words))
+            drawn.add_trace(
+                _marks(
+                    modes,
+                    (0.5 + place) / len(known) if not single else 20 / strip,
+                    WARNING if single else colour,
+                    words,
+                )
+            )
             if single:
                 _names(drawn, modes, 32 / strip)
     if most >= _PARTS:
@@ -60,8 +67,8 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
             **{"type": "line", "x0": 0, "x1": 1, "xref": "paper", "y0": _PARTS, "y1": _PARTS},
             line={"color": WARNING, "width": 1.2, "dash": "dash"},
         )
-        words = {"x": 0.005, "xref": "paper", "xanchor": "left", "y": _PARTS, "yanchor": "bottom"}
-        note(drawn, f"K_v {_PARTS:g}", **words, font={"size": 12, "color": WARNING})
+        where = {"x": 0.005, "xref": "paper", "xanchor": "left", "y": _PARTS, "yanchor": "bottom"}
+        note(drawn, f"K_v {_PARTS:g}", **where, font={"size": 12, "color": WARNING})
     drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
     drawn.update_layout(
         height=_CURVE + strip + _AROUND,
@@ -103,7 +110,9 @@ def _marks(modes: xr.Dataset | None, height: float, colour: str, words: str) -> 
     """Resonances as strokes in the strip above the curve."""
     assert modes is not None
     speed = _speeds(modes)
-    each = [f"{one} at {engineering(at)} % of the operating speed" for one, at in zip(_words(modes), speed, strict=True)]
+    each = [
+        f"{one} at {engineering(at)} % of the operating speed" for one, at in zip(_words(modes), speed, strict=True)
+    ]
     return go.Scatter(
         x=compact(speed),
         y=[height] * len(speed),

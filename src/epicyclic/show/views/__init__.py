@@ -29,7 +29,16 @@ from ..elements import Company, Finding, KeyFigure, Part, Section, Table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["company_of", "findings_of", "front_of", "headline_of", "key_figures_of", "kind_of", "sections_of", "tables_of"]
+__all__ = [
+    "company_of",
+    "findings_of",
+    "front_of",
+    "headline_of",
+    "key_figures_of",
+    "kind_of",
+    "sections_of",
+    "tables_of",
+]
 
 Datasets = Mapping[str, "xr.Dataset"]
 _TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
@@ -87,7 +96,9 @@ def front_of(results: Datasets) -> list[Part]:
     """Tables and figures of the first page of a report, in the order of the views."""
     company = company_of(results)
     return [
-        part for name, result in _ordered(results) for part in _function(kind_of(result, name), "front")(result, company)
+        part
+        for name, result in _ordered(results)
+        for part in _function(kind_of(result, name), "front")(result, company)
     ]
 
 

@@ -160,7 +160,9 @@ def _turns(one: Member) -> str:
 
 def _teeth(check: xr.Dataset) -> list[str]:
     """``differential: z = 37, 149, 56, 3 branches``, of every stage."""
-    gears, teeth = _by_member(check), numbers(check, "teeth", "gear") if "gear" in check.dims else []
+    if "gear" not in check.dims:
+        return []
+    gears, teeth = _by_member(check), numbers(check, "teeth", "gear")
     found: dict[str, dict[str, int]] = {}
     for name, z in zip(gears, teeth, strict=True):
         found.setdefault(name.split(".")[0], {}).setdefault(name, int(z))

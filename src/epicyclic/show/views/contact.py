@@ -45,7 +45,9 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     face = f"K_H beta {float(np.nanmax(at.face_factor.values)):.2f}"
     if overlap <= 0:
         return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {pressure}, {face}.", anchor="contact")]
-    text = f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {pressure}, {face}."
+    text = (
+        f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {pressure}, {face}."
+    )
     change = "Relieve the tips by about that much: epicyclic relief searches the relief."
     return [Finding(tone="caution", text=text, change=change, anchor="contact")]
 

@@ -69,8 +69,12 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """Efficiency of the meshes and where most is lost; whether friction locks the train."""
     efficiency = float(result["train_efficiency"])
     if not np.isfinite(efficiency) or efficiency <= 0:
-        return [Finding(tone="bad", text=f"The train locks itself by friction, {_friction(result)}.", anchor="efficiency")]
-    stage, pair, most = max(losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss")), key=lambda row: row[2])
+        return [
+            Finding(tone="bad", text=f"The train locks itself by friction, {_friction(result)}.", anchor="efficiency")
+        ]
+    stage, pair, most = max(
+        losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss")), key=lambda row: row[2]
+    )
     total = float(result["power_loss"])
     where = f"{stage} {pair}" if result.sizes["stage"] > 1 else pair
     share = f", {100 * most / total:.0f} % of it in {where}" if total > 0 else ""

@@ -106,9 +106,9 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     force = np.nan_to_num(result["resonance_amplitude"].values[near], nan=-1.0)
     at, mean = int(near[force.argmax()]), _mean_force(company)
     speed = engineering(100 * float(result["resonance_speed"].values[at]))
+    kind, hertz = result["resonance_kind"].values[at], engineering(float(result["resonance_frequency"].values[at]))
     where = (
-        f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])} "
-        f"({result['resonance_kind'].values[at]}, {engineering(float(result['resonance_frequency'].values[at]))} Hz) at "
+        f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])} ({kind}, {hertz} Hz) at "
         f"{speed} % of the operating speed"
     )
     count = f"{near.size} resonance{'s' if near.size > 1 else ''} {band}"

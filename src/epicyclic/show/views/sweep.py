@@ -114,10 +114,13 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
     most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, int(mesh))}"
     found: list[Finding] = []
-    parted = _ranges(speed, (result["mesh_force_minimum"].transpose("mesh", "speed").values < 0).any(axis=0))
+    apart = np.asarray((result["mesh_force_minimum"].transpose("mesh", "speed").values < 0).any(axis=0))
+    parted = _ranges(speed, apart)
     if parted:
-        shown = ", ".join(f"{engineering(a, 3)} to {engineering(b, 3)} %" if a < b else f"{engineering(a, 3)} %"
-                          for a, b in parted[:_RANGES])
+        shown = ", ".join(
+            f"{engineering(a, 3)} to {engineering(b, 3)} %" if a < b else f"{engineering(a, 3)} %"
+            for a, b in parted[:_RANGES]
+        )
         more = f" and {len(parted) - _RANGES} more ranges" if len(parted) > _RANGES else ""
         inside = any(a <= 100 <= b for a, b in parted)
         text = f"Teeth would part at {shown}{more} of the operating speed; {most}."
