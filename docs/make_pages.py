@@ -9,6 +9,7 @@ python docs/make_pages.py
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable
 from inspect import Parameter, signature
@@ -17,12 +18,14 @@ from typing import Any, ForwardRef, cast, get_args, get_origin
 
 import xarray as xr
 
-from epicyclic import audit
+from epicyclic import audit, compare
 from epicyclic.verbs.record import Option, Verb, help_of, keywords, verbs
 from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
 DRIVE = "ren2021"
+VARIANT = {"stages.main.sun.support.radial": 0}  # of the comparison whose variables are listed
+KINDS = HERE.parent / "src" / "epicyclic" / "results" / "variable_kinds.json"
 HEAD = """# Verbs
 
 Made by `python docs/make_pages.py` from the records in `src/epicyclic/verbs`; not written by hand.
@@ -96,6 +99,17 @@ def variables_page(results: Iterable[xr.Dataset]) -> str:
     head = ["| variable | dims | unit | meaning |", "|---|---|---|---|"]
     sections = ["\n".join([f"## {kind}", "", *head, *dict.fromkeys(rows[kind]), ""]) for kind in sorted(rows)]
     return "\n".join([VARIABLES, *sections])
+
+
+def kinds_text(page: str) -> str:
+    """JSON of variables.md for `epicyclic explain`: variable -> kind of result -> dims."""
+    table: dict[str, dict[str, list[str]]] = {}
+    for section in page.split("\n## ")[1:]:
+        kind, *lines = section.splitlines()
+        for name, dims in re.findall(r"^\| `(.+?)` \| (.*?) \|", "\n".join(lines), re.MULTILINE):
+            table.setdefault(name, {})[kind] = [dim for dim in dims.split(", ") if dim]
+    rows = (f"{json.dumps(name)}: {json.dumps(table[name], sort_keys=True)}" for name in sorted(table))
+    return "{\n" + ",\n".join(rows) + "\n}\n"
 
 
 def variable_row(name: str, variable: xr.DataArray) -> str:
@@ -279,4 +293,7 @@ def write_all() -> None:
 if __name__ == "__main__":
     write_all()
     found = [verb.run(DRIVE, **options) for verb, options in examples()]
-    (HERE / "reference" / "variables.md").write_text(variables_page([*found, audit(DRIVE)]), encoding="utf-8")
+    found += [audit(DRIVE), compare(DRIVE, variants=[VARIANT]), compare(found[0], found[0])]
+    page = variables_page(found)
+    (HERE / "reference" / "variables.md").write_text(page, encoding="utf-8")
+    KINDS.write_text(kinds_text(page), encoding="utf-8")

@@ -17,6 +17,7 @@ from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell
 from .verbs.check import check as check
+from .verbs.compare import compare as compare
 from .verbs.contact import contact as contact
 from .verbs.efficiency import efficiency as efficiency
 from .verbs.modes import modes as modes

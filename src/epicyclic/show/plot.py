@@ -35,6 +35,7 @@ FIGURES: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
             "phases": _ALONE,
             "stiffness": ("stiffness",),
         },
+        "compare": {"compared": _ALONE},
         "contact": {"flanks": _ALONE, "contact": _ALONE, "roots": _ALONE},
         "contact_sweep": {"contact-sweep": _ALONE},
         "efficiency": {"losses": _ALONE, "sliding": _ALONE},
