@@ -105,7 +105,7 @@ def _write(found: dict[str, dict[str, Any]], output: Path) -> None:
 
 def _print(found: dict[str, dict[str, Any]], output: Path) -> None:
     """Key figures and warnings of one train, differences of several."""
-    from ..show.console import rich_table, show_pairs, stdout_console, warnings_of
+    from ..show.console import show_pairs, show_table, show_warnings, stdout_console, warnings_of
     from ..show.variants import difference_table
     from ..show.views import key_figures_of
 
@@ -113,12 +113,11 @@ def _print(found: dict[str, dict[str, Any]], output: Path) -> None:
     for name, results in found.items():
         title = results["check"].attrs["title"]
         console.print(title if len(found) == 1 else f"{name}: {title}", style="bold", markup=False)
-        for text in dict.fromkeys(text for result in results.values() for text in warnings_of(result)):
-            console.print(f"warning: {text}", markup=False, style="yellow", soft_wrap=True)
+        show_warnings(list(dict.fromkeys(text for result in results.values() for text in warnings_of(result))), console)
         for text in json.loads(results["check"].attrs.get("not_run", "[]")):
             console.print(f"left out: {text}", markup=False, soft_wrap=True)
     if len(found) == 1:
         show_pairs({words: value for value, words in key_figures_of(next(iter(found.values())))}, console)
     else:
-        console.print(rich_table(difference_table(found)))
+        show_table(difference_table(found), console)
     console.print(f"written: {output}", markup=False, soft_wrap=True)

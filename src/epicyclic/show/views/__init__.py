@@ -3,6 +3,7 @@
 A view has an ``ORDER``, its place in the report, and of these functions those that it has something for:
 
     tables(result) -> Sequence[Table]               # what a terminal shows
+    brief(result) -> Sequence[Table]                # those of one screen, where `tables` are more
     sections(result, company) -> Sequence[Section]  # what the report shows; company: kind -> the first result of it
     key_figures(result) -> Sequence[KeyFigure]      # what is read first, in both
     findings(result, company) -> Sequence[Finding]  # first page of the report: what passes, what not, what to change
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "brief_of",
     "company_of",
     "findings_of",
     "front_of",
@@ -52,6 +54,13 @@ def kind_of(result: xr.Dataset, name: str = "") -> str:
 def tables_of(result: xr.Dataset) -> Sequence[Table]:
     """Tables of one result for a terminal."""
     found: Sequence[Table] = _function(kind_of(result), "tables")(result)
+    return found
+
+
+def brief_of(result: xr.Dataset) -> Sequence[Table]:
+    """Tables of one result for one screen of a terminal; all of them where the view has no brief ones."""
+    chosen = getattr(_view(kind_of(result)), "brief", None)
+    found: Sequence[Table] = tables_of(result) if chosen is None else chosen(result)
     return found
 
 
