@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import ModelError
+from ..errors import ConvergenceError, ModelError
 from .command import Sets, file_name
-from .console import on_stdout, parsed_overrides, progress_bar, reported, require_stdout, target_of
+from .console import complain, on_stdout, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .kept import kept
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _report(models: Sequence[str], sets: list[str] | None, sections: str | None,
                 more = {} if several else {"folder": folder, "resume": resume}
                 found[name] = _run(model, sets, names, step, more)
             step("figures")
-            _write(found, output)
+            _write(found, output, _compared(models, sets) if several else None)
         with on_stdout():
             _print(found, output)
 
@@ -94,13 +94,24 @@ def _run(
         raise ModelError(error.problem, path="--sections", given=error.given, allowed=error.allowed) from None
 
 
-def _write(found: dict[str, dict[str, Any]], output: Path) -> None:
+def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
+    """What differs between the models, as `compare` says it; None where it cannot."""
+    from ..studies.compare.compare import compare_of
+
+    try:
+        return compare_of(models, overrides=parsed_overrides(sets) or None)
+    except (ModelError, ConvergenceError) as error:
+        complain(f"left out: what differs between the models: {error}")
+        return None
+
+
+def _write(found: dict[str, dict[str, Any]], output: Path, compared: Any) -> None:
     from ..show.report import write_report, write_variants_report
 
     if len(found) == 1:
         write_report(output, next(iter(found.values())))
     else:
-        write_variants_report(output, found)
+        write_variants_report(output, found, compared=compared)
 
 
 def _print(found: dict[str, dict[str, Any]], output: Path) -> None:

@@ -67,12 +67,12 @@ def write_report(
     return Path(path)
 
 
-def variants_report(variants: Variants, *, title: str = "") -> str:
+def variants_report(variants: Variants, *, title: str = "", compared: xr.Dataset | None = None) -> str:
     """One HTML page with several trains side by side: key figures with differences, findings, figures beside.
 
     Parameters
     ----------
-    variants : name of each -> its Datasets as of `report`.
+    variants : name of each -> its Datasets as of `report`.  compared : result of `compare` on the same trains.
     """
     page = Page()
     name = title or " and ".join(variants)
@@ -80,7 +80,7 @@ def variants_report(variants: Variants, *, title: str = "") -> str:
         f"<p><b>{escape(one)}</b>: {escape(_attribute(own, 'title'))}. {escape(headline_of(own))}</p>"
         for one, own in variants.items()
     )
-    first = page.html(variant_parts(variants))
+    first = page.html(variant_parts(variants, compared))
     columns = "".join(
         f"<div><h3>{escape(one)}</h3>{finding_list(findings_of(own), ())}{_warnings(own, anchor='')}"
         f"{_left_out(own)}</div>"
@@ -98,14 +98,16 @@ def variants_report(variants: Variants, *, title: str = "") -> str:
     return _html(name, heads, f'{first}<div class="{VARIANTS}">{columns}</div>', folded, page, bodies)
 
 
-def write_variants_report(path: str | Path, variants: Variants, *, title: str = "") -> Path:
+def write_variants_report(
+    path: str | Path, variants: Variants, *, title: str = "", compared: xr.Dataset | None = None
+) -> Path:
     """Write the page of `variants_report`; the file appears whole or not at all.
 
     Raises
     ------
     ModelError : the file cannot be written.
     """
-    write_text(path, variants_report(variants, title=title))
+    write_text(path, variants_report(variants, title=title, compared=compared))
     return Path(path)
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 from .elements import Drawing, Part, Section, Table
 from .figures.operating_range import operating_range
 from .figures.series import engineering
-from .views import company_of, key_figures_of
+from .views import company_of, key_figures_of, sections_of
 
 __all__ = ["VARIANTS", "difference_table", "section_titles", "variant_parts"]
 
@@ -43,8 +43,11 @@ def difference_table(variants: Variants) -> Table:
     return Table(title="Key figures", columns=columns)
 
 
-def variant_parts(variants: Variants) -> list[Part]:
-    """What stands first: the differences, and the range of speeds of every train in one figure."""
+def variant_parts(variants: Variants, compared: xr.Dataset | None = None) -> list[Part]:
+    """What stands first: the differences, and the range of speeds of every train in one figure.
+
+    compared : result of `compare`, whose drawing and table say what differs in the drawings and what that does.
+    """
     parts: list[Part] = [difference_table(variants)]
     companies = {name: company_of(datasets) for name, datasets in variants.items()}
     drawn = {
@@ -53,6 +56,8 @@ def variant_parts(variants: Variants) -> list[Part]:
     figure = operating_range(drawn) if drawn else None
     if figure is not None:
         parts.append(Drawing(anchor="operating-range", figure=figure))
+    if compared is not None:
+        parts += [part for one in sections_of({"compare": compared}) for part in one.parts]
     return parts
 
 
