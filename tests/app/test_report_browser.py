@@ -69,7 +69,8 @@ LAYOUT = """
       .forEach(a => problems.push(`${figure.id}: ${say(a)} sticks out`));
   }
   const shown = e => !e.parentElement.closest('details:not([open])');
-  const apart = ['nav, main', 'header, .warnings, .keys, section', '.key', 'figure, h2, section > .table, details'];
+  const apart = ['nav, main', 'header, .findings, .warnings, .keys, section', '.key', '.findings li',
+                 'figure, h2, section .table, details:not(.fold)'];
   for (const selector of apart) {
     const boxes = [...document.querySelectorAll(selector)].filter(shown);
     pairs('page', boxes.map(e => box(e, `${e.tagName}.${e.className}`)).filter(visible));
@@ -139,7 +140,8 @@ class Opened:
         self.page.on("request", lambda request: self.asked.append(request.url))
         self.page.goto(path.as_uri())
         self.page.wait_for_function(
-            "() => [...document.querySelectorAll('.plotly-graph-div')]"
+            "() => document.documentElement.dataset.ready && [...document.querySelectorAll('.plotly-graph-div')]"
+            ".filter(figure => !figure.parentElement.closest('details:not([open])'))"
             ".every(figure => figure._fullLayout && figure.querySelector('svg'))"
         )
 
