@@ -10,6 +10,7 @@ python docs/make_pages.py links    list the addresses outside that pages link to
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 import unicodedata
@@ -21,13 +22,15 @@ from urllib.parse import quote
 
 import xarray as xr
 
-from epicyclic import audit
+from epicyclic import audit, compare
 from epicyclic.verbs.record import Option, Verb, help_of, keywords, verbs
 from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
 _CITATION = re.compile(r"(?:\[|; )([a-z]+[0-9]{4}[a-z]?|iso[0-9]+)(?=[],;])")
 DRIVE = "ren2021"
+VARIANT = {"stages.main.sun.support.radial": 0}  # of the comparison whose variables are listed
+KINDS = HERE.parent / "src" / "epicyclic" / "results" / "variable_kinds.json"
 HEAD = """# Verbs
 
 Made by `python docs/make_pages.py` from the records in `src/epicyclic/verbs`; not written by hand.
@@ -106,6 +109,17 @@ def variables_page(results: Iterable[xr.Dataset]) -> str:
     head = ["| variable | dims | unit | meaning |", "|---|---|---|---|"]
     sections = ["\n".join([f"## {kind}", "", *head, *dict.fromkeys(rows[kind]), ""]) for kind in sorted(rows)]
     return "\n".join([VARIABLES, *sections])
+
+
+def kinds_text(page: str) -> str:
+    """JSON of variables.md for `epicyclic explain`: variable -> kind of result -> dims."""
+    table: dict[str, dict[str, list[str]]] = {}
+    for section in page.split("\n## ")[1:]:
+        kind, *lines = section.splitlines()
+        for name, dims in re.findall(r"^\| `(.+?)` \| (.*?) \|", "\n".join(lines), re.MULTILINE):
+            table.setdefault(name, {})[kind] = [dim for dim in dims.split(", ") if dim]
+    rows = (f"{json.dumps(name)}: {json.dumps(table[name], sort_keys=True)}" for name in sorted(table))
+    return "{\n" + ",\n".join(rows) + "\n}\n"
 
 
 def variable_row(name: str, variable: xr.DataArray) -> str:
@@ -346,4 +360,7 @@ if __name__ == "__main__":
     for name, text in PAGES.items():
         (HERE / "reference" / f"{name}.md").write_text(text(), encoding="utf-8")
     found = [verb.run(DRIVE, **options) for verb, options in examples()]
-    (HERE / "reference" / "variables.md").write_text(variables_page([*found, audit(DRIVE)]), encoding="utf-8")
+    found += [audit(DRIVE), compare(DRIVE, variants=[VARIANT]), compare(found[0], found[0])]
+    page = variables_page(found)
+    (HERE / "reference" / "variables.md").write_text(page, encoding="utf-8")
+    KINDS.write_text(kinds_text(page), encoding="utf-8")

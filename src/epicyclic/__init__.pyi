@@ -8,6 +8,8 @@ from .resolve import load as load
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
+from .show.plot import figure_names as figure_names
+from .show.plot import plot as plot
 from .show.report import write_report as write_report
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System
@@ -15,6 +17,7 @@ from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell
 from .verbs.check import check as check
+from .verbs.compare import compare as compare
 from .verbs.contact import contact as contact
 from .verbs.efficiency import efficiency as efficiency
 from .verbs.modes import modes as modes

@@ -90,7 +90,7 @@ CHECKED = {name.replace("_", "-") for name in verbs()} | {"report", "audit", "st
 def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[str] = []
     monkeypatch.setattr("epicyclic.cli.command.run_verb", lambda verb, *_, **__: seen.append(verb.name))
-    monkeypatch.setattr("epicyclic.cli.main._report", lambda *_: seen.append("report"))
+    monkeypatch.setattr("epicyclic.cli.report._report", lambda *_: seen.append("report"))
     monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
     monkeypatch.setattr("epicyclic.cli.study._study", lambda *_, **__: seen.append("study"))
     with pytest.raises(SystemExit) as stop:
@@ -136,10 +136,15 @@ def test_results_have_the_variables_of_the_page(verb: Verb, options: dict[str, o
     assert rows <= listed_rows(kind), "run python docs/make_pages.py"
 
 
+def test_explain_knows_the_variables_of_the_page() -> None:
+    page = (ROOT / "docs" / "reference" / "variables.md").read_text(encoding="utf-8")
+    assert PAGES_MADE.KINDS.read_text(encoding="utf-8") == PAGES_MADE.kinds_text(page), "run python docs/make_pages.py"
+
+
 def test_every_kind_of_result_is_on_the_page() -> None:
     kinds = {kind for verb in verbs().values() for kind in verb.gives}
     text = (ROOT / "docs" / "reference" / "variables.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"^## (\w+)$", text, re.MULTILINE)) == kinds | {"audit"}
+    assert set(re.findall(r"^## (\w+)$", text, re.MULTILINE)) == kinds | {"audit", "compare"}
 
 
 def test_make_targets_exist() -> None:

@@ -1,6 +1,6 @@
 """The command line: a command for every verb, and those that are no verbs.  Computes nothing.
 
-    epicyclic VERB MODEL [--set PATH=VALUE ...] [--json] [-o FILE]
+    epicyclic VERB MODEL [--set PATH=VALUE ...] [--json] [--figure NAME] [-o FILE]
 
 Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence; 4 an audit contradicted;
 130 stopped with Ctrl-C.
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -19,17 +19,22 @@ from ..results.whole_file import write_text
 from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
-from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
-from .kept import kept
+from .compare import compare
+from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
+from .output import figure_option
+from .report import report
+from .show import show
 from .start import collect_again
 from .study import study
+from .suggestions import Commands
 
 __all__ = ["app", "main"]
 
 app = typer.Typer(
     name="epicyclic",
     help="Epicyclic gear trains: modes, load sharing and response, from what stands on the drawing.",
-    add_completion=False,
+    cls=Commands,
+    add_completion=True,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["--help", "-h"]},
@@ -61,6 +66,7 @@ def check(
     ] = False,
     sets: Sets = None,
     as_json: Json = False,
+    figure: Annotated[list[str] | None, figure_option(["check"])] = None,
     output: Output = None,
 ) -> None:
     """Speeds, torques, geometry, phases; every derived value and where it came from."""
@@ -68,7 +74,7 @@ def check(
         with reported():
             _write_resolved(model, sets, output)
     else:
-        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, output=output)
+        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
@@ -95,48 +101,9 @@ for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
 app.command()(study)
-
-
-@app.command()
-def report(
-    model: Model,
-    sets: Sets = None,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="The HTML file to write.")
-    ] = Path("epicyclic-report.html"),
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Continue a report that was stopped; needs the same -o and options.")
-    ] = False,
-) -> None:
-    """Everything the model allows, in one HTML file that opens offline; prints the key figures."""
-    _report(model, sets, output, resume)
-
-
-def _report(model: str, sets: list[str] | None, output: Path, resume: bool) -> None:
-    with reported(), kept(output, keeps=True) as folder:
-        target_of(output, (".html",))
-        require_stdout()
-        from ..show.report import write_report
-        from ..verbs.report import STUDIES, report_verbs, run_report
-
-        with progress_bar(f"report {model}", len(report_verbs()) + len(STUDIES) + 1) as step:
-            results = run_report(model, overrides=parsed_overrides(sets), folder=folder, resume=resume, progress=step)
-            step("figures")
-            write_report(output, results)
-        with on_stdout():
-            _print_report(results, output)
-
-
-def _print_report(results: dict[str, Any], output: Path) -> None:
-    from ..show.console import show_pairs, stdout_console, warnings_of
-    from ..show.views import key_figures_of
-
-    console = stdout_console()
-    console.print(results["check"].attrs["title"], style="bold", markup=False)
-    for text in dict.fromkeys(text for result in results.values() for text in warnings_of(result)):
-        console.print(f"warning: {text}", markup=False, style="yellow", soft_wrap=True)
-    show_pairs({words: value for value, words in key_figures_of(results)}, console)
-    console.print(f"written: {output}", markup=False, soft_wrap=True)
+app.command()(compare)
+app.command()(report)
+app.command()(show)
 
 
 @app.command()
