@@ -18,6 +18,7 @@ WITHOUT_PAGE = (
     r"[A-Z]\w+|\w+Error|[a-z_]+\.[\w.]+)"
 )
 _MARKUP = re.compile(r"(``.+?``|`[^`]+`)")
+_PAGE = re.compile(r"\bdocs/([\w/-]+)\.md\b")
 _SPECIAL = re.compile(r"([\\*|]|_(?=\W|$))")
 
 
@@ -61,16 +62,16 @@ def _escaped(text: str) -> str:
     parts = _MARKUP.split(text)
     for place, part in enumerate(parts):
         if place % 2 == 0:
-            parts[place] = _SPECIAL.sub(r"\\\1", part)
+            parts[place] = _PAGE.sub(r":doc:`/\1`", _SPECIAL.sub(r"\\\1", part))
         elif not part.startswith("``"):
             parts[place] = f"`{part}`"
     return "".join(parts)
 
 
-def signature_text(_app: Any, what: str, _name: str, obj: Any, _options: Any, given: str, result: str) -> Any:
+def signature_text(_app: Any, what: str, _name: str, obj: Any, _options: Any, given: str | None, _result: str) -> Any:
     """Return the signature with the plain types of the keywords; the pages of verbs have their meaning."""
-    if what not in ("function", "class", "method", "exception") or not callable(obj):
-        return given, result
+    if given is None or what not in ("function", "class", "method", "exception"):
+        return None
     if what in ("class", "exception"):
         return "", ""  # results of `load` and `assemble`, and errors: nobody builds them by hand
     signature = inspect.signature(obj)
@@ -92,7 +93,7 @@ class _Typed:
 
 def _plain(parameter: inspect.Parameter) -> inspect.Parameter:
     default = parameter.default
-    if callable(default):
+    if callable(default) and default is not inspect.Parameter.empty:
         default = _Typed(default.__name__)
     if parameter.annotation is inspect.Parameter.empty:
         return parameter.replace(default=default)

@@ -13,6 +13,7 @@ import xarray as xr
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import dataset, load_result, save_result, to_json
 from epicyclic.results.variables import VARIABLES
+from epicyclic.warning_codes import coded
 
 
 @pytest.fixture
@@ -28,13 +29,13 @@ def result() -> xr.Dataset:
         verb="modes",
         options={"damped": True},
         provenance={"title": "a train"},
-        warnings=["a warning"],
+        warnings=[coded("no-damping", "a warning")],
     )
 
 
 def test_units_names_and_provenance(result: xr.Dataset) -> None:
     assert result["frequency"].attrs == {"units": "Hz", "long_name": "natural frequency"}
-    assert json.loads(result.attrs["warnings"]) == ["a warning"]
+    assert json.loads(result.attrs["warnings"]) == ["a warning [no-damping]"]
     assert json.loads(result.attrs["options"]) == {"damped": True}
     assert result.attrs["title"] == "a train"
     assert result.attrs["version"]

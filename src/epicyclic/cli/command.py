@@ -13,6 +13,7 @@ from typing import Annotated, Any, ForwardRef, Literal, Union, get_args, get_ori
 import typer
 
 from ..verbs.record import Option, Verb, help_of, keywords
+from .completion import model_names
 from .console import complain
 from .output import FORMATS, figure_option
 from .run import run_verb
@@ -27,7 +28,14 @@ def file_name(text: str | Path) -> Path:
     return Path(text)
 
 
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
+Model = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A model file (.toml), a REXS file (.rexs), or the name of a ready drive.",
+        autocompletion=model_names,
+    ),
+]
 Sets = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),

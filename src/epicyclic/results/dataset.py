@@ -19,6 +19,7 @@ import xarray as xr
 
 from ..errors import ModelError
 from ..input_files import read_text
+from ..warning_codes import CodedText
 from .package_version import package_version
 from .sealed_file import require_contained, seal, sealed_file
 from .tables_out import save_csv, save_xlsx
@@ -46,7 +47,7 @@ def dataset(
     verb: str,
     options: Mapping[str, Any] | None = None,
     provenance: Mapping[str, str] | None = None,
-    warnings: Sequence[str] = (),
+    warnings: Sequence[CodedText] = (),
     units: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
     """Make a Dataset whose variables carry unit and long name from `variables.OF_KIND`, else `variables.VARIABLES`.

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from ..errors import ModelError
 from ..gears import geometry
 from ..gears.series import ComplexArray
 from ..gears.stiffness import DEFAULT_HARMONICS
+from ..warning_codes import CodedText, coded
 from . import hertz
 from .tooth import ToothCompliance
 
@@ -134,7 +136,7 @@ def cycle_series(
     interference_warnings(mesh, path=path)
     jumps = np.unique(np.concatenate([[0.0, 1.0], np.mod([low, high], 1.0)]))
     middle, half = 0.5 * (jumps[1:] + jumps[:-1]), 0.5 * np.diff(jumps)
-    points, weights = np.polynomial.legendre.leggauss(_POINTS + 2 * harmonics)
+    points, weights = _gauss_rule(_POINTS + 2 * harmonics)
     sigma = (middle[:, None] + half[:, None] * points).ravel()
     weight = (half[:, None] * weights).ravel()
     stiffness = stiffness_at(sigma) * weight
@@ -142,6 +144,13 @@ def cycle_series(
     order = np.arange(1, harmonics + 1)
     turns = np.exp(-2j * np.pi * np.outer(order, sigma))
     return mean, np.asarray(2 / mean * (turns @ stiffness), dtype=np.complex128)
+
+
+@cache
+def _gauss_rule(count: int) -> tuple[Array, Array]:
+    """Points and weights (count,) of Gauss' rule over -1..1; made once, its eigenvalues cost as much as a mesh."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    return points, weights
 
 
 def _base(tooth: ToothCompliance) -> float:
@@ -173,7 +182,7 @@ def _contact(mesh: MeshedTeeth, sigma: Array, radius_a: Array, radius_b: Array, 
 
 def interference_warnings(
     mesh: MeshedTeeth, *, path: str = "", names: tuple[str, str] = ("the first gear", "the second gear")
-) -> tuple[str, ...]:
+) -> tuple[CodedText, ...]:
     """Warnings about tips that reach below the involute of their mate.
 
     path : of the mesh in the model file, names : of its gears a and b, for the message.
@@ -195,7 +204,7 @@ def interference_warnings(
             allowed = "a shorter tip, or another profile shift"
             raise ModelError(f"{text}: they interfere", path=path, given=given, allowed=allowed)
         if depth > _WARNED * tooth.gear.module:
-            warnings.append(f"{text}; the fillet is taken as involute there")
+            warnings.append(coded("tips-below-involute", f"{text}; the fillet is taken as involute there"))
     return tuple(warnings)
 
 

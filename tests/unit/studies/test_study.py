@@ -199,7 +199,10 @@ def test_a_vector_is_drawn_as_two_components(folder: Path) -> None:
     )
     x, y = (result[f"deviations.main.planet.run_out.{axis}"].values for axis in "xy")
     assert result.sizes["point"] == 128
-    assert json.loads(result.attrs["warnings"])[0] == "sobol.points = 100: rounded up to 128, a power of two"
+    assert (
+        json.loads(result.attrs["warnings"])[0]
+        == "sobol.points = 100: rounded up to 128, a power of two [points-rounded]"
+    )
     assert abs(x.std() - 5e-6) < 0.1e-6
     assert abs(y.std() - 5e-6) < 0.1e-6
     assert abs(np.mean(x * y)) < 0.1 * 25e-12

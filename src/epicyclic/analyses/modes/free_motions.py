@@ -13,6 +13,7 @@ import numpy as np
 import scipy.linalg
 
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 
 __all__ = ["NOISE", "SOFT", "all_free", "free_motions", "soft_modes", "spread_warnings", "stiffness_rows"]
 
@@ -57,17 +58,18 @@ def all_free(system: System, shapes: Array) -> bool:
 
     False also where M is not diagonal, or K holds more than links: `free_motions` has the answer.
     """
-    mass, links, meshes = np.diag(system.M), system.links, system.meshes
+    mass, links, meshes = system.M.diagonal(), system.links, system.meshes
     if np.count_nonzero(system.M) > mass.size:
         return False
     linear = np.isfinite(links.stiffness) & (links.stiffness != 0)
-    rest = system.K - (links.B[:, linear] * links.stiffness[linear]) @ links.B[:, linear].T
-    size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
-    if np.any(np.abs(rest) > _REST * np.outer(size, size)):
+    held = links.B[:, linear]
+    rest = np.abs(system.K - (held * links.stiffness[linear]) @ held.T)
+    size = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
+    if (rest > _REST * size[:, None] * size).any():
         return False
-    rows = np.concatenate([meshes.B[:, meshes.stiffness != 0], links.B[:, linear]], axis=1)
-    length = np.sqrt((rows * rows / mass[:, None]).sum(axis=0))
-    return bool(np.all(np.abs(rows.T @ shapes) <= _STRAIN * length[:, None]))
+    rows = np.concatenate([meshes.B[:, meshes.stiffness != 0], held], axis=1)
+    limit = _STRAIN * np.sqrt((1 / mass) @ (rows * rows))
+    return not (np.abs(rows.T @ shapes) > limit[:, None]).any()
 
 
 def _factor(matrix: Array) -> Array | None:
@@ -106,7 +108,7 @@ def soft_modes(rows: Array, free: Array, rest: Array) -> tuple[Array, Array]:
     return squared, np.concatenate([free, rest @ motions[:, ::-1]], axis=1)
 
 
-def spread_warnings(squared: Array) -> list[str]:
+def spread_warnings(squared: Array) -> list[CodedText]:
     """Warning where natural frequencies are so far apart that the lowest are not right to 1e-6.
 
     squared : (n,) omega^2 [rad^2/s^2].
@@ -117,6 +119,10 @@ def spread_warnings(squared: Array) -> list[str]:
     if not np.any(coarse):
         return []
     return [
-        f"{np.count_nonzero(coarse)} natural frequencies up to {omega[coarse].max() / (2 * np.pi):.3g} Hz stand beside "
-        f"{omega.max() / (2 * np.pi):.3g} Hz: double precision has them right to {error.max():.1g} of themselves"
+        coded(
+            "frequencies-rounded",
+            f"{np.count_nonzero(coarse)} natural frequencies up to {omega[coarse].max() / (2 * np.pi):.3g} Hz stand "
+            f"beside {omega.max() / (2 * np.pi):.3g} Hz: double precision has them right to "
+            f"{error.max():.1g} of themselves",
+        )
     ]
