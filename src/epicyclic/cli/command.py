@@ -59,6 +59,7 @@ def command(verb: Verb) -> Callable[..., None]:
         as_json: bool,
         output: Path | None,
         figure: list[str] | None = None,
+        whole: bool = False,
         **given: Any,
     ) -> None:
         for name, (_, _, option) in shown.items():
@@ -66,7 +67,9 @@ def command(verb: Verb) -> Callable[..., None]:
                 complain(f"warning: {option.former} is now {flags[name]}")
                 given[name] = value
         options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
-        run_verb(verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output, figures=figure)
+        run_verb(
+            verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output, figures=figure, whole=whole
+        )
 
     annotations: dict[str, Any] = {"model": Model}
     defaults: dict[str, Any] = {"model": Parameter.empty}

@@ -20,7 +20,7 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
-from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
+from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
 from .import_rexs import import_rexs
 from .new import new
 from .output import figure_option
@@ -78,21 +78,9 @@ def check(
     if resolved:
         with reported():
             _write_resolved(model, sets, output)
-    elif everything and output is None and not as_json:
-        with reported():
-            _print_all(model, sets)
     else:
-        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
-
-
-def _print_all(model: str, sets: list[str] | None) -> None:
-    """Print every table of `check`; files and JSON hold them all anyway."""
-    require_stdout()
-    result = verbs()["check"].run(model, overrides=parsed_overrides(sets) or None)
-    from ..show.console import show, stdout_console
-
-    with on_stdout():
-        show(result, stdout_console(), whole=True)
+        run = command(verbs()["check"])
+        run(model=model, sets=sets, as_json=as_json, figure=figure, output=output, whole=everything)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:

@@ -34,13 +34,14 @@ def run_verb(
     as_json: bool,
     output: Path | None,
     figures: list[str] | None = None,
+    whole: bool = False,
 ) -> None:
     """Run one verb; print its result for people or as JSON, and write it, or figures of it, to a file.
 
     Parameters
     ----------
     options : keyword -> value of the verb.  flags : keyword -> flag, for errors.
-    sets, as_json, output, figures : as on the command line.
+    sets, as_json, output, figures, whole : as on the command line.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def run_verb(
             print_result(result, as_json=as_json, beside_file=True)
         else:
             make = partial(_result_of, model, overrides)
-            put({verb.name: result}, output=output, figures=figures, as_json=as_json, make=make)
+            put({verb.name: result}, output=output, figures=figures, as_json=as_json, make=make, whole=whole)
         if result.attrs.get("stopped"):
             raise KeyboardInterrupt
 
