@@ -489,6 +489,10 @@ def test_a_herringbone_stage_of_two_gears_each(draft: Any) -> None:
     assert [stage[name]["teeth"] for name in ("sun", "planet", "ring")] == [24, 30, 84]
     assert "station" not in stage["sun"]
     epicyclic.load(dict(imported(draft).document))
+    for gear in (11, 21, 101, 201, 301):  # the halves the other way round: the left one counts, not the first id
+        left, right = draft.values(gear), draft.values(gear + 5000)
+        left["support_vector"], right["support_vector"] = right["support_vector"], left["support_vector"]
+    assert stage_of(imported(draft))["sun"]["hand"] == "left"
 
 
 def test_stepped_planets(draft: Any) -> None:
