@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Mapping
 from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any, ForwardRef, cast, get_args, get_origin
+from urllib.parse import quote
 
 import xarray as xr
 
@@ -26,6 +27,7 @@ from epicyclic.verbs.record import Option, Verb, help_of, keywords, verbs
 from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
+_CITATION = re.compile(r"(?:\[|; )([a-z]+[0-9]{4}[a-z]?|iso[0-9]+)(?=[],;])")
 DRIVE = "ren2021"
 VARIANT = {"stages.main.sun.support.radial": 0}  # of the comparison whose variables are listed
 KINDS = HERE.parent / "src" / "epicyclic" / "results" / "variable_kinds.json"
@@ -299,7 +301,7 @@ def references_page() -> str:
     package = HERE.parent / "src" / "epicyclic"
     cited: dict[str, list[str]] = {}
     for module in sorted(package.rglob("*.py")):
-        for key in dict.fromkeys(re.findall(r"\[([a-z]+[0-9]{4}[a-z]?|iso[0-9]+)[,\]]", module.read_text("utf-8"))):
+        for key in dict.fromkeys(_CITATION.findall(module.read_text("utf-8"))):
             cited.setdefault(key, []).append(module.relative_to(package).as_posix())
     lines = [REFERENCES]
     for entry in re.split(r"^@\w+", (package / "references.bib").read_text("utf-8"), flags=re.MULTILINE)[1:]:
@@ -320,7 +322,8 @@ def _reference(entry: str) -> str:
     number = " ".join(filter(None, (field.get("volume"), f"({field['number']})" if "number" in field else "")))
     parts = [authors, f"*{field.get('title', '')}*", where, number, field.get("pages"), field.get("year")]
     text = ", ".join(part for part in parts if part) + "."
-    return f"{text} [doi:{field['doi']}](https://doi.org/{field['doi']})" if "doi" in field else text
+    address = quote(field.get("doi", ""), safe="/")  # some have brackets
+    return f"{text} [doi:{field['doi']}](https://doi.org/{address})" if address else text
 
 
 def _letter(found: re.Match[str]) -> str:

@@ -90,7 +90,7 @@ CHECKED = {name.replace("_", "-") for name in verbs()} | {"report", "audit", "st
 def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[str] = []
     monkeypatch.setattr("epicyclic.cli.command.run_verb", lambda verb, *_, **__: seen.append(verb.name))
-    monkeypatch.setattr("epicyclic.cli.main._report", lambda *_: seen.append("report"))
+    monkeypatch.setattr("epicyclic.cli.report._report", lambda *_: seen.append("report"))
     monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
     monkeypatch.setattr("epicyclic.cli.study._study", lambda *_, **__: seen.append("study"))
     monkeypatch.setattr("epicyclic.cli.import_rexs._import", lambda *_, **__: seen.append("import"))
