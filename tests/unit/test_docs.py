@@ -93,6 +93,7 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("epicyclic.cli.report._report", lambda *_: seen.append("report"))
     monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
     monkeypatch.setattr("epicyclic.cli.study._study", lambda *_, **__: seen.append("study"))
+    monkeypatch.setattr("epicyclic.cli.import_rexs._import", lambda *_, **__: seen.append("import"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

@@ -21,6 +21,7 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
+from .import_rexs import import_rexs
 from .output import figure_option
 from .report import report
 from .show import show
@@ -101,6 +102,7 @@ for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
 app.command()(study)
+app.command("import")(import_rexs)
 app.command()(compare)
 app.command()(report)
 app.command()(show)
