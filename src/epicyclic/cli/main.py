@@ -65,17 +65,33 @@ def check(
     resolved: Annotated[
         bool, typer.Option("--resolved", help="Write the model with everything filled in: a model file again.")
     ] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Print every table: bodies, gears, links, deviations, the origin of values.")
+    ] = False,
     sets: Sets = None,
     as_json: Json = False,
     figure: Annotated[list[str] | None, figure_option(["check"])] = None,
     output: Output = None,
 ) -> None:
-    """Speeds, torques, geometry, phases; every derived value and where it came from."""
+    """Ratio, speeds, torques, phases on one screen; every derived value and where it came from with --all."""
     if resolved:
         with reported():
             _write_resolved(model, sets, output)
+    elif everything and output is None and not as_json:
+        with reported():
+            _print_all(model, sets)
     else:
         command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
+
+
+def _print_all(model: str, sets: list[str] | None) -> None:
+    """Print every table of `check`; files and JSON hold them all anyway."""
+    require_stdout()
+    result = verbs()["check"].run(model, overrides=parsed_overrides(sets) or None)
+    from ..show.console import show, stdout_console
+
+    with on_stdout():
+        show(result, stdout_console(), whole=True)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
