@@ -9,12 +9,12 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
             $$p -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$p && break; done)
 REPORT := epicyclic-report.html
 
-.PHONY: demo test lint types pytest bench figures clean help
+.PHONY: demo test lint types pytest bench figures docs clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n '1,/^$$/s/^# \{0,1\}//p' Makefile
-	@echo "also: make bench, make figures, make clean"
+	@echo "also: make docs, make bench, make figures, make clean"
 
 demo: $(VENV)/.installed
 	$(BIN)/epicyclic report ren2021 -o $(REPORT)
@@ -38,10 +38,15 @@ bench: $(VENV)/.installed-dev
 figures: $(VENV)/.installed-dev
 	mkdir -p figures
 	for example in examples/*.py; do $(BIN)/python $$example figures || exit 1; done
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/drives/make.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/papers/make.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/learn/make.py
+
+docs: $(VENV)/.installed-dev
+	$(BIN)/python -m sphinx -q -W --keep-going -n -b html docs docs/_build/html
+	@echo open docs/_build/html/index.html
 
 clean:
-	rm -rf $(VENV) build dist src/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis figures $(REPORT)
+	rm -rf $(VENV) docs/_build build dist src/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis figures $(REPORT)
 	find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 $(VENV)/.created:

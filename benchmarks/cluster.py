@@ -3,7 +3,7 @@
 python benchmarks/cluster.py [--blocks 96] [--kills 20]
 
 Workers are killed, the scheduler, the client; Ctrl-C; a disk that fills up (a small tmpfs, where one may be mounted);
-two clients on one store.  At the end rates and sizes, for docs/scale.md.
+two clients on one store.  At the end rates and sizes, for docs/how-to/scale.md.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Coupling along the face: the finite elements of docs/teeth/face.json solved again for one tooth (CalculiX)."""
+"""Coupling along the face: the finite elements of docs/theory/teeth/face.json solved again for one tooth (CalculiX)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stress in the tooth roots: an entry of docs/teeth/root.json solved again (CalculiX)."""
+"""Stress in the tooth roots: an entry of docs/theory/teeth/root.json solved again (CalculiX)."""
 
 from __future__ import annotations
 

@@ -276,8 +276,8 @@ def test_results_hold_the_numbers_of_a_table() -> None:
 
 
 def test_the_example_of_the_page_runs() -> None:
-    """docs/laws.md, Tables of your own: its lines are those of the files, its figures those of the analyses."""
-    folder, page = ROOT / "examples" / "tables", (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
+    """docs/theory/laws.md, Tables of your own: its lines are those of the files, its figures those of the analyses."""
+    folder, page = ROOT / "examples" / "tables", (ROOT / "docs" / "theory" / "laws.md").read_text(encoding="utf-8")
     files = (folder / "reducer.toml").read_text() + (folder / "sun-planet.csv").read_text()
     section = page.partition("## Tables of your own")[2]
     shown = [line.strip() for line in section.splitlines() if line.startswith("    ") and "..." not in line]

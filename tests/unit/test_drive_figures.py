@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import minimum_filter
 
-PAGES = Path(__file__).parents[2] / "docs" / "drives"
+PAGES = Path(__file__).parents[2] / "docs" / "papers"
 DRAWN = sorted((PAGES / "figures").glob("*.svg"))
 RAISED = '10\u200b<tspan style="font-size:70%" dy="-0.6em">−12</tspan><tspan dy="0.42em">\u200b</tspan>'
 

@@ -13,6 +13,7 @@ import xarray as xr
 from epicyclic.errors import ModelError
 from epicyclic.results.dataset import dataset, load_result, save_result, to_json
 from epicyclic.results.variables import VARIABLES
+from epicyclic.warning_codes import coded
 
 
 @pytest.fixture
@@ -28,13 +29,13 @@ def result() -> xr.Dataset:
         verb="modes",
         options={"damped": True},
         provenance={"title": "a train"},
-        warnings=["a warning"],
+        warnings=[coded("no-damping", "a warning")],
     )
 
 
 def test_units_names_and_provenance(result: xr.Dataset) -> None:
     assert result["frequency"].attrs == {"units": "Hz", "long_name": "natural frequency"}
-    assert json.loads(result.attrs["warnings"]) == ["a warning"]
+    assert json.loads(result.attrs["warnings"]) == ["a warning [no-damping]"]
     assert json.loads(result.attrs["options"]) == {"damped": True}
     assert result.attrs["title"] == "a train"
     assert result.attrs["version"]
@@ -105,9 +106,9 @@ def test_files_that_cannot_be_read_or_written(result: xr.Dataset, tmp_path: Path
         save_result(result, tmp_path / "no" / "folder" / "result.nc")
 
 
-@pytest.mark.parametrize("name", ["modes.csv", "modes", "modes.html", "modes.h5", "modes.NC.txt"])
+@pytest.mark.parametrize("name", ["modes.txt", "modes", "modes.html", "modes.h5", "modes.NC.txt"])
 def test_a_suffix_that_is_no_result_file_is_refused(result: xr.Dataset, tmp_path: Path, name: str) -> None:
-    with pytest.raises(ModelError, match=r"allowed: \.nc or \.json") as error:
+    with pytest.raises(ModelError, match=r"allowed: \.nc or \.json or \.csv or \.xlsx") as error:
         save_result(result, tmp_path / name)
     assert name in str(error.value)
     assert not list(tmp_path.iterdir())

@@ -18,6 +18,7 @@ from ..system.laws.tabulated import TabulatedLaw
 from ..train.bodies import DIRECTIONS
 from ..train.connections import Link, Mesh
 from ..train.train import Train
+from ..warning_codes import CodedText, coded
 from .structure import LinkRow, MeshRow
 
 __all__ = ["flank_laws", "idle_friction", "law_groups", "one_sided_flanks"]
@@ -68,10 +69,13 @@ def _part(link: Link, direction: int) -> str:
     return DIRECTIONS[direction]
 
 
-def idle_friction(train: Train) -> list[str]:
+def idle_friction(train: Train) -> list[CodedText]:
     """A warning for every table whose friction has no clearance to slide in."""
     paths = dict.fromkeys(link.path for link in train.links if link.friction and not link.clearance)
-    return [f"{path}.friction has no effect: there is no clearance to slide in" for path in paths]
+    return [
+        coded("friction-without-clearance", f"{path}.friction has no effect: there is no clearance to slide in")
+        for path in paths
+    ]
 
 
 def _law(link: Link, row: LinkRow, train: Train) -> RadialLaw:
@@ -166,7 +170,7 @@ def _one_sided(mesh: Mesh) -> bool:
     )
 
 
-def one_sided_flanks(train: Train) -> list[str]:
+def one_sided_flanks(train: Train) -> list[CodedText]:
     """A warning for every pair whose far flank is linear because its teeth have no other flank of one form."""
     pairs = dict.fromkeys(
         mesh.pair
@@ -174,6 +178,9 @@ def one_sided_flanks(train: Train) -> list[str]:
         if mesh.table is not None and math.isfinite(mesh.backlash) and _one_sided(mesh)
     )
     return [
-        f"{pair}: slope, waves or pitch deviations are of the loaded flank; its far flank is a linear spring"
+        coded(
+            "far-flank-linear",
+            f"{pair}: slope, waves or pitch deviations are of the loaded flank; its far flank is a linear spring",
+        )
         for pair in pairs
     ]

@@ -13,6 +13,7 @@ from ..tooth_contact.pair import ContactPair, Torsion, check_pair, drawn_pair
 from ..tooth_contact.tooth import ToothCompliance
 from ..train.connections import Mesh
 from ..train.train import Train
+from ..warning_codes import CodedText, placed
 
 __all__ = [
     "End",
@@ -110,14 +111,14 @@ def mean_force(train: Train, mesh: Mesh) -> float:
     return abs(torques[mesh.pair]) / (alike * lever)
 
 
-def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[str, ...]:
+def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:
     """Warnings of a pair of `pair_of`: formulas of the teeth outside their limits, and tips that interfere.
 
     mesh : that the pair is of; its table in the model file stands before each warning.
     """
     meshing = _meshing(pair)
     said = (*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing, names=_gears(mesh)))
-    return tuple(dict.fromkeys(f"{mesh.pair}: {text}" for text in said))
+    return tuple(dict.fromkeys(placed(mesh.pair, text) for text in said))
 
 
 def _gears(mesh: Mesh) -> tuple[str, str]:

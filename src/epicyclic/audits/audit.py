@@ -18,6 +18,7 @@ from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..studies.source import system_of, train_of
 from ..verbs.record import keywords, verbs
+from ..warning_codes import coded
 from .audit_file import AS_PRINTED, Attempt, Audit, Row, attempts, claim_of
 from .audit_reader import AuditFile, WrongRow, audited_drives, read_audit
 from .evaluation import converted, evaluate
@@ -339,7 +340,11 @@ def _table(lines: Sequence[_Line], audits: dict[str, Audit]) -> xr.Dataset:
         "nothing_to_try": [line.row.nothing_to_try for line in lines],
     }
     found = [(at, line, one) for at, line in enumerate(lines) for one in line.tried]
-    wrong = [f"{line.drive}: {line.quantity}: {line.outcome}" for line in lines if line.outcome != HOLDS]
+    wrong = [
+        coded("audit-differs", f"{line.drive}: {line.quantity}: {line.outcome}")
+        for line in lines
+        if line.outcome != HOLDS
+    ]
     return dataset(
         {name: ("row", _column(values, str)) for name, values in columns.items()} | _attempt_columns(found),
         coords={"row": np.arange(len(lines)), "attempt": np.arange(len(found))},

@@ -1,6 +1,6 @@
 """Audit file: published numbers of a drive, how ours is computed, and what is claimed of the two.
 
-The format is described in docs/audit.md.  `read_audit` reads it; whether the claims hold is found by `audit`.
+The format is described in docs/papers/audit.md.  `read_audit` reads it; whether the claims hold is found by `audit`.
 """
 
 from __future__ import annotations

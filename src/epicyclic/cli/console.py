@@ -7,7 +7,7 @@ import re
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from ..results.whole_file import require_writable
 
 __all__ = [
     "complain",
+    "complain_of",
     "on_stdout",
     "open_streams",
     "parsed_overrides",
@@ -31,6 +32,8 @@ __all__ = [
 ]
 
 Step = Callable[[str | float], None]
+# Cells of a workbook that take five seconds, on a busy machine fifteen.
+_LARGE = 500_000
 # what a terminal would take as an order, in names of files and texts that are quoted in messages
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
@@ -55,6 +58,19 @@ def complain(text: str) -> None:
     """Write one line on stderr; control characters are escaped, and a stderr that takes no line is no fault."""
     try:
         typer.echo(_CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text), err=True)
+    except OSError:
+        _drop(sys.stderr)
+
+
+def complain_of(warnings: Sequence[str]) -> None:
+    """Write the physical warnings of a result on stderr, as a list; of none nothing."""
+    if not warnings:
+        return
+    from ..show.console import show_warnings, stderr_console
+
+    plain = [_CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text) for text in warnings]
+    try:
+        show_warnings(plain, stderr_console())
     except OSError:
         _drop(sys.stderr)
 
@@ -158,19 +174,23 @@ def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
 
 
 def write_result(result: Any, path: Path) -> None:
-    """Write a result as .nc, .json or .html, whole or not at all, and say so.
+    """Write a result as .nc, .json, .csv, .xlsx or .html, whole or not at all, and say so.
 
     Raises
     ------
     ModelError : it cannot be written.
     """
-    if path.suffix.lower() == ".html":
+    kind = path.suffix.lower()
+    if kind == ".html":
         from ..show.report import write_report
 
         write_report(path, {str(result.attrs["verb"]): result})
     else:
         from ..results.dataset import save_result
+        from ..results.tables_out import cells_of
 
+        if kind == ".xlsx" and (cells := cells_of(result)) > _LARGE:
+            complain(f"a workbook of {cells} cells takes a while; .nc and .csv are quicker")
         save_result(result, path)
     complain(f"written: {path}")
 

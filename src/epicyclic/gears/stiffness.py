@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..warning_codes import CodedText, coded
 from .series import ComplexArray
 
 __all__ = [
@@ -68,15 +69,18 @@ LIMITS: tuple[Limit, ...] = (
 )
 
 
-def outside_limits(values: Mapping[str, float]) -> tuple[str, ...]:
+def outside_limits(values: Mapping[str, float]) -> tuple[CodedText, ...]:
     """Warnings for values outside `LIMITS`.
 
     values : name of the quantity in `LIMITS` -> value in the unit there; nan is not compared.
     """
     slack = 1e-9  # a sum of shifts typed as decimals may miss a limit by rounding
     return tuple(
-        f"{limit.quantity} {values[limit.quantity]:.4g} {limit.unit}".rstrip()
-        + f" is outside {limit.lowest:g} .. {limit.highest:g} ({limit.source})"
+        coded(
+            "formula-outside-limits",
+            f"{limit.quantity} {values[limit.quantity]:.4g} {limit.unit}".rstrip()
+            + f" is outside {limit.lowest:g} .. {limit.highest:g} ({limit.source})",
+        )
         for limit in LIMITS
         if limit.quantity in values
         and (values[limit.quantity] < limit.lowest - slack or values[limit.quantity] > limit.highest + slack)
@@ -96,7 +100,7 @@ def iso6336_single_stiffness(
     dedendum_b: float = 1.25,
     youngs_modulus_a: float = STEEL_MODULUS,
     youngs_modulus_b: float = STEEL_MODULUS,
-) -> tuple[float, tuple[str, ...]]:
+) -> tuple[float, tuple[CodedText, ...]]:
     """Single stiffness c' of a tooth pair per face width, transverse [N/m^2], with warnings outside its limits.
 
     c' = C_M C_R C_B cos beta / q', C_M = 0.8, C_R = 1 (solid), z_n = z/(cos^2 beta_b cos beta), ring z_n = inf
@@ -123,7 +127,7 @@ def iso6336_single_stiffness(
     return stiffness, outside_limits(values)
 
 
-def iso6336_mesh_stiffness(single_stiffness: float, contact_ratio: float) -> tuple[float, tuple[str, ...]]:
+def iso6336_mesh_stiffness(single_stiffness: float, contact_ratio: float) -> tuple[float, tuple[CodedText, ...]]:
     """Mean mesh stiffness c_gamma_alpha = c' (0.75 eps_alpha + 0.25) per face width [N/m^2], with warnings [iso6336].
 
     single_stiffness : c' [N/m^2].  contact_ratio : transverse [1].  In the transverse plane: see

@@ -2,7 +2,7 @@
 
 A kind of deviation is a field of `MemberDeviationsTable` (`deviations.MEMBER.KIND`) or of `MeshDeviationsTable`
 (`deviations.meshes.A-B.KIND`, of `errors` with a name behind it). The type of the field gives its form, units and
-shorthand, the description is its row in docs/model-file.md, and `DeviationKind` in the annotation holds the rest.
+shorthand, the description is its row in docs/reference/model-file.md, `DeviationKind` in the annotation the rest.
 Shorthand, normalisation, checks, error messages, JSON Schema and the page read these fields. The effect of a kind on
 the train stands in `resolve/deviations.py`, under the same key.
 """
@@ -74,12 +74,14 @@ class DisplacementTable(SchemaTable):
     """A displaced feature: amplitude and phase, or x and y; z beside either."""
 
     bare: ClassVar[str] = "amplitude"
-    amplitude: Error | None = key(None, "amplitude")
-    phase: Angle | None = key(None, "from the x axis of `from`; default 0")
-    from_: Literal["own", "stage"] = key("own", "the body's own x axis, or the stage's", alias="from")
-    x: Error | None = key(None, "along x (radial)")
-    y: Error | None = key(None, "along y (tangential)")
-    z: Error | None = key(None, "along z")
+    amplitude: Error | None = key(None, "amplitude of the displacement")
+    phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
+    from_: Literal["own", "stage"] = key(
+        "own", "which axis the phase counts from: the body's own x axis, or the stage's", alias="from"
+    )
+    x: Error | None = key(None, "displacement along x (radial)")
+    y: Error | None = key(None, "displacement along y (tangential)")
+    z: Error | None = key(None, "displacement along z")
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -92,12 +94,14 @@ class TiltTable(SchemaTable):
     """A tilt of a body's seat: amplitude and phase of the axis it tilts about, or x and y."""
 
     bare: ClassVar[str] = "amplitude"
-    amplitude: Angle | None = key(None, "amplitude")
-    phase: Angle | None = key(None, "from the x axis of `from`; default 0")
-    from_: Literal["own", "stage"] = key("own", "the body's own x axis, or the stage's", alias="from")
-    x: Angle | None = key(None, "about x (radial)")
-    y: Angle | None = key(None, "about y (tangential)")
-    z: Angle | None = key(None, "about z")
+    amplitude: Angle | None = key(None, "amplitude of the tilt")
+    phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
+    from_: Literal["own", "stage"] = key(
+        "own", "which axis the phase counts from: the body's own x axis, or the stage's", alias="from"
+    )
+    x: Angle | None = key(None, "tilt about x (radial)")
+    y: Angle | None = key(None, "tilt about y (tangential)")
+    z: Angle | None = key(None, "tilt about z")
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -111,7 +115,7 @@ class UnbalanceTable(SchemaTable):
 
     bare: ClassVar[str] = "amount"
     amount: Annotated[PerPlanet, Unit("unbalance", many=True)] = Field(description="mass times eccentricity")
-    phase: Angle | None = key(None, "from the body's own x axis; default 0")
+    phase: Angle | None = key(None, "phase from the body's own x axis; default 0")
 
 
 # pitch deviations ----------------------------------------------------------------------------------------------------
@@ -205,7 +209,7 @@ class ProfileErrorTable(SchemaTable):
 
     bare: ClassVar[str] = "amplitude"
     amplitude: Error = Field(description="amplitude, along the tooth normal")
-    order: Annotated[int, Field(ge=1, le=1000)] = key(1, "order of the mesh frequency")
+    order: Annotated[int, Field(ge=1, le=1000)] = key(1, "order: multiple of the mesh frequency")
     phase: Annotated[PerPlanet | str, Unit("angle", many=True, words=("identical", "random"))] = key(
         "identical", "identical teeth, random, or given angles"
     )
@@ -220,7 +224,7 @@ class TurningErrorTable(SchemaTable):
     """
 
     turns_with: str = Field(description="a gear of the mesh, or the carrier of the stage")
-    amplitude: Error = Field(description="amplitude")
+    amplitude: Error = Field(description="amplitude of the error")
     order: Annotated[int, Field(ge=1, le=1000)] = key(1, "waves in one turn of the member; default 1")
     phase: Angle | None = key(None, "of the wave where the x axis of the member points as `from` says; default 0")
     from_: Literal["pitch-point", "normal"] = key(

@@ -109,7 +109,10 @@ def _stage(stage: Schema, defs: Schema) -> None:
     member = defs["Member"]
     defs["NamedMember"] = {**member, "required": ["kind"], "description": "A member of any name, with its kind."}
     member.pop("required", None)
-    known = {name: {"$ref": "#/$defs/Member", "description": f"a {kind}"} for name, kind in KIND_BY_NAME.items()}
+    known = {
+        name: {"$ref": "#/$defs/Member", "description": f"the {name}: a {kind} of the stage"}
+        for name, kind in KIND_BY_NAME.items()
+    }
     stage["properties"] = {k: v for k, v in stage["properties"].items() if k != "members"} | known
     stage["additionalProperties"] = {"$ref": "#/$defs/NamedMember"}
     stage["properties"]["meshes"]["propertyNames"] = {"pattern": "^[A-Za-z0-9_]+-[A-Za-z0-9_]+$"}
@@ -119,8 +122,8 @@ def _links(defs: Schema) -> None:
     """Add the shorthands of links, and bearings of any name."""
     for name in _LINKS:
         keys = defs[name]["properties"]
-        keys["radial"] = {**keys["x"], "description": "x and y"}
-        keys["tilt"] = {**keys["rx"], "description": "rx and ry"}
+        keys["radial"] = {**keys["x"], "description": "x and y alike"}
+        keys["tilt"] = {**keys["rx"], "description": "rx and ry alike"}
         if name != "LinkDamping":
             keys["damping"] = {
                 **_either({"anyOf": Unit("damping").forms("damping")}, keys["damping"]),
@@ -141,7 +144,8 @@ def _deviations(defs: Schema) -> None:
             own = defs[reference.rpartition("/")[2]]["properties"][amplitude]
             table["properties"][name] = _either({k: v for k, v in own.items() if k != "description"}, long)
     for table, ref in ((member, "MemberDeviations"), (mesh, "MeshDeviations")):
-        table["properties"] |= {side: {"$ref": f"#/$defs/{ref}"} for side in ("left", "right")}
+        sides = {side: f"deviations of the {side} side that differ" for side in ("left", "right")}
+        table["properties"] |= {s: {"$ref": f"#/$defs/{ref}", "description": words} for s, words in sides.items()}
     mesh["properties"]["errors"]["propertyNames"] = {"pattern": _LINK_NAME}
     meshes = {
         "description": "deviations of meshes, by `A-B`",
@@ -186,9 +190,15 @@ def _tolerances(root: Schema, defs: Schema) -> None:
         """Keys joined by points, written as tables in each other."""
         return {"type": "object", "additionalProperties": {"$ref": f"#/$defs/{name}"}}
 
-    defs["Toleranced"] = {"anyOf": [text, shared, nested("Toleranced")]}
+    defs["Toleranced"] = {
+        "description": "distribution of the number or vector at this path; own and common draws apart",
+        "anyOf": [text, shared, nested("Toleranced")],
+    }
     prices = {"type": "object", "propertyNames": text, "additionalProperties": {"type": "number", "minimum": 0}}
-    defs["Prices"] = {"anyOf": [prices, nested("Prices")]}
+    defs["Prices"] = {
+        "description": "grades or distributions of the entry at this path, each with its price [any currency]",
+        "anyOf": [prices, nested("Prices")],
+    }
     numbers = {"type": "object", "additionalProperties": {"type": "number", "minimum": -1, "maximum": 1}}
     tables = {
         "cost": {**nested("Prices"), "description": "by path: grades or distributions, and their prices"},
@@ -243,9 +253,21 @@ def _tidy(schema: Any) -> Any:
         for k, value in schema.items()
         if k not in dropped and not (k == "title" and isinstance(value, str))
     }
+    default = _default(schema)
+    if default:
+        result["description"] = f"{result.get('description', '')}; {default}".removeprefix("; ")
     if quantity:
         result["description"] = f"{result['description']}: {quantity}" if "description" in result else quantity
     return result
+
+
+def _default(schema: Schema) -> str:
+    """Return the default of a key in words; "" where there is none, or the description states it."""
+    value = schema.get("default")
+    told = "default" in str(schema.get("description", ""))
+    if told or value in (None, "") or isinstance(value, list | dict):
+        return ""
+    return f"default {value:g}" if isinstance(value, float) else f"default {value}"
 
 
 def _flat(schema: Schema) -> Schema:

@@ -68,9 +68,11 @@ Coefficients = Annotated[tuple[float, ...], Unit("ratio", lists=True)]
 class MaterialTable(SchemaTable):
     """Material of the gears."""
 
-    density: Annotated[float, Unit("density", low=0, above=True)] | None = key(None, "density; default 7850")
-    youngs_modulus: Annotated[float, Unit("pressure", low=0, above=True)] | None = key(None, "default 206 GPa")
-    poisson_ratio: Annotated[float, Unit("ratio", low=0, high=0.5)] | None = key(None, "default 0.3")
+    density: Annotated[float, Unit("density", low=0, above=True)] | None = key(None, "density; default 7850 kg/m^3")
+    youngs_modulus: Annotated[float, Unit("pressure", low=0, above=True)] | None = key(
+        None, "Young's modulus; default 206 GPa"
+    )
+    poisson_ratio: Annotated[float, Unit("ratio", low=0, high=0.5)] | None = key(None, "Poisson's ratio; default 0.3")
 
 
 DampingRatio = Unit(
@@ -85,7 +87,9 @@ DampingRatio = Unit(
 class DampingTable(SchemaTable):
     """Damping of the whole train: modal, or proportional, or of every mesh."""
 
-    modal: Annotated[float, DampingRatio] | None = key(None, "damping ratio of every elastic mode")
+    modal: Annotated[float, DampingRatio] | None = key(
+        None, "damping ratio of every elastic mode; without any damping there is no steady response"
+    )
     mass: Annotated[float, Unit("rate", low=0)] | None = key(None, "proportional damping, factor of the mass matrix")
     stiffness: Annotated[float, Unit("time", low=0)] | None = key(None, "proportional damping, factor of the stiffness")
     mesh: Annotated[float, DampingRatio] | None = key(None, "damping ratio of every mesh")
@@ -96,7 +100,7 @@ class ReliefTable(SchemaTable):
 
     amount: Amount | None = key(None, "material missing at the edge, along the tooth normal")
     length: Gap | None = key(None, "where it fades: height of the tooth (radial); of end relief along the axis")
-    shape: Literal["linear", "parabolic"] = key("linear", "linear or parabolic")
+    shape: Literal["linear", "parabolic"] = key("linear", "shape of the relief over its length: linear or parabolic")
 
 
 class ProfileTable(SchemaTable):
@@ -113,13 +117,13 @@ class WaveTable(SchemaTable):
 
     amplitude: Amount = Field(description="amplitude A, along the tooth normal")
     order: Annotated[int, Field(ge=1, le=1000)] = key(1, "waves per base pitch")
-    phase: Annotated[float, Unit("angle")] = key(0.0, "at the pitch point")
+    phase: Annotated[float, Unit("angle")] = key(0.0, "phase of the wave at the pitch point")
 
 
 class FlankTable(SchemaTable):
     """Micro-geometry of the flanks of a gear; amounts are material missing along the tooth normal."""
 
-    tip_relief: ReliefTable | None = key(None, "tip relief")
+    tip_relief: ReliefTable | None = key(None, "tip relief of the flanks; default none")
     root_relief: ReliefTable | None = key(None, "root relief, from the lowest point that the mate touches")
     end_relief: ReliefTable | None = key(None, "relief of both ends of the face")
     crown: Amount | None = key(None, "lengthwise crowning: missing at both ends of the face, parabolic")
@@ -151,21 +155,21 @@ class MemberTable(SchemaTable):
     # teeth and geometry
     teeth: Annotated[int, Field(ge=3, le=5000)] | None = key(None, "number of teeth, positive also of a ring")
     profile_shift: Annotated[float, Unit("ratio", low=-5, high=5)] | None = key(
-        None, "x, positive lengthens the addendum"
+        None, "profile shift coefficient x, positive lengthens the addendum; default from the centre distance, else 0"
     )
     hand: Literal["left", "right"] | None = key(None, "hand of the helix; of a herringbone gear of its left helix")
     base_radius: Radius | None = key(None, "base radius; default from teeth")
     tip_diameter: Radius | None = key(None, "tip diameter; default from teeth")
     root_diameter: Radius | None = key(None, "root diameter; default from teeth")
-    module: Module | None = key(None, "normal module")
-    transverse_module: Module | None = key(None, "transverse module")
+    module: Module | None = key(None, "normal module; or transverse_module")
+    transverse_module: Module | None = key(None, "transverse module; or module")
     pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
         None, "normal pressure angle; default 20 deg"
     )
-    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude")
-    herringbone: bool | None = key(None, "carries two helices")
-    split: bool | None = key(None, "its halves are bodies of their own")
-    gap: Gap | None = key(None, "between the two helices")
+    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
+    herringbone: bool | None = key(None, "whether the gear carries two helices; default false")
+    split: bool | None = key(None, "whether its halves are bodies of their own, joined by a neck; default false")
+    gap: Gap | None = key(None, "axial gap between the two helices")
     stagger: Annotated[float, Unit("ratio")] | None = key(None, "turn of the right half, in tooth pitches")
     face_width: Length | None = key(None, "face width of one helix")
     addendum: Annotated[float, Unit("ratio", low=0)] | None = key(None, "addendum coefficient; default 1")
@@ -176,9 +180,14 @@ class MemberTable(SchemaTable):
     flank: FlankTable | None = key(None, "flank modification")
     material: MaterialTable | None = key(None, "material of this gear")
     # mass
-    mass: Mass | None = key(None, "mass; of a split member of one half; of a carrier without the planets")
-    inertia: Inertia | None = key(None, "inertia about z; in kg J/r^2 at the base radius (carrier: pin radius)")
-    tilt_inertia: TiltInertia | None = key(None, "inertia about x and y")
+    mass: Mass | None = key(
+        None, "mass; of a split member of one half; of a carrier without the planets; default of a gear from its solid"
+    )
+    inertia: Inertia | None = key(
+        None,
+        "inertia about z; in kg J/r^2 at the base radius (carrier: pin radius); default of a gear from its solid",
+    )
+    tilt_inertia: TiltInertia | None = key(None, "moment of inertia about x and y; default of a gear from its solid")
     bore: Gap | None = key(None, "bore diameter of the solid the mass is taken from")
     rim: Length | None = key(None, "radial thickness of a ring outside its root circle")
     outer_diameter: Radius | None = key(None, "outer diameter of a ring")
@@ -188,7 +197,7 @@ class MemberTable(SchemaTable):
         None, "turn against the member it sits on; default fit"
     )
     shaft: SolidTable | None = key(None, "shaft to the member it sits on; default rigid")
-    neck: SolidTable | None = key(None, "joins the left and the right half")
+    neck: SolidTable | None = key(None, "neck that joins the left and the right half")
     left: SideTable | None = key(None, "keys of the left side that differ")
     right: SideTable | None = key(None, "keys of the right side that differ")
     # place and links
@@ -201,7 +210,7 @@ class MemberTable(SchemaTable):
     direction: Annotated[float, Unit("angle")] | None = key(
         None, "direction of its centre, seen from its first partner"
     )
-    station: Place | None = key(None, "axial place of its centre; default 0")
+    station: Place | None = key(None, "axial place of its centre along z; default 0")
 
 
 _NO_BACKLASH = "leave it out where the far flank never touches"
@@ -261,15 +270,21 @@ class MeshSideTable(SchemaTable):
         ]
         | None
     ) = key(None, "mean stiffness of one helix, per planet; or force over deflection; default iso6336")
-    direction: Literal["normal", "transverse"] | None = key(None, "in which direction the stiffness is given")
-    variation: VariationTable | None = key(None, "over one mesh cycle")
-    phase: Annotated[PerPlanet, Unit("cycles", many=True)] | None = key(None, "k_i(t) = k_1(t + phase T)")
+    direction: Literal["normal", "transverse"] | None = key(
+        None, "in which direction the stiffness is given; default normal, along the tooth normal"
+    )
+    variation: VariationTable | None = key(
+        None, "course of the stiffness over one mesh cycle; default that of the method, none for a number"
+    )
+    phase: Annotated[PerPlanet, Unit("cycles", many=True)] | None = key(
+        None, "phase of a mesh: k_i(t) = k_1(t + phase T); default from the teeth"
+    )
     pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
         None, "working transverse pressure angle; default from the centre distance"
     )
     damping: Annotated[float, Unit("damping", low=0)] | None = key(None, "damper along the tooth normal")
     backlash: Annotated[float, Unit("length", low=0, likely=SMALL, reason=_NO_BACKLASH)] | None = key(
-        None, "normal backlash; without it the far flank never touches"
+        None, "backlash along the tooth normal; without it the far flank never touches"
     )
 
 
@@ -291,16 +306,18 @@ class StageTable(SchemaTable):
     planet_angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(
         None, "polar angle of each branch"
     )
-    centre_distance: Radius | None = key(None, "of the meshes with a central gear; default from shifts, else reference")
-    module: Module | None = key(None, "normal module")
-    transverse_module: Module | None = key(None, "transverse module")
+    centre_distance: Radius | None = key(
+        None, "centre distance of the meshes with a central gear; default from shifts, else reference"
+    )
+    module: Module | None = key(None, "normal module; or transverse_module")
+    transverse_module: Module | None = key(None, "transverse module; or module")
     pressure_angle: Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)] | None = key(
         None, "normal pressure angle; default 20 deg"
     )
-    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude")
-    herringbone: bool | None = key(None, "the gears carry two helices")
-    split: bool | None = key(None, "halves are bodies of their own")
-    gap: Gap | None = key(None, "between the two helices")
+    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
+    herringbone: bool | None = key(None, "whether the gears carry two helices; default false")
+    split: bool | None = key(None, "whether halves of herringbone gears are bodies of their own; default false")
+    gap: Gap | None = key(None, "axial gap between the two helices")
     stagger: Annotated[float, Unit("ratio")] | None = key(
         None, "turn of the right half of every gear, in tooth pitches"
     )
@@ -349,60 +366,60 @@ class BodyTable(SchemaTable):
     tilt_inertia: TiltInertia | None = key(None, "inertia about x and y; required where it tilts")
     support: SupportTable | None = key(None, "link to the housing")
     frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
-    station: Place | None = key(None, "axial place of its centre; default 0")
+    station: Place | None = key(None, "axial place of its centre along z; default 0")
 
 
 class OperationTable(SchemaTable):
     """What drives, holds and loads the train; keys are full member paths."""
 
-    held: tuple[str, ...] = key((), "members that do not turn")
+    held: tuple[str, ...] = key((), "members that do not turn, by path")
     speed: dict[str, Annotated[float, Unit("speed")]] = Field(
-        default_factory=dict, description="absolute speed by member, positive about +z"
+        default_factory=dict, description="absolute speed by member [rpm, rad/s], positive about +z"
     )
     torque: dict[str, Annotated[float | str, Unit("torque", words=("balance",))]] = Field(
-        default_factory=dict, description="external torque by member, or balance"
+        default_factory=dict, description="external torque by member [N m, kN m], or balance: what is left"
     )
     power: dict[str, Annotated[float, Unit("power")]] = Field(
-        default_factory=dict, description="external power by member, positive into the train"
+        default_factory=dict, description="external power by member [kW], positive into the train"
     )
     gravity: Annotated[tuple[float, float, float], Unit("acceleration", lists=True, count=3)] | None = key(
-        None, "acceleration in housing axes; true is 9.81 m/s^2 along -y"
+        None, "gravity in housing axes; true is 9.81 m/s^2 along -y; default none"
     )
 
 
 class ForceTable(SchemaTable):
     """A force in x, y, z."""
 
-    x: Force = key(0.0, "along x")
-    y: Force = key(0.0, "along y")
-    z: Force = key(0.0, "along z")
+    x: Force = key(0.0, "force along x")
+    y: Force = key(0.0, "force along y")
+    z: Force = key(0.0, "force along z")
 
 
 class MomentTable(SchemaTable):
     """A moment about x, y, z."""
 
-    x: Moment = key(0.0, "about x")
-    y: Moment = key(0.0, "about y")
-    z: Moment = key(0.0, "about z")
+    x: Moment = key(0.0, "moment about x")
+    y: Moment = key(0.0, "moment about y")
+    z: Moment = key(0.0, "moment about z")
 
 
 class LoadTable(SchemaTable):
     """An external force and moment on one member or body."""
 
-    on: str = Field(description="member or body")
-    force: ForceTable = Field(default_factory=ForceTable, description="force")
-    moment: MomentTable = Field(default_factory=MomentTable, description="moment")
-    frame: Literal["housing", "member"] = key("housing", "fixed in space, or turning with the member")
+    on: str = Field(description="member or body that is loaded, by path")
+    force: ForceTable = Field(default_factory=ForceTable, description="external force in x, y, z")
+    moment: MomentTable = Field(default_factory=MomentTable, description="external moment about x, y, z")
+    frame: Literal["housing", "member"] = key("housing", "axes of the load: fixed in space, or turning with the member")
     at: Place = key(0.0, "axial place, from the centre of the member")
 
 
 class ModelFile(SchemaTable):
     """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
 
-    format: Literal[1, 2] = Field(description="version of the format")
-    title: str = Field(description="one line")
-    doi: str = key("", "of the source")
-    notes: str = key("", "free text")
+    format: Literal[1, 2] = Field(description="version of the format of the file")
+    title: str = Field(description="title of the train, one line")
+    doi: str = key("", "DOI of the source")
+    notes: str = key("", "notes, free text")
     material: MaterialTable = Field(default_factory=MaterialTable, description="material of all gears")
     damping: DampingTable = Field(default_factory=DampingTable, description="damping of the whole train")
     assumed: dict[str, str] = Field(

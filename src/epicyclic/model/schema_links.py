@@ -48,7 +48,9 @@ class FrictionTable(SchemaTable):
     force: Annotated[float, Unit("force", low=0)] | None = key(None, "friction force")
     coefficient: Annotated[float, Unit("ratio", low=0)] | None = key(None, "coefficient of friction")
     radius: Length | None = key(None, "radius the friction acts at")
-    law: Literal["holonomic", "coulomb"] = key("holonomic", "holonomic (no memory) or coulomb (with history)")
+    law: Literal["holonomic", "coulomb"] = key(
+        "holonomic", "law of friction: holonomic (no memory) or coulomb (with history)"
+    )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -96,10 +98,12 @@ class LinkTable(SchemaTable):
     rx: TiltStiffness | None = key(None, "tilting stiffness about x")
     ry: TiltStiffness | None = key(None, "tilting stiffness about y")
     rz: TurnStiffness | None = key(None, "torsional stiffness; in N/m at the base radius (carrier: pin radius)")
-    at: Place | None = key(None, "axial place, from the centre of the member")
+    at: Place | None = key(None, "axial place, from the centre of the member; default 0")
     damping: LinkDampingTable | None = key(None, "dampers; a bare number [N s/m] is x, y and z")
-    clearance: Clearance | None = key(None, "radial clearance; per planet")
-    exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(None, "force exponent; 10/9 rolling elements")
+    clearance: Clearance | None = key(None, "radial clearance of the bearing")
+    exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(
+        None, "exponent of the force over deflection; 10/9 of rolling elements; default 1"
+    )
     load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
         None, "load at which the stiffness holds, with an exponent other than 1"
     )
@@ -156,10 +160,12 @@ class SupportTable(LinkTable):
 class SolidTable(LinkTable):
     """A neck or shaft: stiffness from its shape, each direction settable."""
 
-    diameter: Length | None = key(None, "outer diameter")
-    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter")
-    length: Length | None = key(None, "length; of a neck default face_width + gap")
-    torsional_rigidity: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(None, "G J_p")
+    diameter: Length | None = key(None, "outer diameter of the shaft")
+    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter of the shaft")
+    length: Length | None = key(None, "length of the shaft; of a neck default face_width + gap")
+    torsional_rigidity: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(
+        None, "torsional rigidity G J_p, in place of the diameters"
+    )
 
     @model_validator(mode="after")
     def _hollow(self) -> Self:
@@ -174,7 +180,9 @@ class CouplingTable(SolidTable):
 
     between: tuple[str, str] = Field(description="the two members or bodies it joins")
     radius: Length | None = key(None, "radius at which an rz in N/m acts")
-    ends: Literal["splined", "fixed"] = key("splined", "fixed: a shaft also passes forces and bending")
+    ends: Literal["splined", "fixed"] = key(
+        "splined", "ends of a shaft: splined passes torque alone; fixed also forces and bending"
+    )
 
 
 LINK_KEYS = frozenset(CouplingTable.model_fields) | {"to", "bearings", "radial", "tilt"}

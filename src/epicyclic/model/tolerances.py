@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
+from ..warning_codes import CodedText, coded
 from .bare_numbers import Probe, bare_in, likely_text
 from .distributions import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
 from .names import Names, collect, nearest
@@ -103,7 +104,7 @@ def tolerances_and_costs(
     return tuple(_resolved(entry, width) for entry in entries), priced
 
 
-def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list[str]:
+def check_tolerance(data: PlainTable, names: Names, folder: Path | None) -> list[CodedText]:
     """Return warnings of numbers without a unit in a file of format 1.
 
     Raises ModelError for a tolerance that is no distribution, whose path is not in the model or no number, whose values
@@ -206,7 +207,7 @@ class _Reading:
         self.data = _without_pitch(data) if folder is None else data
         self.folder = folder
         self.names = names or collect(data)
-        self.warnings: list[str] = []
+        self.warnings: list[CodedText] = []
 
     def _inner(self, name: str) -> PlainTable:
         """Return one of the tables beside the tolerances. Raises ModelError where it is none."""
@@ -330,7 +331,9 @@ class _Reading:
             if version != 1:
                 raise ModelError(f'a number without a unit: "{likely}"?', path=where, given=text, allowed=_words(kinds))
             unit = KINDS[kinds[0]].unit
-            self.warnings.append(f'{where} = {text}: {part.strip()} has no unit, read in {unit}; "{likely}"?')
+            self.warnings.append(
+                coded("no-unit", f'{where} = {text}: {part.strip()} has no unit, read in {unit}; "{likely}"?')
+            )
         try:
             listed = isinstance(version, int) and version >= LISTED
             read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=listed)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import ModelError
+from ..warning_codes import CodedText, coded
 from .bare_numbers import BareNumber, likely_text
 from .names import Names
 from .schema import ModelFile
@@ -37,7 +38,7 @@ class WrittenLayers:
 
 def checked_model(
     data: PlainTable, names: Names, folder: Path | None, layers: WrittenLayers
-) -> tuple[ModelFile, tuple[str, ...]]:
+) -> tuple[ModelFile, tuple[CodedText, ...]]:
     """Return the validated model, and a warning of each number without a unit in a file of format 1.
 
     Raises ModelError for whatever is wrong; first for a number without a unit, whose size is not to be believed.
@@ -92,18 +93,21 @@ def _refusal(written: dict[str, BareNumber]) -> ModelError:
     return ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 
-def _told(written: dict[str, BareNumber]) -> list[str]:
+def _told(written: dict[str, BareNumber]) -> list[CodedText]:
     """Return a warning of each, of very many the first few and their number."""
     texts = [_warning(path, error) for path, error in written.items()]
     if len(texts) <= _MOST:
         return texts
-    return [*texts[:_FEW], f"{len(texts)} numbers of the file have no unit, {len(texts) - _FEW} more than these"]
+    return [
+        *texts[:_FEW],
+        coded("no-unit", f"{len(texts)} numbers of the file have no unit, {len(texts) - _FEW} more than these"),
+    ]
 
 
-def _warning(path: str, error: BareNumber) -> str:
+def _warning(path: str, error: BareNumber) -> CodedText:
     """Return what a bare number was read as, and what was likely meant."""
     unit = KINDS[error.kinds[0]].unit
     read = likely_text(error.given, error.kinds, ((0.0, unit),))
     given = read.removesuffix(unit).strip()
     meant = "write it so, as format = 2 asks" if read == error.likely else f'"{error.likely}"?'
-    return f'{path} = {given}: no unit, read as "{read}"; {meant}'
+    return coded("no-unit", f'{path} = {given}: no unit, read as "{read}"; {meant}')

@@ -10,6 +10,7 @@ from ..errors import ModelError
 from ..gears import geometry
 from ..gears.phasing import Angle, Phase
 from ..train.bodies import GearData
+from ..warning_codes import coded
 from .gears import Teeth, finish_gear, teeth_of_stage, width_of
 from .plan import GearPair, Plan
 from .profile_shifts import distance_from_shifts, given_distances, given_radius, profile_shifts
@@ -203,7 +204,9 @@ def _mesh_shape(
     log.note(f"{p.path}.contact_ratio", ratio, "", "geometry")
     log.note(f"{p.path}.overlap_ratio", overlap, "", "geometry")
     if ratio < 1.0:
-        log.warn(f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
+        log.warn(
+            coded("contact-ratio-below-one", f"{p.path}: contact ratio {ratio:.3f} < 1, the teeth do not keep contact")
+        )
     return MeshShape(
         working_angle=angle,
         tooth_angle=tooth_angle,

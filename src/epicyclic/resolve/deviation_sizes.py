@@ -11,6 +11,7 @@ from ..model.deviations import MemberDeviationsTable, MeshDeviationsTable
 from ..model.document import Document
 from ..train.bodies import Body
 from ..train.connections import Mesh
+from ..warning_codes import coded
 from .resolution_log import ResolutionLog
 
 __all__ = ["check_sizes", "module_of"]
@@ -103,7 +104,7 @@ def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: 
         )
     if size > _DOUBTFUL * module:
         more = f"{_words(path)} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
-        log.warn(f"{path} = {_written(data, path, size)}: {more}")
+        log.warn(coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}"))
 
 
 def _words(path: str) -> str:

@@ -24,6 +24,7 @@ from ..train.bodies import DIRECTIONS, Body
 from ..train.connections import Link, Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import Displacement, Load, MeshError
+from ..warning_codes import coded
 from .inheritance import Level, Levels, stated, subtables
 from .resolution_log import ResolutionLog, per_branch
 from .tilt import link_row
@@ -144,7 +145,11 @@ def deviations_of(
     _check_meshed(model, meshes, log)
     if effects.left_out:
         names = ", ".join(dict.fromkeys(effects.left_out))
-        log.warn(f"no speed is given (operation.speed): left out, because they turn: {names}")
+        log.warn(
+            coded(
+                "deviation-without-speed", f"no speed is given (operation.speed): left out, because they turn: {names}"
+            )
+        )
     return effects
 
 
@@ -164,7 +169,12 @@ def _check_meshed(model: ModelFile, meshes: Sequence[Mesh], log: ResolutionLog) 
             raise ModelError(
                 "no such mesh", path=f"deviations.{name}", allowed=", ".join((*pairs, *sides)) or "no mesh"
             )
-        log.warn(f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}")
+        log.warn(
+            coded(
+                "deviation-without-effect",
+                f"deviations.{name} has no effect: no such mesh; there are {', '.join(sorted(pairs))}",
+            )
+        )
 
 
 def misaligned_bodies(model: ModelFile, bodies: Sequence[Body]) -> frozenset[str]:
@@ -200,7 +210,11 @@ def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTa
         return
     pins = scope.pins(body)
     if not pins:
-        scope.log.warn(f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing")
+        scope.log.warn(
+            coded(
+                "deviation-without-effect", f"{path}: {body.name} has neither teeth nor pins, its run-out moves nothing"
+            )
+        )
         return
     _displace(scope, body, path, table, cause="run_out", rows="own", links=pins, frequency=Fraction(0))
 
@@ -277,7 +291,12 @@ def _warn_unheld(
     for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
         if value and not any(row[i] for row in rows for i in directions):
             names = " and ".join(DIRECTIONS[i] for i in directions)
-            scope.log.warn(f"{path} has no effect: no support or bearing holds {body.member} in {names}")
+            scope.log.warn(
+                coded(
+                    "deviation-without-effect",
+                    f"{path} has no effect: no support or bearing holds {body.member} in {names}",
+                )
+            )
 
 
 def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:

@@ -10,6 +10,7 @@ from ..gears.flank import PLAIN, Flank, Relief, Wave, amounts, check_flank
 from ..gears.tooth_pair import ToothPair
 from ..model.schema import ModelFile, ProfileTable, ReliefTable, WaveTable
 from ..tooth_contact.lines import PlaneOfAction
+from ..warning_codes import coded
 from .bodies import half_station
 from .centres import StageShape
 from .gears import width_of
@@ -61,7 +62,7 @@ def tooth_pair(
         for name, size in amounts(flank):
             if abs(size) > _DOUBTFUL * a.module:
                 words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
-                log.warn(f"{path}.{name} = {size * 1e3:.4g} mm is {words}")
+                log.warn(coded("modification-large", f"{path}.{name} = {size * 1e3:.4g} mm is {words}"))
     return teeth
 
 

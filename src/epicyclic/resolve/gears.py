@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from ..errors import ModelError
 from ..gears import geometry
 from ..train.bodies import GearData
+from ..warning_codes import coded
 from .inheritance import origin_of, stated, stated_value
 from .plan import GearPair, Plan
 from .resolution_log import ResolutionLog, same
@@ -86,8 +87,11 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
         base = member.base_radius if member.base_radius is not None else nominal
         if from_module and abs(base - nominal) > FAR_RADIUS * nominal:
             log.warn(
-                f"{plan.member_path(name)}.base_radius = {base * 1e3:.4g} mm is far from teeth and module, "
-                f"which give {nominal * 1e3:.4g} mm"
+                coded(
+                    "base-radius-far",
+                    f"{plan.member_path(name)}.base_radius = {base * 1e3:.4g} mm is far from teeth and module, "
+                    f"which give {nominal * 1e3:.4g} mm",
+                )
             )
         origin = "geometry" if member.base_radius is None else "given"
         log.note(f"{plan.member_path(name)}.base_radius", base, "m", origin)

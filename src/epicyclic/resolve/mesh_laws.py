@@ -23,6 +23,7 @@ from ..model.units import Quantity
 from ..train.connections import Mesh
 from ..train.kinematics import Kinematics
 from ..train.train import MeshError
+from ..warning_codes import CodedText, coded, placed
 from .centres import MeshShape, StageShape
 from .inheritance import Stated, stated, stated_value
 from .materials import elastic_constants, member_material
@@ -179,7 +180,7 @@ def _standard(shape: StageShape, p: GearPair, width: float, path: str, model: Mo
     )
     mean, more = teeth_stiffness.iso6336_mesh_stiffness(single, shape.meshes[p.name].contact_ratio)
     for text in (*limits, *more):
-        log.warn(f"{path}: {text}")
+        log.warn(placed(path, text))
     return teeth_stiffness.normal_from_transverse(mean * width, a.base_helix)
 
 
@@ -190,7 +191,12 @@ def _check_range(shape: StageShape, p: GearPair, width: float, stiffness: Sequen
     for value in sorted(set(stiffness)):
         per_width = value * math.cos(shape.teeth[p.a].base_helix) ** 2 / width
         if not NORMAL_RANGE[0] <= per_width <= NORMAL_RANGE[1]:
-            log.warn(f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, steel teeth have 10 .. 30")
+            log.warn(
+                coded(
+                    "stiffness-unusual",
+                    f"{p.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, steel teeth have 10 .. 30",
+                )
+            )
 
 
 def _form(p: GearPair, side: str | None, method: str) -> str:
@@ -299,8 +305,11 @@ def _given_law(
     log.note(f"{found.path}.tangent", table.stiffness, "N/m", tangent)
     if load > table.last:
         log.warn(
-            f"{found.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N along "
-            "the normal; there the law goes on along its last tangent"
+            coded(
+                "table-exceeded",
+                f"{found.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
+                "along the normal; there the law goes on along its last tangent",
+            )
         )
     _check_range(shape, p, shape.meshes[p.name].width[side], (table.stiffness,), log)
     return MeshLaw(
@@ -313,11 +322,12 @@ def _given_law(
     )
 
 
-def _assumed_load(p: GearPair, force: float, why: str) -> str:
+def _assumed_load(p: GearPair, force: float, why: str) -> CodedText:
     """Warning of a tangent at a normal force [N] that is not of the operation."""
-    return (
+    return coded(
+        "tangent-load-assumed",
         f"{p.path}: no torque passes this mesh: verbs that take the tangent of its force take it at {force / 1e3:.4g} "
-        f"kN, {why}"
+        f"kN, {why}",
     )
 
 
@@ -354,14 +364,14 @@ def _contact_law(
         log.warn(_assumed_load(p, force, f"{load / 1e3:.4g} N/mm"))
     table, messages = _table_of_pair(teeth, p.internal, helix, lean, force, p.path, (p.a, p.b))
     for text in messages:
-        log.warn(f"{p.path}: {text}")
+        log.warn(placed(p.path, text))
     return table
 
 
 @lru_cache(maxsize=64)
 def _table_of_pair(
     teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str, names: tuple[str, str]
-) -> tuple[ContactTable, tuple[str, ...]]:
+) -> tuple[ContactTable, tuple[CodedText, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
     from ..tooth_contact.energy import MeshedTeeth, interference_warnings  # heavy, and needed by loaded contact alone
     from ..tooth_contact.pair import check_pair, drawn_pair

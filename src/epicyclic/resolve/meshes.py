@@ -17,6 +17,7 @@ from ..model.schema import ModelFile
 from ..train.connections import Mesh, MeshSlice
 from ..train.kinematics import Kinematics
 from ..train.phasing import StagePhases, ToothedGear, ToothMesh, chain_flanks, flank_of_torque, stage_leads, staggered
+from ..warning_codes import coded
 from .bodies import body_name, half_station, member_bodies
 from .centres import StageShape
 from .flanks import tooth_pair
@@ -243,7 +244,11 @@ def _check_assembly(plan: Plan, phases: StagePhases, log: ResolutionLog) -> None
         ", ".join(f"{float(turn) * 360:.6g}" for turn in turns) for turns in (plan.angles, phases.nearest_angles)
     )
     log.warn(
-        f"{plan.path}: planets at {given} deg cannot be assembled, the teeth do not meet; nearest angles {nearest} deg"
+        coded(
+            "not-assembled",
+            f"{plan.path}: planets at {given} deg cannot be assembled, the teeth do not meet; nearest angles "
+            f"{nearest} deg",
+        )
     )
 
 
@@ -256,8 +261,11 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
     clocked = [replace(gear, clocking=alike) if gear.name in stepped else gear for gear in gears]
     if not stage_leads(clocked, meshes, sense=1).assembles:
         log.warn(
-            f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
-            "each is clocked as its place demands"
+            coded(
+                "shafts-not-alike",
+                f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
+                "each is clocked as its place demands",
+            )
         )
 
 
@@ -283,8 +291,11 @@ def _slice_count(
         log.note(path, given)
         if given == 1 and tilts:
             log.warn(
-                f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
-                f"against tilt and shows no load along the face; left out, it is {SLICES}"
+                coded(
+                    "tilt-without-slices",
+                    f"{path}: 1, but {p.a} and {p.b} may tilt against each other: a mesh of one row has no stiffness "
+                    f"against tilt and shows no load along the face; left out, it is {SLICES}",
+                )
             )
         if given > 1 and unknown:
             raise ModelError(
@@ -298,8 +309,11 @@ def _slice_count(
         return 1
     if unknown:
         log.warn(
-            f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
-            f"against tilt, although {p.a} and {p.b} may tilt against each other"
+            coded(
+                "tilt-without-slices",
+                f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
+                f"against tilt, although {p.a} and {p.b} may tilt against each other",
+            )
         )
         return 1
     log.note(path, SLICES, "", "default")

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from ..errors import ModelError
 from ..gears import geometry
+from ..warning_codes import coded
 from .gears import Teeth
 from .plan import GearPair, Plan
 from .resolution_log import ResolutionLog, same
@@ -55,8 +56,11 @@ def _first(stated: list[tuple[str, float | None]], log: ResolutionLog) -> float 
     for path, value in given[1:]:
         if not same(value, given[0][1], 1e-6):
             log.warn(
-                f"centre distances differ: {given[0][0]} {given[0][1] * 1e3:.6g} mm, {path} {value * 1e3:.6g} mm; "
-                "the first one counts"
+                coded(
+                    "centre-distances-differ",
+                    f"centre distances differ: {given[0][0]} {given[0][1] * 1e3:.6g} mm, {path} {value * 1e3:.6g} mm; "
+                    "the first one counts",
+                )
             )
     return given[0][1] if given else None
 

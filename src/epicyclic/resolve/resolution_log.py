@@ -9,6 +9,7 @@ from fractions import Fraction
 
 from ..errors import ModelError
 from ..train.train import Derived
+from ..warning_codes import CodedText
 
 __all__ = ["NAN", "Number", "ResolutionLog", "per_branch", "same", "turns_of"]
 
@@ -27,7 +28,7 @@ class ResolutionLog:
     assumed: Mapping[str, str]
     overridden: frozenset[str] = frozenset()
     values: dict[str, Derived] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[CodedText] = field(default_factory=list)
 
     def note(self, path: str, value: object, unit: str = "", origin: str = "given") -> None:
         """Record one value; `given` becomes `set` by an override of the path, `assumed` by the file's `assumed`."""
@@ -41,7 +42,7 @@ class ResolutionLog:
             return "set"
         return "assumed" if path in self.assumed else "given"
 
-    def warn(self, text: str) -> None:
+    def warn(self, text: CodedText) -> None:
         """Record a warning once."""
         if text not in self.warnings:
             self.warnings.append(text)

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import ModelError
 from ..gears import geometry
 from ..train.phasing import disc_gaps
+from ..warning_codes import coded
 from .centres import StageShape
 from .plan import GearPair
 from .resolution_log import ResolutionLog
@@ -39,10 +40,10 @@ def check_stage(shape: StageShape, log: ResolutionLog) -> None:
     _check_distances(shape, log)
 
 
-def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, value: str, allowed: str) -> None:
+def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, code: str, value: str, allowed: str) -> None:
     """Raise ModelError, or warn where stated radii allow what teeth and module do not."""
     if given:
-        log.warn(f"{path}: {problem} ({value})")
+        log.warn(coded(code, f"{path}: {problem} ({value})"))
     else:
         raise ModelError(problem, path=path, given=value, allowed=allowed)
 
@@ -57,12 +58,15 @@ def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog)
             f"{shape.plan.member_path(p.b)}.teeth",
             given,
             log,
+            code="ring-too-small",
             value=str(ring.teeth),
             allowed=f"a root radius above {(ring.root_radius - room) * 1e3:.4g} mm; "
             f"it is {ring.root_radius * 1e3:.4g} mm",
         )
     elif room < 0:
-        log.warn(f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
+        log.warn(
+            coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
+        )
 
 
 def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
@@ -74,8 +78,11 @@ def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
         if rim is not None and rim < THIN_RIM * height:
             key = "rim" if member.outer_diameter is None else "outer_diameter"
             log.warn(
-                f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights thick, "
-                f"below {THIN_RIM:g} it bends between the planets; it is computed as rigid"
+                coded(
+                    "thin-rim",
+                    f"{shape.plan.member_path(name)}.{key}: the rim is {max(rim, 0.0) / height:.3g} tooth heights "
+                    f"thick, below {THIN_RIM:g} it bends between the planets; it is computed as rigid",
+                )
             )
 
 
@@ -106,6 +113,7 @@ def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> Non
                     f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles",
                     given,
                     log,
+                    code="planets-collide",
                     value=f"{plan.branches}; {a} {branch_a + 1} and {b} {branch_b + 1} "
                     f"overlap by {-gaps[i, j] * 1e3:.4g} mm",
                     allowed="fewer planets, or smaller ones",
@@ -124,6 +132,9 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         texts.append(f"{p.name} {own * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
     if differs:
         log.warn(
-            f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
-            f"{', '.join(texts)}; turning as a whole then stresses the teeth"
+            coded(
+                "centre-distances-differ",
+                f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
+                f"{', '.join(texts)}; turning as a whole then stresses the teeth",
+            )
         )

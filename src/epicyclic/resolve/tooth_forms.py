@@ -9,6 +9,7 @@ from typing import Literal
 from ..gears.outline import GearForm
 from ..gears.series import ComplexArray
 from ..model.schema import ModelFile
+from ..warning_codes import placed
 from .centres import StageShape
 from .inheritance import stated_value
 from .materials import elastic_constants, member_material
@@ -115,5 +116,5 @@ def tooth_law(
         log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if torque else "default")
         mean, series = energy_series(mesh, load, path=p.path)
     for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path, names=(p.a, p.b))):
-        log.warn(f"{p.path}: {text}")
+        log.warn(placed(p.path, text))
     return mean * width / math.cos(mesh.base_helix), series

@@ -19,6 +19,7 @@ from ..results.dataset import dataset
 from ..train.bodies import DIRECTIONS, Body, GearData
 from ..train.connections import Mesh
 from ..train.train import Train
+from ..warning_codes import CodedText, coded
 from .choices import choices
 from .mesh_deviations import mesh_deviations
 from .readiness import Readiness
@@ -363,7 +364,7 @@ def _part(entry: Tolerance, part: str) -> str:
     return f"{vector} of each{marked}" if entry.count > 1 else vector
 
 
-def _circulation(train: Train) -> list[str]:
+def _circulation(train: Train) -> list[CodedText]:
     """Warning of circulating power: the least of its paths, and the largest share of the input power."""
     circulating = [path for path in train.power_paths if path.circulating]
     if not circulating:
@@ -371,11 +372,16 @@ def _circulation(train: Train) -> list[str]:
     least, most = (pick(abs(path.power) for path in circulating) for pick in (min, max))
     driving = sum(value for value in (train.kinematics.power or {}).values() if value > 0)
     share = f"; up to {most / driving:.3g} times the input power" if driving else ""
-    return [f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}{share}"]
+    return [
+        coded(
+            "power-circulates",
+            f"power circulates: {least / 1e3:.6g} kW through {', '.join(path.path for path in circulating)}{share}",
+        )
+    ]
 
 
-def _equations(ready: Readiness) -> list[str]:
+def _equations(ready: Readiness) -> list[CodedText]:
     """Warning of what forbids the equations of the train, or of a load along a motion that nothing holds."""
     if problem := ready.problem("equations"):
-        return [problem]
+        return [coded("not-solvable", problem)]
     return unheld_warnings(ready.system, compliance_of(ready.system).free)

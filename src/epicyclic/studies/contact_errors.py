@@ -23,6 +23,7 @@ from ..tooth_contact.loaded_contact import loaded_contact
 from ..tooth_contact.pair import ContactPair, MeshWave, uniform_along_face
 from ..train.connections import Mesh
 from ..train.train import Train
+from ..warning_codes import CodedText, coded
 
 __all__ = ["NO_ERRORS", "PlacedErrors", "ToothErrors", "pair_gaps", "placed_errors", "tooth_errors"]
 
@@ -71,7 +72,7 @@ class PlacedErrors:
 
     pairs: tuple[ContactPair, ...]
     start: float
-    warnings: tuple[str, ...]
+    warnings: tuple[CodedText, ...]
     attributes: dict[str, Any]
 
 
@@ -116,11 +117,16 @@ def placed_errors(
     """
     if errors == NO_ERRORS:
         return PlacedErrors(pairs=tuple(pairs), start=0.0, warnings=(), attributes={})
-    messages: list[str] = []
+    messages: list[CodedText] = []
     if errors.deviations:
         named = {helix.name for helix in helices}
         if not any(one.cause in ("pitch", *_COMMON) and one.mesh in named for one in train.mesh_errors):
-            messages.append("contact: the file has no pitch or profile deviations of this mesh, or no speeds")
+            messages.append(
+                coded(
+                    "errors-not-given",
+                    "contact: the file has no pitch or profile deviations of this mesh, or no speeds",
+                )
+            )
         pairs = [_with_waves(train, helix, pair) for helix, pair in zip(helices, pairs, strict=True)]
     turning = errors.deviations or errors.pitch != 0.0
     start, phase = errors.cycle if turning else 0.0, errors.phase

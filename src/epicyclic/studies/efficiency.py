@@ -24,6 +24,7 @@ from ..train.connections import Mesh
 from ..train.kinematics import Gearing
 from ..train.losses import LossyFlow, lossy_flow, require_contact, require_flow
 from ..train.train import Train
+from ..warning_codes import CodedText, coded, placed
 from .check import train_provenance
 from .contact_resolution import resolution, sigma_at
 from .tooth_contact import TOLERANCE, flank_map, helices_of, normal_force, unresolved
@@ -144,7 +145,7 @@ def efficiency(
     require_flow(train.kinematics)
     if not 0 <= friction <= 1:
         raise ModelError("a coefficient of friction", path="friction", given=friction, allowed="0 to 1")
-    said: list[str] = []
+    said: list[CodedText] = []
     teeth = {g.pair: _teeth(train, g, sharing, said) for g in train.kinematics.gearings}
     mu = {pair: friction if oil is None else _oiled(train, one, oil, said) for pair, one in teeth.items()}
     share = {pair: mu[pair] * float(np.mean(one.factors)) for pair, one in teeth.items()}
@@ -184,7 +185,7 @@ def efficiency(
 # teeth ---------------------------------------------------------------------------------------------------------------
 
 
-def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[str]) -> _Teeth:
+def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) -> _Teeth:
     """Friction data of a pair, load uniform or as of loaded contact; `said` takes what that leaves unresolved.
 
     Raises
@@ -224,7 +225,7 @@ def _gear(body: Body) -> GearData:
     return body.gear
 
 
-def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[str]) -> tuple[tuple[float, ...], Array]:
+def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -> tuple[tuple[float, ...], Array]:
     """Distances <|sigma|> of all helices of a branch under load, and load along the path of the first (n,) [1].
 
     Raises
@@ -247,7 +248,7 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[str]) -> tupl
             f"loaded contact of {name} is not solved at {missed.sum()} of {missed.size} phases, {force:.4g} N on a "
             "small part of the face; smaller lead modifications (flank.slope, flank.crown), or uniform sharing"
         )
-    said += [f"{name}: {text}" for text in unresolved(cut, TOLERANCE)]
+    said += [placed(name, text) for text in unresolved(cut, TOLERANCE)]
     distance = tuple(float(cycle_mean(_moment(one), cut.phase)) for one in found)
     lines, share = found[0].segments.lines, found[0].force[0] / found[0].load[0][:, None, None]
     inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)
@@ -262,7 +263,7 @@ def _moment(contact: LoadedContact) -> Array:
     return np.asarray((force * np.abs(contact.segments.lines.sigma)).sum(axis=(1, 2)) / force.sum(axis=(1, 2)))
 
 
-def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[str]) -> float:
+def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> float:
     """Mean coefficient of friction of a pair [1] by oil, load and speed; `said` takes what leaves the formula's range.
 
     Raises
@@ -280,9 +281,16 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[str]) -> float:
     line = teeth.base_speed / math.cos(mesh.pressure_angle)
     if 0 < force / teeth.width < _LEAST_LOAD:
         load = f"{force / teeth.width * 1e-3:.3g} N/mm"
-        said.append(f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more")
+        said.append(
+            coded("friction-outside-limits", f"{mesh.pair}: {load}, friction by oil is meant for 150 N/mm and more")
+        )
     if line > _MOST_SPEED:
-        said.append(f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s")
+        said.append(
+            coded(
+                "friction-outside-limits",
+                f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s",
+            )
+        )
     return teeth.friction(force, oil)
 
 
@@ -373,21 +381,39 @@ def _path_columns(teeth: Sequence[_Teeth]) -> dict[str, Any]:
     }
 
 
-def _said(train: Train, flow: LossyFlow | None) -> list[str]:
+def _said(train: Train, flow: LossyFlow | None) -> list[CodedText]:
     """What the losses change beside the numbers: self-locking, stated torques that follow, an open balance."""
     power = train.kinematics.power or {}
     driving = ", ".join(name for name, value in power.items() if value > 0)
     if flow is None:
-        return [f"self-locking: with these torques friction in the meshes holds the train, {driving} cannot turn it"]
+        return [
+            coded(
+                "self-locking",
+                f"self-locking: with these torques friction in the meshes holds the train, {driving} cannot turn it",
+            )
+        ]
     least = _NONE * max(abs(value) for value in power.values())
     said = [
-        f"self-locking: friction takes more than {driving} brings; {name}, which takes power off without losses, "
-        "must drive too"
+        coded(
+            "self-locking",
+            f"self-locking: friction takes more than {driving} brings; {name}, which takes power off without losses, "
+            "must drive too",
+        )
         for name, value in power.items()
         if value < -least and flow.power[name] > -_NONE * least
     ]
     if flow.released:
-        said.append(f"the torques stated of {', '.join(flow.released)} balance without losses; here they follow")
+        said.append(
+            coded(
+                "torques-released",
+                f"the torques stated of {', '.join(flow.released)} balance without losses; here they follow",
+            )
+        )
     if flow.indeterminate:
-        said.append("the balance leaves torques in a closed loop open: taken nearest to those without losses")
+        said.append(
+            coded(
+                "loop-torques-open",
+                "the balance leaves torques in a closed loop open: taken nearest to those without losses",
+            )
+        )
     return said

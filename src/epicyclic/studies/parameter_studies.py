@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from ..warning_codes import coded
 from .check import train_provenance
 
 if TYPE_CHECKING:
@@ -101,7 +102,9 @@ def vary(
         verb="vary",
         options={"paths": list(path_values), "overrides": dict(overrides or {})},
         units={"quantity": unit},
-        warnings=[f"{int(np.sum(status != 'ok'))} of {count} points failed"] if np.any(status != "ok") else (),
+        warnings=[coded("points-failed", f"{int(np.sum(status != 'ok'))} of {count} points failed")]
+        if np.any(status != "ok")
+        else (),
     )
 
 
@@ -202,7 +205,7 @@ def _sharing_study(
         coords={"member": [_member_name(path) for path in changes], coordinate: values},
         verb="vary",
         options={"definition": "cycle-peak" if _has_laws(train) else "worst-case", "method": "static"},
-        warnings=[f"{title}: {failed} of {status.size} points failed"] if failed else (),
+        warnings=[coded("points-failed", f"{title}: {failed} of {status.size} points failed")] if failed else (),
         provenance=train_provenance(train),
     )
     return result.assign_attrs(study=title)

@@ -17,6 +17,7 @@ from ..errors import ConvergenceError, ModelError
 from ..system.system import Array, System
 from ..train.losses import require_contact, require_flow
 from ..train.train import Train
+from ..warning_codes import CodedText, coded
 
 __all__ = ["Readiness"]
 
@@ -80,9 +81,9 @@ class Readiness:
         return assemble(self.train)
 
     @cached_property
-    def teeth_said(self) -> tuple[str, ...]:
+    def teeth_said(self) -> tuple[CodedText, ...]:
         """Warnings of tooth contact of the first mesh of every pair that has teeth, and why a pair has no contact."""
-        said: list[str] = []
+        said: list[CodedText] = []
         for pair in dict.fromkeys(mesh.pair for mesh in self.train.meshes):
             mesh = next(mesh for mesh in self.train.meshes if mesh.pair == pair)
             if mesh.teeth is None:
@@ -90,7 +91,7 @@ class Readiness:
             try:
                 said += tooth_warnings(pair_of(self.train, mesh), mesh)
             except ModelError as error:
-                said.append(str(error))
+                said.append(coded("no-tooth-contact", str(error)))
         return tuple(dict.fromkeys(said))
 
     def equations(self) -> object:

@@ -25,6 +25,7 @@ from ..analyses.stability.scan import (
 from ..analyses.stability.stability import combination_name, combination_names, resonance_columns, scan_warnings
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
+from ..warning_codes import CodedText, coded
 from .source import Source, system_of
 
 if TYPE_CHECKING:
@@ -247,10 +248,10 @@ def _resonance_ranges(rows: Sequence[_MapRow]) -> dict[str, tuple[Sequence[str],
 _FIXED = ("first", "second", "order")
 
 
-def _warnings(rows: Sequence[_MapRow]) -> list[str]:
+def _warnings(rows: Sequence[_MapRow]) -> list[CodedText]:
     """Number of failed values, and the warnings of all scans as of one."""
     failed = [row.status for row in rows if row.floquet is None]
-    messages = [f"{len(failed)} of {len(rows)} values failed: {failed[0]}"] if failed else []
+    messages = [coded("points-failed", f"{len(failed)} of {len(rows)} values failed: {failed[0]}")] if failed else []
     scans = [row.floquet for row in rows if row.floquet is not None]
     whole = FloquetScan(
         multipliers=np.zeros((0, 0), complex),

@@ -23,6 +23,7 @@ from ..tooth_contact.phases import cycle_harmonics, cycle_mean
 from ..tooth_contact.segments import ContactSegments, with_microgeometry
 from ..train.connections import Mesh
 from ..train.train import Train
+from ..warning_codes import CodedText, coded
 from .check import train_provenance
 from .contact_errors import NO_ERRORS, ToothErrors, placed_errors
 from .contact_resolution import Resolution, resolution, sigma_at
@@ -364,15 +365,18 @@ def _mesh_columns(
     }
 
 
-def unresolved(cut: Resolution, tolerance: float) -> list[str]:
+def unresolved(cut: Resolution, tolerance: float) -> list[CodedText]:
     """Warning where phases and slices are not enough for the tolerance."""
     if not (cut.error > tolerance).any():
         return []
     names = ("peak to peak of the transmission error", "largest load", "largest pressure")
     worst = int(np.argmax(cut.error))
     return [
-        f"{cut.samples} phases and {cut.slices} slices are not enough: estimated error {100 * cut.error[worst]:.2g} % "
-        f"of the {names[worst]}, asked {100 * tolerance:.2g} %"
+        coded(
+            "resolution-insufficient",
+            f"{cut.samples} phases and {cut.slices} slices are not enough: estimated error "
+            f"{100 * cut.error[worst]:.2g} % of the {names[worst]}, asked {100 * tolerance:.2g} %",
+        )
     ]
 
 
@@ -382,13 +386,17 @@ def _mesh_name(helices: Sequence[Mesh]) -> str:
     return first.name if first.side is None or len(helices) == 1 else first.name.rsplit("/", 1)[0]
 
 
-def _warnings(results: Sequence[LoadedContact], mesh: str, operating: int, corner: bool) -> list[str]:
+def _warnings(results: Sequence[LoadedContact], mesh: str, operating: int, corner: bool) -> list[CodedText]:
     lost = sorted({str(text) for one in results for text in one.status.ravel() if text})
-    messages = [f"contact: {text} at some phases" for text in lost]
+    messages = [coded("contact-not-solved", f"contact: {text} at some phases") for text in lost]
     overlap = max(float(one.corner[operating].max()) for one in results)
     if overlap > 0 and not corner:
         messages.append(
-            f"{mesh}: a tip edge would bear on its mate beyond the path of contact at the operating load: they overlap "
-            f"by {overlap * 1e6:.3g} µm; relieve the tips, or solve that corner contact too (option `corner`)"
+            coded(
+                "corner-contact",
+                f"{mesh}: a tip edge would bear on its mate beyond the path of contact at the operating load: they "
+                f"overlap by {overlap * 1e6:.3g} µm; relieve the tips, or solve that corner contact "
+                "too (option `corner`)",
+            )
         )
     return messages

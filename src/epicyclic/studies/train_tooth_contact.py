@@ -37,6 +37,7 @@ from ..system.system import System
 from ..tooth_contact.line_load import averaging_length, largest_part_mean
 from ..tooth_contact.phases import corner_phases
 from ..train.train import Train
+from ..warning_codes import CodedText, coded
 from .contact_resolution import PHASE_SHARE, check_tolerance, doubled, estimated_error
 from .root_columns import GEARS, largest_root_stresses
 from .tooth_contact import TOLERANCE, flank_map
@@ -389,19 +390,25 @@ def _lines(law: MeshFaceLaw) -> float:
     return high - low
 
 
-def _unresolved(cut: _Cut, tolerance: float) -> list[str]:
+def _unresolved(cut: _Cut, tolerance: float) -> list[CodedText]:
     """Warnings where instants and slices are not enough for the tolerance."""
     used = f"{cut.samples} instants and {cut.slices} slices"
     asked = f"asked {100 * tolerance:.2g} %"
     each = (("the largest load", cut.error[0]), ("K_gamma", cut.error[1]))
     said = [
-        f"{used} are not enough: estimated error {100 * error:.2g} % of {name}, {asked}"
+        coded(
+            "resolution-insufficient", f"{used} are not enough: estimated error {100 * error:.2g} % of {name}, {asked}"
+        )
         for name, error in each
         if error > tolerance
     ]
     if cut.face_error > tolerance:
         said.append(
-            f"{cut.slices} slices are not enough for K_Hbeta: estimated error {100 * cut.face_error:.2g} %, {asked}"
+            coded(
+                "resolution-insufficient",
+                f"{cut.slices} slices are not enough for K_Hbeta: estimated error "
+                f"{100 * cut.face_error:.2g} %, {asked}",
+            )
         )
     return said
 
@@ -538,16 +545,18 @@ def _motion_columns(case: _Case, state: ContactEquilibrium) -> dict[str, Any]:
     }
 
 
-def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[str]:
+def _warnings(train: Train, case: _Case, laws: Sequence[MeshFaceLaw], force: Array) -> list[CodedText]:
     """Warnings of train, teeth and record, and the meshes that open; force : (w, T) of the meshes [N]."""
     system = case.system
     messages = [text for law in laws for text in tooth_warnings(law.pair, train.meshes[law.meshes[0]])]
     parted = (force <= _OPEN_RATIO * force.max(initial=0.0)).any(axis=1)
     names = [name for name, lost in zip(faces(system.meshes).name, parted, strict=True) if lost]
     if names:
-        messages.append(f"meshes open at some instants: {', '.join(names)}")
+        messages.append(coded("contact-lost", f"meshes open at some instants: {', '.join(names)}"))
     if system.laws.memory.any():
-        messages.append("friction of splines has no history here: they follow their first pull")
+        messages.append(
+            coded("friction-without-history", "friction of splines has no history here: they follow their first pull")
+        )
     return [
         *system.warnings,
         *dict.fromkeys(messages),

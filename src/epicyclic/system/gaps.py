@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..warning_codes import CodedText, coded
 from .laws.flank import FlankAt, LawRows
 from .laws.linear import LinearLaw
 from .system import Array, ComplexArray, System
@@ -217,7 +218,7 @@ def net_force(force: NDArray[Number], far: NDArray[np.int64]) -> NDArray[Number]
     return net
 
 
-def past_the_end(system: System, given: Flanks, largest: Array) -> list[str]:
+def past_the_end(system: System, given: Flanks, largest: Array) -> list[CodedText]:
     """A warning for every pair whose forces pass the end of their table, by how much.
 
     Parameters
@@ -230,13 +231,16 @@ def past_the_end(system: System, given: Flanks, largest: Array) -> list[str]:
         pair = system.meshes.pair[int(given.mesh[row])]
         worst[pair] = max(worst.get(pair, (0.0, 0.0)), (float(ratio[row]), float(given.end[row])))
     return [
-        f"{pair}: forces reach {ratio:.4g} times the last force of its table, {end:.4g} N a row; behind it the law "
-        "goes on along its last tangent"
+        coded(
+            "table-exceeded",
+            f"{pair}: forces reach {ratio:.4g} times the last force of its table, {end:.4g} N a row; behind it the law "
+            "goes on along its last tangent",
+        )
         for pair, (ratio, end) in worst.items()
     ]
 
 
-def groups_past_the_end(system: System, largest: Array) -> list[str]:
+def groups_past_the_end(system: System, largest: Array) -> list[CodedText]:
     """A warning for every link whose forces pass the end of its table, by how much.
 
     Parameters
@@ -248,7 +252,10 @@ def groups_past_the_end(system: System, largest: Array) -> list[str]:
         if force > (1 + _NOTABLE) * group.law.end:
             unit = "N m" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N"
             found.append(
-                f"{group.name}: forces reach {force / group.law.end:.4g} times the last force of its table, "
-                f"{group.law.end:.4g} {unit}; behind it the law goes on along its last tangent"
+                coded(
+                    "table-exceeded",
+                    f"{group.name}: forces reach {force / group.law.end:.4g} times the last force of its table, "
+                    f"{group.law.end:.4g} {unit}; behind it the law goes on along its last tangent",
+                )
             )
     return found

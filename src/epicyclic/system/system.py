@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
+from ..warning_codes import CodedText
 from .display import damping_text, system_html
 from .laws.flank import LawRows
 from .laws.groups import LawGroup, Laws, stacked
@@ -223,7 +224,7 @@ class System:
     zeta: float | None = None
     body_mass: Array = field(default_factory=lambda: np.zeros((0, 6)))
     symmetries: tuple[Symmetry, ...] = ()
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[CodedText, ...] = ()
     provenance: dict[str, str] = field(default_factory=dict)
     missing_inertia: tuple[str, ...] = ()
     groups: tuple[LawGroup, ...] = ()

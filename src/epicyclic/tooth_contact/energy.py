@@ -22,6 +22,7 @@ from ..errors import ModelError
 from ..gears import geometry
 from ..gears.series import ComplexArray
 from ..gears.stiffness import DEFAULT_HARMONICS
+from ..warning_codes import CodedText, coded
 from . import hertz
 from .tooth import ToothCompliance
 
@@ -173,7 +174,7 @@ def _contact(mesh: MeshedTeeth, sigma: Array, radius_a: Array, radius_b: Array, 
 
 def interference_warnings(
     mesh: MeshedTeeth, *, path: str = "", names: tuple[str, str] = ("the first gear", "the second gear")
-) -> tuple[str, ...]:
+) -> tuple[CodedText, ...]:
     """Warnings about tips that reach below the involute of their mate.
 
     path : of the mesh in the model file, names : of its gears a and b, for the message.
@@ -195,7 +196,7 @@ def interference_warnings(
             allowed = "a shorter tip, or another profile shift"
             raise ModelError(f"{text}: they interfere", path=path, given=given, allowed=allowed)
         if depth > _WARNED * tooth.gear.module:
-            warnings.append(f"{text}; the fillet is taken as involute there")
+            warnings.append(coded("tips-below-involute", f"{text}; the fillet is taken as involute there"))
     return tuple(warnings)
 
 

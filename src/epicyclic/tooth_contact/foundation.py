@@ -18,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..warning_codes import CodedText, coded
+
 __all__ = ["FIT_LIMITS", "ToothRoot", "root_compliance", "sainsot_compliance", "torsional_compliance"]
 
 Array = NDArray[np.float64]
@@ -155,7 +157,7 @@ _FIT = (
 FIT_LIMITS = {"r_f/r_int": (1.4, 7.0), "theta_f": (0.01, 0.12)}
 
 
-def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array, tuple[str, ...]]:
+def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array, tuple[CodedText, ...]]:
     """Compliance of a root (3, 3) [m^2/N] as of `root_compliance`, by the published fit, with warnings on its limits.
 
     cos^2 g/E [L (u/S)^2 + M u/S + P (1 + Q tan^2 g)] [sainsot2004, eq. 5] at an angle g and a distance u is linear in
@@ -167,7 +169,10 @@ def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array
     S = root.thickness
     motion = np.array([[P, 0.0, 0.5 * M / S], [0.0, P * Q, 0.0], [0.5 * M / S, 0.0, L / S**2]])
     messages = tuple(
-        f"gear body: {name} {value:.3g} is outside {low:g} .. {high:g} (Sainsot, Velex & Duverger 2004)"
+        coded(
+            "formula-outside-limits",
+            f"gear body: {name} {value:.3g} is outside {low:g} .. {high:g} (Sainsot, Velex & Duverger 2004)",
+        )
         for (name, (low, high)), value in zip(FIT_LIMITS.items(), (ratio, theta), strict=True)
         if not low <= value <= high
     )

@@ -24,9 +24,9 @@ __all__ = ["face_coupling", "face_decay"]
 
 Array = NDArray[np.float64]
 
-# Fitted to finite elements of teeth on their gear bodies (docs/teeth/face.json; docs/contact.md has the table): lambda
-# per height, its powers of the depth of the body and of the thickness of the tooth, each per height, and kappa.  A deep
-# body spreads the load further; a thick tooth yields more by shear and by its body than by bending.
+# Fitted to finite elements of teeth on gear bodies (docs/theory/teeth/face.json, table in docs/theory/contact.md):
+# lambda per height, its powers of the depth of the body and of the thickness of the tooth, each per height, and
+# kappa.  A deep body spreads the load further; a thick tooth yields more by shear and by its body than by bending.
 _PER_HEIGHT, _BODY, _THICKNESS, _BENDING = 0.65, 0.12, -0.37, 0.6
 
 _ROOTS = np.sqrt((1 + np.array([-1, 1]) * math.sqrt(1 - 4 * _BENDING**4)) / (2 * _BENDING**4))

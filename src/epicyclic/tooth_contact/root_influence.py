@@ -34,7 +34,7 @@ Index = NDArray[np.int64]
 REACH = 4
 """Pitches over which a load reaches fillets, as of `tooth.NEIGHBOURS`; teeth in contact together are nearer."""
 # Elements along a flank, along a fillet down to the corner and on to the middle of the space, across a tooth, down the
-# body.  Twice as many everywhere move the largest stress by less than 0.3 % (docs/contact.md, Root stress).
+# body.  Twice as many everywhere move the largest stress by less than 0.3 % (docs/theory/contact.md, Root stress).
 _FLANK, _FILLET, _SPACE, _ACROSS, _BODY = 12, 10, 8, 14, 12
 # The cross line between tooth and body stands where the fillet leans by this much, so that it divides the angle between
 # flank and floor of the space about evenly.

@@ -23,6 +23,7 @@ from scipy.interpolate import CubicSpline
 from ..errors import ModelError
 from ..gears import geometry
 from ..gears.outline import GearForm, Outline, tooth_outline
+from ..warning_codes import CodedText
 from . import foundation
 from .kernel import face_decay
 
@@ -67,7 +68,7 @@ class ToothCompliance:
     shared: float
     height: float
     thickness: float
-    warnings: tuple[str, ...]
+    warnings: tuple[CodedText, ...]
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -178,7 +179,7 @@ def _root(gear: GearForm, shape: Outline, section: int) -> foundation.ToothRoot:
 
 def _body(
     gear: GearForm, shape: Outline, root: foundation.ToothRoot, under: str, path: str
-) -> tuple[Array, float, tuple[str, ...]]:
+) -> tuple[Array, float, tuple[CodedText, ...]]:
     """Compliance of the roots (NEIGHBOURS + 1, 3, 3), of the winding [m^2/N], and warnings."""
     E, nu = gear.youngs_modulus, gear.poisson
     shared = foundation.torsional_compliance(root, shape.base, youngs_modulus=E, poisson=nu)

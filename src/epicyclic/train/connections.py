@@ -112,7 +112,7 @@ class Link:
     angle : polar angle of the link's x axis in frame axes [rad] (of a pin the branch's).
     stiffness : x y z [N/m], rx ry rz [N m/rad]; 0 = free, inf = rigid (the direction is eliminated).
     damping : the same six [N s/m, N m s/rad].
-    clearance [m], exponent [1], friction (coefficient or force, as in the model file) : laws, see docs/model-file.md.
+    clearance [m], exponent [1], friction (coefficient or force) : laws, see docs/reference/model-file.md.
     load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
     curves : (direction 0 .. 5, force over deflection) of those that follow a table; `stiffness` is its nominal one.
     to_housing : second is the housing itself although the frame turns (a damper then acts on the absolute velocity).

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..warning_codes import CodedText
 from .bodies import Body, Frame
 from .connections import Link, Mesh
 from .display import driving_member, train_html
@@ -133,7 +134,7 @@ class Train:
     loads: tuple[Load, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     damping: Damping = Damping()
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[CodedText, ...] = ()
     values: tuple[Derived, ...] = ()
     assumed: Mapping[str, str] = field(default_factory=dict)
     document: Mapping[str, object] = field(default_factory=dict)

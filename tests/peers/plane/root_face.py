@@ -1,7 +1,7 @@
 """Stress in the root of spur teeth over the face, in three dimensions: python -m tests.peers.plane.root_face
 
-Prints what docs/contact.md says of it; five minutes.  Needs CalculiX.  The strain along the fillet is taken at Gauss'
-points of its edges, that along the axis by differences between the layers.
+Prints what docs/theory/contact.md says of it; five minutes.  Needs CalculiX.  The strain along the fillet is taken at
+Gauss' points of its edges, that along the axis by differences between the layers.
 """
 
 from __future__ import annotations

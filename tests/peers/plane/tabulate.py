@@ -1,6 +1,6 @@
 """Solve the pairs of the page on tooth stiffness over a mesh cycle: python -m tests.peers.plane.tabulate
 
-Writes docs/teeth/elements.json, from which docs/teeth/make.py draws; some minutes.  Needs CalculiX.
+Writes docs/theory/teeth/elements.json, from which docs/theory/teeth/make.py draws; some minutes.  Needs CalculiX.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 from .pair import by_elements, elements, spur_pair
 
-TARGET = Path(__file__).parents[3] / "docs" / "teeth" / "elements.json"
+TARGET = Path(__file__).parents[3] / "docs" / "theory" / "teeth" / "elements.json"
 # teeth, module [m], pressure angle [deg], load per face width [N/m]
 PAIRS = {
     "19/20, m 4 mm, 25°, 125 N/mm": ((19, 20), 4e-3, 25.0, 124860.0),

@@ -1,8 +1,8 @@
 """Solve the teeth of the table on coupling along the face: python -m tests.peers.plane.tabulate_face
 
-Writes docs/teeth/face.json; a quarter of an hour.  Needs CalculiX.  Each entry holds the gear (lengths in m, angles in
-degrees), the width of the face, the radius of the load, the compliance under an even load without the winding of the
-body (m^2/N), and the coupling between the layers of the face, whose mean is 1.
+Writes docs/theory/teeth/face.json; a quarter of an hour.  Needs CalculiX.  Each entry holds the gear (lengths in m,
+angles in degrees), the width of the face, the radius of the load, the compliance under an even load without the
+winding of the body (m^2/N), and the coupling between the layers of the face, whose mean is 1.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ __all__ = ["CASES", "TARGET", "face_case", "form_of", "measured", "solved", "wri
 
 Array = NDArray[np.float64]
 
-TARGET = Path(__file__).parents[3] / "docs" / "teeth" / "face.json"
+TARGET = Path(__file__).parents[3] / "docs" / "theory" / "teeth" / "face.json"
 # name: gear; width per height of the tooth; where on the flank, 0 start of the involute, 1 tip; layers.  `body` is the
 # depth of the gear body per root radius, of a ring per module.  `oblique`: the load follows the contact line.
 CASES: dict[str, tuple[dict[str, Any], float, float, int]] = {

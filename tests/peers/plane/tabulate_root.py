@@ -1,8 +1,8 @@
 """Solve the teeth of the table on stress in the roots: python -m tests.peers.plane.tabulate_root
 
-Writes docs/teeth/root.json; three minutes.  Needs CalculiX.  Each entry holds, for three radii of the load [m], the
-largest tension and compression along the fillets per load per length [1/m], the lean of the fillet where the tension is
-[deg], and the tension by the notch factor of ISO 6336-3 for comparison.
+Writes docs/theory/teeth/root.json; three minutes.  Needs CalculiX.  Each entry holds, for three radii of the load [m],
+the largest tension and compression along the fillets per load per length [1/m], the lean of the fillet where the
+tension is [deg], and the tension by the notch factor of ISO 6336-3 for comparison.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .roots import GEARS, fillet_stress, root_form, root_radii
 
 __all__ = ["TARGET", "notch_stress", "root_form", "solved"]
 
-TARGET = Path(__file__).parents[3] / "docs" / "teeth" / "root.json"
+TARGET = Path(__file__).parents[3] / "docs" / "theory" / "teeth" / "root.json"
 
 
 def notch_stress(gear: GearForm, radius: float) -> float:

@@ -479,14 +479,14 @@ def test_a_bound_that_is_not_known_says_why(build: Any) -> None:
 
     assert told(two_tones(build, swing=0.0)) == []
     several = "the stiffness follows several mesh frequencies, and each instant is solved by itself"
-    assert told(two_tones(build, swing=0.1)) == [several]
+    assert told(two_tones(build, swing=0.1)) == [f"{several} [force-bound-unknown]"]
     single = two_tones(build, swing=0.1)
     # only the sun meshes' stiffness varies: the ring meshes, of the other frequency, have no bound
     still = np.where((single.meshes.tone == 1)[:, None], single.meshes.variation, 0)
     mixed = replace(single, meshes=replace(single.meshes, variation=still))
     (reason,) = told(mixed)
     rings = [name for name, tone in zip(mixed.meshes.name, mixed.meshes.tone, strict=True) if tone == 0]
-    assert reason == f"{several} ({', '.join(rings)})"
+    assert reason == f"{several} ({', '.join(rings)}) [force-bound-unknown]"
     (parted,) = told(replace(two_tones(build, swing=0.0), force=0.01 * single.force))
     assert parted.startswith("teeth part")
 

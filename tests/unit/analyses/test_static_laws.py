@@ -296,7 +296,7 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
         5,
     )  # lines of 4 and 5 Hz in turns of 5 Hz: a second
     assert record_of(system, cycles=None, turns=2, of="main/sun", samples=8, most=10).warnings == [
-        "record of 2 turns of main/sun is shorter than the common period of 5"
+        "record of 2 turns of main/sun is shorter than the common period of 5 [short-record]"
     ]
     slow = record_of(system, cycles=None, turns=None, of=None, samples=8, most=10**6, slow=True)
     assert (slow.unit, slow.period) == (Fraction(5), 5)

@@ -77,7 +77,8 @@ def test_a_load_that_is_not_known_and_a_law_open_at_half_the_load(build: Any) ->
     plain = build.planar(N=3).system()
     (text,) = flank_warnings(straight(plain, np.arange(3), np.full(4, 1e-6), load=np.zeros(0)))
     assert text.endswith(
-        "in place of the law of its gaps: teeth touch 1 µm after the tangent does (worst of the mesh cycle)"
+        "in place of the law of its gaps: teeth touch 1 µm after the tangent does (worst of the mesh cycle) "
+        "[law-linearised]"
     )
     meet = LOAD / float(plain.meshes.stiffness[0])
     (text,) = flank_warnings(straight(plain, np.arange(3), np.full(4, 0.6 * meet)))

@@ -87,7 +87,7 @@ def test_a_run_that_needs_what_is_not_installed_is_told(run: Auditor) -> None:
     result = run(row("reproduced"), head=head)
     outcome = "not computed: no_such_package is not installed; pip install no_such_package"
     assert result.outcome.values.tolist() == [outcome]
-    assert json.loads(result.attrs["warnings"]) == [f"lin1999-n3: q {{}}: {outcome}"]
+    assert json.loads(result.attrs["warnings"]) == [f"lin1999-n3: q {{}}: {outcome} [audit-differs]"]
     kinds = ("reproduced", "under a reading", "not reproducible", "not compared", "contradicted")
     assert tally(result) == {"lin1999-n3": ", ".join([*(f"0 {kind}" for kind in kinds), "1 not computed"])}
     shown, verdicts = tables(result)
@@ -121,7 +121,7 @@ def test_extras_are_those_of_the_package() -> None:
 def test_a_claim_that_does_not_hold_is_seen(text: str, run: Auditor) -> None:
     result = run(text)
     assert result.outcome.values.tolist() == ["contradicted"]
-    assert json.loads(result.attrs["warnings"]) == ["lin1999-n3: q {}: contradicted"]
+    assert json.loads(result.attrs["warnings"]) == ["lin1999-n3: q {}: contradicted [audit-differs]"]
 
 
 def test_a_list_is_taken_apart(run: Auditor) -> None:

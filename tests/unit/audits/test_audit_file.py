@@ -243,7 +243,7 @@ def test_words_are_no_claims(text: str) -> None:
 
 
 def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
-    page = Path(__file__).parents[3] / "docs" / "audit.md"
+    page = Path(__file__).parents[3] / "docs" / "papers" / "audit.md"
     readings, example = re.findall(r"^```toml\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     _, audit = read_audit(write(tmp_path, example))
     assert {row.verdict for row in audit.rows} == set(get_args(Verdict))

@@ -192,3 +192,47 @@ def test_every_key_says_what_it_is() -> None:
     assert gear["mass"]["description"].endswith("mass [kg]")
     assert gear["inertia"]["description"].endswith("moment of inertia [kg m^2] or mass [kg]")
     assert "stiffness per face width [N/m^2]" in SCHEMA["$defs"]["Mesh"]["properties"]["stiffness"]["description"]
+
+
+def undescribed(node: Any, path: str = "") -> list[str]:
+    """Keys without a description of a word or more beside its unit, and definitions without any.
+
+    A key that refers to a table may leave the description to it; the key's own says what the table is for.
+    """
+    found: list[str] = []
+    if isinstance(node, list):
+        return [name for i, entry in enumerate(node) for name in undescribed(entry, f"{path}/{i}")]
+    if not isinstance(node, dict):
+        return found
+    for group in ("properties", "$defs"):
+        for name, entry in node.get(group, {}).items():
+            words = re.sub(r":.*\[.*\].*$", "", entry.get("description", "")).split(";")[0]
+            if len(words) < 4 or words.startswith("default"):
+                found.append(f"{path}/{group}/{name}")
+    return found + [name for key, value in node.items() for name in undescribed(value, f"{path}/{key}")]
+
+
+def test_every_node_has_a_description() -> None:
+    assert undescribed(SCHEMA) == []
+
+
+def test_a_node_without_description_is_seen() -> None:
+    assert undescribed({"properties": {"x": {"type": "number"}, "y": {"description": "default 3"}}}) == [
+        "/properties/x",
+        "/properties/y",
+    ]
+    assert undescribed({"properties": {"x": {"description": "length [m]"}}}) == []
+
+
+def test_descriptions_name_units_and_defaults() -> None:
+    """Of every quantity with a unit its unit, of every key with a default that default."""
+    defs = SCHEMA["$defs"]
+    assert defs["ProfileError"]["properties"]["order"]["description"].endswith("; default 1")
+    assert "default linear" in defs["Relief"]["properties"]["shape"]["description"]
+    assert defs["Stage"]["properties"]["face_width"]["description"] == "face width of one helix: length [m]"
+    for name, table in defs.items():
+        for key, entry in table.get("properties", {}).items():
+            refs = {form.get("$ref", "").rpartition("/")[2] for form in (entry, *entry.get("anyOf", []))}
+            quantities = [ref for ref in refs if ref in defs and defs[ref].get("type") == "string" and ref != "ratio"]
+            if quantities and "Distribution" not in "".join(quantities):
+                assert "[" in entry["description"], (name, key)

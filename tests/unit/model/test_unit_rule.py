@@ -122,7 +122,7 @@ def test_very_many_warnings_are_counted(tmp_path: Path) -> None:
     document = read(written(tmp_path, TEXT.replace("format = 2", "format = 1") + gears))
     assert len(document.warnings) == 6
     assert document.warnings[0].startswith("bodies.b0.mass = 1: ")
-    assert document.warnings[-1] == "20 numbers of the file have no unit, 15 more than these"
+    assert document.warnings[-1] == "20 numbers of the file have no unit, 15 more than these [no-unit]"
 
 
 def test_a_bare_number_comes_before_its_range(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from epicyclic.model.units import KINDS
 from epicyclic.resolve import load
 from epicyclic.resolve.deviations import MEMBER_KINDS, MESH_KINDS
 
-PAGE = Path(__file__).parents[3] / "docs" / "model-file.md"
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "model-file.md"
 VALUES: dict[str, Any] = {
     "pitch": [1e-6, *[0.0] * 17],
     "tilt": "1e-4 rad",
@@ -99,7 +99,7 @@ def rows_of(table: Any, head: str) -> list[str]:
 
 
 def test_the_page_lists_every_kind() -> None:
-    """Put what the message shows into the table of docs/model-file.md."""
+    """Put what the message shows into the table of docs/reference/model-file.md."""
     rows = [
         *rows_of(MemberDeviationsTable, "deviations.M"),
         *rows_of(MeshDeviationsTable, "deviations.meshes.A-B"),

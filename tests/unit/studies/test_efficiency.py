@@ -191,7 +191,7 @@ def test_friction_by_oil_is_that_of_each_pair() -> None:
 
 
 def test_friction_by_oil_of_helical_teeth_and_a_carrier_that_turns() -> None:
-    """As docs/efficiency.md: lossless transverse force, pitch-line speed in the carrier's frame, normal section."""
+    """As docs/theory/efficiency.md: lossless transverse force, pitch-line speed in the carrier frame."""
     train = epicyclic.load(model(STAGE | {"helix_angle": "15 deg"}, held=["ring"], **SUN))
     found = epicyclic.efficiency(train, viscosity="20 mPa s", roughness="0.6 um")
     mesh = train.meshes[0]

@@ -192,7 +192,7 @@ def test_an_answer_on_a_bound_is_told() -> None:
     """The least transmission error wants more relief than 8 um; with 0 to 40 um it lies inside (brute force above)."""
     narrow = {"tip_relief.amount": "0..8 um", "tip_relief.length": "3 mm"}
     (said,) = (text for text in json.loads(found(vary=narrow).attrs["warnings"]) if "bound" in text)
-    assert said == "tip_relief.amount: the best ends at the upper bound, 8 µm; a better one may lie beyond"
+    assert said == "tip_relief.amount: the best ends at the upper bound, 8 µm; a better one may lie beyond [at-bound]"
     lengths = {"tip_relief.amount": "0..12 um", "tip_relief.length": "1..3 mm"}
     several: dict[str, Any] = {"vary": lengths, "objectives": ["lte", "force_rms"], "points": 3}
     front = found(**several)

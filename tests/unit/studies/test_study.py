@@ -199,7 +199,10 @@ def test_a_vector_is_drawn_as_two_components(folder: Path) -> None:
     )
     x, y = (result[f"deviations.main.planet.run_out.{axis}"].values for axis in "xy")
     assert result.sizes["point"] == 128
-    assert json.loads(result.attrs["warnings"])[0] == "sobol.points = 100: rounded up to 128, a power of two"
+    assert (
+        json.loads(result.attrs["warnings"])[0]
+        == "sobol.points = 100: rounded up to 128, a power of two [points-rounded]"
+    )
     assert abs(x.std() - 5e-6) < 0.1e-6
     assert abs(y.std() - 5e-6) < 0.1e-6
     assert abs(np.mean(x * y)) < 0.1 * 25e-12
@@ -350,7 +353,7 @@ def test_the_command(folder: Path) -> None:
 
 
 def test_the_example_of_the_page_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    page = (Path(__file__).parents[3] / "docs" / "study.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "study.md").read_text(encoding="utf-8")
     (job,) = re.findall(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     (tmp_path / "job.toml").write_text(job)

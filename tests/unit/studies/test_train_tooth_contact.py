@@ -140,5 +140,5 @@ def test_a_branch_that_carries_nothing_has_no_shares() -> None:
     np.testing.assert_allclose(found.side_share.values[:, ~idle], 1.0)
     assert (found.branch_load_factor > 5 / 4).all()
     said = json.loads(found.attrs["warnings"])
-    assert "meshes open at some instants: main/sun-planet/1, main/planet-ring/1" in said
+    assert "meshes open at some instants: main/sun-planet/1, main/planet-ring/1 [contact-lost]" in said
     assert len(shown.columns["mesh"]) == 10

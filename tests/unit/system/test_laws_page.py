@@ -1,4 +1,4 @@
-"""docs/laws.md: its example of a law runs and does what the page says."""
+"""docs/theory/laws.md: its example of a law runs and does what the page says."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 
 import epicyclic
 
-PAGE = Path(__file__).parents[3].joinpath("docs", "laws.md").read_text(encoding="utf-8")
+PAGE = Path(__file__).parents[3].joinpath("docs", "theory", "laws.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")

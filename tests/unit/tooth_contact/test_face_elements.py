@@ -1,4 +1,4 @@
-"""Coupling along the face against finite elements in three dimensions (docs/teeth/face.json, tests/peers/plane)."""
+"""Coupling along the face against finite elements in 3D (docs/theory/teeth/face.json, tests/peers/plane)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from epicyclic.tooth_contact.tooth import tooth_compliance
 
 Array = NDArray[np.float64]
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[3] / "docs" / "theory"
 TEETH: dict[str, Any] = json.loads((DOCS / "teeth" / "face.json").read_text(encoding="utf-8"))
 
 
@@ -68,7 +68,7 @@ def responses(coupling: Array) -> dict[str, float]:
 
 @pytest.mark.parametrize("name", TEETH)
 def test_linear_and_point_loads(name: str) -> None:
-    # 10 % is the bound of the method (docs/contact.md); found within 8
+    # 10 % is the bound of the method (docs/theory/contact.md); found within 8
     theirs = responses(by_elements(name).coupling)
     for load, value in responses(by_kernel(name).coupling).items():
         assert value == pytest.approx(theirs[load], rel=0.1), load
@@ -85,7 +85,7 @@ def test_whole_response(name: str) -> None:
 @pytest.mark.parametrize("name", TEETH)
 def test_even_load(name: str) -> None:
     # nothing of it is fitted: beam and ring in plane strain, spur within 7 %; external helical teeth on a deep body are
-    # softer than their normal section, by 14 to 26 % (docs/contact.md)
+    # softer than their normal section, by 14 to 26 % (docs/theory/contact.md)
     near = 0.28 if TEETH[name]["gear"]["helix_angle"] else 0.08
     assert by_kernel(name).even == pytest.approx(by_elements(name).even, rel=near)
 

@@ -1,4 +1,4 @@
-"""Stress in the tooth roots against finite elements of whole gears (docs/teeth/root.json, tests/peers/plane)."""
+"""Stress in the tooth roots against finite elements of whole gears (docs/theory/teeth/root.json, tests/peers/plane)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.peers.plane.roots import GEARS, root_form
 from epicyclic.errors import ModelError
 from epicyclic.tooth_contact.root_influence import REACH, fillet_stress, root_influence
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[3] / "docs" / "theory"
 TABLE: dict[str, Any] = json.loads((DOCS / "teeth" / "root.json").read_text(encoding="utf-8"))
 
 

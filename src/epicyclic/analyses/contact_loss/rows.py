@@ -24,6 +24,7 @@ from ...system.gaps import Flanks, FlanksAt, flanks
 from ...system.laws.blended import eased
 from ...system.laws.groups import Laws, stacked
 from ...system.system import Array, ComplexArray, Line, System
+from ...warning_codes import CodedText, coded
 from ..static.record import group_gap
 from ..static.tangent import mean_stretch, small_motion_tangent
 from ..steady.response import Response
@@ -191,10 +192,10 @@ def _link_numbers(system: System, links: LinkRowLaws) -> tuple[Array, Array, Arr
     )
 
 
-def law_warnings(ready: Response, rows: GapRows) -> list[str]:
+def law_warnings(ready: Response, rows: GapRows) -> list[CodedText]:
     """Warnings of the System as it is prepared for its laws (`analyses.static.tangent`)."""
     held = rows.links is None or bool(rows.gaps[rows.count :].any())
-    loose = "no link row moves: the bodies float in their clearance under the mean load"
+    loose = coded("floats-in-clearance", "no link row moves: the bodies float in their clearance under the mean load")
     return [*ready.system.warnings, *([] if held else [loose])]
 
 

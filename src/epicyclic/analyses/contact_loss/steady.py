@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
+from ...warning_codes import CodedText, coded
 from ..steady.response import Response, response
 from .branch_set import branch_set
 from .floquet import Stability, require_fast_enough
@@ -71,7 +72,7 @@ def contact_steady(
 
     Returns
     -------
-    Dataset of docs/contact-shaft-orders.md.
+    Dataset of docs/theory/contact-shaft-orders.md.
 
     Raises
     ------
@@ -184,7 +185,7 @@ def _labelled(
     options: dict[str, Any],
     *,
     rms: Array | None,
-    coarse: Sequence[str],
+    coarse: Sequence[CodedText],
 ) -> xr.Dataset:
     """The Dataset of a point of the torus and of the lines superposed on it.
 
@@ -253,7 +254,7 @@ def _labelled(
     )
 
 
-def _links_past_the_end(ready: Response, point: TorusPoint) -> list[str]:
+def _links_past_the_end(ready: Response, point: TorusPoint) -> list[CodedText]:
     """A warning for every link whose forces pass the end of its table."""
     if ready.lawful is None or not ready.lawful.groups:
         return []
@@ -324,42 +325,51 @@ def _apart(given: Torus, point: TorusPoint) -> Array:
     return np.array([1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(given.face.name))])
 
 
-def _instability(stability: Stability | None) -> list[str]:
+def _instability(stability: Stability | None) -> list[CodedText]:
     """A warning of a motion that is not stable, or whose stability is not known."""
     if stability is None:
-        return ["the stability of this motion is not known"]
+        return [coded("stability-unknown", "the stability of this motion is not known")]
     if stability.stable:
         return []
     return [
-        f"this motion is not stable ({stability.kind}, multiplier {abs(stability.multiplier):.3g} a cycle): no train "
-        "stays on it, and what takes its place may be larger; sweep --contact-loss or transient finds that"
+        coded(
+            "motion-unstable",
+            f"this motion is not stable ({stability.kind}, multiplier {abs(stability.multiplier):.3g} a cycle): no "
+            "train stays on it, and what takes its place may be larger; sweep --contact-loss or transient finds that",
+        )
     ]
 
 
-def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[str]:
+def _coarse(given: Torus, point: TorusPoint, linear: LinearMotion | None) -> list[CodedText]:
     """A warning of how far forces may be off where rows dropped count, measured on the linear response if there is."""
     if point.truncation_residual <= TRUNCATION_NOTED:
         return []
     note = f"rows dropped are {point.truncation_residual:.2g} of the dynamic motion, above {TRUNCATION_NOTED:g}: "
     if linear is None:
-        return [note + "forces of single meshes may be off by several times that"]
+        return [coded("rows-dropped", note + "forces of single meshes may be off by several times that")]
     counts = point.problem.grid.counts[: given.mesh_tones]
     rms, largest = linear_error(given, linear, point.size, counts)
     return [
-        note + f"with the same rows the linear response is off by up to {max(rms, point.truncation_residual):.2g} in "
-        f"the RMS of a mesh force and {max(largest, point.truncation_residual):.2g} in the largest one; where teeth "
-        "part the error is of that size or larger"
+        coded(
+            "rows-dropped",
+            note + f"with the same rows the linear response is off by up to {max(rms, point.truncation_residual):.2g} "
+            f"in the RMS of a mesh force and {max(largest, point.truncation_residual):.2g} in the largest one; where "
+            "teeth part the error is of that size or larger",
+        )
     ]
 
 
-def _warnings(lines: Sequence[SuperposedLine]) -> list[str]:
+def _warnings(lines: Sequence[SuperposedLine]) -> list[CodedText]:
     """Which lines are superposed on flanks that part."""
     notes = []
     for line in lines:
         if line.error < NEGLIGIBLE:
             continue
         notes.append(
-            f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on laws that part or bend; "
-            f"its force is off by {line.error:.2g} of itself (RMS)"
+            coded(
+                "lines-superposed",
+                f"{'; '.join(line.shaft.causes) or 'a shaft line'}: superposed linearly on laws that part or bend; "
+                f"its force is off by {line.error:.2g} of itself (RMS)",
+            )
         )
     return notes

@@ -14,6 +14,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import past_the_end
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 from ..fast import numba_available
 from ..parallel import each, runs
 from ..result_imports import import_results
@@ -91,7 +92,7 @@ def contact_sweep(
 
     Returns
     -------
-    Dataset of docs/contact-loss.md; a single speed that fails holds nan, and ``status`` says why.
+    Dataset of docs/theory/contact-loss.md; a single speed that fails holds nan, and ``status`` says why.
 
     Raises
     ------
@@ -441,7 +442,7 @@ def _labelled(
     curves: list[dict[str, NDArray[Any]]],
     path: dict[str, NDArray[Any]],
     options: dict[str, Any],
-    warnings: list[str],
+    warnings: list[CodedText],
 ) -> xr.Dataset:
     """The Dataset of curves (.., P) of both directions at relative speeds (P,), and of the path (.., K)."""
     from ...results.dataset import dataset
@@ -474,7 +475,7 @@ def _labelled(
 
 def _warnings(
     ready: Response, curves: list[dict[str, NDArray[Any]]], branches: BranchSet, largest: list[Array]
-) -> list[str]:
+) -> list[CodedText]:
     """What the reader must know of the curves (.., P), of the branch set, and of the largest forces (F,) [N]."""
     rows, tone = gap_rows_of(ready), float(ready.lines.tone)
     notes = law_warnings(ready, rows)
@@ -483,38 +484,53 @@ def _warnings(
     parted = [name for i, name in enumerate(faces(ready.system.meshes).name) if _any_open(curves, i)]
     if parted:
         listed = ", ".join(parted[:4]) + (f" and {len(parted) - 4} more" if len(parted) > 4 else "")
-        notes.append(f"contact is lost for a part of the mesh cycle: {listed}")
+        notes.append(coded("contact-lost", f"contact is lost for a part of the mesh cycle: {listed}"))
     lost = int(sum(np.count_nonzero(values["status"] == "not converged") for values in curves))
     if lost:
-        notes.append(f"no motion was found at {lost} points")
+        notes.append(coded("no-motion-found", f"no motion was found at {lost} points"))
     if branches.ended:
         at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.ended[:4])
-        notes.append(f"a branch ended before it was through, near {at}: motions may be missing there")
+        notes.append(
+            coded("branch-ended", f"a branch ended before it was through, near {at}: motions may be missing there")
+        )
     if branches.cut:
         at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.cut[:4])
-        notes.append(f"a branch that winds through unstable motions was cut near {at}: unstable motions may be missing")
+        notes.append(
+            coded(
+                "branch-cut",
+                f"a branch that winds through unstable motions was cut near {at}: unstable motions may be missing",
+            )
+        )
     if ready.lines.shaft and "superposed_error" not in curves[0]:
-        notes.append("run-outs and other shaft orders are left out")
+        notes.append(coded("shaft-orders-left-out", "run-outs and other shaft orders are left out"))
     elif ready.lines.shaft:
         notes += _of_shaft_orders(curves)
     return notes
 
 
-def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[str]:
+def _of_shaft_orders(curves: list[dict[str, NDArray[Any]]]) -> list[CodedText]:
     """Points of the curves (.., P) that shaft orders have cost, and the error of lines superposed."""
     notes = []
     lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
     if lost:
-        notes.append(f"with shaft orders nothing is known at {lost} points: see status")
+        notes.append(coded("shaft-orders-failed", f"with shaft orders nothing is known at {lost} points: see status"))
     dropped = np.nan_to_num(np.concatenate([values["residual_dropped"] for values in curves]))
     if np.any(dropped > TRUNCATION_NOTED):
         notes.append(
-            f"rows dropped are up to {dropped.max():.2g} of the dynamic motion, above {TRUNCATION_NOTED:g} at "
-            f"{np.count_nonzero(dropped > TRUNCATION_NOTED)} points: forces at an instant have about that error"
+            coded(
+                "rows-dropped",
+                f"rows dropped are up to {dropped.max():.2g} of the dynamic motion, above {TRUNCATION_NOTED:g} at "
+                f"{np.count_nonzero(dropped > TRUNCATION_NOTED)} points: forces at an instant have about that error",
+            )
         )
     off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
     if off > 0:
-        notes.append(f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)")
+        notes.append(
+            coded(
+                "lines-superposed",
+                f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)",
+            )
+        )
     return notes
 
 

@@ -31,7 +31,7 @@ Index = NDArray[np.int64]
 # Truncation residual that may be left, relative to the dynamic part: forces then have that error at an instant and
 # about its square in their RMS.
 TRUNCATION_TOLERANCE = 1e-2
-# Truncation residual that a result warns of: what the RMS is right to at worst (docs/contact-shaft-orders.md).
+# Truncation residual that a result warns of: what the RMS is right to at worst (docs/theory/contact-shaft-orders.md).
 TRUNCATION_NOTED = 2e-3
 # Phases in all, at most, by the number of mesh tones: a grid of more is too large.  Samples per shaft order.
 _PHASES, _SHAFT_SAMPLES = {1: 4, 2: 3}, 4

@@ -13,6 +13,7 @@ import numpy as np
 import scipy.linalg
 
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 
 __all__ = ["NOISE", "SOFT", "all_free", "free_motions", "soft_modes", "spread_warnings", "stiffness_rows"]
 
@@ -106,7 +107,7 @@ def soft_modes(rows: Array, free: Array, rest: Array) -> tuple[Array, Array]:
     return squared, np.concatenate([free, rest @ motions[:, ::-1]], axis=1)
 
 
-def spread_warnings(squared: Array) -> list[str]:
+def spread_warnings(squared: Array) -> list[CodedText]:
     """Warning where natural frequencies are so far apart that the lowest are not right to 1e-6.
 
     squared : (n,) omega^2 [rad^2/s^2].
@@ -117,6 +118,10 @@ def spread_warnings(squared: Array) -> list[str]:
     if not np.any(coarse):
         return []
     return [
-        f"{np.count_nonzero(coarse)} natural frequencies up to {omega[coarse].max() / (2 * np.pi):.3g} Hz stand beside "
-        f"{omega.max() / (2 * np.pi):.3g} Hz: double precision has them right to {error.max():.1g} of themselves"
+        coded(
+            "frequencies-rounded",
+            f"{np.count_nonzero(coarse)} natural frequencies up to {omega[coarse].max() / (2 * np.pi):.3g} Hz stand "
+            f"beside {omega.max() / (2 * np.pi):.3g} Hz: double precision has them right to "
+            f"{error.max():.1g} of themselves",
+        )
     ]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...system.faces import faces
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 from ..static.tangent import linear
 from ..static.unheld import unheld_warnings
 from .classification import ClassifiedModes, classify_modes, normalisation
@@ -71,7 +72,7 @@ def _ratios(mu: NDArray[np.complex128]) -> Array:
     return np.where(size > 0, -mu.real / np.where(size > 0, size, 1.0), np.nan)
 
 
-def _growing(growth: Array, angular: Array) -> tuple[str, ...]:
+def _growing(growth: Array, angular: Array) -> tuple[CodedText, ...]:
     """A warning where a growth rate (n,) [1/s] is positive.
 
     1e-6 of the largest frequency is rounding of a defective root.
@@ -79,7 +80,7 @@ def _growing(growth: Array, angular: Array) -> tuple[str, ...]:
     worst = float(np.max(growth, initial=0.0))
     if worst <= 1e-6 * float(np.max(angular, initial=0.0)):
         return ()
-    return (f"a mode grows at {worst:.4g} 1/s: the train is unstable at this speed",)
+    return (coded("mode-grows", f"a mode grows at {worst:.4g} 1/s: the train is unstable at this speed"),)
 
 
 def _dataset(
@@ -89,7 +90,7 @@ def _dataset(
     kinds: ClassifiedModes,
     rigid: NDArray[np.bool_],
     options: dict[str, float | bool],
-    warnings: Sequence[str],
+    warnings: Sequence[CodedText],
 ) -> xr.Dataset:
     """The labelled result; angular (n,) [rad/s], ratios (n,) [1], rigid (n,).
 

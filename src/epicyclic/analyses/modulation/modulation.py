@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, ComplexArray, System
+from ...warning_codes import CodedText, coded
 from ..steady.measures import force_extremes
 from ..steady.periodic import TOLERANCE, solve_speed
 from ..steady.response import Block, Response
@@ -340,19 +341,26 @@ def _passages(position: SensorPosition, speed: float) -> Array:
     return result
 
 
-def _warnings(ready: Response, block: Block, settings: _Settings, at_sensor: _SensorSignal) -> list[str]:
+def _warnings(ready: Response, block: Block, settings: _Settings, at_sensor: _SensorSignal) -> list[CodedText]:
     """Warnings: teeth that pull, a window cut short, lines outside the transfer function."""
     found = tension_warnings(ready.system, force_extremes(force_signal(ready, block), axis=ready.lines.axis)[0])
     if settings.window.remainder > 1e-2:
         last = len(settings.window.coefficients) - 1
-        found.append(f"the window is cut at {last} harmonics: {settings.window.remainder:.1%} of it left out")
+        found.append(
+            coded(
+                "window-cut", f"the window is cut at {last} harmonics: {settings.window.remainder:.1%} of it left out"
+            )
+        )
     if settings.transfer is not None:
         outside = ~settings.transfer.covers(at_sensor.frequency)
         lost, whole = _power(at_sensor.lines.force[outside]), _power(at_sensor.lines.force)
         if lost > 1e-6 * whole:
             low, high = settings.transfer.frequency[0], settings.transfer.frequency[-1]
             found.append(
-                f"the transfer path is given from {low:g} to {high:g} Hz: lines outside are left out, "
-                f"{lost / whole:.2%} of the mean square of the force"
+                coded(
+                    "transfer-range",
+                    f"the transfer path is given from {low:g} to {high:g} Hz: lines outside are left out, "
+                    f"{lost / whole:.2%} of the mean square of the force",
+                )
             )
     return found

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 from ..samples.mean_load import MEAN_LOADS
 from ..samples.sample_loads import mean_loads
 from ..static.record import MeshGroup, parallel_meshes
@@ -33,7 +34,7 @@ __all__ = [
 ]
 
 
-def known_mean_loads(system: System) -> tuple[Array, list[str]]:
+def known_mean_loads(system: System) -> tuple[Array, list[CodedText]]:
     """Coefficients (2, w) without mesh-frequency content [1], and a warning where they are not known, nan then.
 
     A train that vibrates may have no equilibrium at rest: a load that only inertia takes.
@@ -43,7 +44,7 @@ def known_mean_loads(system: System) -> tuple[Array, list[str]]:
     except (ModelError, ConvergenceError) as error:
         why = getattr(error, "problem", None) or str(error)
         return np.full((len(MEAN_LOADS), len(faces(system.meshes).name)), np.nan), [
-            f"{' and '.join(MEAN_LOADS)} are not known: {why}"
+            coded("mean-load-unknown", f"{' and '.join(MEAN_LOADS)} are not known: {why}")
         ]
 
 
@@ -76,26 +77,30 @@ def loaded_meshes(mean: Array, members: Sequence[MeshGroup], *, most: Array, rou
     return loaded
 
 
-def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: NDArray[np.bool_]) -> list[str]:
+def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: NDArray[np.bool_]) -> list[CodedText]:
     """Warnings of meshes that open, (m,), and of those without load, (m,)."""
 
     def names(chosen: NDArray[np.bool_]) -> str:
         """Names of the chosen meshes (m,)."""
         return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
 
-    notes = [f"meshes open: {names(open_)}"] if open_.any() else []
+    notes = [coded("contact-lost", f"meshes open: {names(open_)}")] if open_.any() else []
     if not loaded.all():
-        notes.append(f"no load, hence no load sharing, in {names(~loaded)}")
+        notes.append(coded("mesh-without-load", f"no load, hence no load sharing, in {names(~loaded)}"))
     return notes
 
 
-def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[str]:
+def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[CodedText]:
     """A warning of the meshes whose far flank presses at some instant, (m,)."""
     names = ", ".join(name for name, yes in zip(meshes, far, strict=True) if yes)
-    return [f"meshes on their far flank, where their force is negative: {names}"] if names else []
+    return (
+        [coded("far-flank-loaded", f"meshes on their far flank, where their force is negative: {names}")]
+        if names
+        else []
+    )
 
 
-def bound_warnings(meshes: Sequence[str], bound: Array, why: Sequence[str]) -> list[str]:
+def bound_warnings(meshes: Sequence[str], bound: Array, why: Sequence[str]) -> list[CodedText]:
     """A warning where the largest force over all phases, (m,) [N], is not known, with the reason of each mesh (m,)."""
     missing: dict[str, list[str]] = {}
     for name, value, reason in zip(meshes, bound, why, strict=True):
@@ -103,10 +108,19 @@ def bound_warnings(meshes: Sequence[str], bound: Array, why: Sequence[str]) -> l
             missing.setdefault(reason, []).append(name)
     alone = len(missing) == 1 and len(next(iter(missing.values()))) == len(meshes)
     found = [reason if alone else f"{reason} ({', '.join(names)})" for reason, names in missing.items()]
-    return [f"mesh_force_bound, the largest force over all phases, is not known: {'; '.join(found)}"] if found else []
+    return (
+        [
+            coded(
+                "force-bound-unknown",
+                f"mesh_force_bound, the largest force over all phases, is not known: {'; '.join(found)}",
+            )
+        ]
+        if found
+        else []
+    )
 
 
-def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> list[str]:
+def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> list[CodedText]:
     """Warning of coefficients (definition, m) that are infinite: there the forces of a group sum to nothing or less."""
     found = [
         f"{name} of {', '.join(meshes[i] for i in np.flatnonzero(row))}"
@@ -117,7 +131,7 @@ def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> lis
         return []
     cure = "" if method == "static" else "; with method static the teeth part"
     problem = "load sharing undefined where a mesh carries nothing and the forces of its group sum to 0 or less"
-    return [f"{problem}: {'; '.join(found)}{cure}"]
+    return [coded("load-sharing-undefined", f"{problem}: {'; '.join(found)}{cure}")]
 
 
 def force_columns(mean: Array, most: Array, least: Array) -> dict[str, tuple[str, Array]]:
@@ -146,7 +160,7 @@ def labelled(
     time: Array,
     options: Mapping[str, object],
     provenance: Mapping[str, str],
-    warnings: Sequence[str],
+    warnings: Sequence[CodedText],
 ) -> xr.Dataset:
     """The result of `sharing`.
 

@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import parallel_meshes, positive_count, record_of, samples_per_cycle
 from ..static.static import OPEN_RATIO, rounding_of
@@ -243,17 +244,22 @@ def _validity_warnings(
     loaded: np.ndarray,
     cycles: int,
     period: int,
-) -> list[str]:
+) -> list[CodedText]:
     """Warnings of a short record, of a linear model pulled open, of meshes that open and of those without load.
 
     contact : whether each mesh opens (m,), and whether it rests on its far flank (m,).  loaded : (m,).
     """
-    notes, (open_, far) = [], contact
+    notes: list[CodedText] = []
+    open_, far = contact
     if cycles < period:
-        notes.append(f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
+        notes.append(
+            coded("short-record", f"record of {cycles} mesh cycles is shorter than the hunting period of {period}")
+        )
     lost = _names(meshes, open_)
     if lost and method != "static":
-        notes.append(f"linear model invalid: mesh force falls below zero in {lost}; try method static")
+        notes.append(
+            coded("tension-in-teeth", f"linear model invalid: mesh force falls below zero in {lost}; try method static")
+        )
         open_ = np.zeros_like(open_)
     notes += sharing_warnings(meshes, open_, loaded)
     return notes + far_warnings(meshes, far)

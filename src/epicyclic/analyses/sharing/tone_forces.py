@@ -14,6 +14,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import net_force
 from ...system.system import Array, System
+from ...warning_codes import CodedText
 from ..static.both_flanks import HeldTrain, balanced, held_train, settled
 from ..static.equilibrium import closed_force
 from ..static.record import (
@@ -82,7 +83,7 @@ class ToneForces:
 
 def tone_forces(
     system: System, method: str, *, samples: int | None, relative_speed: float
-) -> tuple[tuple[ToneForces, ...], list[str]]:
+) -> tuple[tuple[ToneForces, ...], list[CodedText]]:
     """Forces by mesh frequency, that of the first mesh first, and warnings of the method.
 
     Raises

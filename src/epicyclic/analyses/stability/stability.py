@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import ModelError
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 from ..steady.response import FrameSpeed
 from .combinations import Combination
 from .scan import FloquetScan, ParametricSystem, Progress, floquet_scan, parametric_system, predicted_combinations
@@ -166,9 +167,15 @@ def _labelled(
     )
 
 
-def scan_warnings(found: FloquetScan) -> list[str]:
+def scan_warnings(found: FloquetScan) -> list[CodedText]:
     """Warnings: speeds without multipliers, and unstable speeds."""
     failed = [str(status) for status in found.status if status != "ok"]
     unstable = int(np.sum([kind not in ("", "stable") for kind in found.kind]))
-    notes = [f"{len(failed)} of {found.status.size} speeds have no multipliers: {failed[0]}"] if failed else []
-    return notes + ([f"unstable at {unstable} of {found.status.size} speeds"] if unstable else [])
+    notes = (
+        [coded("stability-unknown", f"{len(failed)} of {found.status.size} speeds have no multipliers: {failed[0]}")]
+        if failed
+        else []
+    )
+    return notes + (
+        [coded("motion-unstable", f"unstable at {unstable} of {found.status.size} speeds")] if unstable else []
+    )

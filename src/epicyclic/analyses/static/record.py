@@ -15,6 +15,7 @@ from ...system.faces import faces
 from ...system.gaps import FlanksAt, flanks
 from ...system.laws.linear import LinearLaw
 from ...system.system import Array, ComplexArray, Line, MeshRows, System
+from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory
 
 __all__ = [
@@ -97,12 +98,14 @@ class Record:
         return self.count * self.samples
 
     @property
-    def warnings(self) -> list[str]:
+    def warnings(self) -> list[CodedText]:
         """A warning where the record is shorter than the period."""
         if self.count >= self.period:
             return []
         what = "hunting period" if self.name == "mesh cycles" else "common period"
-        return [f"record of {self.count} {self.name} is shorter than the {what} of {self.period}"]
+        return [
+            coded("short-record", f"record of {self.count} {self.name} is shorter than the {what} of {self.period}")
+        ]
 
 
 def positive_count(name: str, value: int | None, default: int) -> int:

@@ -15,6 +15,7 @@ from ...system.faces import Faces, faces
 from ...system.gaps import flanks, groups_past_the_end, net_force, past_the_end
 from ...system.laws.groups import STATES
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 from .both_flanks import held_train
 from .quasi_static import RecordPiece, history_note, quasi_static
 from .record import Record, positive_count, record_of
@@ -128,16 +129,22 @@ def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> Flan
     )
 
 
-def contact_warnings(system: System, contact: FlankContact) -> list[str]:
+def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
     """Warnings of rows without any contact at some instant, of those on their far flank, and of the ends of tables."""
-    notes, names = [], np.array(system.meshes.name, dtype=object)
+    notes: list[CodedText] = []
+    names = np.array(system.meshes.name, dtype=object)
     apart = ~np.all(contact.loaded | contact.far, axis=0)
     if apart.any():
         open_ = ", ".join(names[apart])
-        notes.append(f"meshes open: {open_}; bodies held by them alone have no unique position")
+        notes.append(coded("contact-lost", f"meshes open: {open_}; bodies held by them alone have no unique position"))
     behind = contact.far.any(axis=0)
     if behind.any():
-        notes.append(f"meshes on their far flank, where their force is negative: {', '.join(names[behind])}")
+        notes.append(
+            coded(
+                "far-flank-loaded",
+                f"meshes on their far flank, where their force is negative: {', '.join(names[behind])}",
+            )
+        )
     return notes + past_the_end(system, flanks(system), contact.largest)
 
 
@@ -155,7 +162,7 @@ def law_attributes(system: System, record: Record) -> dict[str, str]:
     return {"laws": json.dumps(laws), "history": history_note(system, record)}
 
 
-def free_position_warnings(system: System, free: Array) -> list[str]:
+def free_position_warnings(system: System, free: Array) -> list[CodedText]:
     """A warning where a body's place is not unique: a free motion (n, r) moves more than the turning of the train does.
 
     Turning leaves the lateral place of central bodies and the z, rx, ry of all bodies alone.
@@ -172,11 +179,16 @@ def free_position_warnings(system: System, free: Array) -> list[str]:
     bodies = dict.fromkeys(b for b, yes in zip(dofs.body, np.any(moved, axis=1) & lateral, strict=True) if yes)
     if not bodies:
         return []
-    return [f"position of {', '.join(bodies)} is not unique: no support holds it; mesh forces are"]
+    return [
+        coded(
+            "position-not-unique",
+            f"position of {', '.join(bodies)} is not unique: no support holds it; mesh forces are",
+        )
+    ]
 
 
 def _dataset(
-    system: System, record: Record, pieces: list[RecordPiece], contact: FlankContact, warnings: list[str]
+    system: System, record: Record, pieces: list[RecordPiece], contact: FlankContact, warnings: list[CodedText]
 ) -> xr.Dataset:
     """The labelled result."""
     from ...results.dataset import dataset
@@ -273,7 +285,7 @@ def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[
     }
 
 
-def group_warnings(system: System, pieces: list[RecordPiece]) -> list[str]:
+def group_warnings(system: System, pieces: list[RecordPiece]) -> list[CodedText]:
     """Warnings of links whose forces pass the last one of their table."""
     if not system.groups:
         return []

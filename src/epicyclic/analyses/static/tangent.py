@@ -18,6 +18,7 @@ from ...system.laws.groups import STATES, LawGroup, Laws
 from ...system.laws.linear import LinearLaw
 from ...system.symmetry import commutes
 from ...system.system import Array, Line, LinkRows, MeshRows, System
+from ...warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
 from .record import group_gap
 
@@ -252,7 +253,7 @@ def _linearised_line(
 
 def _law_warnings(
     system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array], memory_alone: bool
-) -> list[str]:
+) -> list[CodedText]:
     """Warnings that name the stiffness [N/m] in place of each law at a stretch (R,) [m].
 
     Groups of one text together.
@@ -273,13 +274,15 @@ def _law_warnings(
             across = f", across {values[1]:.4g} {unit}" if len(values) == 2 else ""
             text = f"{_DOING[STATES[doing]]} at the mean load, stiffness along it {values[0]:.4g} {unit}{across}"
         groups_by_text.setdefault(f"{group.law.kind} {text}", []).append(group.name)
-    return [f"linearised: {', '.join(names)}: {text}" for text, names in groups_by_text.items()]
+    return [
+        coded("law-linearised", f"linearised: {', '.join(names)}: {text}") for text, names in groups_by_text.items()
+    ]
 
 
 # flanks ---------------------------------------------------------------------------------------------------------------
 
 
-def flank_warnings(system: System) -> list[str]:
+def flank_warnings(system: System) -> list[CodedText]:
     """A warning for every pair whose flanks follow a law: how far their tangent at the operating load is from it.
 
     First touch of the law less that of the tangent, and the force of the tangent over that of the law, less one, at the
@@ -301,7 +304,12 @@ def flank_warnings(system: System) -> list[str]:
     for pair in dict.fromkeys(pairs[lawful].tolist()):
         rows = np.flatnonzero(lawful & (pairs == pair))
         own = whole.total(load)[np.unique(whole.row[rows])]
-        found.append(f"{pair}: {_departure_text(own, float(_largest(touch[rows])), float(_largest(error[rows])))}")
+        found.append(
+            coded(
+                "law-linearised",
+                f"{pair}: {_departure_text(own, float(_largest(touch[rows])), float(_largest(error[rows])))}",
+            )
+        )
     return found
 
 

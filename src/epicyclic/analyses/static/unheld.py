@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 
 __all__ = ["Unheld", "unheld", "unheld_error", "unheld_warnings"]
 
@@ -88,14 +89,14 @@ def unheld_error(found: Sequence[Unheld]) -> ModelError:
     )
 
 
-def unheld_warnings(system: System, free: Array) -> list[str]:
+def unheld_warnings(system: System, free: Array) -> list[CodedText]:
     """Warning of a mean load that works on motions without stiffness (n, r), one text at most."""
     still = [line.force[0].real for line in system.lines if line.frequency == 0]
     force = system.force + sum(still, np.zeros(len(system.force)))
     if not force.any():
         return []
     found = unheld(free, force, system.dofs.names)
-    return [str(unheld_error(found))] if found else []
+    return [coded("load-not-held", str(unheld_error(found)))] if found else []
 
 
 def _reactions(free: Array, work: Array, offered: NDArray[np.bool_], most: int | None = None) -> dict[int, float]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array
+from ...warning_codes import CodedText, coded
 from ..modes.eigen import eigen, whirl
 from .response import Response
 
@@ -80,13 +81,16 @@ def unstable_speeds(ready: Response, speed: Array) -> NDArray[np.bool_]:
     return found
 
 
-def instability_warnings(ready: Response, unstable: Array) -> list[str]:
+def instability_warnings(ready: Response, unstable: Array) -> list[CodedText]:
     """Warning where the mean system is unstable, at relative speeds (U,)."""
     if not unstable.size:
         return []
     tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
     return [
-        f"no steady motion at {unstable.size} speeds from {unstable.min() * tone:.6g} Hz mesh frequency on: the mean "
-        f"system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
-        f"(first of {name}); the values there are nan"
+        coded(
+            "no-steady-motion",
+            f"no steady motion at {unstable.size} speeds from {unstable.min() * tone:.6g} Hz mesh frequency on: the "
+            f"mean system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
+            f"(first of {name}); the values there are nan",
+        )
     ]

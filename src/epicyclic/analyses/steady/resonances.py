@@ -58,7 +58,7 @@ def with_resonances(result: xr.Dataset, system: System, *, band: float | None = 
 
     Returns
     -------
-    Dataset with variables ``resonance_*`` over the dimension ``resonance``; docs/modes.md defines each.
+    Dataset with variables ``resonance_*`` over the dimension ``resonance``; docs/theory/modes.md defines each.
 
     Raises
     ------

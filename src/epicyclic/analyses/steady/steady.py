@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...system.faces import faces
 from ...system.system import Array, ComplexArray, System
+from ...warning_codes import CodedText, coded
 from ..static.tangent import linear
 from .lattice import on_axis
 from .measures import dynamic_factor, force_extremes, link_measures, mean, mean_square
@@ -58,7 +59,7 @@ def steady(
 
     Returns
     -------
-    Variables and units of docs/response.md: forces [N, N m], displacements [m].
+    Variables and units of docs/theory/response.md: forces [N, N m], displacements [m].
 
     Raises
     ------
@@ -146,7 +147,7 @@ def _link_names(system: System) -> dict[Hashable, Any]:
     return {**names, "bearing": [links.link[x] for x in pairs[:, 0]]} if len(pairs) else names
 
 
-def tension_warnings(system: System, lowest: Array) -> list[str]:
+def tension_warnings(system: System, lowest: Array) -> list[CodedText]:
     """Warning where the linear model pulls on teeth.
 
     lowest : (m, P) smallest force of every mesh row at every speed [N].
@@ -158,7 +159,11 @@ def tension_warnings(system: System, lowest: Array) -> list[str]:
     listed = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
     points = int(pulled.any(axis=0).sum())
     where = f" at {points} of {pulled.shape[1]} speeds" if pulled.shape[1] > 1 else ""
-    return [f"tensile mesh force in the linear model{where}: the teeth of {listed} would separate"]
+    return [
+        coded(
+            "tension-in-teeth", f"tensile mesh force in the linear model{where}: the teeth of {listed} would separate"
+        )
+    ]
 
 
 def _stiffness_harmonics(ready: Response) -> int:

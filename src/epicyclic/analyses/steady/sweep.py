@@ -50,7 +50,7 @@ def sweep(
     compiled: bool | None = None,
     kept: RunFolder | None = None,
 ) -> xr.Dataset:
-    """Mesh forces, bearing forces and motion over speed for linear contact; docs/response.md defines each number.
+    """Mesh forces, bearing forces and motion over speed for linear contact, as docs/theory/response.md defines.
 
     With shaft orders the RMS is that of all time (Parseval), and the peak and the minimum are bounds over all
     relative phases, max over theta of f0 + sum |A_s|: teeth meet at discrete phases, so a bound may lie up to

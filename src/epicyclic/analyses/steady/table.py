@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...system.faces import faces
 from ...system.system import Array, System
+from ...warning_codes import CodedText
 from .excitation import LineExcitation
 from .lattice import Point
 from .measures import Layout
@@ -141,7 +142,7 @@ def sweep_dataset(
     tone: float,
     verb: str,
     options: Mapping[str, Any],
-    warnings: Sequence[str],
+    warnings: Sequence[CodedText],
     further: Mapping[str, tuple[Sequence[str] | str, Any]] | None = None,
 ) -> xr.Dataset:
     """Dataset of a filled table.

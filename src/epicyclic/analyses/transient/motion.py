@@ -25,6 +25,7 @@ from ...system.gaps import Flanks, flanks
 from ...system.laws.groups import Laws
 from ...system.laws.linear import LEAST
 from ...system.system import Array, ComplexArray, Line, System
+from ...warning_codes import CodedText, coded
 from ..modes.basis import mean_modes
 from ..static.record import group_gap
 from ..static.tangent import linear
@@ -133,7 +134,7 @@ class Motion:
     numbers: Numbers
     compiled: bool
     program: Program
-    warnings: tuple[str, ...]
+    warnings: tuple[CodedText, ...]
 
 
 def motion(
@@ -243,11 +244,16 @@ def in_modes_of_its_speed(moving: Motion) -> Motion:
     )
 
 
-def _slow_notes(names: tuple[str, ...]) -> tuple[str, ...]:
+def _slow_notes(names: tuple[str, ...]) -> tuple[CodedText, ...]:
     """A warning that names the pairs and links whose laws keep the steps from being compiled."""
     if not names:
         return ()
-    return (f"{', '.join(names)}: a law without a compiled form: integrated with NumPy, some 30 times slower",)
+    return (
+        coded(
+            "slow-law",
+            f"{', '.join(names)}: a law without a compiled form: integrated with NumPy, some 30 times slower",
+        ),
+    )
 
 
 def to_modal(moving: Motion, state: Array) -> Array:

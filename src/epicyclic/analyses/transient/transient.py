@@ -13,6 +13,7 @@ from ...errors import ModelError
 from ...system.faces import faces
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array, System
+from ...warning_codes import CodedText, coded
 from ..cost import MOST_NUMBERS, require_memory, require_time
 from ..static.record import positive_count, reference_tone
 from .integrators import starting_slider, steps_for
@@ -372,19 +373,36 @@ def _over_all_steps(found: RunRecord, times: Array, force: Array, *, apart: bool
     }
 
 
-def _notes(system: System, names: tuple[str, ...], lost: np.ndarray, options: dict[str, Any], status: str) -> list[str]:
+def _notes(
+    system: System, names: tuple[str, ...], lost: np.ndarray, options: dict[str, Any], status: str
+) -> list[CodedText]:
     """Warnings of a run; lost : (w,) meshes that opened or, in the linear model, pulled."""
-    notes = [] if system.damped else ["nothing is damped: what a start or a step sets moving never dies away"]
+    notes = (
+        []
+        if system.damped
+        else [coded("no-damping", "nothing is damped: what a start or a step sets moving never dies away")]
+    )
     if lost.any():
         which = ", ".join(name for name, open_ in zip(names, lost, strict=True) if open_)
         pulled = options["contact"] == "linear"
-        notes.append(f"tensile mesh force in the linear model: {which}" if pulled else f"contact lost in {which}")
+        notes.append(
+            coded("tension-in-teeth", f"tensile mesh force in the linear model: {which}")
+            if pulled
+            else coded("contact-lost", f"contact lost in {which}")
+        )
         endless = dict.fromkeys(
             pair for pair, gap in zip(system.meshes.pair, system.meshes.backlash, strict=True) if np.isinf(gap)
         )
         if not pulled and endless:
             where = "" if len(endless) == len(set(system.meshes.pair)) else f" of {', '.join(endless)}"
-            notes.append(f"no backlash{where} is given: the far flanks are taken as never touching")
+            notes.append(
+                coded("no-backlash", f"no backlash{where} is given: the far flanks are taken as never touching")
+            )
     if status != "ok":
-        notes.append(f"the motion grows without bound, {status}: unstable at this speed, or the step is too long")
+        notes.append(
+            coded(
+                "motion-unbounded",
+                f"the motion grows without bound, {status}: unstable at this speed, or the step is too long",
+            )
+        )
     return notes

@@ -1,7 +1,7 @@
 """Objectives of micro-geometry: loaded transmission error, load per length of contact line, dynamic mesh force.
 
 Transmission error and load follow from the loaded contact of each mesh alone.  The dynamic mesh force follows from the
-linear sweep of the train, with the tangent stiffness of that contact in its meshes (docs/relief.md).
+linear sweep of the train, with the tangent stiffness of that contact in its meshes (docs/how-to/relief.md).
 """
 
 from __future__ import annotations

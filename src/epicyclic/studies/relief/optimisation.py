@@ -23,6 +23,7 @@ from ...tooth_contact.pair import check_pair
 from ...tooth_contact.segments import ContactSegments
 from ...train.connections import Mesh
 from ...train.train import Train
+from ...warning_codes import CodedText, coded
 from ..check import train_provenance
 from ..contact_resolution import Resolution, check_tolerance, sigma_at
 from ..source import Source, train_of
@@ -428,19 +429,25 @@ def _forces_over_speed(problem: ReliefProblem, settings: Mapping[str, FlankSetti
     return {DYNAMIC[name]: (("state", "speed"), np.array([one[name] for one in curves])) for name in DYNAMIC}
 
 
-def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResult, generations: int) -> list[str]:
+def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResult, generations: int) -> list[CodedText]:
     """Warnings of the trains, of the search, and of the answer that is picked."""
     messages = [*train.warnings, *(text for text in after.warnings if text not in train.warnings)]
     completed = int(result.generation.max()) + 1
     if result.stopped:
-        messages.append(f"stopped after {completed} of {generations} generations: the best so far")
+        messages.append(
+            coded("search-stopped", f"stopped after {completed} of {generations} generations: the best so far")
+        )
     failed = int((~np.isfinite(result.objectives)).any(axis=1).sum())
     if failed:
-        messages.append(f"{failed} of {len(result.objectives)} candidates could not be computed")
+        messages.append(
+            coded("points-failed", f"{failed} of {len(result.objectives)} candidates could not be computed")
+        )
     for variable, at in zip(solved.problem.variables, solved.candidates[solved.answer], strict=True):
         if not variable.shapes and min(at, 1 - at) < _AT_BOUND:
             side, bound = ("lower", variable.low) if at < 0.5 else ("upper", variable.high)
             best = "the best" if len(solved.candidates) == 1 else "the solution picked"
             beyond = "" if at < 0.5 and bound <= 0 and variable.key != "slope" else "; a better one may lie beyond"
-            messages.append(f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} µm{beyond}")
+            messages.append(
+                coded("at-bound", f"{variable.name}: {best} ends at the {side} bound, {bound * 1e6:.6g} µm{beyond}")
+            )
     return messages

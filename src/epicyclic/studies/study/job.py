@@ -22,6 +22,7 @@ from ...model.names import nearest
 from ...model.tables import dotted_line
 from ...resolve import load
 from ...resolve.tolerances import tolerances_of
+from ...warning_codes import CodedText, coded
 from ..tolerance.sampling import Sampler, SamplingPlan, scramble_uniforms
 from .axes import OPTIONS, Variation, axis_of, drawn, is_range
 
@@ -54,7 +55,7 @@ class StudyJob:
     along: tuple[Variation, ...]
     points: int
     seed: int
-    warnings: tuple[str, ...]
+    warnings: tuple[CodedText, ...]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -227,13 +228,13 @@ def _kept(table: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _along(
     table: Mapping[str, Any], document: Document, folder: Path | None, written: bool, seed: int
-) -> tuple[list[Variation], int, list[str]]:
+) -> tuple[list[Variation], int, list[CodedText]]:
     """Axes that vary together along `point`, their length, and what was made of it."""
     axes = [
         axis_of(document, folder, f"list.{path}", path, given, written)
         for path, given in _flat(_section(table, "list"))
     ]
-    said: list[str] = []
+    said: list[CodedText] = []
     lengths = {f"list.{axis.path}": len(axis.values) for axis in axes}
     for key in _SAMPLERS:
         section = _section(table, key)
@@ -242,7 +243,7 @@ def _along(
         count = _whole(section, "points", 0, low=1, where=f"{key}.points")
         if key == "sobol" and count & (count - 1):
             rounded = 1 << count.bit_length()
-            said.append(f"sobol.points = {count}: rounded up to {rounded}, a power of two")
+            said.append(coded("points-rounded", f"sobol.points = {count}: rounded up to {rounded}, a power of two"))
             count = rounded
         lengths[f"{key}.points"] = _limited(count, f"{key}.points")
         paths = dict(_flat({name: value for name, value in section.items() if name != "points"}))

@@ -17,6 +17,7 @@ import xarray as xr
 from ...errors import ModelError
 from ...results.counted import Counted
 from ...results.dataset import dataset
+from ...warning_codes import coded, placed
 from ..blocks.run import BlockJob, hash_of, run_blocks
 from ..blocks.versions import machine
 from .axes import Variation
@@ -114,11 +115,18 @@ def _result(asked: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -
     whole = unfolded(stacked([point["result"] for point in points]), asked.dims, asked.shape)
     counts = Counter(text for point in points for text in set(point["warnings"]))
     first = next((str(text) for text, state in zip(reason, status, strict=True) if state != "ok"), "")
-    said = [*asked.warnings, *([f"{failed} of {len(points)} points failed, the first with: {first}"] if failed else [])]
+    said = [
+        *asked.warnings,
+        *(
+            [coded("points-failed", f"{failed} of {len(points)} points failed, the first with: {first}")]
+            if failed
+            else []
+        ),
+    ]
     for text, number in counts.most_common(_WARNINGS):
-        said.append(text if number == len(points) - failed else f"at {number} of {len(points)} points: {text}")
+        said.append(text if number == len(points) - failed else placed(f"at {number} of {len(points)} points", text))
     if len(counts) > _WARNINGS:
-        said.append(f"{len(counts) - _WARNINGS} more warnings of single points")
+        said.append(coded("more-warnings", f"{len(counts) - _WARNINGS} more warnings of single points"))
     result = dataset(
         {"status": (asked.dims, status.reshape(asked.shape)), "reason": (asked.dims, reason.reshape(asked.shape))},
         coords={"point": np.arange(asked.points)} if asked.points else {},

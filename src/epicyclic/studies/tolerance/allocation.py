@@ -18,6 +18,7 @@ from ...resolve import load
 from ...resolve.tolerances import costs_of
 from ...results.dataset import dataset
 from ...train.train import Train
+from ...warning_codes import CodedText, coded
 from ..check import train_provenance
 from ..source import Overrides, Source, train_of
 from .columns import ToleranceMap, tolerance_map
@@ -333,7 +334,7 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
 # result --------------------------------------------------------------------------------------------------------------
 
 
-def _described(problem: _Problem, found: _Found) -> tuple[Columns, list[str]]:
+def _described(problem: _Problem, found: _Found) -> tuple[Columns, list[CodedText]]:
     """Variables of the result and its warnings."""
     grades: Grades = found.columns or problem.sampled
     prices, p, at = problem.offered.prices, problem.probability, found.combination
@@ -411,7 +412,7 @@ def _front(problem: _Problem, columns: GradeColumns) -> Columns:
     return {"front_price": ("front", price), "front_k_gamma": ("front", factor)}
 
 
-def _messages(problem: _Problem, found: _Found, grades: Grades) -> list[str]:
+def _messages(problem: _Problem, found: _Found, grades: Grades) -> list[CodedText]:
     """What the user should know: no proof, grades that are not monotone, contact that opens, a target not confirmed."""
     prices, p = problem.offered.prices, problem.probability
     messages = []
@@ -419,22 +420,42 @@ def _messages(problem: _Problem, found: _Found, grades: Grades) -> list[str]:
     for entry, grade, _ in failed[:1]:
         words = f"{problem.offered.grades[entry][grade].text} of {problem.names[entry]}"
         messages.append(
-            f"in {len(failed)} of {compared} comparisons a finer grade has the larger K_gamma, first {words}"
+            coded(
+                "grades-not-monotone",
+                f"in {len(failed)} of {compared} comparisons a finer grade has the larger K_gamma, first {words}",
+            )
         )
     if found.choice.proof == "open":
-        messages.append(f"the search ended after {found.choice.tried} combinations: a cheaper one may be left")
+        messages.append(
+            coded(
+                "search-stopped", f"the search ended after {found.choice.tried} combinations: a cheaper one may be left"
+            )
+        )
     if found.columns is not None:
         off = differing(found.columns, problem.sampled, problem.coarsest, problem.target)
         if off:
             messages.append(
-                f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
-                "other side of the target then; the bound is that of closed contact"
+                coded(
+                    "bound-of-closed-contact",
+                    f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
+                    "other side of the target then; the bound is that of closed contact",
+                )
             )
     reached = float(found.reached.value.item())
     if reached > problem.target:
-        messages.append(f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left")
+        messages.append(
+            coded(
+                "target-missed",
+                f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left",
+            )
+        )
     elif found.searched < problem.target:
-        messages.append(f"searched with a target of {found.searched:.5g}, so that the fresh run meets that asked for")
+        messages.append(
+            coded(
+                "target-tightened",
+                f"searched with a target of {found.searched:.5g}, so that the fresh run meets that asked for",
+            )
+        )
     return messages
 
 

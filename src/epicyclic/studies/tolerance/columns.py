@@ -22,6 +22,7 @@ from ...resolve import load
 from ...resolve.tolerances import correlations_of, tolerances_of
 from ...system.system import Array, Line, System
 from ...train.train import Train
+from ...warning_codes import CodedText
 from .sources import Kind, Source, drawn_paths, sources_of, unit_deviations, unit_overrides
 from .stiffness import Shift, shift_of, values_text
 
@@ -86,7 +87,7 @@ class ToleranceMap:
     mesh: tuple[str, ...]
     pair: tuple[str, ...]
     group: tuple[NDArray[np.int64], ...]
-    warnings: tuple[str, ...]
+    warnings: tuple[CodedText, ...]
     sources: tuple[Source, ...]
     moved: tuple[Moved, ...]
     correlations: tuple[Correlations, ...]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...analyses.samples.sample_loads import ContactMethod
+from ...warning_codes import CodedText
 
 if TYPE_CHECKING:
     from ...model.correlation import Correlations
@@ -67,7 +68,7 @@ class SampleMap(Protocol):
         """Groups of entries whose draws are correlated."""
 
     @property
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[CodedText, ...]:
         """What the user should know of the map."""
 
     def evaluate(

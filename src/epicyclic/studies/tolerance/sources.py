@@ -18,6 +18,7 @@ from ...errors import ModelError
 from ...model.document import read
 from ...model.tolerances import Tolerance
 from ...train.train import Displacement, MeshError, Train
+from ...warning_codes import CodedText, coded
 from .stiffness import values_text
 
 __all__ = ["Drawn", "Source", "drawn_paths", "sources_of", "unit_deviations", "unit_overrides"]
@@ -234,7 +235,7 @@ def sources_of(
     entries: Mapping[str, Mapping[str, int]],
     given: Sequence[Tolerance],
     keys: Sequence[tuple[str, int | None, str]],
-) -> tuple[list[Source], list[str]]:
+) -> tuple[list[Source], list[CodedText]]:
     """Sources of all drawn tables, and warnings of those without effect.
 
     Several features of one table and branch (both halves of a split member) have one column: the sum of theirs.
@@ -267,7 +268,7 @@ def sources_of(
         if not source.effect:
             known = (why for name, why in _WITHOUT_EFFECT.items() if f".{name}" in table)
             why = next(known, "nothing holds what it moves, or it turns and no speed is given")
-            warnings.append(f"tolerance of {table} has no effect: {why}")
+            warnings.append(coded("tolerance-without-effect", f"tolerance of {table} has no effect: {why}"))
         found.append(source)
     return found, warnings
 

@@ -17,6 +17,7 @@ from ...analyses.samples.sample_loads import ContactMethod
 from ...errors import ModelError
 from ...results.counted import Counted
 from ...results.dataset import dataset
+from ...warning_codes import CodedText, coded
 from ..blocks.run import BlockJob, hash_of, run_blocks
 from ..blocks.versions import machine
 from ..check import train_provenance
@@ -308,13 +309,21 @@ def _worst_columns(
     }
 
 
-def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[str]:
+def _warnings(tally: SampleTally, asked: int, plan: SamplingPlan) -> list[CodedText]:
     messages = []
     if plan.samples != asked:
-        messages.append(f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}")
+        messages.append(
+            coded(
+                "points-rounded",
+                f"{asked} samples rounded up to {plan.samples}, {plan.scrambles} scrambles of {plan.rows}",
+            )
+        )
     if tally.failed:
         messages.append(
-            f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
-            "(a torque drawn at zero or beyond, a stiffness below zero), and count nowhere"
+            coded(
+                "points-failed",
+                f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
+                "(a torque drawn at zero or beyond, a stiffness below zero), and count nowhere",
+            )
         )
     return messages

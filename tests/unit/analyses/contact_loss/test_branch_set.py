@@ -93,7 +93,8 @@ def test_a_branch_that_winds_through_unstable_motions_is_cut(monkeypatch: pytest
     assert last == pytest.approx(float(found.fold_frequency[-1]), abs=0.1)
     warnings = [text for text in json.loads(found.attrs["warnings"]) if "branch" in text]
     assert warnings == [
-        f"a branch that winds through unstable motions was cut near {last:.4g} Hz: unstable motions may be missing"
+        f"a branch that winds through unstable motions was cut near {last:.4g} Hz: unstable motions may be missing "
+        "[branch-cut]"
     ]
     # behind the cut only stable motions are looked for, and here is none
     assert found.status.values.tolist() == [["ok", "not converged"]] * 2

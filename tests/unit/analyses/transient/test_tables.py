@@ -279,7 +279,9 @@ def test_a_law_without_compiled_form_says_so(made: Any) -> None:
     moving = motion(system)
     assert not moving.compiled
     assert "main/a-b" not in moving.warnings[0]
-    assert moving.warnings == ("a-b: a law without a compiled form: integrated with NumPy, some 30 times slower",)
+    assert moving.warnings == (
+        "a-b: a law without a compiled form: integrated with NumPy, some 30 times slower [slow-law]",
+    )
     start = at_equilibrium(moving)
     assert start[0, 0] == pytest.approx((force / factor) ** (1 / 3), rel=1e-10)
     states = integrate(moving, start + np.array([[1e-4], [0.0]]), stop=0.02, steps=4000, keep=40)

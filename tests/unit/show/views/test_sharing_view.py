@@ -35,7 +35,7 @@ def test_an_infinite_coefficient_is_told_as_undefined() -> None:
     assert np.isinf(result.system_load_sharing.sel(definition="simultaneous").item())
     (said,) = (text for text in json.loads(result.attrs["warnings"]) if "undefined" in text)
     assert "simultaneous of main/planet-ring/1, main/planet-ring/2, main/planet-ring/3" in said
-    assert said.endswith("with method static the teeth part")
+    assert said.endswith("with method static the teeth part [load-sharing-undefined]")
     (table, *_) = tables(result)
     assert table.columns["simultaneous"][-1] == "undefined"
     assert ("undefined", f"load sharing, simultaneous: {unbroken('main/planet-ring/1')}") in key_figures(result)

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.results.dataset import dataset
+from epicyclic.warning_codes import coded
 
 from .tolerances import allocation, tolerance
 from .train import DIRECTIONS, REN, Gears, array, bodies, check, lin_gears, links_of, meshes, provenance
@@ -151,7 +152,9 @@ def sharing(gears: Gears, *, cycles: int = 23, tone: float = 27.3125) -> xr.Data
         coords={"mesh": array(mesh["name"] for mesh in pairs), "time": time, "definition": array(names)},
         verb="sharing",
         options={"method": "steady", "window": f"{cycles} mesh cycles"},
-        warnings=["load sharing is that of 23 mesh cycles, the record is shorter than the hunting period of 22287"],
+        warnings=[
+            coded("short-record", "load sharing is that of 23 mesh cycles, shorter than the hunting period of 22287")
+        ],
         provenance=provenance(gears),
     )
 
@@ -207,7 +210,10 @@ def sweep(gears: Gears, found: xr.Dataset, *, tone: float = 27.3125, points: int
 def everything(gears: Gears) -> dict[str, xr.Dataset]:
     """All Datasets of one train; without speeds those that need none."""
     warnings = [
-        "stages.main.planets = 3: cannot be assembled at equal spacing, (23 + 57)/3; nearest 0, 121.5, 238.5 deg"
+        coded(
+            "not-assembled",
+            "stages.main.planets = 3: cannot be assembled at equal spacing, (23 + 57)/3; nearest 0, 121.5, 238.5 deg",
+        )
     ]
     found = {"check": check(gears, warnings=warnings), "modes": modes(gears), "stiffness": stiffness(gears)}
     if not math.isfinite(gears.sun_speed):

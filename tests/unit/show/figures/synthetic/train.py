@@ -17,6 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.results.dataset import dataset
+from epicyclic.warning_codes import CodedText
 
 Array = NDArray[np.float64]
 DIRECTIONS = ["x", "y", "z", "rx", "ry", "rz"]
@@ -235,7 +236,7 @@ def _lines(gears: Gears, tone: float) -> list[tuple[str, float]]:
     return [("main mesh", tone), *[(f"main.{kind} turning", hertz) for kind, hertz in speeds.items() if hertz]]
 
 
-def check(gears: Gears, *, warnings: Sequence[str] = ()) -> xr.Dataset:
+def check(gears: Gears, *, warnings: Sequence[CodedText] = ()) -> xr.Dataset:
     """The Dataset of `check`."""
     own = bodies(gears)
     toothed, links = [body for body in own if body["kind"] != "carrier"], links_of(gears, own)

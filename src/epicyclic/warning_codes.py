@@ -1,0 +1,384 @@
+"""Codes of the physical warnings: every warning of a result ends with one in brackets, and the table here explains it.
+
+A text becomes a warning by `coded` alone: `CodedText` is what every list of warnings holds, so that the type checker
+finds a text without a code.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NewType
+
+__all__ = ["WARNING_CODES", "CodedText", "WarningCode", "code_of", "coded", "placed"]
+
+CodedText = NewType("CodedText", str)
+"""Text of a warning that ends with its code in brackets."""
+
+_CODE = re.compile(r" \[([a-z0-9-]+)\]$")
+
+
+@dataclass(frozen=True, slots=True)
+class WarningCode:
+    """What a warning means, what cures it, and the page of the documentation that says more (a file name)."""
+
+    meaning: str
+    cure: str
+    page: str
+
+
+def coded(code: str, text: str) -> CodedText:
+    """Return a warning: the text with its code in brackets behind it.
+
+    Raises KeyError for a code that `WARNING_CODES` has not.
+    """
+    if code not in WARNING_CODES:
+        raise KeyError(code)
+    return CodedText(f"{text} [{code}]")
+
+
+def placed(where: str, text: CodedText) -> CodedText:
+    """Return a warning with the place it is about before it; its code stays behind."""
+    return CodedText(f"{where}: {text}")
+
+
+def code_of(text: str) -> str | None:
+    """Return the code of a warning; None of a text that has none, of a result of an earlier version."""
+    found = _CODE.search(text)
+    return found[1] if found and found[1] in WARNING_CODES else None
+
+
+def _table(rows: str) -> dict[str, WarningCode]:
+    """Return the table of blocks of four lines: code and page, meaning, cure."""
+    table = {}
+    for block in rows.strip().split("\n\n"):
+        (code, page), meaning, cure = block.split("\n")[0].split(), *block.split("\n")[1:]
+        table[code] = WarningCode(meaning=meaning.strip(), cure=cure.strip(), page=page)
+    return table
+
+
+WARNING_CODES: Mapping[str, WarningCode] = _table(
+    """
+teeth-changed model-file.md
+An override changes teeth of a file that states radii or masses of these gears: they are scaled with the teeth.
+Set the radii and masses beside the teeth, or remove them (an empty value) to have them derived.
+
+ring-teeth model-file.md
+With other teeth on sun or planet the ring fits no longer: sun and two planets make another number.
+Set the teeth of the ring too, or profile shifts with a centre distance.
+
+no-unit model-file.md
+A number of a file of format 1 has no unit and is read in SI.
+Write the unit behind the number, as format = 2 asks: the warning shows how.
+
+rexs-assumed rexs.md
+The model is a REXS file: what it does not say is assumed, and what the model has no place for is dropped.
+Read the list that `epicyclic import FILE` prints; with -o it writes the model file, in which values can be replaced.
+
+contact-ratio-below-one teeth.md
+The transverse contact ratio is below 1: one pair of teeth parts before the next one meets.
+Longer addenda, another profile shift or more teeth; check centre distance and tip diameters.
+
+centre-distances-differ model-file.md
+Stated or derived centre distances of the meshes of one stage fit no single place of the axes.
+Correct centre distance, profile shifts or base radii, so that all meshes of the planet give one distance.
+
+base-radius-far model-file.md
+A stated base radius is far from the one that teeth, module and angles give.
+Correct base_radius, module or teeth; without base_radius it follows from the teeth.
+
+not-assembled model-file.md
+At the planet angles given the teeth do not meet: the stage cannot be assembled.
+Use the nearest angles that the warning names (planet_angles), or tooth numbers that fit equal spacing.
+
+shafts-not-alike model-file.md
+Identical stepped shafts do not fit all branches: their gears need another clocking on each.
+Give clocking per branch, or choose tooth numbers that let one shaft fit everywhere.
+
+ring-too-small model-file.md
+The planet does not fit into its ring by the radii of their teeth.
+Check the teeth of ring and planet and the radii stated.
+
+planets-collide model-file.md
+Tip circles of neighbouring planets overlap.
+Fewer or smaller planets, or other planet angles.
+
+tips-in-roots teeth.md
+Tips of one gear reach into the root circle of its mate.
+A shorter addendum, a deeper dedendum of the mate, or another profile shift.
+
+tips-below-involute teeth.md
+Tips reach below the involute of their mate by a little; the fillet is taken as involute there.
+A shorter tip, or another profile shift.
+
+thin-rim model-file.md
+The rim of a ring is thin: it bends between the planets, which a rigid body cannot show.
+A thicker rim (rim, outer_diameter); or take load sharing and ring motions as estimates.
+
+tilt-without-slices model-file.md
+A mesh of one row has no stiffness against tilt although its gears may tilt against each other.
+Leave slices out or set it above 1, and state face_width.
+
+deviation-large model-file.md
+A deviation is more than a tenth of a module.
+Check its unit: most deviations are in um.
+
+modification-large model-file.md
+An amount of relief, crown or slope is more than a tenth of a module.
+Check its unit: modifications are in um.
+
+deviation-without-speed model-file.md
+Deviations that turn with a body are left out: without speeds their frequency is not known.
+State operation.speed of one member.
+
+deviation-without-effect model-file.md
+A deviation moves nothing: no mesh, pin, support or bearing transmits it.
+Correct its path, or state the support or bearing that it displaces.
+
+stiffness-unusual teeth.md
+A mesh stiffness per face width is outside the range of steel teeth.
+Check the unit of the stiffness and the face width; other materials may be right.
+
+formula-outside-limits teeth.md
+A formula is used outside the range that its source states.
+Another stiffness method (stiffness = "energy" or "loaded-contact"), or take the result as an estimate.
+
+tangent-load-assumed laws.md
+No torque passes a mesh whose stiffness depends on load: its tangent is taken at an assumed load.
+State operation.torque, or load beside the table.
+
+table-exceeded laws.md
+A force passes the last one of its table; the law goes on along its last tangent there.
+Extend the table to the forces met.
+
+friction-without-clearance laws.md
+Friction of a link has no clearance to slide in and does nothing.
+State clearance of the link, or remove friction.
+
+far-flank-linear laws.md
+The far flank of a mesh is a linear spring: slope, waves and pitch deviations are of the loaded flank alone.
+Nothing to do while the loaded flank carries; where teeth strike back their far flank is an estimate.
+
+power-circulates efficiency.md
+Power circulates on a closed path through members and adds to what the meshes carry.
+Check meshes and bearings against the circulating power, or another arrangement of the stages.
+
+not-solvable model-file.md
+The equations of the train cannot be written: the message says what is missing.
+State what the message names.
+
+load-not-held model-file.md
+The operating load works along a motion that no stiffness holds.
+Give one of the members a support or bearing in that direction, or leave the direction out.
+
+no-tooth-contact contact.md
+Loaded tooth contact of a pair cannot be computed; other verbs do not need it.
+Change what the message names; where it is not needed, nothing.
+
+law-linearised laws.md
+A law of gaps (clearance, spline, table) is replaced by its tangent at the mean load in linear verbs.
+For the law itself: static, sharing --method static, sweep --contact-loss, transient.
+
+floats-in-clearance laws.md
+No link moves at the mean load: bodies float in their clearance.
+Nothing where the clearance is meant; else state a support.
+
+position-not-unique sharing.md
+No support holds a body: its place is not unique, the mesh forces are.
+Nothing to do for forces; for displacements state a support, however soft.
+
+contact-lost contact-loss.md
+Teeth lose contact for a part of the time: the mesh force is zero there, and the next impact is harder.
+More mean load, less deviation or relief nearer to the load; see run-up and coast-down with sweep --contact-loss.
+
+tension-in-teeth contact-loss.md
+The linear model pulls on teeth: they would separate, and the result is not valid there.
+sweep --contact-loss, steady --contact-loss, transient or sharing --method static let them part.
+
+far-flank-loaded sharing.md
+A mesh rests on its far flank, where its force is negative: the load there has the other sense.
+Less deviation or float, more load, or more backlash.
+
+mesh-without-load sharing.md
+A mesh carries no load in the mean: no load sharing is defined there.
+Nothing if it idles by design; else check operation.torque and operation.held.
+
+load-sharing-undefined sharing.md
+The forces of a group of meshes sum to nothing or less where one carries nothing: the coefficient is infinite.
+More load; or sharing --method static, where the teeth part.
+
+mean-load-unknown sharing.md
+The coefficients of the mean load (K_gamma) are not known: the train has no equilibrium at rest.
+Support what the message names, or read the coefficients of the vibration alone.
+
+force-bound-unknown sharing.md
+The largest mesh force over all relative phases is not known for some meshes.
+A whole record (all cycles of the common period), or the largest force of the record.
+
+short-record sharing.md
+The record is shorter than the period after which the same teeth meet again: its extremes may be exceeded.
+More cycles (--cycles, --turns); coefficients that cover all phases need none.
+
+no-damping transient.md
+Nothing is damped: what a start or a step sets moving never dies away.
+State damping.modal, or damping of meshes and supports.
+
+no-backlash transient.md
+No backlash is given where teeth part: the far flanks are taken as never touching.
+State backlash of the mesh.
+
+motion-unbounded transient.md
+The motion in time grows without bound.
+A shorter step; if it still grows, the train is unstable at this speed.
+
+slow-law transient.md
+A law has no compiled form: the run is integrated with NumPy, some 30 times slower.
+A shorter run, or a law with a compiled form.
+
+frequencies-rounded modes.md
+Natural frequencies are so far apart that rounding shows in the lowest ones.
+Replace a very large stiffness by inf (rigid), or leave the lowest frequencies unread.
+
+shapes-changed compare.md
+Mode shapes of two trains differ so much that the pairs of their natural frequencies are doubtful.
+Compare smaller steps, or follow the modes along the parameter with the verb track.
+
+mode-grows modes.md
+A mode grows at this speed: the rotating train is unstable.
+A stiffer support, a lower speed, or damping.
+
+no-steady-motion response.md
+Centripetal terms exceed the stiffness at these speeds: no steady motion exists, the values are nan.
+A lower speed, or a stiffer support of the body that the message names.
+
+motion-unstable stability.md
+The periodic motion is not stable (Floquet): no train stays on it.
+Look for what takes its place with sweep --contact-loss or transient; more damping stabilises.
+
+stability-unknown stability.md
+The Floquet multipliers of a motion or speed are not known.
+Read the reason in status; a neighbouring speed, or more steps.
+
+no-motion-found contact-loss.md
+No periodic motion was found at some points of a sweep with contact loss.
+A finer or shorter range of speed; transient shows the motion in time.
+
+branch-ended contact-loss.md
+A branch of motions ended before it was through: motions beyond it may be missing.
+Another range of speed, or more points.
+
+branch-cut contact-loss.md
+A branch that winds through unstable motions was cut: unstable motions may be missing, stable ones are not meant.
+Nothing for run-up and coast-down; a narrower range shows more of it.
+
+shaft-orders-left-out contact-shaft-orders.md
+Run-outs and other shaft orders are left out of this sweep.
+The option for shaft orders includes them, at a price in time.
+
+shaft-orders-failed contact-shaft-orders.md
+With shaft orders nothing is known at some points of the sweep.
+Read the reason in status; steady --contact-loss at that speed tries harder.
+
+rows-dropped contact-shaft-orders.md
+Harmonics and combinations left out carry a notable share of the motion: forces at an instant have about that error.
+Nothing for RMS values; transient for the largest force.
+
+lines-superposed contact-shaft-orders.md
+Shaft lines are superposed linearly on flanks that part or bend, with the error stated.
+More shaft tones, or transient.
+
+window-cut modulation.md
+The window of a sensor is cut at its last harmonic.
+More harmonics, or a wider window.
+
+transfer-range modulation.md
+The transfer path is given over a smaller range of frequency than the lines: those outside are left out.
+Extend the table of the transfer path.
+
+self-locking efficiency.md
+Friction in the meshes takes more than the driving power: the train does not turn from that side.
+Drive from the other side, a smaller ratio, or less friction.
+
+torques-released efficiency.md
+Torques stated balance without losses only; with losses those named follow.
+State one torque less.
+
+loop-torques-open efficiency.md
+The balance leaves torques of a closed loop open: those nearest to the train without losses are taken.
+State a torque within the loop.
+
+friction-outside-limits efficiency.md
+Friction by oil is used outside the load or speed it is meant for.
+Give the coefficient of friction as a number.
+
+friction-without-history contact.md
+Friction of splines has no history in this analysis: they follow their first pull.
+static and sharing --method static keep the history.
+
+errors-not-given contact.md
+Deviations are asked for, but the file has none of this mesh, or no speeds.
+State pitch or profile deviations and operation.speed.
+
+resolution-insufficient contact.md
+Phases, instants or slices are not enough for the tolerance asked.
+More samples or slices, or a larger tolerance.
+
+contact-not-solved contact.md
+Loaded contact is not solved at some phases of the mesh cycle.
+Smaller modifications or errors, or another load.
+
+corner-contact contact.md
+A tip edge would bear on its mate beyond the path of contact.
+Relieve the tips (flank.tip_relief), or the option corner.
+
+at-bound relief.md
+The best answer ends at a bound of its search range: a better one may lie beyond.
+Widen the range of that variable, if the drawing allows.
+
+search-stopped relief.md
+A search ended before it was through: the answer is the best so far.
+Continue it (--resume), or allow more generations or combinations.
+
+tolerance-without-effect tolerance.md
+A tolerance moves nothing in this analysis.
+Nothing if it is meant for others; else correct its path or state the support that it displaces.
+
+points-rounded tolerance.md
+The number of samples is rounded up to what the sampler needs.
+Nothing; or ask for a power of two.
+
+points-failed study.md
+Some points or samples could not be computed and count nowhere.
+Read their status and reason; narrow the range that fails.
+
+more-warnings study.md
+More different warnings of single points than are told.
+Run the verb at one point for all of its warnings.
+
+grades-not-monotone tolerance.md
+A finer grade has the larger K_gamma in some comparisons: the order of grades is not that of their effect.
+More samples; or a spread in place of the grade.
+
+bound-of-closed-contact tolerance.md
+Contact opens at the coarsest grades: the bound of the price is that of closed contact.
+Read the verified K_gamma, which lets teeth part.
+
+target-missed tolerance.md
+The verification with fresh samples reaches more than the target.
+A lower target in the search, or more samples.
+
+target-tightened tolerance.md
+The search had a lower target, so that the verification with fresh samples meets the one asked for.
+Nothing; more samples bring both closer together.
+
+section-left-out model-file.md
+An analysis of the report is left out: the message says what the model lacks or what failed.
+State what the message names.
+
+audit-differs audit.md
+A published number is contradicted, or a row of an audit is wrong or not computed.
+Read the row: our number, the published one, the reading and the reason.
+"""
+)
+"""Code -> `WarningCode`, sorted as a reader meets them: model file, drawing, statics, vibration, studies."""
