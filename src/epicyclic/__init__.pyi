@@ -13,6 +13,7 @@ from .show.plot import plot as plot
 from .show.report import write_report as write_report
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System
+from .terms.explain import explain as explain
 from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell

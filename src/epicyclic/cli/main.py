@@ -21,6 +21,7 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
+from .explain import explain
 from .kept import kept
 from .output import figure_option
 from .show import show
@@ -102,6 +103,7 @@ for _verb in verbs().values():
 app.command()(audit)
 app.command()(study)
 app.command()(compare)
+app.command()(explain)
 app.command()(show)
 
 
