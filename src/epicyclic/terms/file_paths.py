@@ -27,7 +27,7 @@ _MOST = 4
 # Lengths that are errors, plays and reliefs: some hundredths of a millimetre.
 _SMALL = ("amount", "amplitude", "crown", "slope", "clearance", "backlash", "gap", "position", "run_out", "x", "y", "z")
 # Names of tables as a person would write one in an example.
-_NAMES = {("stages",): "main", ("bodies",): "output", ("couplings",): "shaft", ("loads",): "weight"}
+_NAMES: Mapping[Path, str] = {("stages",): "main", ("bodies",): "output", ("couplings",): "shaft", ("loads",): "weight"}
 _EXAMPLES = {
     "m": '"50 mm"',
     "rad": '"20 deg"',
