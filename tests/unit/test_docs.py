@@ -90,6 +90,8 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("epicyclic.cli.main._report", lambda *_: seen.append("report"))
     monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
     monkeypatch.setattr("epicyclic.cli.study._study", lambda *_, **__: seen.append("study"))
+    monkeypatch.setattr("epicyclic.cli.compare._compare", lambda *_, **__: seen.append("compare"))
+    monkeypatch.setattr("epicyclic.cli.explain._explain", lambda *_, **__: seen.append("explain"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

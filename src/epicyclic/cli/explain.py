@@ -27,26 +27,30 @@ def explain(
 ) -> None:
     """What a path of the model file, a variable, a warning, a verb or a figure means."""
     with reported():
-        from ..terms.explain import explain as run
+        _explain(word, as_json=as_json)
 
-        found = run(word)
-        with on_stdout():
-            if as_json:
-                typer.echo(json.dumps([one.as_dict() for one in found], indent=1, ensure_ascii=False))
-                return
-            from rich.markup import escape
-            from rich.table import Table
 
-            from ..show.console import stdout_console
+def _explain(word: str, *, as_json: bool) -> None:
+    from ..terms.explain import explain as run
 
-            console = stdout_console()
-            for place, one in enumerate(found):
-                if place:
-                    console.print()
-                console.print(f"[bold]{escape(one.name)}[/bold]  {one.kind}", soft_wrap=True)
-                table = Table.grid(padding=(0, 2))
-                table.add_column(no_wrap=True)
-                table.add_column(overflow="fold")
-                for label, text in one.rows().items():
-                    table.add_row(f"  {label}", escape(text))
-                console.print(table)
+    found = run(word)
+    with on_stdout():
+        if as_json:
+            typer.echo(json.dumps([one.as_dict() for one in found], indent=1, ensure_ascii=False))
+            return
+        from rich.markup import escape
+        from rich.table import Table
+
+        from ..show.console import stdout_console
+
+        console = stdout_console()
+        for place, one in enumerate(found):
+            if place:
+                console.print()
+            console.print(f"[bold]{escape(one.name)}[/bold]  {one.kind}", soft_wrap=True)
+            table = Table.grid(padding=(0, 2))
+            table.add_column(no_wrap=True)
+            table.add_column(overflow="fold")
+            for label, text in one.rows().items():
+                table.add_row(f"  {label}", escape(text))
+            console.print(table)

@@ -265,6 +265,14 @@ def test_the_table_and_the_figure_say_what_changes(floating: xr.Dataset) -> None
     assert key_figures(floating)[0][0] == "-45.3 %"
 
 
+def test_the_figure_is_json_without_nan() -> None:
+    """A mode of A without a pair in C is no bar there."""
+    drawn = compared(epicyclic.compare("lin1999-n4", "lin1999-n5", "lin1999-n3"))
+    assert "NaN" not in drawn.to_json()
+    assert drawn.layout.xaxis.title.text == "change from A [%]"
+    assert [trace.name[0] for trace in drawn.data] == ["C", "B"]
+
+
 def test_changes_in_words() -> None:
     row = ComparedRow(group="", name="", unit="", value=(2.0, 2.0 + 1e-9, 1.0, float("nan"), -2.0))
     assert list(map(percent, row.change)) == ["=", "=", "-50 %", "", "-200 %"]
