@@ -8,9 +8,13 @@ from .resolve import load as load
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
+from .rexs.import_train import read_rexs as read_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
+from .studies.new_train.constructors import differential as differential
+from .studies.new_train.constructors import planetary as planetary
+from .studies.new_train.constructors import star as star
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System
 from .terms.explain import explain as explain

@@ -64,6 +64,10 @@ no-unit model-file.md
 A number of a file of format 1 has no unit and is read in SI.
 Write the unit behind the number, as format = 2 asks: the warning shows how.
 
+rexs-assumed rexs.md
+The model is a REXS file: what it does not say is assumed, and what the model has no place for is dropped.
+Read the list that `epicyclic import FILE` prints; with -o it writes the model file, in which values can be replaced.
+
 contact-ratio-below-one teeth.md
 The transverse contact ratio is below 1: one pair of teeth parts before the next one meets.
 Longer addenda, another profile shift or more teeth; check centre distance and tip diameters.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import shutil
 import sys
@@ -69,7 +70,8 @@ LAYOUT = """
       .forEach(a => problems.push(`${figure.id}: ${say(a)} sticks out`));
   }
   const shown = e => !e.parentElement.closest('details:not([open])');
-  const apart = ['nav, main', 'header, .warnings, .keys, section', '.key', 'figure, h2, section > .table, details'];
+  const apart = ['nav, main', 'header, .findings, .warnings, .keys, section', '.key', '.findings li',
+                 '.fold > figure, h2, .fold > .table, .fold > details'];
   for (const selector of apart) {
     const boxes = [...document.querySelectorAll(selector)].filter(shown);
     pairs('page', boxes.map(e => box(e, `${e.tagName}.${e.className}`)).filter(visible));
@@ -127,19 +129,35 @@ def made_up() -> ModuleType:
     return import_module(f"{name}.results")
 
 
+def crowded() -> dict[str, Any]:
+    synthetic = made_up()
+    found: dict[str, Any] = synthetic.everything(synthetic.lin_gears(8, turning=True))
+    return found
+
+
 class Opened:
     """A page with all that it said and asked for."""
 
-    def __init__(self, browser: Any, path: Path) -> None:
-        self.page = browser.new_page(viewport={"width": 1280, "height": 800})
+    def __init__(
+        self, browser: Any, path: Path, *, width: int = 1280, scheme: str = "light", whole: bool = True
+    ) -> None:
+        self.page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
         self.said: list[str] = []
         self.asked: list[str] = []
         self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
         self.page.on("pageerror", lambda error: self.said.append(f"error: {error}"))
         self.page.on("request", lambda request: self.asked.append(request.url))
         self.page.goto(path.as_uri())
+        self.page.wait_for_function("() => document.documentElement.dataset.ready")
+        if whole:
+            self.page.locator("[data-folds=open]").click()
+        self.wait()
+
+    def wait(self) -> None:
+        """Until every figure that can be seen is drawn."""
         self.page.wait_for_function(
             "() => [...document.querySelectorAll('.plotly-graph-div')]"
+            ".filter(figure => !figure.parentElement.closest('details:not([open])'))"
             ".every(figure => figure._fullLayout && figure.querySelector('svg'))"
         )
 
@@ -151,11 +169,7 @@ class Opened:
 @pytest.fixture(scope="module", params=["ren2021", "lin1999-n4", "eight planets"])
 def opened(request: pytest.FixtureRequest, browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
     """Two ready drives as analysed, and a crowded train that has everything."""
-    if request.param == "eight planets":
-        synthetic = made_up()
-        datasets = synthetic.everything(synthetic.lin_gears(8, turning=True))
-    else:
-        datasets = run_report(request.param)
+    datasets = crowded() if request.param == "eight planets" else run_report(request.param)
     path = write_report(tmp_path_factory.mktemp("report") / "page.html", datasets)
     page = Opened(browser, path)
     yield page
@@ -183,7 +197,92 @@ def test_every_figure_is_drawn(opened: Opened) -> None:
 def test_nothing_overlaps(opened: Opened) -> None:
     assert opened.problems() == []
     opened.page.evaluate("() => document.querySelectorAll('details').forEach(each => { each.open = true; })")
+    opened.wait()
     assert opened.problems() == []
+
+
+@pytest.fixture(scope="module")
+def crowded_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_report(tmp_path_factory.mktemp("crowded") / "page.html", crowded())
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(900, "dark"), (1400, "light")])
+def test_nothing_overlaps_at_other_widths(browser: Any, crowded_path: Path, width: int, scheme: str) -> None:
+    opened = Opened(browser, crowded_path, width=width, scheme=scheme)
+    problems, grounds = opened.problems(), opened.page.evaluate(GROUNDS)
+    opened.page.close()
+    assert problems == []
+    # text stands out from what it stands on, on either ground (WCAG AA asks for 4.5)
+    assert min(contrast(ink, ground) for ink, ground in grounds) > 4.5
+    assert all((sum(ground) < 3 * 80) == (scheme == "dark") for _, ground in grounds)
+
+
+# Colour of the page's words, of the titles of figures and of the names of their axes, and what is under them.
+GROUNDS = """
+() => {
+  const rgb = words => (words.match(/[0-9.]+/g) || []).slice(0, 3).map(Number);
+  const page = rgb(getComputedStyle(document.body).backgroundColor);
+  const found = [[rgb(getComputedStyle(document.body).color), page]];
+  for (const figure of document.querySelectorAll('.js-plotly-plot')) {
+    const ground = rgb(getComputedStyle(figure.querySelector('.main-svg')).backgroundColor);
+    const words = figure.querySelectorAll('.gtitle, .xtitle, .ytitle, .xtick text, .legendtext');
+    for (const each of words) found.push([rgb(getComputedStyle(each).fill), ground]);
+  }
+  return found;
+}
+"""
+
+
+def contrast(one: list[float], other: list[float]) -> float:
+    """Ratio of the luminances of two colours [0..255], as WCAG 2 defines it."""
+
+    def light(colour: list[float]) -> float:
+        parts = [value / 255 for value in colour]
+        red, green, blue = (x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in parts)
+        return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+    low, high = sorted((light(one), light(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_the_first_page_is_read_without_a_click(browser: Any, crowded_path: Path) -> None:
+    """Folded at first; a link opens its section and draws it."""
+    opened = Opened(browser, crowded_path, whole=False)
+    page = opened.page
+    drawn = "() => [...document.querySelectorAll('.js-plotly-plot')].map(figure => figure.id)"
+    assert page.evaluate(drawn) == ["figure-operating-range"]
+    assert page.locator(".findings li").count() >= 3
+    assert page.locator("#modes figure").first.is_hidden()
+    page.locator("nav a[href='#modes']").click()
+    opened.wait()
+    assert page.locator("#modes figure").first.is_visible()
+    assert "figure-campbell" in page.evaluate(drawn)
+    assert page.locator("#sharing figure").first.is_hidden()
+    page.close()
+
+
+def test_on_paper_everything_is_open_and_whole(browser: Any, crowded_path: Path) -> None:
+    """A4, light, numbered; no heading is the last of its page, nothing wider than the paper."""
+    from pypdf import PdfReader
+
+    opened = Opened(browser, crowded_path, scheme="dark", whole=False)
+    titles = opened.page.locator("h2").all_text_contents()
+    reader = PdfReader(io.BytesIO(opened.page.pdf(prefer_css_page_size=True)))
+    opened.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    wide = opened.page.evaluate(
+        "() => [...document.querySelectorAll('main .table, main figure, main pre')]"
+        ".filter(one => one.getBoundingClientRect().right > 682).map(one => one.outerHTML.slice(0, 80))"
+    )
+    opened.page.close()
+    assert wide == []
+    assert [round(float(side)) for side in reader.pages[0].mediabox[2:]] == [595, 842]
+    pages = [page.extract_text() for page in reader.pages]
+    assert all(f"{place} / {len(pages)}" in text for place, text in enumerate(pages, start=1))
+    for title in titles:
+        (where,) = [text for text in pages if any(line.strip("▸▾ ") == title for line in text.splitlines())]
+        lines = [line.strip("▸▾ ") for line in where.splitlines() if line.strip()]
+        assert lines.index(title) < len(lines) - 2, title  # behind it something else than the number of the page
+    assert "Every resolved value" in "".join(pages)  # folded twice on the screen
 
 
 PATHS = (

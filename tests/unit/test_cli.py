@@ -232,10 +232,35 @@ def test_report_says_what_it_leaves_out(command: Command, tmp_path: Path) -> Non
     assert target.read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html>")
 
 
+def test_report_of_sections_alone(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "report.html"
+    ran: list[str] = []
+    write = "epicyclic.show.report.write_report"
+    monkeypatch.setattr(write, lambda _, found: ran.extend(found))  # what is drawn of them has its own tests
+    assert command("report", "lin1999-n4", "--sections", "modes", "-o", str(target)).status == 0
+    assert ran == ["check", "modes"]
+    status, _, err = command("report", "lin1999-n4", "--sections", "modes,mods", "-o", str(target))
+    assert status == 2
+    assert "--sections = mods: no such section; allowed: check, stiffness," in err
+    assert "sweep-to-the-modes" in err
+    assert "Traceback" not in err
+
+
+def test_report_of_two_models(command: Command, tmp_path: Path) -> None:
+    target = tmp_path / "both.html"
+    status, out, _ = command("report", "lin1999-n3", "lin1999-n4", "--sections", "modes", "-o", str(target))
+    assert status == 0
+    assert "lin1999-n4 against lin1999-n3" in " ".join(out.split())
+    page = target.read_text(encoding="utf-8")
+    assert page.count("<h1>lin1999-n3 and lin1999-n4</h1>") == 1
+    assert 'id="figure-compared"' in page
+    assert command("report", "lin1999-n3", "lin1999-n4", "--resume", "-o", str(target)).status == 2
+
+
 def test_report_prints_key_figures(command: Command, tmp_path: Path) -> None:
     status, out, _ = command("report", "ren2021", "-o", str(tmp_path / "report.html"))
     assert status == 0
-    for text in ("27.3125 Hz", "10.472 rad/s", "cycle-peak", "warning:", "written:"):
+    for text in ("27.3125 Hz", "10.472 rad/s", "cycle-peak", "4 warnings:", "written:"):
         assert text in out
 
 

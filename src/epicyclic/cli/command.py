@@ -31,7 +31,9 @@ def file_name(text: str | Path) -> Path:
 Model = Annotated[
     str,
     typer.Argument(
-        metavar="MODEL", help="A model file (.toml) or the name of a ready drive.", autocompletion=model_names
+        metavar="MODEL",
+        help="A model file (.toml), a REXS file (.rexs), or the name of a ready drive.",
+        autocompletion=model_names,
     ),
 ]
 Sets = Annotated[

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -20,10 +20,12 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
-from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
+from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
 from .explain import explain
-from .kept import kept
+from .import_rexs import import_rexs
+from .new import new
 from .output import figure_option
+from .report import report
 from .show import show
 from .start import collect_again
 from .study import study
@@ -65,17 +67,33 @@ def check(
     resolved: Annotated[
         bool, typer.Option("--resolved", help="Write the model with everything filled in: a model file again.")
     ] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Print every table: bodies, gears, links, deviations, the origin of values.")
+    ] = False,
     sets: Sets = None,
     as_json: Json = False,
     figure: Annotated[list[str] | None, figure_option(["check"])] = None,
     output: Output = None,
 ) -> None:
-    """Speeds, torques, geometry, phases; every derived value and where it came from."""
+    """Ratio, speeds, torques, phases on one screen; every derived value and where it came from with --all."""
     if resolved:
         with reported():
             _write_resolved(model, sets, output)
+    elif everything and output is None and not as_json:
+        with reported():
+            _print_all(model, sets)
     else:
         command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
+
+
+def _print_all(model: str, sets: list[str] | None) -> None:
+    """Print every table of `check`; files and JSON hold them all anyway."""
+    require_stdout()
+    result = verbs()["check"].run(model, overrides=parsed_overrides(sets) or None)
+    from ..show.console import show, stdout_console
+
+    with on_stdout():
+        show(result, stdout_console(), whole=True)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
@@ -102,51 +120,12 @@ for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
 app.command()(study)
+app.command("import")(import_rexs)
 app.command()(compare)
 app.command()(explain)
+app.command()(report)
 app.command()(show)
-
-
-@app.command()
-def report(
-    model: Model,
-    sets: Sets = None,
-    output: Annotated[
-        Path, typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="The HTML file to write.")
-    ] = Path("epicyclic-report.html"),
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Continue a report that was stopped; needs the same -o and options.")
-    ] = False,
-) -> None:
-    """Everything the model allows, in one HTML file that opens offline; prints the key figures."""
-    _report(model, sets, output, resume)
-
-
-def _report(model: str, sets: list[str] | None, output: Path, resume: bool) -> None:
-    with reported(), kept(output, keeps=True) as folder:
-        target_of(output, (".html",))
-        require_stdout()
-        from ..show.report import write_report
-        from ..verbs.report import STUDIES, report_verbs, run_report
-
-        with progress_bar(f"report {model}", len(report_verbs()) + len(STUDIES) + 1) as step:
-            results = run_report(model, overrides=parsed_overrides(sets), folder=folder, resume=resume, progress=step)
-            step("figures")
-            write_report(output, results)
-        with on_stdout():
-            _print_report(results, output)
-
-
-def _print_report(results: dict[str, Any], output: Path) -> None:
-    from ..show.console import show_pairs, stdout_console, warnings_of
-    from ..show.views import key_figures_of
-
-    console = stdout_console()
-    console.print(results["check"].attrs["title"], style="bold", markup=False)
-    for text in dict.fromkeys(text for result in results.values() for text in warnings_of(result)):
-        console.print(f"warning: {text}", markup=False, style="yellow", soft_wrap=True)
-    show_pairs({words: value for value, words in key_figures_of(results)}, console)
-    console.print(f"written: {output}", markup=False, soft_wrap=True)
+app.command()(new)
 
 
 @app.command()

@@ -12,7 +12,7 @@ import typer
 
 from ..errors import ModelError
 from ..show.plot import companions, figure_names
-from .console import complain, on_stdout, require_stdout, target_of, write_result
+from .console import complain, complain_of, on_stdout, require_stdout, target_of, write_result
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -188,8 +188,7 @@ def print_result(result: xr.Dataset, *, as_json: bool, beside_file: bool = False
     if as_json:
         from ..results.dataset import to_json
 
-        for text in json.loads(result.attrs.get("warnings", "[]")):
-            complain(f"warning: {text}")
+        complain_of(json.loads(result.attrs.get("warnings", "[]")))
         with on_stdout():
             typer.echo(to_json(result))
     elif not beside_file or sys.stdout is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -10,14 +11,18 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table as RichTable
+from rich.text import Text
 
-from .elements import Table, number, shown_columns
-from .views import tables_of
+from ..warning_codes import code_of
+from .elements import Table
+from .layout import GAP, Column, laid_out
+from .views import brief_of, tables_of
+from .wrapped import wrapped
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["rich_table", "show", "show_pairs", "stdout_console", "warnings_of"]
+__all__ = ["counted_warnings", "show", "show_pairs", "show_table", "show_warnings", "stderr_console", "stdout_console", "warnings_of"]
 
 _STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
 # signs that do not break over a line of a page, as they are typed
@@ -38,47 +43,89 @@ def stdout_console() -> Console:
     return console if console.is_terminal else _Console(highlight=False, width=160)
 
 
-def show(result: xr.Dataset, console: Console) -> None:
-    """Print a result of any kind: title, warnings, then its tables."""
-    title, doi = result.attrs.get("title", ""), result.attrs.get("doi")
-    if title or doi:
-        console.print(f"[bold]{escape(title)}[/bold]" + (f"  doi {escape(doi)}" if doi else ""))
-    for warning in warnings_of(result):
-        console.print(f"[yellow]warning:[/yellow] {escape(warning)}", soft_wrap=True)
-    for table in tables_of(result):
-        console.print()
-        # a title in the table would wrap at its width, which is less where columns are few
-        console.print(f"[bold]{escape(table.title)}[/bold]", soft_wrap=True)
-        if table.lead:
-            console.print(escape(table.lead), soft_wrap=True)
-        console.print(rich_table(table))
-        if table.notes:
-            console.print(_notes(table.notes))
+def stderr_console() -> Console:
+    """The console for warnings beside results that go elsewhere."""
+    return _Console(highlight=False, stderr=True)
 
 
-def _notes(notes: Sequence[str]) -> RichTable:
-    """Numbered notes, whose lines begin below each other."""
-    drawn = RichTable.grid(padding=(0, 2))
-    drawn.add_column(justify="right", min_width=4, no_wrap=True)
-    drawn.add_column(overflow="fold")
-    for place, text in enumerate(notes, start=1):
-        drawn.add_row(f"[bold]{place}[/bold]", escape(text))
-    return drawn
+def show(result: xr.Dataset, console: Console, *, whole: bool = False) -> None:
+    """Print a result of any kind: title, warnings, then its tables.
+
+    Parameters
+    ----------
+    whole : all tables with all rows, also those that a brief view leaves out.
+    """
+    title, doi = str(result.attrs.get("title", "")), str(result.attrs.get("doi") or "")
+    beside = f"  doi {doi}" if doi else ""
+    if len(title + beside) <= console.width:
+        console.print(Text(title, style="bold"), Text(beside), sep="", soft_wrap=True)
+    else:
+        _print_lines(wrapped(title, console.width), console, style="bold")
+        _print_lines([beside] if doi else (), console)
+    show_warnings(warnings_of(result), console)
+    for table in tables_of(result) if whole else brief_of(result):
+        show_table(table, console, whole=whole)
 
 
-def rich_table(table: Table) -> RichTable:
-    """A table as rich draws it, without its title."""
-    drawn = RichTable(box=SIMPLE_HEAD, pad_edge=False)
-    columns = shown_columns(table, number)
-    for heading, numeric, _ in columns:
-        drawn.add_column(escape(heading), justify="right" if numeric else "left", overflow="fold")
-    for row in zip(*(cells for _, _, cells in columns), strict=True):
-        drawn.add_row(*(_cell(text, tone) for text, tone in row))
+def show_table(table: Table, console: Console, *, whole: bool = False) -> None:
+    """Print a table below an empty line: title, lead, parts as wide as the console, what is left out, notes."""
+    width = console.width
+    # who reads a pipe looks for something, and must find every row
+    found = laid_out(table, width, whole=whole or not console.is_terminal)
+    console.print()
+    _print_lines(wrapped(table.title, width) if table.title else (), console, style="bold")
+    _print_lines(wrapped(table.lead, width) if table.lead else (), console)
+    for place, part in enumerate(found.parts):
+        if place:
+            console.print()
+        console.print(_rich_part(part), soft_wrap=True)
+    _print_lines([line for text in found.more for line in wrapped(text, width, later="    ")], console, style="dim")
+    for place, text in enumerate(table.notes, start=1):
+        _print_lines(wrapped(text, width, first=f"{place:4}  ", later="      "), console)
+
+
+def _print_lines(lines: Sequence[str], console: Console, style: str = "") -> None:
+    for line in lines:
+        console.print(line, markup=False, style=style, soft_wrap=True)
+
+
+def _rich_part(part: Sequence[Column]) -> RichTable:
+    """A part of a table as rich draws it; its lines are broken already."""
+    drawn = RichTable(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, GAP - 1, 0, 0))
+    for one in part:
+        drawn.add_column(
+            escape("\n".join(one.heading)),
+            justify="right" if one.numeric else "left",
+            no_wrap=True,
+            min_width=one.width,
+        )
+    for row in zip(*(one.cells for one in part), strict=True):
+        drawn.add_row(*(_cell("\n".join(lines), tone) for lines, tone in row))
     return drawn
 
 
 def _cell(text: str, tone: str) -> str:
     return f"[{_STYLES[tone]}]{escape(text)}[/]" if tone else escape(text)
+
+
+def show_warnings(texts: Sequence[str], console: Console) -> None:
+    """Print warnings as a list below their number; their codes dimmed, lines broken in a terminal alone."""
+    if not texts:
+        return
+    console.print(counted_warnings(len(texts)), style="yellow", markup=False)
+    for text in texts:
+        code = code_of(text)
+        lines = wrapped(text, console.width, first="  - ", later="    ") if console.is_terminal else [f"  - {text}"]
+        for line in lines:
+            drawn = Text(line)
+            if code:
+                drawn.highlight_regex(rf"\[{re.escape(code)}\]$", "dim")
+            console.print(drawn, soft_wrap=True)
+
+
+def counted_warnings(number: int) -> str:
+    """Head of a list of warnings: ``1 warning:``, ``3 warnings:``."""
+    return f"{number} warning{'s' if number != 1 else ''}:"
 
 
 def warnings_of(result: xr.Dataset) -> list[str]:

@@ -15,6 +15,7 @@ __all__ = [
     "Company",
     "Details",
     "Drawing",
+    "Finding",
     "KeyFigure",
     "Listing",
     "Part",
@@ -90,6 +91,20 @@ class Section:
     anchor: str
     title: str
     parts: Sequence[Part]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """A sentence of the first page of a report: what passes, what does not, and what would change it.
+
+    tone : ``good`` passes, ``caution`` is to be looked at, ``bad`` fails, empty is for knowing.  text : one sentence
+    with its number and its limit, where there is one.  change : what to do.  anchor : of the section that says more.
+    """
+
+    tone: str
+    text: str
+    change: str = ""
+    anchor: str = ""
 
 
 KeyFigure = tuple[str, str]  # a value with its unit, and what it is

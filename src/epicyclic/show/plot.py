@@ -39,7 +39,13 @@ FIGURES: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "contact": {"flanks": _ALONE, "contact": _ALONE, "roots": _ALONE},
         "contact_sweep": {"contact-sweep": _ALONE},
         "efficiency": {"losses": _ALONE, "sliding": _ALONE},
-        "modes": {"frequencies": _ALONE, "shapes": ("check",), "energy": _ALONE, "campbell": ("campbell",)},
+        "modes": {
+            "frequencies": _ALONE,
+            "shapes": ("check",),
+            "energy": _ALONE,
+            "campbell": ("campbell",),
+            "operating-range": _ALONE,
+        },
         "modulation": {"modulation": _ALONE},
         "relief": {"relief": _ALONE, "relief-effect": _ALONE},
         "sensitivity": {"sensitivity": _ALONE},
@@ -127,6 +133,9 @@ def _drawings(kind: str, company: Company) -> Iterator[Any]:
     sections = getattr(view, "sections", None) or import_module(f"{home}.general").sections
     for section in sections(company[kind], company):
         yield from _within(section.parts)
+    front = getattr(view, "front", None)
+    if front is not None:
+        yield from _within(front(company[kind], company))
 
 
 def _within(parts: Iterable[Part]) -> Iterator[Any]:

@@ -1,34 +1,37 @@
-"""Datasets -> one self-contained HTML page that opens offline: warnings, key figures, sections, provenance."""
+"""Datasets -> one self-contained HTML page that opens offline: the engineer's page first, the rest folded behind it."""
 
 from __future__ import annotations
 
 import json
 import logging
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
-from plotly.offline import get_plotlyjs
 
 from ..results.whole_file import write_text
-from .elements import Details, Drawing, Part, Section, Table, number, shown_columns
-from .figures.series import engineering
+from .elements import Drawing, Part, Section
+from .page import Page, finding_list, html_warning, packed, plotly_blob, resource
 from .provenance import provenance
-from .views import key_figures_of, sections_of
+from .variants import VARIANTS, section_titles, variant_parts
+from .views import findings_of, front_of, headline_of, key_figures_of, sections_of
 
-__all__ = ["html_table", "report", "write_report"]
+__all__ = ["report", "variants_report", "write_report", "write_variants_report"]
 
 _LOG = logging.getLogger(__name__)
 Datasets = Mapping[str, xr.Dataset]
+Variants = Mapping[str, Datasets]
+# Warnings that are read before the rest; more of them are folded away, their number stays to be seen.
+_WARNINGS = 3
+_BESIDE = ' class="beside"'  # contents above, so that two trains have room
 
 
 def report(datasets: Datasets, *, title: str = "", figures: Mapping[str, go.Figure] | None = None) -> str:
     """One HTML page with everything that the Datasets say; needs nothing from outside.
+
+    First what the train is, what passes, what does not and what to change; then folded sections.
 
     Parameters
     ----------
@@ -36,26 +39,19 @@ def report(datasets: Datasets, *, title: str = "", figures: Mapping[str, go.Figu
         (`views`); a kind without a view of its own is drawn over its parameter.
     title : of the page, that of the train where not said.  figures : further figures, by title.
     """
+    page = Page()
     name = title or _attribute(datasets, "title") or "Epicyclic gear train"
     further = [Drawing(anchor="study", figure=one) for one in (figures or {}).values()]
     sections = [*sections_of(datasets), Section(anchor="studies", title="Studies", parts=further), provenance(datasets)]
-    page = _Page()
-    bodies = [(one, page.anchor(one.anchor), page.html(one.parts)) for one in _joined(sections) if one.parts]
-    links = "".join(f'<a href="#{anchor}">{escape(one.title)}</a>' for one, anchor, _ in bodies)
-    parts = "".join(f'<section id="{at}"><h2>{escape(one.title)}</h2>{body}</section>' for one, at, body in bodies)
     doi = _attribute(datasets, "doi")
-    source = f"<p>Source: doi {escape(doi)}</p>" if doi else ""
-    head = (
-        f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>{escape(name)}</title><link rel="icon" href="data:,"><style>{_style()}</style>'
-        f"<script>{get_plotlyjs()}</script>"
-    )
-    return (
-        f'<!DOCTYPE html><html lang="en"><head>{head}</head><body>'
-        f'<nav aria-label="Contents"><strong>epicyclic</strong>{links}</nav>'
-        f"<main><header><h1>{escape(name)}</h1>{source}</header>{_warnings(datasets)}{_keys(datasets)}{parts}</main>"
-        "</body></html>"
-    )
+    headline = headline_of(datasets)
+    said = [f'<p class="headline">{escape(headline)}</p>' if headline else ""]
+    said += [f"<p>Source: doi {escape(doi)}</p>" if doi else ""]
+    folded = [one for one in _joined(sections) if one.parts]
+    front = page.html(front_of(datasets))
+    findings = finding_list(findings_of(datasets), ["warnings", *(one.anchor for one in folded)])
+    first = f"{findings}{front}{_keys(datasets)}{_warnings(datasets)}{_left_out(datasets)}"
+    return _html(name, "".join(said), first, folded, page)
 
 
 def write_report(
@@ -71,8 +67,81 @@ def write_report(
     return Path(path)
 
 
-def _style() -> str:
-    return files(__package__).joinpath("report.css").read_text(encoding="utf-8")
+def variants_report(variants: Variants, *, title: str = "", compared: xr.Dataset | None = None) -> str:
+    """One HTML page with several trains side by side: key figures with differences, findings, figures beside.
+
+    Parameters
+    ----------
+    variants : name of each -> its Datasets as of `report`.  compared : result of `compare` on the same trains.
+    """
+    page = Page()
+    name = title or " and ".join(variants)
+    heads = "".join(
+        f"<p><b>{escape(one)}</b>: {escape(_attribute(own, 'title'))}. {escape(headline_of(own))}</p>"
+        for one, own in variants.items()
+    )
+    first = page.html(variant_parts(variants, compared))
+    columns = "".join(
+        f"<div><h3>{escape(one)}</h3>{finding_list(findings_of(own), ())}{_warnings(own, anchor='')}"
+        f"{_left_out(own)}</div>"
+        for one, own in variants.items()
+    )
+    every = {one: [*sections_of(own), provenance(own)] for one, own in variants.items()}
+    folded = [Section(anchor=anchor, title=words, parts=[]) for anchor, words in section_titles(every.values())]
+    bodies = {}
+    for one in folded:
+        cells = []
+        for variant, sections in every.items():
+            parts = [part for own in _joined(sections) if own.title == one.title for part in own.parts]
+            cells.append(f"<div><h3>{escape(variant)}</h3>{page.html(parts) or '<p>Not there.</p>'}</div>")
+        bodies[one.title] = f'<div class="{VARIANTS}">{"".join(cells)}</div>'
+    return _html(name, heads, f'{first}<div class="{VARIANTS}">{columns}</div>', folded, page, bodies)
+
+
+def write_variants_report(
+    path: str | Path, variants: Variants, *, title: str = "", compared: xr.Dataset | None = None
+) -> Path:
+    """Write the page of `variants_report`; the file appears whole or not at all.
+
+    Raises
+    ------
+    ModelError : the file cannot be written.
+    """
+    write_text(path, variants_report(variants, title=title, compared=compared))
+    return Path(path)
+
+
+def _html(
+    name: str, said: str, first: str, folded: Iterable[Section], page: Page, bodies: Mapping[str, str] | None = None
+) -> str:
+    """The whole page.  bodies : of sections by title, where they are not their parts."""
+    kept = [
+        (one, page.anchor(one.anchor), page.html(one.parts) if bodies is None else bodies[one.title]) for one in folded
+    ]
+    links = "".join(f'<a href="#{anchor}">{escape(one.title)}</a>' for one, anchor, _ in kept)
+    parts = "".join(
+        f'<section id="{at}"><details class="fold"><summary><h2>{escape(one.title)}</h2></summary>{body}</details>'
+        "</section>"
+        for one, at, body in kept
+    )
+    # text of a script is no HTML: base64 has no character that could end it
+    blobs = "".join(
+        f'<script type="text/plain" id="{at}">{text}</script>'
+        for at, text in (("plotly-packed", plotly_blob()), ("figures-packed", packed(page.figure_text())))
+    )
+    head = (
+        f'<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta name="color-scheme" content="light dark"><title>{escape(name)}</title>'
+        f'<link rel="icon" href="data:,"><style>{resource("report.css")}</style>'
+    )
+    return (
+        f'<!DOCTYPE html><html lang="en"><head>{head}</head><body{_BESIDE if bodies else ""}>'
+        f'<nav aria-label="Contents"><strong>epicyclic</strong>{links}</nav>'
+        f"<main><header><h1>{escape(name)}</h1>{said}</header>{first}"
+        '<div class="folds"><button data-folds="open">Open all</button> '
+        f'<button data-folds="close">Close all</button></div>{parts}</main>{blobs}'
+        f"<script>{resource('report.js')}</script></body></html>"
+    )
 
 
 def _attribute(datasets: Datasets, name: str) -> str:
@@ -87,80 +156,6 @@ def _joined(sections: Iterable[Section]) -> list[Section]:
     return [Section(anchor=anchor, title=title, parts=parts) for (anchor, title), parts in found.items()]
 
 
-class _Page:
-    """Parts of sections as HTML; an anchor that comes again gets a number."""
-
-    def __init__(self) -> None:
-        self._seen: Counter[str] = Counter()
-
-    def anchor(self, name: str) -> str:
-        self._seen[name] += 1
-        return name if self._seen[name] == 1 else f"{name}-{self._seen[name]}"
-
-    def html(self, parts: Iterable[Part]) -> str:
-        return "".join(map(self._part, parts))
-
-    def _part(self, part: Part) -> str:
-        if isinstance(part, Table):
-            return html_table(part)
-        if isinstance(part, Drawing):
-            return _figure(self.anchor(f"figure-{part.anchor}"), part)
-        if isinstance(part, Details):
-            return f"<details><summary>{escape(part.summary)}</summary>{self.html(part.parts)}</details>"
-        return f"<pre>{escape(part.text)}</pre>"
-
-
-def _figure(anchor: str, part: Drawing) -> str:
-    """A figure as HTML that draws itself with the page's own plotly.js."""
-    html = part.figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id=anchor,
-        auto_play=False,
-        default_width="100%",
-        default_height=f"{part.figure.layout.height or 420}px",
-        config={"responsive": True, "displaylogo": False},
-    )
-    words = f"<figcaption>{escape(part.caption)}</figcaption>" if part.caption else ""
-    return f"<figure>{html}{words}</figure>"
-
-
-def html_table(table: Table) -> str:
-    """A table as HTML: the heading of a column of numbers and its cells to the right."""
-    columns = shown_columns(table, lambda value: _cell(value, table))
-    heads = "".join(f'<th scope="col"{_numeric(numeric)}>{escape(name)}</th>' for name, numeric, _ in columns)
-    kinds = [_numeric(numeric) for _, numeric, _ in columns]
-    rows = zip(*(cells for _, _, cells in columns), strict=True)
-    body = "".join(
-        "<tr>" + "".join(f"<td{kind}>{_toned(*cell)}</td>" for kind, cell in zip(kinds, row, strict=True)) + "</tr>"
-        for row in rows
-    )
-    title = f"<caption>{escape(table.title)}</caption>" if table.title else ""
-    lead = f"<p>{escape(table.lead)}</p>" if table.lead else ""
-    notes = "".join(f"<li>{escape(text)}</li>" for text in table.notes)
-    return (
-        f'{lead}<div class="table"><table>{title}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>'
-        + (f"<ol>{notes}</ol>" if notes else "")
-    )
-
-
-def _cell(value: object, table: Table) -> str:
-    """A cell that is no text: a number as the table wants it, else as in a terminal."""
-    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
-        return number(value)
-    if table.decimals is not None:
-        return f"{value:.{table.decimals}f}" if np.isfinite(value) else ""
-    return engineering(float(value), table.digits)
-
-
-def _numeric(numeric: bool) -> str:
-    return ' class="number"' if numeric else ""
-
-
-def _toned(text: str, tone: str) -> str:
-    return f'<span class="{tone}">{escape(text)}</span>' if tone else escape(text)
-
-
 def _listed(data: xr.Dataset, name: str) -> list[str]:
     try:
         found = json.loads(str(data.attrs.get(name, "[]")))
@@ -170,12 +165,26 @@ def _listed(data: xr.Dataset, name: str) -> list[str]:
     return [str(one) for one in found]
 
 
-def _warnings(datasets: Datasets) -> str:
+def _warnings(datasets: Datasets, *, anchor: str = "warnings") -> str:
+    """All warnings, each once, and what the model did not allow."""
     found = dict.fromkeys(text for data in datasets.values() for text in _listed(data, "warnings"))
+    named = f' id="{anchor}"' if anchor else ""
     if not found:
-        return '<div class="warnings calm" role="note">No warnings.</div>'
-    items = "".join(f"<li>{escape(text)}</li>" for text in found)
-    return f'<div class="warnings" role="alert"><b>Warnings</b><ul>{items}</ul></div>'
+        return f'<div class="warnings calm" role="note"{named}>No warnings.</div>'
+    items = "".join(f"<li>{html_warning(text)}</li>" for text in found)
+    if len(found) <= _WARNINGS:
+        return f'<div class="warnings" role="alert"{named}><b>Warnings</b><ul>{items}</ul></div>'
+    return (
+        f'<div class="warnings" role="alert"{named}><details class="fold">'
+        f"<summary><b>{len(found)} warnings</b></summary><ul>{items}</ul></details></div>"
+    )
+
+
+def _left_out(datasets: Datasets) -> str:
+    """What the model did not allow, and why."""
+    found = [text for data in datasets.values() for text in _listed(data, "not_run")]
+    items = "".join(f"<li>{html_warning(text)}</li>" for text in found)
+    return f"<details><summary>Left out: {len(found)}</summary><ul>{items}</ul></details>" if found else ""
 
 
 def _keys(datasets: Datasets) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from inspect import signature
 from pathlib import Path
@@ -20,13 +20,15 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["STUDIES", "TO_MODES", "report_verbs", "run_report"]
+__all__ = ["STUDIES", "TO_MODES", "report_sections", "report_verbs", "run_report"]
 
 STUDIES = ("support stiffness", "run-out")
 TO_MODES = "sweep to the modes"
-# Speeds of the sweeps of a report, about operation and to the modes: with three mesh frequencies one about operation
-# takes half a second, one to the modes half of that.
-_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (40, 40)
+# Speeds of the sweeps of a report, about operation and to the modes: with several mesh frequencies, whose balance takes
+# 20 ms a speed and more, a second each.
+_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (45, 35)
+# Points of a curve over support stiffness and over run-out, a point taking up to a tenth of a second: bends still show.
+_STUDY_POINTS = (7, 4)
 # Samples of tolerances in a report: quantiles to some thousandths, with what buys what in a second.
 _SAMPLES = 2**13
 
@@ -37,10 +39,24 @@ def report_verbs() -> tuple[str, ...]:
     return tuple(verb.name for verb in sorted(shown, key=lambda verb: verb.in_report))
 
 
+def report_sections() -> tuple[str, ...]:
+    """Names of what a report computes, as `run_report` takes them in ``sections``."""
+    names: list[str] = []
+    for name in report_verbs():
+        names += [name, TO_MODES] if name == "sweep" else [name]
+    return tuple(_section(name) for name in (*names, *STUDIES))
+
+
+def _section(name: str) -> str:
+    """A name without spaces: ``sweep-to-the-modes``."""
+    return name.replace(" ", "-").replace("_", "-")
+
+
 def run_report(
     source: Source,
     *,
     overrides: Overrides | None = None,
+    sections: Sequence[str] | None = None,
     folder: str | Path | None = None,
     resume: bool = False,
     progress: Callable[[str], None] | None = None,
@@ -48,11 +64,15 @@ def run_report(
     """Run all analyses a model allows, each once.
 
     An analysis that asks for what the model does not say (torque, speed, damping, masses), or does not converge, is
-    left out, and the first result's warnings say why.  Tolerances are shown where the model has a table of them.
+    left out, and the first result's attribute ``not_run`` says why.  Tolerances are shown where the model has a table
+    of them.
 
     Parameters
     ----------
     source, overrides : as of every verb.
+    sections : names of `report_sections`; only these are computed, and `check`, which says what the train is.  Without
+        them all are, but for the studies of trains with several mesh frequencies: their worst case over the slow phases
+        takes a minute.
     folder : keeps every section that is done, and what the one at work keeps, so that a report that was stopped goes on
         with `resume`.
     progress : called with the name of what starts.
@@ -63,18 +83,26 @@ def run_report(
 
     Raises
     ------
-    ModelError : the model itself is wrong.
+    ModelError : the model itself is wrong, or no such section.
     """
     from ..results.run_folder import run_folder
     from ..studies.source import train_of
 
     require_folder(resume, folder)
+    chosen = None if sections is None else _chosen(sections)
     results: dict[str, xr.Dataset] = {}
     left_out: list[CodedText] = []
     train = train_of(source, overrides=overrides)
-    with run_folder(folder, train, verb="report", options={}, resume=resume) as (train, kept):
+    with run_folder(folder, train, verb="report", options=_options(chosen), resume=resume) as (train, kept):
         place = None if kept is None else kept.folder
-        for name, step in _steps(train, place).items():
+        steps = _steps(train, place)
+        if chosen is not None:
+            steps = {name: step for name, step in steps.items() if _section(name) in chosen}
+        elif _several_tones(train):
+            words = "takes long with several mesh frequencies; it runs where --sections names it,"
+            left_out += [coded("section-left-out", f"no {name}: {words} {_section(name)}") for name in STUDIES]
+            steps = {name: step for name, step in steps.items() if name not in STUDIES}
+        for name, step in steps.items():
             if progress is not None:
                 progress(name)
             try:
@@ -82,8 +110,32 @@ def run_report(
             except (ModelError, ConvergenceError) as error:
                 left_out.append(coded("section-left-out", f"no {name}: {error}"))
     first = next(iter(results.values()))
-    first.attrs["warnings"] = json.dumps([*json.loads(first.attrs.get("warnings", "[]")), *left_out])
+    first.attrs["not_run"] = json.dumps(left_out)
     return results
+
+
+def _chosen(sections: Sequence[str]) -> set[str]:
+    """Names asked for, and `check`.
+
+    Raises
+    ------
+    ModelError : none, or one that is not known.
+    """
+    names, known = [_section(name.strip()) for name in sections], report_sections()
+    wrong = [name for name in names if name not in known]
+    if wrong or not names:
+        raise ModelError("no such section", path="sections", given=", ".join(wrong), allowed=", ".join(known))
+    return {"check", *names}
+
+
+def _options(chosen: set[str] | None) -> dict[str, Any]:
+    """What tells one report from another in the folder it is kept in."""
+    return {} if chosen is None else {"sections": sorted(chosen)}
+
+
+def _several_tones(train: Train) -> bool:
+    """Whether meshes have several frequencies, so that a worst case is one over their phases too."""
+    return len(set((train.kinematics.mesh_frequency or {}).values()) - {0}) > 1
 
 
 def _kept(folder: Path, name: str, step: Callable[[], xr.Dataset]) -> xr.Dataset:
@@ -119,13 +171,14 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     if "sweep" in steps:
         steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
         steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
-    studies = (partial(support_study, train), partial(run_out_study, train))
+    support, run_out = _STUDY_POINTS
+    studies = (partial(support_study, train, points=support), partial(run_out_study, train, points=run_out))
     return steps | dict(zip(STUDIES, studies, strict=True))
 
 
 def _sweep(system: Callable[[], System], folder: Path | None, speed_range: str, which: int) -> xr.Dataset:
     """One of the two sweeps of a report."""
-    points = _POINTS if len(system().tones) <= 2 else _POINTS_OF_MANY_TONES
+    points = _POINTS if len(system().tones) < 2 else _POINTS_OF_MANY_TONES
     own = None if folder is None else folder / f"sweep-{speed_range}"
     more = {} if own is None else {"folder": own, "resume": True}
     result = verbs()["sweep"].run(system(), range=speed_range, points=points[which], **more)

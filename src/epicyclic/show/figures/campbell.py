@@ -9,12 +9,17 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from .series import Array, compact, engineering, numbers, texts
-from .style import DASHES, INK, PALE, WARNING, beside, figure, note
+from .style import DASHES, INK, PALE, PALETTE, WARNING, beside, figure, mode_colour, note, translucent
 
 __all__ = ["ResonanceCrossing", "campbell", "crossings"]
 
 # Width of a letter of 12 px in parts of a plot of 800 px.
 _LETTER = 0.0085
+# Height of a line of text of 11 px, 16 px, in parts of a plot of 400 px.
+_LINE = 0.042
+# As of `modes`: resonances this close to the operating speed are near it.
+_BAND = 0.2
+_X = f"speed (shaded: operation ± {100 * _BAND:.0f} %) [% of the operating speed]"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,25 +46,56 @@ def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
     highest, fastest = float(np.nanmax(whirl, initial=1.0)), max((float(ray.max()) for ray in rays.values()), default=0)
     count = orders or int(np.clip(np.ceil(highest / fastest) if fastest > 0 else 3, 3, 8))
     top = 1.05 * min(highest, 1.3 * count * fastest) if fastest > 0 else 1.05 * highest
-    drawn = figure("Campbell diagram", x="speed [% of the operating speed]", y="frequency [Hz]", height=520)
-    x, y = _lines(percent, whirl)
-    line = {"color": "#0072B2", "width": 1.8}
-    drawn.add_trace(go.Scatter(x=x, y=y, mode="lines", line=line, name="natural frequencies", hoverinfo="skip"))
+    drawn = figure("Campbell diagram", x=_X, y="frequency [Hz]", height=600)
+    if percent[0] <= 100 <= percent[-1]:
+        band = {"x0": 100 * (1 - _BAND), "x1": 100 * (1 + _BAND), "line_width": 0, "layer": "below"}
+        drawn.add_vrect(**band, fillcolor=translucent(PALETTE[0], 0.08))
+        drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
+    kinds = _kinds(data, whirl.shape[1])
+    for kind in dict.fromkeys(kinds):
+        x, y = _lines(percent, whirl[:, [own == kind for own in kinds]])
+        line, words = {"color": mode_colour(kind), "width": 1.8}, f"{kind} modes" if kind else "natural frequencies"
+        drawn.add_trace(go.Scatter(x=x, y=y, mode="lines", line=line, name=words, hoverinfo="skip"))
     for place, ray in enumerate(rays.values()):
         for order in range(1, count + 1):
             _ray(drawn, percent, order * ray, DASHES[1 + place % 3], top)
     _ray_names(drawn, rays, percent, count=count, top=top)
+    longest = _mode_names(drawn, whirl[-1], top)
     found = [one for one in crossings(data, orders=count) if one.frequency <= top]
     if found:
         drawn.add_trace(_marks(found))
-    if percent[0] <= 100 <= percent[-1]:
-        drawn.add_vline(x=100, line={"color": INK, "width": 1.5})
-        note(drawn, "operating<br>speed", x=100, yref="paper", y=1.0, yanchor="bottom", font={"size": 12, "color": INK})
     drawn.update_xaxes(range=[float(percent[0]), float(percent[-1])])
     drawn.update_yaxes(range=[0, top])
-    legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.16, "yanchor": "top"}
-    longest = max((len(f"{count}× {stage}") for stage in rays), default=0)
-    return drawn.update_layout(margin={"r": beside(longest), "t": 84}, legend=legend)
+    legend = {"orientation": "h", "x": 0, "xanchor": "left", "y": -0.14, "yanchor": "top"}
+    return drawn.update_layout(margin={"r": beside(longest), "t": 60}, legend=legend)
+
+
+def _kinds(data: xr.Dataset, count: int) -> list[str]:
+    """Kind of each mode; empty words where the result says none."""
+    return texts(data, "mode_kind") if "mode_kind" in data.variables else [""] * count
+
+
+def _mode_names(drawn: go.Figure, hertz: Array, top: float) -> int:
+    """Modes and their frequencies (modes,) [Hz] at full speed beside the diagram; letters of the longest name.
+
+    Modes closer than a line of text share one: the first and the last of them.
+    """
+    groups: list[list[int]] = []
+    for mode in np.argsort(hertz):
+        if not 0 < hertz[mode] <= top:
+            continue
+        if groups and hertz[mode] - hertz[groups[-1][0]] < _LINE * top:
+            groups[-1].append(int(mode))
+        else:
+            groups.append([int(mode)])
+    longest = 0
+    for own in groups:
+        ends = sorted({own[0] + 1, own[-1] + 1})
+        words = f"mode{'s' if len(ends) > 1 else ''} {'–'.join(map(str, ends))}: {engineering(float(hertz[own[0]]))} Hz"
+        where = {"xref": "paper", "x": 1.005, "xanchor": "left", "y": float(hertz[own[0]]), "yanchor": "middle"}
+        note(drawn, words, **where, font={"size": 11, "color": PALE})
+        longest = max(longest, len(words))
+    return longest
 
 
 def crossings(data: xr.Dataset, *, orders: int = 3) -> list[ResonanceCrossing]:
@@ -112,25 +148,24 @@ def _ray(drawn: go.Figure, percent: Array, ray: Array, dash: str, top: float) ->
 
 
 def _ray_names(drawn: go.Figure, rays: dict[str, Array], percent: Array, *, count: int, top: float) -> None:
-    """Names of the rays (P,) [Hz] where they leave the diagram over speed (P,) [%], at its right edge or its top.
+    """Names of the rays (P,) [Hz] on them, near where they leave the diagram over speed (P,) [%].
 
     Those are left out that would lie on another.
     """
-    right: list[float] = []
-    above = [100.0]  # the name of the operating speed
+    taken: list[tuple[float, float, float]] = []
     wide = float(np.ptp(percent))
     for stage, ray in rays.items():
         for order in range(1, count + 1):
-            name, end = f"{order}× {stage}", float(order * ray[-1])
-            if end <= top and all(abs(end - other) > 0.045 * top for other in right):
-                note(drawn, name, xref="paper", x=1.005, xanchor="left", y=end, yanchor="middle")
-                right.append(end)
-            elif end > top:
-                at = float(np.interp(top, order * ray, percent))
-                room = 1.15 * _LETTER * len(name) * wide
-                if all(abs(at - other) > room for other in above) and at - percent[0] > room / 2:
-                    note(drawn, name, x=at, yref="paper", y=1.0, yanchor="bottom", xanchor="center")
-                    above.append(at)
+            name = f"{order}× {stage}"
+            room = 1.1 * _LETTER * len(name)  # of the width
+            for share in (0.95, 0.85, 0.75, 0.65):  # of the way to the end, until there is room
+                end = min(float(percent[-1]) - wide * room / 2, float(np.interp(top, order * ray, percent)))
+                x = share * end
+                y = order * float(np.interp(x, percent, ray))
+                if all(abs(x - a) > wide * (room + r) / 2 or abs(y - b) > 1.2 * _LINE * top for a, b, r in taken):
+                    note(drawn, name, x=x, y=y, font={"size": 11, "color": INK}, bgcolor="rgba(255,255,255,0.85)")
+                    taken.append((x, y, room))
+                    break
 
 
 def _marks(found: list[ResonanceCrossing]) -> go.Scatter:

@@ -11,6 +11,9 @@ from .summaries import ModeGroup, mesh_tones, mode_groups
 
 __all__ = ["frequencies"]
 
+# Width of the plot on the narrowest page that names must have room on, 900 px with the names of tones beside it.
+_NARROW = 650.0  # [px]
+
 
 def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure:
     """Natural frequencies [Hz] as stems over the number of the mode, with kind and multiplicity.
@@ -39,11 +42,11 @@ def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure
 
 def _named(found: list[ModeGroup], last: int, top: float) -> set[int]:
     """First modes whose numbers find room above their heads, from the lowest on; `last` modes up to `top` [Hz]."""
-    right, up = 800.0 / max(last, 1), 300.0 / (1.12 * top or 1.0)  # [px] a mode and a hertz
+    right, up = _NARROW / max(last, 1), 300.0 / (1.12 * top or 1.0)  # [px] a mode and a hertz
     boxes: list[tuple[float, float, float, float]] = []
     named = set()
     for one in found:
-        wide, tall = 5.8 * len(engineering(one.frequency)) + 3, 26.0 if one.multiplicity > 1 else 13.0
+        wide, tall = 5.3 * len(engineering(one.frequency)) + 2, 26.0 if one.multiplicity > 1 else 13.0
         x, low = one.first * right, one.frequency * up
         if all(
             abs(x - at) >= (wide + other) / 2 or low >= below + height or below >= low + tall
@@ -78,7 +81,7 @@ def _stems(own: list[ModeGroup], kind: str, named: set[int]) -> list[go.Scatter]
         marker={"color": colour, "symbol": mode_symbol(kind), "size": 10},
         text=text,
         textposition="top center",
-        textfont={"size": 10},
+        textfont={"size": 9},
         cliponaxis=False,
         name=kind or "mode",
         legendgroup=kind,

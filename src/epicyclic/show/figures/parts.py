@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -158,19 +159,21 @@ def _bodies(check: xr.Dataset) -> list[Part]:
     return found
 
 
-def _gears(check: xr.Dataset) -> dict[str, xr.Dataset]:
+def _gears(check: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Values of every gear by variable; plain ones, for `check.sel` takes a millisecond a gear."""
     if "gear" not in check.dims:
         return {}
-    return {str(name): check.sel(gear=name) for name in check["gear"].values}
+    columns = {str(name): one.values for name, one in check.variables.items() if one.dims == ("gear",)}
+    return {str(name): {key: own[i] for key, own in columns.items()} for i, name in enumerate(check["gear"].values)}
 
 
-def _toothed(body: Part, row: xr.Dataset) -> Part:
+def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
     def value(name: str, default: float = math.nan) -> float:
-        return float(row[name]) if name in row.variables else default
+        return float(row[name]) if name in row else default
 
     form = tooth_form(
         teeth=int(row["teeth"]),
-        internal=bool(row["internal"]) if "internal" in row.variables else False,
+        internal=bool(row["internal"]) if "internal" in row else False,
         base_radius=value("base_radius"),
         reference_radius=value("reference_radius"),
         tip_radius=value("tip_radius"),
@@ -186,7 +189,7 @@ def _toothed(body: Part, row: xr.Dataset) -> Part:
         outer=_outer(form, body.outer),
         width=value("face_width"),
         gap=float(np.nan_to_num(value("gap", 0.0))),
-        herringbone=bool(row["herringbone"]) if "herringbone" in row.variables else False,
+        herringbone=bool(row["herringbone"]) if "herringbone" in row else False,
         helix_angle=float(np.nan_to_num(value("helix_angle", 0.0))),
         hand=int(hand) if np.isfinite(hand) else 0,
     )

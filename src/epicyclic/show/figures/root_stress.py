@@ -31,7 +31,8 @@ def root_stress(result: xr.Dataset) -> go.Figure:
     over = ("side", "mesh_gear", "width", "tooth_place")
     tension = result["root_stress"].transpose(*over).values / 1e6
     compression = result["far_root_stress"].transpose(*over).values / 1e6
-    names = [f"{gears[j]}, {sides[i]}: up to {engineering(float(tension[i, j].max()))} MPa" for i, j in panel]
+    # two lines: four panels stand side by side on a page of 900 px
+    names = [f"{gears[j]}, {sides[i]}<br>up to {engineering(float(tension[i, j].max()))} MPa" for i, j in panel]
     drawn = panels(
         f"Stress in the tooth roots, {result.attrs['mesh']}",
         ["largest over the face; dashed: compression below the far flank", *names],
@@ -64,7 +65,7 @@ def root_stress(result: xr.Dataset) -> go.Figure:
                 zmax=most,
                 colorscale=_SCALE,
                 showscale=number == len(panel) - 1,
-                colorbar={"title": {"text": "MPa"}, "thickness": 14, "len": 0.45, "y": 0.2},
+                colorbar={"title": {"text": "MPa"}, "thickness": 14, "len": 0.38, "y": 0.18},
                 hovertemplate="%{x:.4g} mm from the left end<br>path %{y:.3f}<br>%{z:.4g} MPa<extra></extra>",
             ),
             row=2,

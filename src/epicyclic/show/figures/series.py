@@ -20,6 +20,7 @@ __all__ = [
     "pair_title",
     "pairs",
     "short_names",
+    "spans",
     "split_name",
     "stage_count",
     "texts",
@@ -145,11 +146,22 @@ def _series(stage: str, pair: str, branches: tuple[int, ...], side: str, row: Ar
     """One curve (k,) with its label."""
     who = pair
     if branches[0]:
-        who = f"branch{'es' if len(branches) > 1 else ''} {', '.join(map(str, branches))}"
-    suffix = (note or (f" {side[0].upper()}" if side else "")) + (" (equal)" if len(branches) > 1 else "")
+        who = f"branch{'es' if len(branches) > 1 else ''} {spans(branches)}"
+    suffix = (note or (f" {side[0].upper()}" if side else "")) + (" alike" if len(branches) > 1 else "")
     return Series(
         label=who + suffix, stage=stage, pair=pair, branch=branches[0], side=side, note=note, equal=branches, values=row
     )
+
+
+def spans(branches: Sequence[int]) -> str:
+    """Numbers in short: ``1–3, 5``; two that follow each other stay two."""
+    runs: list[list[int]] = []
+    for one in sorted(branches):
+        if runs and one == runs[-1][-1] + 1:
+            runs[-1].append(one)
+        else:
+            runs.append([one])
+    return ", ".join(f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
 
 
 def _coincide(one: Array, other: Array) -> bool:

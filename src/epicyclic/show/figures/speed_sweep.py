@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from .series import Array, Series, compact, merged, stage_count, texts
+from .series import Array, Series, compact, merged, spans, stage_count, texts
 from .speeds import abscissa, mark_failed, mark_modes, mark_operating
 from .style import DASHES, branch_colour, panels
 
@@ -71,8 +71,8 @@ _PANELS = (
 def _look(one: Series, kinds: list[str], several: bool) -> tuple[str, dict[str, object]]:
     """Name and line of the curves of a mesh, or of equal meshes; several : the train has stages to name."""
     side = one.note.strip() or one.side[:1].upper()
-    branches = ", ".join(map(str, one.equal)) if one.branch else ""
-    equal = "(equal)" if len(one.equal) > 1 else ""
+    branches = spans(one.equal) if one.branch else ""
+    equal = "alike" if len(one.equal) > 1 else ""
     name = " ".join(word for word in (one.stage if several else "", one.pair, branches, side, equal) if word)
     dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
     return name, {"color": branch_colour(one.branch), "dash": dash, "width": 1.7}

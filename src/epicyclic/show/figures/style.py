@@ -28,6 +28,7 @@ __all__ = [
     "mode_symbol",
     "note",
     "panels",
+    "template",
     "tint",
     "translucent",
     "wide_height",

@@ -3,8 +3,12 @@
 A view has an ``ORDER``, its place in the report, and of these functions those that it has something for:
 
     tables(result) -> Sequence[Table]               # what a terminal shows
+    brief(result) -> Sequence[Table]                # those of one screen, where `tables` are more
     sections(result, company) -> Sequence[Section]  # what the report shows; company: kind -> the first result of it
     key_figures(result) -> Sequence[KeyFigure]      # what is read first, in both
+    findings(result, company) -> Sequence[Finding]  # first page of the report: what passes, what not, what to change
+    front(result, company) -> Sequence[Part]        # tables and figures of the first page
+    headline(result) -> str                         # what the train is, one sentence
 
 A kind without a view, or a view without a function, is shown by `general`.  Views import figures inside `sections`, so
 that a terminal does not wait for plotly.
@@ -21,14 +25,25 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
-from ..elements import Company, KeyFigure, Section, Table
+from ..elements import Company, Finding, KeyFigure, Part, Section, Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["key_figures_of", "kind_of", "sections_of", "tables_of"]
+__all__ = [
+    "brief_of",
+    "company_of",
+    "findings_of",
+    "front_of",
+    "headline_of",
+    "key_figures_of",
+    "kind_of",
+    "sections_of",
+    "tables_of",
+]
 
 Datasets = Mapping[str, "xr.Dataset"]
+_TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
 
 
 def kind_of(result: xr.Dataset, name: str = "") -> str:
@@ -42,6 +57,13 @@ def tables_of(result: xr.Dataset) -> Sequence[Table]:
     return found
 
 
+def brief_of(result: xr.Dataset) -> Sequence[Table]:
+    """Tables of one result for one screen of a terminal; all of them where the view has no brief ones."""
+    chosen = getattr(_view(kind_of(result)), "brief", None)
+    found: Sequence[Table] = tables_of(result) if chosen is None else chosen(result)
+    return found
+
+
 def sections_of(results: Datasets) -> list[Section]:
     """Sections of a report, in the order of their views; of one kind and title each with its name.
 
@@ -49,7 +71,7 @@ def sections_of(results: Datasets) -> list[Section]:
     ----------
     results : name -> Dataset.
     """
-    company = _company(results)
+    company = company_of(results)
     made: list[tuple[str, str, Section]] = []
     for name, result in _ordered(results):
         kind = kind_of(result, name)
@@ -69,6 +91,32 @@ def key_figures_of(results: Datasets) -> list[KeyFigure]:
     ]
 
 
+def findings_of(results: Datasets) -> list[Finding]:
+    """What passes, what does not, what to change: what fails first, else in the order of the views."""
+    company = company_of(results)
+    found: list[Finding] = []
+    for name, result in _ordered(results):
+        own: Sequence[Finding] = _function(kind_of(result, name), "findings")(result, company)
+        found += own
+    return sorted(found, key=lambda one: _TONES.index(one.tone))
+
+
+def front_of(results: Datasets) -> list[Part]:
+    """Tables and figures of the first page of a report, in the order of the views."""
+    company = company_of(results)
+    return [
+        part
+        for name, result in _ordered(results)
+        for part in _function(kind_of(result, name), "front")(result, company)
+    ]
+
+
+def headline_of(results: Datasets) -> str:
+    """What the train is, in one sentence; empty where no result says it."""
+    said = (_function(kind_of(result, name), "headline")(result) for name, result in _ordered(results))
+    return next((text for text in said if text), "")
+
+
 def has_view(kind: str) -> bool:
     """Whether a kind of result has a view of its own."""
     return kind in {module.name for module in iter_modules(__path__)}
@@ -86,7 +134,8 @@ def _ordered(results: Datasets) -> list[tuple[str, xr.Dataset]]:
     return sorted(results.items(), key=lambda item: _view(kind_of(item[1], item[0])).ORDER)
 
 
-def _company(results: Datasets) -> Company:
+def company_of(results: Datasets) -> Company:
+    """The first result of each kind."""
     found: dict[str, xr.Dataset] = {}
     for name, result in results.items():
         found.setdefault(kind_of(result, name), result)

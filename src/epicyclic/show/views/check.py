@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, Styled, Table
+from ..brief_check import brief_tables
+from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
 from ..figures.series import engineering, numbers, short_names, texts
-from ..figures.summaries import members_of, mesh_tones
+from ..figures.summaries import Member, members_of, mesh_tones
 from ..provenance import assumed_tables, value_tables
 from ..rows import columns_of
 from .stiffness import SERIES
@@ -17,7 +19,7 @@ from .stiffness import SERIES
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "brief", "findings", "headline", "key_figures", "sections", "tables"]
 
 ORDER = 10
 _DEGREES = 180 / np.pi
@@ -99,6 +101,11 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     ]
 
 
+def brief(result: xr.Dataset) -> Sequence[Table]:
+    """Ratio, members, pairs of gears, phasing, verbs: one screen; `tables` is the whole."""
+    return brief_tables(result)
+
+
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The drawings with stages and gears; speeds, torques and power; meshes, with their stiffness where it is known."""
     return [
@@ -121,6 +128,57 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     return found + [
         (f"{engineering(speed, 6)} rpm", f"speed of {', '.join(names)}: {engineering(speed * np.pi / 30, 5)} rad/s")
         for speed, names in turning.items()
+    ]
+
+
+def headline(result: xr.Dataset) -> str:
+    """Ratio, power, speeds and stages in one sentence, as far as the model says them."""
+    turning = [one for one in members_of(result) if np.isfinite(one.speed) and one.speed != 0 and one.count == 1]
+    driving = max(turning, key=lambda one: np.nan_to_num(one.power), default=None)
+    driven = min(turning, key=lambda one: np.nan_to_num(one.power), default=None)
+    said = []
+    if driving is not None and driven is not None and driving.power > 0 > driven.power:
+        said.append(f"ratio {engineering(driving.speed / driven.speed)}")
+        said.append(f"{engineering(driving.power / 1e3)} kW")
+        said.append(f"{_turns(driving)} drives {_turns(driven)}")
+    elif turning:
+        said.append(", ".join(map(_turns, turning)))
+    said += _teeth(result)
+    text = "; ".join(said)
+    return f"{text[0].upper()}{text[1:]}." if text else ""
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """What is wrong with the drawing itself, each warning once; what the model did not allow is none."""
+    said = [str(text) for text in json.loads(str(result.attrs.get("warnings", "[]")))]
+    return [Finding(tone="caution", text=_sentence(text), anchor="warnings") for text in said if ":" in text]
+
+
+def _sentence(text: str) -> str:
+    """A warning without its code."""
+    return text.rsplit(" [", 1)[0] if text.endswith("]") else text
+
+
+def _turns(one: Member) -> str:
+    """``sun (100 rpm)``."""
+    return f"{one.name.removeprefix('main.')} ({engineering(one.speed)} rpm)"
+
+
+def _teeth(check: xr.Dataset) -> list[str]:
+    """``differential: z = 37, 149, 56, 3 branches``, of every stage."""
+    if "gear" not in check.dims:
+        return []
+    gears, teeth = _by_member(check), numbers(check, "teeth", "gear")
+    found: dict[str, dict[str, int]] = {}
+    for name, z in zip(gears, teeth, strict=True):
+        found.setdefault(name.split(".")[0], {}).setdefault(name, int(z))
+    branches = dict(zip(texts(check, "stage", "stage"), numbers(check, "planets", "stage"), strict=True))
+    several = len(found) > 1
+    return [
+        f"{f'{stage}: ' if several else ''}"
+        + ", ".join(f"{name.split('.')[-1]} z = {z}" for name, z in own.items())
+        + (f", {int(branches[stage])} branches" if np.isfinite(branches.get(stage, np.nan)) else "")
+        for stage, own in found.items()
     ]
 
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, Section, Table, number
+from ..elements import Company, Drawing, Finding, Section, Table, number
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "sections", "tables"]
+__all__ = ["ORDER", "findings", "sections", "tables"]
 
 ORDER = 140
 
@@ -35,6 +35,21 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     if "root_stress" in result:
         parts.append(Drawing(anchor="roots", figure=root_stress(result)))
     return [Section(anchor="contact", title="Teeth in contact", parts=parts)]
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Whether tip edges bear at the operating load, and the face-load factor there."""
+    at = result.isel(mesh_load=int(np.argmin(np.abs(result.mesh_load.values - float(result.attrs["force"])))))
+    overlap, mesh = float(np.nanmax(at.corner_overlap.values, initial=0.0)), result.attrs["mesh"]
+    pressure = f"largest pressure {float(np.nanmax(at.largest_pressure.values)) / 1e6:.0f} MPa"
+    face = f"K_H beta {float(np.nanmax(at.face_factor.values)):.2f}"
+    if overlap <= 0:
+        return [Finding(tone="good", text=f"No tip edge bears in {mesh}; {pressure}, {face}.", anchor="contact")]
+    text = (
+        f"A tip edge bears in {mesh}: tips overlap by {1e6 * overlap:.1f} µm at the operating load; {pressure}, {face}."
+    )
+    change = "Relieve the tips by about that much: epicyclic relief searches the relief."
+    return [Finding(tone="caution", text=text, change=change, anchor="contact")]
 
 
 def _which(result: xr.Dataset) -> str:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, numbers, texts
-from ..figures.summaries import by_pair_and_side
+from ..figures.summaries import by_pair_and_side, losses_of_pairs
 from ..rows import columns_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
 
 ORDER = 75
 _MEMBERS = {
@@ -63,6 +63,23 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     loss = engineering(float(result["power_loss"]) / 1e3)
     words = f"efficiency of the meshes, {_friction(result)}: {loss} kW lost, without bearings, seals and oil"
     return [(f"{100 * efficiency:.2f} %", words)]
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Efficiency of the meshes and where most is lost; whether friction locks the train."""
+    efficiency = float(result["train_efficiency"])
+    if not np.isfinite(efficiency) or efficiency <= 0:
+        return [
+            Finding(tone="bad", text=f"The train locks itself by friction, {_friction(result)}.", anchor="efficiency")
+        ]
+    stage, pair, most = max(
+        losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss")), key=lambda row: row[2]
+    )
+    total = float(result["power_loss"])
+    where = f"{stage} {pair}" if result.sizes["stage"] > 1 else pair
+    share = f", {100 * most / total:.0f} % of it in {where}" if total > 0 else ""
+    text = f"The meshes lose {100 * (1 - efficiency):.2f} % of the power, {engineering(total / 1e3)} kW{share}."
+    return [Finding(tone="", text=text, anchor="efficiency")]
 
 
 def _train(result: xr.Dataset) -> Table:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..elements import Company, Drawing, KeyFigure, Section, Table
+from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ..rows import force_table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "findings", "front", "headline", "key_figures", "sections", "tables"]
 
 ORDER = 900
 
@@ -42,3 +42,18 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """None."""
     return []
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """None."""
+    return []
+
+
+def front(result: xr.Dataset, company: Company) -> Sequence[Part]:
+    """None."""
+    return []
+
+
+def headline(result: xr.Dataset) -> str:
+    """None."""
+    return ""

@@ -10,20 +10,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..elements import Company, Details, Drawing, KeyFigure, Listing, Part, Section, Table
+from ..elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
 from ..figures.series import engineering, numbers, stage_count, texts, unbroken
 from ..figures.summaries import mode_groups, summed_shares
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "findings", "front", "key_figures", "sections", "tables"]
 
 ORDER = 30
-# Rows of resonances: a screen of a terminal, a screen of a page, and folded away in a page.
-_IN_TERMINAL, _IN_PAGE, _FOLDED = 40, 25, 200
+# Rows of resonances: a screen of a terminal, a screen of a page, folded away in a page, on its first page.
+_IN_TERMINAL, _IN_PAGE, _FOLDED, _IN_FRONT = 40, 25, 200, 8
 # As of the analysis, which marks resonances this close to operation where no band is given.
 _NEAR = 0.2
+# Amplitude of a mesh order per mean mesh force: a twentieth is less than loads of a train are known to, and at the mean
+# itself the force falls to zero once a cycle, teeth part.
+_LITTLE, _PARTS = 0.05, 1.0
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -90,6 +93,68 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
             speed = engineering(100 * float(result["resonance_speed"].values[at]))
             found.append((f"{speed} %", f"of the operating speed: strongest resonance near it, {meets}"))
     return found
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """The strongest resonance within the band about operation, and what holds it."""
+    if "resonance_near" not in result.variables:
+        return []
+    band = f"within {engineering(100 * _band(result))} % of the operating speed"
+    near = np.flatnonzero(result["resonance_near"].values)
+    if not near.size:
+        return [Finding(tone="good", text=f"No mesh order meets a mode {band}.", anchor="modes")]
+    force = np.nan_to_num(result["resonance_amplitude"].values[near], nan=-1.0)
+    at, mean = int(near[force.argmax()]), _mean_force(company)
+    speed = engineering(100 * float(result["resonance_speed"].values[at]))
+    kind, hertz = result["resonance_kind"].values[at], engineering(float(result["resonance_frequency"].values[at]))
+    where = (
+        f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])} ({kind}, {hertz} Hz) at "
+        f"{speed} % of the operating speed"
+    )
+    count = f"{near.size} resonance{'s' if near.size > 1 else ''} {band}"
+    if force.max() < 0 or not mean > 0:  # without damping or load no force is known
+        closest = int(near[np.abs(result["resonance_speed"].values[near] - 1).argmin()])
+        where = f"{_order(result, closest)} at {engineering(100 * float(result['resonance_speed'].values[closest]))} %"
+        text = f"{count}; the nearest is {where}. How strong they are is not known."
+        return [Finding(tone="caution", text=text, anchor="resonances")]
+    share = float(force.max()) / mean
+    size = f"its force of {engineering(float(force.max()) / 1e3)} kN is {engineering(100 * share, 3)} % of the mean"
+    text = f"{count}; the strongest is where {where}: {size}"
+    if share < _LITTLE:
+        text = f"{text} (no matter below {100 * _LITTLE:g} %)."
+        return [Finding(tone="good", text=text, anchor="resonances")]
+    (held,) = _shares(result, "connection", np.array([at]))
+    change = f"Move that frequency, most strain energy {held}, or keep away from {speed} % of the operating speed."
+    tone = "bad" if share >= _PARTS else "caution"
+    limit = f", teeth part from {100 * _PARTS:g} %." if share >= _PARTS else "."
+    return [Finding(tone=tone, text=f"{text}{limit}", change=change, anchor="resonances")]
+
+
+def _mean_force(company: Company) -> float:
+    """Largest mean mesh force at the operating point [N]; nan where no result says it."""
+    for kind in ("sharing", "sweep"):
+        if kind in company and "mesh_force_mean" in company[kind].variables:
+            return float(np.nanmax(np.abs(company[kind]["mesh_force_mean"].values), initial=0.0))
+    return float("nan")
+
+
+def front(result: xr.Dataset, company: Company) -> Sequence[Part]:
+    """The resonances within the band, the strongest of them, and where in the range of speeds all lie."""
+    from ..figures.operating_range import operating_range
+
+    parts: list[Part] = []
+    if result.sizes.get("resonance", 0):
+        near = np.flatnonzero(result["resonance_near"].values)
+        within = f"Resonances within {engineering(100 * _band(result))} % of the operating speed"
+        if near.size:
+            table = _resonances(result, near, within, _IN_FRONT)
+            left = ("near", "most kinetic energy", "K_v of")
+            parts.append(replace(table, columns={name: own for name, own in table.columns.items() if name not in left}))
+    figure = operating_range({"": (result, company.get("sweep"))})
+    if figure is not None:
+        words = "A mark is a speed at which a mesh order meets a mode; the strongest are named. Linear contact."
+        parts.append(Drawing(anchor="operating-range", figure=figure, caption=words))
+    return parts
 
 
 def _near_operation(result: xr.Dataset) -> list[Part]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, short_names, stage_count, texts, unbroken
 from ..figures.summaries import largest_coefficients, readable
 from ..rows import force_table
@@ -16,9 +16,10 @@ from ..rows import force_table
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
 
 ORDER = 70
+_EQUAL = 5e-4  # half of the last digit shown of a coefficient
 _UNDEFINED = "undefined"  # a share of forces that sum to nothing or less
 
 
@@ -94,6 +95,47 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
         lost = int(np.sum(result.contact_lost.values > 0))
         found.append((f"{lost or 'none'} of {result.sizes['mesh']}", "meshes whose teeth part at the operating point"))
     return found
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Whether teeth part at the operating point; which mesh carries most."""
+    found: list[Finding] = []
+    stages = stage_count(texts(result, "mesh"))
+    if "contact_lost" in result.variables:
+        lost = [name for name, one in zip(texts(result, "mesh"), result.contact_lost.values, strict=True) if one]
+        count = result.sizes["mesh"]
+        if lost:
+            pairs = ", ".join(dict.fromkeys(_pair(name, stages) for name in lost))
+            text = f"Teeth part at the operating point in {len(lost)} of {count} meshes: {pairs}."
+            found.append(Finding(tone="bad", text=text, change=_CHANGE, anchor="sharing"))
+        else:
+            text = f"Teeth stay in contact in all {count} meshes at the operating point."
+            found.append(Finding(tone="good", text=text, anchor="sharing"))
+    if "mean-load" in texts(result, "definition"):
+        values = result.load_sharing.sel(definition="mean-load").values
+        if np.isfinite(values).any():
+            at = int(np.nanargmax(values))
+            found.append(_k_gamma(float(values[at]), unbroken(texts(result, "mesh")[at], stages=stages)))
+    return found
+
+
+_CHANGE = "Linear forces do not hold there: relieve the resonance, or follow the motion with teeth that part."
+
+
+def _k_gamma(value: float, mesh: str) -> Finding:
+    """The mesh-load factor as drawn."""
+    if value < 1 + _EQUAL:
+        text = "Every branch carries the same mean load, K_gamma 1.000 as drawn."
+        change = "The drawing states no error that tells branches apart: tolerances decide."
+        return Finding(tone="", text=text, change=change, anchor="sharing")
+    text = f"K_gamma {value:.3f} as drawn: {mesh} carries {100 * (value - 1):.1f} % more than its share in the mean."
+    return Finding(tone="", text=text, anchor="sharing")
+
+
+def _pair(name: str, stages: int) -> str:
+    """``differential sun-planet``."""
+    stage, pair, *_ = name.split("/")
+    return f"{stage} {pair}" if stages > 1 else pair
 
 
 def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequence[str], title: str) -> Table:

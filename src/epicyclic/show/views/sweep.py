@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, stage_count, texts, unbroken
 from ..figures.summaries import own_tones
 from ..rows import extent, largest_heading, largest_over_speed, loaded, relative_speed, speed_range_of, status_table
@@ -15,7 +15,7 @@ from ..rows import extent, largest_heading, largest_over_speed, loaded, relative
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
 
 ORDER = 80
 # Operating range, per operating speed, as of the default range of a sweep.
@@ -102,6 +102,45 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     return [*found, (f"{engineering(float(rms[place, at]) / 1e3)} kN", words)]
 
 
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Largest dynamic factor of the operating range, and the ranges of speed in which teeth would part."""
+    if speed_range_of(result) == "modes" or "dynamic_factor" not in result.variables:
+        return []
+    speed = 100 * relative_speed(result)
+    factor = result["dynamic_factor"].transpose("mesh", "speed").values
+    if not np.isfinite(factor).any() or not np.isfinite(speed).all():
+        return []
+    mesh, at = np.unravel_index(int(np.nanargmax(factor)), factor.shape)
+    extent_shown = f"from {engineering(speed.min())} to {engineering(speed.max())} % of the operating speed"
+    most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, int(mesh))}"
+    found: list[Finding] = []
+    apart = np.asarray((result["mesh_force_minimum"].transpose("mesh", "speed").values < 0).any(axis=0))
+    parted = _ranges(speed, apart)
+    if parted:
+        shown = ", ".join(
+            f"{engineering(a, 3)} to {engineering(b, 3)} %" if a < b else f"{engineering(a, 3)} %"
+            for a, b in parted[:_RANGES]
+        )
+        more = f" and {len(parted) - _RANGES} more ranges" if len(parted) > _RANGES else ""
+        inside = any(a <= 100 <= b for a, b in parted)
+        text = f"Teeth would part at {shown}{more} of the operating speed; {most}."
+        change = "Run outside these ranges, or move the resonances named above." if not inside else ""
+        found.append(Finding(tone="bad" if inside else "caution", text=text, change=change, anchor="sweep"))
+    else:
+        text = f"Teeth stay in contact {extent_shown}; {most}."
+        found.append(Finding(tone="good", text=text, anchor="sweep"))
+    return found
+
+
+def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
+    """Stretches of the speeds (P,) that are inside (P,): first and last speed of each."""
+    rank = np.argsort(speed)
+    marked = np.concatenate([[False], inside[rank], [False]]).astype(int)
+    starts, ends = np.flatnonzero(np.diff(marked) == 1), np.flatnonzero(np.diff(marked) == -1) - 1
+    return [(float(speed[rank][a]), float(speed[rank][b])) for a, b in zip(starts, ends, strict=True)]
+
+
+_RANGES = 4  # of speed named in a sentence
 _TITLES = {"operation": "Speed sweep about operation", "modes": "Speed sweep to the natural frequencies"}
 
 

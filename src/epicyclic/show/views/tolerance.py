@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..elements import Company, Drawing, KeyFigure, Part, Section, Table
+from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ..figures.series import engineering, texts
 from ..figures.tolerance_labels import (
     DRAWN,
@@ -23,7 +23,7 @@ from ..figures.tolerance_labels import (
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "findings", "key_figures", "sections", "tables"]
 
 ORDER = 72
 # part of its spread by which a tolerance is narrowed for "what buys what"
@@ -80,6 +80,28 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:
         found.append((f"{engineering(100 * apart, 2)} %", "trains in which a mesh separates"))
+    return found
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """K_gamma of nearly all trains, the entry that scatters it most, and how often a mesh separates."""
+    quantiles = system_quantiles(result)
+    found: list[Finding] = []
+    if quantiles:
+        p, value = max(quantiles.items())
+        change = ""
+        if "sobol_total" in result:
+            one = of_definition(result)
+            pair = int(np.nanargmax(one["k_gamma_std"].values))
+            total = np.nan_to_num(one["sobol_total"].isel(pair=pair).values)
+            name = short_entries(texts(result, "tolerance"))[int(total.argmax())]
+            change = f"Most of the scatter comes from {name}: {100 * total.max():.0f} % of the variance of K_gamma."
+        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains."
+        found.append(Finding(tone="", text=text, change=change, anchor="tolerances"))
+    apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
+    if apart > 0:
+        text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."
+        found.append(Finding(tone="caution", text=text, anchor="tolerances"))
     return found
 
 

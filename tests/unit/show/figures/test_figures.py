@@ -157,7 +157,7 @@ def test_dials_show_the_leads(ren: Datasets) -> None:
 def test_stiffness_curves_that_coincide_are_one(ren: Datasets) -> None:
     drawn = mesh_stiffness(ren["stiffness"])
     ring = [trace for trace in drawn.data if trace.yaxis == "y2"]
-    assert [trace.name for trace in ring] == ["branches 1, 2, 3 L, R (equal)"]
+    assert [trace.name for trace in ring] == ["branches 1–3 L, R alike"]
     sun = [trace for trace in drawn.data if trace.yaxis == "y"]
     assert {trace.line.dash for trace in sun} == {DASHES[0]}
     assert all(trace.x[-1] == 1 and trace.y[-1] == trace.y[0] for trace in drawn.data)
@@ -306,7 +306,7 @@ def test_numbers_of_natural_frequencies_do_not_collide(ren: Datasets) -> None:
 
 
 def test_names_of_rays_and_mesh_frequencies_have_room(ren: Datasets) -> None:
-    """A stage of a long name widens the margin; a ray that leaves at the top is named there."""
+    """Names of modes widen the margin; every ray is named once, inside the diagram and on the ray."""
     data = ren["campbell"]
     tone = data["mesh_frequency"]
     wide = data.drop_vars(["mesh_frequency", "stage"]).assign(
@@ -315,9 +315,17 @@ def test_names_of_rays_and_mesh_frequencies_have_room(ren: Datasets) -> None:
     wide = wide.assign_coords(stage=["differential", "encased"])
     drawn = campbell(wide)
     names = {note.text: note for note in drawn.layout.annotations}
-    longest = max(len(name) for name in names if "mesh" in name)
-    assert drawn.layout.margin.r >= 7 * longest
-    assert any(note.yref == "paper" and "encased" in name for name, note in names.items())
+    beside = [name for name in names if name.startswith("mode")]
+    assert beside
+    assert drawn.layout.margin.r >= 7 * max(map(len, beside))
+    heights = sorted(names[name].y for name in beside)
+    assert min(np.diff(heights), default=1.0) >= 0.04 * drawn.layout.yaxis.range[1]
+    speed = 100 * data["relative_speed"].values
+    for name, note in ((name, note) for name, note in names.items() if "encased" in name):
+        order = int(name.split("×")[0])
+        assert note.y == pytest.approx(order * np.interp(note.x, speed, 20 * tone.values.ravel()), rel=1e-9)
+        assert 0 < note.x < drawn.layout.xaxis.range[1]
+        assert 0 < note.y < drawn.layout.yaxis.range[1]
 
 
 def test_a_study_names_its_definition_and_spells_micrometres() -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -15,8 +18,10 @@ import xarray as xr
 from plotly.offline import get_plotlyjs
 
 from epicyclic.errors import ModelError
-from epicyclic.show.elements import Table
-from epicyclic.show.report import html_table, report, write_report
+from epicyclic.show.elements import Finding, Table
+from epicyclic.show.page import finding_list, html_table, html_warning
+from epicyclic.show.report import report, variants_report, write_report
+from epicyclic.show.variants import difference_table
 from epicyclic.show.views.modes import tables
 
 Datasets = dict[str, xr.Dataset]
@@ -57,6 +62,17 @@ def read(html: str) -> Page:
     return page
 
 
+def unpacked(html: str) -> dict[str, str]:
+    """What the page's own script unpacks, by id."""
+    blobs = re.findall(r'<script type="text/plain" id="([a-z-]+)">([A-Za-z0-9+/=]*)</script>', html)
+    return {name: zlib.decompress(base64.b64decode(text)).decode("utf-8") for name, text in blobs}
+
+
+def figures(html: str) -> dict[str, dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = json.loads(unpacked(html)["figures-packed"])["figures"]
+    return found
+
+
 def test_everything_has_its_section_and_its_link(ren: Datasets) -> None:
     page = read(report(ren))
     assert page.sections == [
@@ -70,7 +86,10 @@ def test_everything_has_its_section_and_its_link(ren: Datasets) -> None:
         "allocation",
         "model",
     ]
-    assert page.links == [f"#{name}" for name in page.sections]
+    assert page.links[: len(page.sections)] == [f"#{name}" for name in page.sections]
+    # further links are those of findings, to what is there
+    assert set(page.links) <= {f"#{name}" for name in [*page.sections, "warnings"]}
+    assert len(page.links) > len(page.sections)
 
 
 @pytest.mark.parametrize(
@@ -85,12 +104,13 @@ def test_one_dataset_alone_makes_a_page(ren: Datasets, name: str) -> None:
 def test_the_page_asks_for_nothing_outside(ren: Datasets) -> None:
     html = report(ren)
     assert read(html).outside == []
-    # plotly.js itself is there once; what is left has no address but the source's doi
-    assert html.count(get_plotlyjs()) == 1
-    rest = html.replace(get_plotlyjs(), "")
-    assert rest.count("Plotly.newPlot(") == 22
-    assert re.findall(r"(?:https?:)?//[a-z]+\.[a-z]+", rest.replace("https://plot.ly", "")) == []
-    assert len(html) < 8e6
+    assert unpacked(html)["plotly-packed"] == get_plotlyjs()
+    drawn = figures(html)
+    assert len(drawn) == 23
+    assert set(re.findall(r'<div id="(figure-[a-z0-9-]+)" class="plotly-graph-div"', html)) == set(drawn)
+    rest = re.sub(r'(<script type="text/plain"[^>]*>)[^<]*', r"\1", html) + json.dumps(drawn)
+    assert re.findall(r"(?:https?:)?//[a-z]+\.[a-z]+", rest) == []
+    assert len(html) < 3e6
 
 
 def test_warnings_key_figures_and_tables_are_there(ren: Datasets) -> None:
@@ -117,7 +137,7 @@ def test_studies_and_further_figures_have_a_section(ren: Datasets, synthetic: Mo
     )
     html = report({"float": study}, figures={"more": go.Figure(go.Scatter(y=[1, 2]))})
     assert read(html).sections == ["studies", "model"]
-    assert html.replace(get_plotlyjs(), "").count("Plotly.newPlot(") == 2
+    assert list(figures(html)) == ["figure-study", "figure-study-2"]
 
 
 def test_a_table_drops_empty_columns_and_escapes() -> None:
@@ -146,3 +166,51 @@ def test_the_file_is_whole_or_not_there(ren: Datasets, tmp_path: Path) -> None:
 
 def test_the_same_datasets_make_the_same_page(lin: Datasets) -> None:
     assert report(lin) == report(lin)
+
+
+def test_the_first_page_says_what_passes_and_what_does_not(ren: Datasets) -> None:
+    """Before every section, what fails first; each finding has its number in the Dataset it came from."""
+    lost = ren["sharing"].contact_lost.copy(data=np.arange(ren["sharing"].sizes["mesh"]) < 2)
+    html = report({**ren, "sharing": ren["sharing"].assign(contact_lost=lost)})
+    first = read(html[: html.index("<section")]).words
+    assert f"Teeth part at the operating point in 2 of {lost.size} meshes" in first
+    assert first.index("fails") < first.index("look at") < first.index("note")
+    assert "Teeth stay in contact in all 12 meshes at the operating point" in read(report(ren)).words
+    named = ren["sharing"].assign_coords(definition=["mean-load", *ren["sharing"].definition.values[1:]])
+    value = float(named.load_sharing.sel(definition="mean-load").max())
+    assert value > 1.001
+    assert f"K_gamma {value:.3f} as drawn" in read(report({**ren, "sharing": named})).words
+    assert re.search(r"Ratio [0-9.]+; 1047 kW; sun \(100 rpm\) drives carrier \(28.75 rpm\)", first)
+
+
+def test_a_finding_links_only_where_there_is_something() -> None:
+    found = [Finding(tone="bad", text="<1>", change="do & so", anchor="there"), Finding(tone="", text="2", anchor="no")]
+    html = finding_list(found, ["there"])
+    assert html.count("<a ") == 1
+    assert "&lt;1&gt;" in html
+    assert "do &amp; so" in html
+    assert html.count("fails") == 2  # the word and the tooltip of the mark
+    assert finding_list([], []) == ""
+
+
+def test_the_code_of_a_warning_is_set_apart() -> None:
+    assert html_warning("teeth [a] part [contact-lost]").startswith("teeth [a] part <code title=")
+    assert html_warning("a length [mm") == "a length [mm"
+
+
+def test_variants_stand_side_by_side_with_their_differences(ren: Datasets) -> None:
+    check = ren["check"]
+    other = {**ren, "check": check.assign(power=1.1 * check["power"])}
+    table = difference_table({"a": ren, "b": other})
+    row = table.columns[""].index("power through the train")
+    assert table.columns["b against a"][row] == "+10 %"
+    same = [
+        one for name, one in zip(table.columns[""], table.columns["b against a"], strict=True) if "frequency" in name
+    ]
+    assert set(same) == {"="}
+    html = variants_report({"a": ren, "b": other})
+    page = read(html)
+    assert page.outside == []
+    assert page.sections == read(report(ren)).sections
+    assert len(figures(html)) == 2 * 22 + 1  # the range of speeds of both is one figure
+    assert html.count('class="variants"') == 1 + len(page.sections)

@@ -84,7 +84,7 @@ def test_equal_branches_share_one_curve_named_for_all() -> None:
     names = [f"main/sun-planet/{branch}/{side}" for branch in (1, 2, 3) for side in ("left", "right")]
     values = np.array([curve, curve, curve, curve, 2 * curve, 2 * curve])
     found = merged(names, values, branches=True)
-    assert [one.label for one in found] == ["branches 1, 2 L, R (equal)", "branch 3 L, R"]
+    assert [one.label for one in found] == ["branches 1, 2 L, R alike", "branch 3 L, R"]
     assert [one.equal for one in found] == [(1, 2), (3,)]
     assert len(merged(names, values)) == 3
 
@@ -92,7 +92,7 @@ def test_equal_branches_share_one_curve_named_for_all() -> None:
 def test_the_figure_of_a_sweep_hides_no_curve(reported: dict[str, xr.Dataset]) -> None:
     drawn = speed_sweep(reported["sweep"])
     curves = [trace for trace in drawn.data if trace.yaxis == "y" and trace.name and len(trace.x) > 1]
-    assert [trace.name for trace in curves] == ["sun-planet 1, 2, 3 (equal)", "planet-ring 1, 2, 3 (equal)"]
+    assert [trace.name for trace in curves] == ["sun-planet 1–3 alike", "planet-ring 1–3 alike"]
     for trace in curves:
         assert trace.y[-1] > 0
 

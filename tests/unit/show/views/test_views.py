@@ -18,7 +18,8 @@ import epicyclic
 from epicyclic.show import figures, views
 from epicyclic.show.console import show
 from epicyclic.show.elements import Styled, Table, number, shown_columns
-from epicyclic.show.report import html_table, report
+from epicyclic.show.page import html_table
+from epicyclic.show.report import report
 from epicyclic.show.views import audit, key_figures_of, kind_of, sections_of, tables_of
 
 FIGURES = [path.stem for path in sorted(Path(figures.__path__[0]).glob("*.py"))]
