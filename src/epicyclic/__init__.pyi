@@ -9,6 +9,8 @@ from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
 from .rexs.import_train import read_rexs as read_rexs
+from .show.plot import figure_names as figure_names
+from .show.plot import plot as plot
 from .show.report import write_report as write_report
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System
@@ -16,6 +18,7 @@ from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell
 from .verbs.check import check as check
+from .verbs.compare import compare as compare
 from .verbs.contact import contact as contact
 from .verbs.efficiency import efficiency as efficiency
 from .verbs.modes import modes as modes

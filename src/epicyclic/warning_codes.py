@@ -232,6 +232,10 @@ frequencies-rounded modes.md
 Natural frequencies are so far apart that rounding shows in the lowest ones.
 Replace a very large stiffness by inf (rigid), or leave the lowest frequencies unread.
 
+shapes-changed compare.md
+Mode shapes of two trains differ so much that the pairs of their natural frequencies are doubtful.
+Compare smaller steps, or follow the modes along the parameter with the verb track.
+
 mode-grows modes.md
 A mode grows at this speed: the rotating train is unstable.
 A stiffer support, a lower speed, or damping.

@@ -3,7 +3,7 @@
     <!-- not run: REASON -->     before a block that only must be right to read
     <!-- file: NAME -->          before a block that is written to a file of that name
 
-A `text` block behind a block that ran is what it prints: each of its lines has its words, in order, in one printed line.
+A `text` block behind a block that ran is what it prints: the words of each line stand in order in one printed line.
 """
 
 from __future__ import annotations
@@ -124,7 +124,9 @@ class _Bytes(io.RawIOBase):
 def missing_lines(shown: str, printed: str) -> list[str]:
     """Lines shown whose words are not, in order, in one printed line."""
     lines = [line.split() for line in printed.splitlines()]
-    return [line for line in shown.splitlines() if line.strip() and not any(_within(line.split(), one) for one in lines)]
+    return [
+        line for line in shown.splitlines() if line.strip() and not any(_within(line.split(), one) for one in lines)
+    ]
 
 
 def _within(words: Sequence[str], line: Sequence[str]) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from tests.unit.doc_blocks import Session, blocks_of, missing_lines, run_block
 
 ROOT = Path(__file__).parents[2]
@@ -20,6 +19,7 @@ def identifier(page: Path) -> str:
 @pytest.mark.parametrize("page", RUN, ids=identifier)
 def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")  # pages name them from the root of the checkout
     monkeypatch.setenv("COLUMNS", "200")  # tables whole, as the words of a line are looked for
     session = Session()
     for block in blocks_of(page):

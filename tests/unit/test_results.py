@@ -106,9 +106,9 @@ def test_files_that_cannot_be_read_or_written(result: xr.Dataset, tmp_path: Path
         save_result(result, tmp_path / "no" / "folder" / "result.nc")
 
 
-@pytest.mark.parametrize("name", ["modes.csv", "modes", "modes.html", "modes.h5", "modes.NC.txt"])
+@pytest.mark.parametrize("name", ["modes.txt", "modes", "modes.html", "modes.h5", "modes.NC.txt"])
 def test_a_suffix_that_is_no_result_file_is_refused(result: xr.Dataset, tmp_path: Path, name: str) -> None:
-    with pytest.raises(ModelError, match=r"allowed: \.nc or \.json") as error:
+    with pytest.raises(ModelError, match=r"allowed: \.nc or \.json or \.csv or \.xlsx") as error:
         save_result(result, tmp_path / name)
     assert name in str(error.value)
     assert not list(tmp_path.iterdir())

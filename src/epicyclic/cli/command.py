@@ -13,7 +13,9 @@ from typing import Annotated, Any, ForwardRef, Literal, Union, get_args, get_ori
 import typer
 
 from ..verbs.record import Option, Verb, help_of, keywords
+from .completion import model_names
 from .console import complain
+from .output import FORMATS, figure_option
 from .run import run_verb
 
 __all__ = ["Json", "Model", "Output", "Sets", "command", "file_name"]
@@ -26,7 +28,14 @@ def file_name(text: str | Path) -> Path:
     return Path(text)
 
 
-Model = Annotated[str, typer.Argument(metavar="MODEL", help="A model file (.toml) or the name of a ready drive.")]
+Model = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A model file (.toml), a REXS file (.rexs), or the name of a ready drive.",
+        autocompletion=model_names,
+    ),
+]
 Sets = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
@@ -34,7 +43,7 @@ Sets = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
 Output = Annotated[
     Path | None,
-    typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Write the result: .nc, .json or .html."),
+    typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=f"Write the result: {FORMATS}."),
 ]
 _ModelOutput = Annotated[
     Path | None,
@@ -43,7 +52,7 @@ _ModelOutput = Annotated[
         "--output",
         parser=file_name,
         metavar="FILE",
-        help="Write the model (.toml) or the result (.nc, .json, .html).",
+        help=f"Write the model (.toml) or the result ({FORMATS}).",
     ),
 ]
 _FORMER = "former_"  # before the name of a keyword: its flag under the old spelling
@@ -54,13 +63,20 @@ def command(verb: Verb) -> Callable[..., None]:
     shown = {name: entry for name, entry in keywords(verb.run).items() if entry[2].flag is not None}
     flags = {name: str(option.flag_of(name)) for name, (_, _, option) in shown.items()}
 
-    def run(model: str, sets: list[str] | None, as_json: bool, output: Path | None, **given: Any) -> None:
+    def run(
+        model: str,
+        sets: list[str] | None,
+        as_json: bool,
+        output: Path | None,
+        figure: list[str] | None = None,
+        **given: Any,
+    ) -> None:
         for name, (_, _, option) in shown.items():
             if (value := given.pop(_FORMER + name, None)) not in (None, []):
                 complain(f"warning: {option.former} is now {flags[name]}")
                 given[name] = value
         options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
-        run_verb(verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output)
+        run_verb(verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output, figures=figure)
 
     annotations: dict[str, Any] = {"model": Model}
     defaults: dict[str, Any] = {"model": Parameter.empty}
@@ -69,8 +85,9 @@ def command(verb: Verb) -> Callable[..., None]:
         if option.former:
             old = typer.Option(option.former, hidden=True)
             annotations[_FORMER + name], defaults[_FORMER + name] = Annotated[_type(kind) | None, old], None
-    annotations |= {"sets": Sets, "as_json": Json, "output": _ModelOutput if verb.model_text else Output}
-    defaults |= {"sets": None, "as_json": False, "output": None}
+    annotations |= {"sets": Sets, "as_json": Json, "figure": Annotated[list[str] | None, figure_option(verb.gives)]}
+    annotations |= {"output": _ModelOutput if verb.model_text else Output}
+    defaults |= {"sets": None, "as_json": False, "figure": None, "output": None}
     run.__name__, run.__doc__, run.__annotations__ = verb.name, _unmarked(help_of(verb)), annotations
     run.__signature__ = Signature(  # type: ignore[attr-defined]
         [

@@ -31,6 +31,8 @@ __all__ = [
 ]
 
 Step = Callable[[str | float], None]
+# Cells of a workbook that take five seconds, on a busy machine fifteen.
+_LARGE = 500_000
 # what a terminal would take as an order, in names of files and texts that are quoted in messages
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
@@ -158,19 +160,23 @@ def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
 
 
 def write_result(result: Any, path: Path) -> None:
-    """Write a result as .nc, .json or .html, whole or not at all, and say so.
+    """Write a result as .nc, .json, .csv, .xlsx or .html, whole or not at all, and say so.
 
     Raises
     ------
     ModelError : it cannot be written.
     """
-    if path.suffix.lower() == ".html":
+    kind = path.suffix.lower()
+    if kind == ".html":
         from ..show.report import write_report
 
         write_report(path, {str(result.attrs["verb"]): result})
     else:
         from ..results.dataset import save_result
+        from ..results.tables_out import cells_of
 
+        if kind == ".xlsx" and (cells := cells_of(result)) > _LARGE:
+            complain(f"a workbook of {cells} cells takes a while; .nc and .csv are quicker")
         save_result(result, path)
     complain(f"written: {path}")
 

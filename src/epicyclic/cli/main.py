@@ -1,6 +1,6 @@
 """The command line: a command for every verb, and those that are no verbs.  Computes nothing.
 
-    epicyclic VERB MODEL [--set PATH=VALUE ...] [--json] [-o FILE]
+    epicyclic VERB MODEL [--set PATH=VALUE ...] [--json] [--figure NAME] [-o FILE]
 
 Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence; 4 an audit contradicted;
 130 stopped with Ctrl-C.
@@ -19,18 +19,23 @@ from ..results.whole_file import write_text
 from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
+from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .import_rexs import import_rexs
 from .kept import kept
+from .output import figure_option
+from .show import show
 from .start import collect_again
 from .study import study
+from .suggestions import Commands
 
 __all__ = ["app", "main"]
 
 app = typer.Typer(
     name="epicyclic",
     help="Epicyclic gear trains: modes, load sharing and response, from what stands on the drawing.",
-    add_completion=False,
+    cls=Commands,
+    add_completion=True,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["--help", "-h"]},
@@ -62,6 +67,7 @@ def check(
     ] = False,
     sets: Sets = None,
     as_json: Json = False,
+    figure: Annotated[list[str] | None, figure_option(["check"])] = None,
     output: Output = None,
 ) -> None:
     """Speeds, torques, geometry, phases; every derived value and where it came from."""
@@ -69,7 +75,7 @@ def check(
         with reported():
             _write_resolved(model, sets, output)
     else:
-        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, output=output)
+        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
@@ -97,6 +103,8 @@ for _verb in verbs().values():
 app.command()(audit)
 app.command()(study)
 app.command("import")(import_rexs)
+app.command()(compare)
+app.command()(show)
 
 
 @app.command()

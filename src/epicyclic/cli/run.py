@@ -1,39 +1,27 @@
-"""One run of a verb from the command line: progress, result on stdout or in a file, errors in words of the flags."""
+"""One run of a verb from the command line: progress, result on stdout and in a file, errors in words of the flags."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from ..errors import ModelError
 from ..results.whole_file import write_text
-from ..verbs.record import Verb, keywords
+from ..verbs.record import Verb, keywords, verbs
 from ..verbs.relief import RECORD
-from .console import (
-    complain,
-    on_stdout,
-    parsed_overrides,
-    progress_bar,
-    reported,
-    require_stdout,
-    target_of,
-    write_result,
-)
+from .console import complain, parsed_overrides, progress_bar, reported
 from .kept import kept, kept_store
+from .output import print_result, put, require_output
 from .start import import_model_rooms
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FILES", "run_verb"]
-
-FILES = (".nc", ".json", ".html")
+__all__ = ["run_verb"]
 
 
 def run_verb(
@@ -45,13 +33,14 @@ def run_verb(
     sets: list[str] | None,
     as_json: bool,
     output: Path | None,
+    figures: list[str] | None = None,
 ) -> None:
-    """Run one verb; print its result for people or as JSON, or write it to a file.
+    """Run one verb; print its result for people or as JSON, and write it, or figures of it, to a file.
 
     Parameters
     ----------
     options : keyword -> value of the verb.  flags : keyword -> flag, for errors.
-    sets, as_json, output : as on the command line.
+    sets, as_json, output, figures : as on the command line.
 
     Raises
     ------
@@ -66,10 +55,8 @@ def run_verb(
         store,
         kept(output if keeps else None, keeps=keeps, record=record) as folder,
     ):
-        if output is not None:
-            target_of(output, (*FILES, *((".toml",) if verb.model_text else ())))
-        if as_json or output is None:
-            require_stdout()
+        further = (".toml",) if verb.model_text else ()
+        require_output(output, figures, verb.gives, as_json=as_json, further=further)
         import_model_rooms()
         overrides = parsed_overrides(sets)
         with progress_bar(f"{verb.name} {model}") as step:
@@ -77,36 +64,20 @@ def run_verb(
             if "progress" in signature(verb.run).parameters:
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = verb.run(model, overrides=overrides or None, **options, **more)
-        _put(verb, result, as_json=as_json, output=output)
+        if output is not None and not figures and verb.model_text is not None and output.suffix.lower() == ".toml":
+            write_text(output, verb.model_text(result))
+            complain(f"written: {output}")
+            print_result(result, as_json=as_json, beside_file=True)
+        else:
+            make = partial(_result_of, model, overrides)
+            put({verb.name: result}, output=output, figures=figures, as_json=as_json, make=make)
         if result.attrs.get("stopped"):
             raise KeyboardInterrupt
 
 
-def _put(verb: Verb, result: xr.Dataset, *, as_json: bool, output: Path | None) -> None:
-    """Write or print a result; beside a file its key figures are printed."""
-    if output is not None and verb.model_text is not None and output.suffix.lower() == ".toml":
-        write_text(output, verb.model_text(result))
-        complain(f"written: {output}")
-    elif output is not None:
-        write_result(result, output)
-        if not as_json:
-            from ..show.console import show_pairs, stdout_console
-            from ..show.views import key_figures_of
-
-            show_pairs({words: value for value, words in key_figures_of({verb.name: result})}, stdout_console())
-    if not as_json and (output is None or output.suffix.lower() == ".toml"):
-        from ..show.console import show, stdout_console
-
-        with on_stdout():
-            show(result, stdout_console())
-        return
-    for text in json.loads(result.attrs["warnings"]):
-        complain(f"warning: {text}")
-    if as_json:
-        from ..results.dataset import to_json
-
-        with on_stdout():
-            typer.echo(to_json(result))
+def _result_of(model: str, overrides: Mapping[str, object], name: str) -> xr.Dataset:
+    """Result of another verb of the same model, which a figure needs too."""
+    return verbs()[name].run(model, overrides=overrides or None)
 
 
 @contextmanager

@@ -25,7 +25,9 @@ def import_model_rooms() -> None:
     gc.disable()
     # xarray loads dask.array with its first variable wherever Dask is installed, 0.3 s that only blocks by Dask need:
     # a name without a module says that it is not there; `studies.blocks.dask_engine` takes the name away again
-    sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
+    # (where xarray is here already, in a process that lives on, it has asked for Dask and would miss it)
+    if "xarray" not in sys.modules:
+        sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     try:
         from ..studies import source  # noqa: F401
     finally:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,9 +10,9 @@ from typing import Annotated
 import typer
 
 from ..errors import ModelError
-from .console import complain, on_stdout, progress_bar, reported, require_stdout, target_of, write_result
+from .console import progress_bar, reported
 from .kept import kept_store
-from .run import FILES
+from .output import FORMATS, figure_option, put, require_output
 from .start import import_model_rooms
 
 __all__ = ["study"]
@@ -33,13 +32,14 @@ def study(
         str | None, typer.Option(metavar="URL", help="A Dask scheduler that runs: tcp://HOST:8786.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")] = False,
+    figure: Annotated[list[str] | None, figure_option(["study"])] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write the result: .nc, .json or .html.")
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help=f"Write the result: {FORMATS}.")
     ] = None,
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
     with reported(), _flagged(), kept_store(store):
-        _study(job, store, resume, workers, scheduler, as_json=as_json, output=output)
+        _study(job, store, resume, workers, scheduler, as_json=as_json, figures=figure, output=output)
 
 
 def _study(
@@ -50,32 +50,16 @@ def _study(
     scheduler: str | None,
     *,
     as_json: bool,
+    figures: list[str] | None,
     output: Path | None,
 ) -> None:
-    if output is not None:
-        target_of(output, FILES)
-    if as_json or output is None:
-        require_stdout()
+    require_output(output, figures, ["study"], as_json=as_json)
     import_model_rooms()
     from ..verbs.study import study as run
 
     with progress_bar(f"study {job}") as step:
         result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
-    if output is not None:
-        write_result(result, output)
-    if as_json or output is not None:
-        for text in json.loads(result.attrs["warnings"]):
-            complain(f"warning: {text}")
-    if as_json:
-        from ..results.dataset import to_json
-
-        with on_stdout():
-            typer.echo(to_json(result))
-    elif output is None:
-        from ..show.console import show, stdout_console
-
-        with on_stdout():
-            show(result, stdout_console())
+    put({"study": result}, output=output, figures=figures, as_json=as_json)
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from typing import Literal
 
 from ..errors import ModelError
 from ..input_files import read_bytes
-from ..rexs.reading import is_rexs_name
+from ..rexs.names import is_rexs_name
 from ..warning_codes import CodedText, coded
 from .assumptions import check_assumed, still_assumed
 from .force_files import with_files

@@ -22,13 +22,14 @@ from ..input_files import read_text
 from ..warning_codes import CodedText
 from .package_version import package_version
 from .sealed_file import require_contained, seal, sealed_file
+from .tables_out import save_csv, save_xlsx
 from .variables import OF_KIND, VARIABLES
 from .whole_file import whole_file
 
 __all__ = ["SUFFIXES", "dataset", "load_result", "save_result", "to_json"]
 
-SUFFIXES = (".nc", ".json")
-"""Files a result is written to and reopened from."""
+SUFFIXES = (".nc", ".json", ".csv", ".xlsx")
+"""Files a result is written to; it is reopened from the first two."""
 
 
 # entries of a JSON file: those of `Dataset.to_dict()`, and its digest
@@ -159,20 +160,25 @@ def _digest(text: str) -> str:
 
 
 def save_result(result: xr.Dataset, path: str | Path) -> Path:
-    """Write a Dataset by the suffix of the file: ``.nc`` netCDF-4, ``.json`` `Dataset.to_dict()`, as ``-o`` does.
+    """Write a Dataset by the suffix of the file, as ``-o`` does.
 
-    Complex variables become a trailing ``part`` dimension (real, imaginary).  The file appears whole or not at all, and
-    ends with a digest of what is in it.
+    ``.nc`` netCDF-4 and ``.json`` `Dataset.to_dict()` reopen with `load_result`; ``.csv`` in long form and ``.xlsx``
+    are for other programs (`tables_out`).  Complex variables of the first two become a trailing ``part`` dimension (real,
+    imaginary).  The file appears whole or not at all; one that reopens ends with a digest of what is in it.
 
     Raises
     ------
-    ModelError : another suffix, or the file cannot be written.
+    ModelError : another suffix, too much for a workbook, or the file cannot be written.
     """
     target = Path(path)
     kind = target.suffix.lower()
     if kind not in SUFFIXES:
-        allowed = f"{' or '.join(SUFFIXES)}; .html by write_report, .csv of one variable by its to_series().to_csv(...)"
+        allowed = f"{' or '.join(SUFFIXES)}; .html by write_report"
         raise ModelError("no such kind of result file", path="path", given=target.name, allowed=allowed)
+    if kind == ".csv":
+        return save_csv(result, target)
+    if kind == ".xlsx":
+        return save_xlsx(result, target)
     content = (to_json(result) + "\n").encode() if kind == ".json" else _netcdf(result)
     with whole_file(target) as file:
         file.write(content)

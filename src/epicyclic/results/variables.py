@@ -461,12 +461,31 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "attempt_reason": ("", "why it fails, or gives no number"),
     "attempt_fitted": ("", "whether a parameter was fitted"),
     "attempt_outcome": ("", "within or outside the tolerance, or why there is no number"),
+    # compare (along `train`, the first of which the others are compared with)
+    "difference_text": ("", "value in each model file, as written, or derived and from what"),
+    "difference_value": ("", "value in each model file, in the SI unit difference_unit"),
+    "difference_unit": ("", "SI unit of the value"),
+    "transmission_ratio": ("1", "speed of the driving member per speed of the driven one"),
+    "k_gamma": ("1", "K_gamma of the train, the load sharing mean-load"),
+    "worst_mesh": ("", "mesh with the largest mean load per equal share, empty where all are alike"),
+    "force_method": ("", "how mesh forces are computed: steady vibration, or static"),
+    "mean_load_sharing": ("1", "mean load of the mesh per equal share"),
+    "modal_assurance": ("1", "modal assurance criterion of the mode with that of the first train"),
+    "mode_pairing": ("", "what modes are paired by: mode shapes, or kind and order"),
+    "variable_unit": ("", "unit of the variable"),
+    "variable_meaning": ("", "what the variable is"),
+    "largest_difference": ("", "largest difference from the first result, in the unit of the variable"),
+    "first_value": ("", "value of the first result where the difference is largest"),
+    "other_value": ("", "value of this result where the difference is largest"),
+    "difference_place": ("", "labels of the place where the difference is largest"),
+    "compared_values": ("1", "values of the variable that are compared"),
 }
 
 _RELATIVE = ("1", "speed per operating speed")
 
 # (kind of result, name): (unit, long name), where a kind means something else by a name than `VARIABLES`
 OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
+    ("compare", "difference"): ("", "path in the model file whose values differ"),
     ("study", "status"): ("", "ok, or why the point holds nothing: wrong input, no convergence, fault"),
     ("study", "reason"): ("", "message of a point that failed"),
     ("sweep", "speed"): _RELATIVE,

@@ -20,18 +20,12 @@ from .limits import MAX_BYTES, MAX_DEPTH, MAX_MARKS, MAX_RATIO
 from .structure import RexsFile
 from .xml_parts import xml_file
 
-__all__ = ["is_rexs_name", "read_rexs_file"]
+__all__ = ["read_rexs_file"]
 
 VERSIONS = ("1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "1.7", "2.0", "2.0.0")
-SUFFIXES = (".rexs", ".rexsj", ".rexsz", ".rexs.xml", ".rexs.json", ".rexs.zip")
 _ALLOWED = "a REXS file in XML (.rexs), JSON (.rexsj) or a zip of one of them (.rexsz)"
 _BOM = b"\xef\xbb\xbf"
 _WIDE = (b"\xff\xfe", b"\xfe\xff")  # UTF-16
-
-
-def is_rexs_name(name: str | Path) -> bool:
-    """Whether a file is a REXS file by its name."""
-    return str(name).lower().endswith(SUFFIXES)
 
 
 def read_rexs_file(source: str | Path | bytes) -> RexsFile:

@@ -482,6 +482,37 @@ def test_stepped_planets(draft: Any) -> None:
     assert len(train.meshes) == 6
 
 
+def test_each_chain_of_stepped_planets_has_its_hand(draft: Any) -> None:
+    test_stepped_planets(draft)
+    for i in (1, 2, 3):
+        draft.values(100 * i + 51)["helix_angle_reference_diameter"] = (15.0, "deg")
+    draft.values(21)["helix_angle_reference_diameter"] = (15.0, "deg")
+    stage = stage_of(imported(draft))
+    assert (stage["sun"]["hand"], stage["planet2"]["hand"]) == ("right", "right")
+    assert "hand" not in stage["planet"]
+
+
+def test_a_stage_that_is_not_planetary_is_told(draft: Any) -> None:
+    draft.add(700, "cylindrical_gear", "Wheel", **draft.values(11))
+    draft.add(701, "cylindrical_gear", "Pinion", **draft.values(11))
+    draft.add(702, "cylindrical_stage", "Output stage", center_distance=(200.0, "mm"))
+    draft.relate("stage", stage=702, gear_1=700, gear_2=701)
+    assert "gears 700 and 701 are in no planetary stage" in lines(imported(draft).dropped, 702)
+
+
+def test_a_place_on_a_shaft_where_the_gear_has_none(draft: Any) -> None:
+    plain = imported(draft).document
+    for i in (1, 2, 3):
+        del draft.values(100 * i + 1)["support_vector"]
+        draft.values(100 * i + 1)["u_coordinate_on_shaft"] = (25.0, "mm")
+    assert imported(draft).document == plain
+
+
+def test_a_bearing_of_one_part_is_told(draft: Any) -> None:
+    draft.relate("side", inner_part=30, assembly=33)
+    assert "not between two parts" in lines(imported(draft).dropped, 33)
+
+
 def test_two_stages_on_one_shaft(draft: Any) -> None:
     """A second stage whose sun sits on the carrier shaft of the first."""
     second = {}

@@ -13,7 +13,8 @@ import pytest
 
 from epicyclic.errors import ModelError
 from epicyclic.rexs import limits
-from epicyclic.rexs.reading import is_rexs_name, read_rexs_file
+from epicyclic.rexs.names import is_rexs_name
+from epicyclic.rexs.reading import read_rexs_file
 from epicyclic.rexs.structure import Attribute, Component, LoadCase, Relation
 
 

@@ -1,0 +1,134 @@
+"""What one train does: ratio, speeds, modes, load sharing and mesh forces at operation; and what it cannot say."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from ...analyses.modes.basis import mean_modes
+from ...analyses.modes.classification import classify_modes
+from ...analyses.sharing.sharing import sharing
+from ...analyses.static.tangent import linear
+from ...assemble import assemble
+from ...errors import ConvergenceError, ModelError
+from ...system.system import System
+from ...train.train import Train
+from ...warning_codes import CodedText, coded
+from .mode_pairs import TrainModes
+
+__all__ = ["Effects", "effects_of"]
+
+T = TypeVar("T")
+Method = Literal["steady", "static"]
+_RIGID = "rigid"
+# Coefficients of meshes this close are equal but for rounding of the linear solves: no mesh is the worst.
+_ALIKE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Effects:
+    """What a train does; what is not known is empty or nan.
+
+    ratio : speed of the driving member per speed of the driven one [1].  speed : of members [rpm].
+    mesh_frequency : of stages [Hz].  modes : of the mean system.
+    k_gamma : `mean-load` of the train [1], and the mesh it is of, empty where all are alike.
+    method : of the mesh forces.
+    meshes : name -> coefficient `mean-load` [1], mean and largest force of the whole mesh [N].
+    """
+
+    ratio: float = math.nan
+    speed: Mapping[str, float] = field(default_factory=dict)
+    mesh_frequency: Mapping[str, float] = field(default_factory=dict)
+    modes: TrainModes | None = None
+    k_gamma: float = math.nan
+    worst_mesh: str = ""
+    method: str = ""
+    meshes: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    warnings: tuple[CodedText, ...] = ()
+
+
+def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")) -> Effects:
+    """Effects of one train; an analysis that its model does not allow is left out, and a warning says why.
+
+    methods : of the mesh forces, the first that the model allows counts.
+    """
+    said: list[CodedText] = list(train.warnings)
+    found: dict[str, Any] = {"ratio": _ratio(train), "speed": _speeds(train)}
+    frequencies = train.kinematics.mesh_frequency or {}
+    found["mesh_frequency"] = {stage: float(value) for stage, value in frequencies.items()}
+    system = _tried("equations", lambda: assemble(train), said)
+    if system is not None:
+        found["modes"] = _tried("natural frequencies", lambda: _modes(system), said)
+        loads = _loads(system, methods, said)
+        if loads is not None:
+            found |= loads
+    return Effects(**found, warnings=tuple(dict.fromkeys(said)))
+
+
+def _tried(what: str, run: Callable[[], T], said: list[CodedText]) -> T | None:
+    """What a function gives; None and a warning where the model does not allow it."""
+    try:
+        return run()
+    except (ModelError, ConvergenceError) as error:
+        said.append(coded("section-left-out", f"no {what}: {error}"))
+        return None
+
+
+def _ratio(train: Train) -> float:
+    """Speed of the member that takes in most power per speed of the one that gives off most."""
+    power, speed = train.kinematics.power or {}, train.kinematics.speed or {}
+    if not power or max(power.values()) <= 0 or min(power.values()) >= 0:
+        return math.nan
+    driving, driven = max(power, key=lambda name: power[name]), min(power, key=lambda name: power[name])
+    return float(speed[driving] / speed[driven]) if speed.get(driven) else math.nan
+
+
+def _speeds(train: Train) -> dict[str, float]:
+    return {name: float(value) for name, value in (train.kinematics.speed or {}).items()}
+
+
+def _modes(system: System) -> TrainModes:
+    tangent = linear(system)
+    squared, vectors = mean_modes(tangent)
+    kinds = classify_modes(tangent, squared, vectors)
+    return TrainModes(
+        squared=squared,
+        vectors=np.real(kinds.vectors),
+        mass=tangent.M,
+        kind=tuple(_RIGID if value == 0 else kind for kind, value in zip(kinds.kind, squared, strict=True)),
+        dofs=tuple(tangent.dofs.names),
+    )
+
+
+def _loads(system: System, methods: Sequence[Method], said: list[CodedText]) -> dict[str, Any] | None:
+    """K_gamma and mesh forces by the first method that the model allows."""
+    refused: list[CodedText] = []
+    for method in methods:
+        result = _tried(f"mesh forces by {method}", partial(sharing, system, method=method), refused)
+        if result is not None:
+            said += [*refused, *json.loads(result.attrs["warnings"])]
+            return _load_values(result, method)
+    said += refused[-1:]
+    return None
+
+
+def _load_values(result: Any, method: str) -> dict[str, Any]:
+    """K_gamma, its mesh, and the values of every mesh of a result of `sharing`."""
+    names = [str(name) for name in result.mesh.values]
+    coefficient = result.load_sharing.sel(definition="mean-load").values
+    rows = zip(coefficient, result.mesh_force_mean.values, result.mesh_force_peak.values, strict=True)
+    known = coefficient[np.isfinite(coefficient)]
+    alike = not known.size or np.ptp(known) <= _ALIKE
+    worst = "" if alike else names[int(np.nanargmax(coefficient))]
+    return {
+        "k_gamma": float(result.system_load_sharing.sel(definition="mean-load")),
+        "worst_mesh": worst,
+        "method": method,
+        "meshes": {name: tuple(map(float, row)) for name, row in zip(names, rows, strict=True)},
+    }

@@ -1,0 +1,76 @@
+"""The one list of names of figures: that of every view, of every report, of `epicyclic.plot`."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import plotly.graph_objects as go
+import pytest
+import xarray as xr
+
+import epicyclic
+from epicyclic.errors import ModelError
+from epicyclic.show.plot import FIGURES, companions, figure_names, plot
+from epicyclic.show.views import has_view
+from epicyclic.verbs.record import verbs
+
+VIEWS = Path(epicyclic.__file__).parent / "show" / "views"
+
+
+def anchors(view: str) -> list[str]:
+    """Anchors of the drawings of a view, as they stand in its file."""
+    tree = ast.parse((VIEWS / f"{view}.py").read_text(encoding="utf-8"))
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "Drawing"]
+    return [ast.literal_eval(one.value) for call in calls for one in call.keywords if one.arg == "anchor"]
+
+
+@pytest.mark.parametrize("kind", sorted({*FIGURES, *(path.stem for path in VIEWS.glob("[a-z]*.py"))} - {"general"}))
+def test_the_list_is_that_of_the_views(kind: str) -> None:
+    found = anchors(kind if has_view(kind) else "general")
+    assert sorted(figure_names(kind)) == sorted(set(found))
+
+
+def test_every_kind_of_every_verb_has_its_names() -> None:
+    kinds = {kind for verb in verbs().values() for kind in verb.gives}
+    assert {kind for kind in kinds if has_view(kind)} <= set(FIGURES)
+    assert figure_names("no kind of ours") == figure_names("study") == ("study",)
+    assert set(figure_names()) == {name for kind in FIGURES for name in figure_names(kind)}
+
+
+def test_companions_are_verbs() -> None:
+    needed = {one for kind in FIGURES for name in figure_names(kind) for one in companions(kind, name)}
+    assert needed <= set(verbs())
+
+
+def test_every_figure_of_made_up_results_is_found_by_its_name(ren: dict[str, xr.Dataset]) -> None:
+    results = {str(one.attrs.get("verb", name)): one for name, one in ren.items()}
+    drawn = 0
+    for kind, result in results.items():
+        if not result.attrs.get("verb"):
+            continue
+        for name in figure_names(kind):
+            needed = companions(kind, name)
+            if set(needed) <= set(results):
+                try:
+                    figure = plot(name, result, *(results[one] for one in needed))
+                except ModelError as error:
+                    assert "nothing to draw" in error.problem
+                    continue
+                assert isinstance(figure, go.Figure)
+                drawn += 1
+    assert drawn >= 8
+
+
+def test_the_figure_is_that_of_the_report() -> None:
+    modes, check = epicyclic.modes("lin1999-n4"), epicyclic.check("lin1999-n4")
+    titles = {name: plot(name, modes, check).layout.title.text for name in ("frequencies", "energy", "shapes", "front")}
+    assert len(set(titles.values())) == 4
+    with pytest.raises(ModelError, match="needs the result of check too"):
+        plot("shapes", modes)
+    with pytest.raises(ModelError, match="allowed: frequencies, shapes"):
+        plot("nosuch", modes)
+    with pytest.raises(ModelError, match="several results"):
+        plot("energy", modes, modes)
+    with pytest.raises(ModelError, match="no such figure"):
+        plot("energy")
