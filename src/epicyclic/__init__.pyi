@@ -13,6 +13,7 @@ from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
 from .studies.parameter_studies import vary as vary
+from .studies.rexs_export.export import write_rexs as write_rexs
 from .system.system import System as System
 from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate
