@@ -22,6 +22,8 @@ from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
 from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
 from .explain import explain
+from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
+from .export import export
 from .import_rexs import import_rexs
 from .new import new
 from .output import figure_option
@@ -110,6 +112,7 @@ for _verb in verbs().values():
 app.command()(audit)
 app.command()(study)
 app.command("import")(import_rexs)
+app.command()(export)
 app.command()(compare)
 app.command()(explain)
 app.command()(report)
