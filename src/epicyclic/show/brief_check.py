@@ -171,7 +171,9 @@ def _stages(result: xr.Dataset) -> str:
             continue
         apart = any(text.startswith(f"stages.{stage}: ") and "cannot be assembled" in text for text in said)
         spaced = "equally spaced" if _equally(result, stage) else "unequally spaced"
-        lines.append(f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}")
+        lines.append(
+            f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}"
+        )
     return f"{'; '.join(lines)}." if lines else ""
 
 

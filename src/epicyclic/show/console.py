@@ -22,7 +22,16 @@ from .wrapped import wrapped
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["counted_warnings", "show", "show_pairs", "show_table", "show_warnings", "stderr_console", "stdout_console", "warnings_of"]
+__all__ = [
+    "counted_warnings",
+    "show",
+    "show_pairs",
+    "show_table",
+    "show_warnings",
+    "stderr_console",
+    "stdout_console",
+    "warnings_of",
+]
 
 _STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
 # signs that do not break over a line of a page, as they are typed
