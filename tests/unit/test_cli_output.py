@@ -24,13 +24,13 @@ from epicyclic.verbs.record import verbs
 DRIVE = "lin1999-n4"
 
 
-class Outcome(NamedTuple):
+class Ran(NamedTuple):
     status: int
     out: str
     err: str
 
 
-Command = Callable[..., Outcome]
+Command = Callable[..., Ran]
 
 
 @pytest.fixture
@@ -38,11 +38,11 @@ def command(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pyt
     """Run the command line in this process and in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    def run(*arguments: str) -> Outcome:
+    def run(*arguments: str) -> Ran:
         with pytest.raises(SystemExit) as stop:
             app(list(arguments), prog_name="epicyclic")
         streams = capsys.readouterr()
-        return Outcome(int(stop.value.code or 0), streams.out, streams.err)
+        return Ran(int(stop.value.code or 0), streams.out, streams.err)
 
     return run
 
@@ -88,8 +88,8 @@ def test_an_audit_goes_into_every_format(command: Command) -> None:
 def test_show_prints_what_the_verb_did(command: Command, verb: str) -> None:
     options = ("--points", "5") if verb == "sweep" else ()
     plain = command(verb, "ren2021", *options, "-o", "x.nc")
-    assert command("show", "x.nc") == Outcome(0, plain.out, "")
-    assert command("show", "x.nc", "-o", "x.json") == Outcome(0, plain.out, "written: x.json\n")
+    assert command("show", "x.nc") == Ran(0, plain.out, "")
+    assert command("show", "x.nc", "-o", "x.json") == Ran(0, plain.out, "written: x.json\n")
     assert command("show", "x.json").out == plain.out
     xr.testing.assert_identical(epicyclic.load_result("x.json"), epicyclic.load_result("x.nc"))
 
