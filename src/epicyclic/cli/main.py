@@ -20,7 +20,7 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
-from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
+from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
 from .output import figure_option
 from .report import report
 from .show import show
