@@ -128,8 +128,8 @@ def _phased(result: xr.Dataset, places: Sequence[int]) -> str:
 def phasing(leads: Sequence[float]) -> str:
     """How the meshes of a pair follow each other, by their leads [mesh cycles] in the order of the branches; "" of one.
 
-    ``together``; ``in turn``, each the same part of a cycle earlier or later than the one before; ``in opposite pairs``, half of them half a cycle
-    later; else the leads.
+    ``together``; ``in turn``, each the same part of a cycle earlier or later than the one before; ``in opposite
+    pairs``, half of them half a cycle later; else the leads.
     """
     if len(leads) < 2 or not np.isfinite(leads).all():
         return ""
@@ -188,7 +188,7 @@ def _equally(result: xr.Dataset, stage: str) -> bool:
 
 
 def _verbs(result: xr.Dataset) -> Table:
-    """Which verbs are ready; what each of the others still needs, what several need once; `check --all` says what is allowed."""
+    """Which verbs are ready; what the others still need, each need once; `check --all` says what is allowed."""
     if "verb_needs" not in result.variables:
         return Table(title="", columns={})
     names = [name.replace("_", "-") for name in texts(result, "verb_name")]
