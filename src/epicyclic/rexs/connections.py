@@ -67,6 +67,8 @@ def joints_of(view: View) -> list[Joint]:
             sides = [part for role, part in relation.refs if role not in ("assembly", "coupling", "connection")]
             joint = joint if joint is not None else relation.part("coupling") or relation.part("connection")
             if joint is None or len(sides) != 2:
+                for part in [joint] if joint is not None else []:
+                    view.lose(part, "side", "not between two parts")
                 continue
             inner, outer = sides
         if _engaged(view, view.components[joint]):

@@ -6,7 +6,8 @@ __all__ = ["MAX_BYTES", "MAX_DEPTH", "MAX_MARKS", "MAX_RATIO", "MAX_TEXT"]
 
 # A gear unit of 100 components is 0.1 MB; 16 MB leaves room for long load spectra and is parsed in a few seconds.
 MAX_BYTES = 16_000_000
-# Tags, attributes of tags, braces and keys: each becomes an object of up to 400 bytes, so these stay below 200 MB and 3 s.
+# Tags, attributes of tags, braces and keys: each becomes an object of up to 400 bytes. A file then stays below
+# 250 MB and 3 s.
 MAX_MARKS = 400_000
 # model / load_spectrum / load_case / component / attribute / matrix / r / c is 8 deep.
 MAX_DEPTH = 16

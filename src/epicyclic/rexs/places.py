@@ -67,7 +67,7 @@ class Places:
             return own.place
         base, there = self.frame(shaft), self.view.number(component, coordinate, "length")
         if base is None or there is None:
-            return None
+            return None if base is None else base.place  # where along the shaft is not said
         return _sum(base.place, base.u, there.si)
 
     def _frame(self, component: int, depth: int) -> PartFrame | None:

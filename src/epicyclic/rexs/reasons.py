@@ -14,7 +14,6 @@ _REASONS = {
     "cylindrical_stage": "load capacity, tolerances and results are not carried",
     "cylindrical_gear": "load capacity, tolerances and results are not carried",
     "ring_gear": "load capacity, tolerances and results are not carried",
-    "concept_bearing": "bearing results, widths and misalignments are not carried",
     "coupling": "inside a member, or rigid",
     "switchable_coupling": "inside a member, or rigid",
     "external_load": "follows from the operation",
@@ -27,11 +26,12 @@ _REASONS = {
     "cylindrical_gear_manufacturing_settings": "allowances are not carried",
     "profile_crowning": "the model has tip and root relief, no profile crowning",
     "helix_slope": "its sense against the loaded flank is not known",
-    "rolling_bearing_row": "bearings are springs in the model",
     "rolling_element": "bearings are springs in the model",
 }
 
 
 def reason_of(kind: str) -> str:
     """Reason for a type of component."""
+    if "bearing" in kind:
+        return "clearance, size, misalignment and results of bearings are not carried"
     return _REASONS.get(kind, "no place in the model file")

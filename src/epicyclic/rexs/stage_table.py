@@ -256,31 +256,29 @@ def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float
 
 
 def _hands(unit: GearUnit, stage: StageParts, table: Table) -> None:
-    """The hand of the first helical gear; those of its mates follow, and are told where the file says otherwise."""
-    first: tuple[str, float] | None = None
-    for name in [*stage.central, *stage.planets]:
-        gear = stage.central.get(
-            name, stage.branches[0].gears[stage.planets.index(name)] if name in stage.planets else 0
-        )
-        helix = unit.facts[gear].helix
-        if not helix or unit.facts[gear].internal:
-            continue
-        side = 1.0 if name in stage.central else -1.0
-        if first is None:
-            first = (name, helix * side)
-            member = table[name]
-            assert isinstance(member, dict)
-            member["hand"] = "right" if helix > 0 else "left"
-            path = f"stages.{stage.name}.{name}.hand"
-            unit.view.read(gear, "helix_angle_reference_diameter", path, member["hand"])
-        elif first[1] * helix * side < 0 and len(stage.planets) == 1:
-            unit.view.assume(
-                gear, "helix_angle_reference_diameter", "", f"its sign does not fit that of {first[0]}, which counts"
-            )
-    for name, gear in stage.central.items():
-        if unit.facts[gear].internal and first is not None and unit.facts[gear].helix * -first[1] < 0:
-            reason = f"its sign is that of the other hand: {name} has the hand of its planets"
-            unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
+    """The hand of one gear of each chain in mesh; those of its mates follow, and are told where they do not."""
+    for place, planet in enumerate(stage.planets):
+        mates = [m for pair in stage.meshes if planet in pair.split("-") for m in pair.split("-") if m != planet]
+        chain = {mate: stage.central[mate] for mate in mates} | {planet: stage.branches[0].gears[place]}
+        first: tuple[str, float] | None = None  # the helix that the planet must have, by the first gear
+        for name, gear in chain.items():
+            helix = unit.facts[gear].helix
+            if not helix or unit.facts[gear].internal:
+                continue
+            as_planet = helix if name == planet else -helix
+            if first is None:
+                first = (name, as_planet)
+                hand = "right" if helix > 0 else "left"
+                _dict(table[name])["hand"] = hand
+                path = f"stages.{stage.name}.{name}.hand"
+                unit.view.read(gear, "helix_angle_reference_diameter", path, hand)
+            elif first[1] * as_planet < 0:
+                reason = f"its sign does not fit that of {first[0]}, which counts"
+                unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
+        for name, gear in chain.items():
+            if unit.facts[gear].internal and first is not None and unit.facts[gear].helix * first[1] < 0:
+                reason = f"its sign is that of the other hand: {name} has the hand of its planets"
+                unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
 
 
 def _shifts(unit: GearUnit, stage: StageParts, table: Table, distance: Number | None) -> None:

@@ -72,7 +72,13 @@ def planetary_stages(view: View, places: Places) -> tuple[StageParts, ...]:
         raise ModelError(f"{len(found)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
     meshes = _meshes(view)
     names = ["main"] if len(found) == 1 else [f"stage{i + 1}" for i in range(len(found))]
-    return tuple(_stage(view, places, one.id, name, meshes) for one, name in zip(found, names, strict=True))
+    stages = tuple(_stage(view, places, one.id, name, meshes) for one, name in zip(found, names, strict=True))
+    planets = {gear for stage in stages for branch in stage.branches for gear in branch.gears}
+    planets |= {stage.twins[gear] for stage in stages for gear in planets & stage.twins.keys()}
+    for mesh in meshes:
+        if not {mesh.a, mesh.b} & planets:
+            view.lose(mesh.stage, "stage", f"gears {mesh.a} and {mesh.b} are in no planetary stage")
+    return stages
 
 
 def _meshes(view: View) -> list[_Mesh]:
