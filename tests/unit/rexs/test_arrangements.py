@@ -90,6 +90,12 @@ def test_a_place_on_a_shaft_where_the_gear_has_none(draft: Any) -> None:
     assert imported(draft).document == plain
 
 
+def test_a_gear_without_any_place_stands_where_its_shaft_does(draft: Any) -> None:
+    for i in (1, 2, 3):
+        del draft.values(100 * i + 1)["support_vector"]
+    assert stage_of(imported(draft))["planet_angles"] == "[0, 240, 120] deg"
+
+
 def test_a_bearing_of_one_part_is_told(draft: Any) -> None:
     draft.relate("side", inner_part=30, assembly=33)
     assert "not between two parts" in lines(imported(draft).dropped, 33)
