@@ -16,6 +16,7 @@ from .studies.new_train.constructors import differential as differential
 from .studies.new_train.constructors import planetary as planetary
 from .studies.new_train.constructors import star as star
 from .studies.parameter_studies import vary as vary
+from .studies.rexs_export.export import write_rexs as write_rexs
 from .system.system import System as System
 from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate

@@ -94,6 +94,7 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
     monkeypatch.setattr("epicyclic.cli.study._study", lambda *_, **__: seen.append("study"))
     monkeypatch.setattr("epicyclic.cli.import_rexs._import", lambda *_, **__: seen.append("import"))
+    monkeypatch.setattr("epicyclic.cli.export._export", lambda *_, **__: seen.append("export"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

@@ -21,6 +21,7 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
+from .export import export
 from .import_rexs import import_rexs
 from .new import new
 from .output import figure_option
@@ -120,6 +121,7 @@ for _verb in verbs().values():
 app.command()(audit)
 app.command()(study)
 app.command("import")(import_rexs)
+app.command()(export)
 app.command()(compare)
 app.command()(report)
 app.command()(show)
