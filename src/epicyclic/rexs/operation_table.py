@@ -163,7 +163,9 @@ def _balanced(unit: GearUnit, found: list[tuple[bool, int, str, str, Number]], p
         quantities[name] = number.text
         attribute = "torque_around_u_axis" if key == "torque" else "power"
         unit.view.read(load, attribute, f"operation.{key}.{name}", number.text)
-    silent = sorted(ports - {one[3] for one in kept})
+    stated = {one[3] for one in kept}
+    left_out = {one[3] for one in found} - stated  # its value is told above: it is the balance before a silent end
+    silent = sorted(left_out or ports - stated)
     if len(silent) == 1 and kept and (unit.free or len(unit.stages) > 1):  # of one stage alone the other end is clear
         torques = table.setdefault("torque", {})
         assert isinstance(torques, dict)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from tests.unit.rexs.imports import imported, lines, stage_of
+import pytest
+from tests.unit.rexs.imports import imported, lines, stage_of, value_of
 
 import epicyclic
 
@@ -145,6 +147,30 @@ def test_two_stages_on_one_shaft(draft: Any) -> None:
     draft.values(9)["rotational_stiffness"] = (4e9, "N mm / rad")
     couplings = imported(draft).document["couplings"]
     assert couplings == {"coupling9": {"between": ["stage1.carrier", "stage2.sun"], "rz": "4e6 N m/rad"}}
+
+
+def test_a_shaft_between_elastic_couplings_is_a_body(draft: Any) -> None:
+    """The output torque acts on a flange that an elastic coupling joins to the carrier."""
+    draft.add(40, "shaft", "flange", u_axis_vector=([-1.0, 0.0, 0.0], "mm"), support_vector=([-80.0, 0.0, 0.0], "mm"))
+    draft.add(41, "shaft_section", "", length=(20.0, "mm"), outer_diameter_begin=(200.0, "mm"))
+    draft.add(42, "coupling", "toothed", rotational_stiffness=(4e9, "N mm / rad"), radial_stiffness=(0.0, "N / m"))
+    draft.add(43, "external_load", "", torque_around_u_axis=(900.0, "N m"), defines_torque=(True, "none"))
+    draft.relate("assembly", assembly=40, part=41)
+    draft.relate("assembly", assembly=40, part=43)
+    draft.relate("reference", origin=40, referenced=90)
+    draft.relate("side", inner_part=30, outer_part=40, assembly=42)
+    draft.values(13).pop("defines_torque")
+    found = imported(draft)
+    mass = 7800 * math.pi / 4 * 0.2**2 * 0.02
+    flange = found.document["bodies"]["flange"]  # type: ignore[index]
+    assert value_of(flange["mass"]) == pytest.approx(mass, rel=1e-8)
+    assert value_of(flange["inertia"]) == pytest.approx(mass * 0.2**2 / 8, rel=1e-8)
+    couplings: Any = found.document["couplings"]
+    assert couplings == {"toothed": {"between": ["main.carrier", "flange"], "rz": "4e6 N m/rad"}}
+    operation: Any = found.document["operation"]
+    assert operation["torque"] == {"flange": "-900 N m", "sun": "balance"}  # its u axis is against z
+    train = epicyclic.load(dict(found.document))
+    assert any(body.name == "flange" for body in train.bodies)
 
 
 def test_a_star_has_its_carrier_in_the_casing(draft: Any) -> None:
