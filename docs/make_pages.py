@@ -292,7 +292,8 @@ def warnings_page() -> str:
     lines = [WARNINGS]
     for code, entry in sorted(WARNING_CODES.items()):
         lines += [f"## {code}", "", f"{entry.meaning}", "", f"*Cure*: {entry.cure}", ""]
-        lines += [f"More: [{entry.page.removesuffix('.md')}](../{pages[entry.page]})", ""]
+        if entry.page in pages:
+            lines += [f"More: [{entry.page.removesuffix('.md')}](../{pages[entry.page]})", ""]
     return "\n".join(lines)
 
 

@@ -8,7 +8,6 @@ Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +19,8 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
-from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
+from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
+from .explain import explain
 from .export import export
 from .import_rexs import import_rexs
 from .new import new
@@ -30,6 +30,7 @@ from .show import show
 from .start import collect_again
 from .study import study
 from .suggestions import Commands
+from .systems import systems
 
 __all__ = ["app", "main"]
 
@@ -79,21 +80,9 @@ def check(
     if resolved:
         with reported():
             _write_resolved(model, sets, output)
-    elif everything and output is None and not as_json:
-        with reported():
-            _print_all(model, sets)
     else:
-        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
-
-
-def _print_all(model: str, sets: list[str] | None) -> None:
-    """Print every table of `check`; files and JSON hold them all anyway."""
-    require_stdout()
-    result = verbs()["check"].run(model, overrides=parsed_overrides(sets) or None)
-    from ..show.console import show, stdout_console
-
-    with on_stdout():
-        show(result, stdout_console(), whole=True)
+        run = command(verbs()["check"])
+        run(model=model, sets=sets, as_json=as_json, figure=figure, output=output, whole=everything)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
@@ -123,9 +112,11 @@ app.command()(study)
 app.command("import")(import_rexs)
 app.command()(export)
 app.command()(compare)
+app.command()(explain)
 app.command()(report)
 app.command()(show)
 app.command()(new)
+app.command()(systems)
 
 
 @app.command()
@@ -144,20 +135,3 @@ def schema(
         else:
             target_of(output, (".json",))
             write_text(output, text)
-
-
-@app.command()
-def systems(as_json: Annotated[bool, typer.Option("--json", help="Print names and titles as JSON.")] = False) -> None:
-    """The ready drives: names that every verb takes in place of a model file."""
-    with reported():
-        from ..studies.drives import drive_titles
-
-        titles = drive_titles()
-        if as_json:
-            with on_stdout():
-                typer.echo(json.dumps(titles))
-        else:
-            from ..show.console import show_pairs, stdout_console
-
-            with on_stdout():
-                show_pairs(titles, stdout_console())
