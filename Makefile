@@ -40,6 +40,7 @@ figures: $(VENV)/.installed-dev
 	for example in examples/*.py; do $(BIN)/python $$example figures || exit 1; done
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/papers/make.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/learn/make.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/learn/draw_gallery.py
 
 docs: $(VENV)/.installed-dev
 	$(BIN)/python -m sphinx -q -W --keep-going -n -b html docs docs/_build/html

@@ -9,9 +9,9 @@ from typing import Any
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "src")]
 
-import site_docstrings  # beside this file
+import site_docstrings  # noqa: E402  (beside this file)
 
-from epicyclic import __version__
+from epicyclic import __version__  # noqa: E402
 
 project = "epicyclic"
 author = "the authors of epicyclic"

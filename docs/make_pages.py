@@ -1,20 +1,24 @@
 """Write the pages of docs/reference that follow from the code.
 
-verbs.md comes from the signatures in `epicyclic/verbs`, variables.md from the results of their examples, api.md from the
-stub of the package, commands.md from the command line, schema.md from the JSON Schema of the model file, warnings.md from
-the table of their codes.
+verbs.md comes from the signatures in `epicyclic/verbs`, variables.md from the results of their examples, api.md from
+the stub of the package, commands.md from the command line, schema.md from the JSON Schema of the model file,
+warnings.md from the table of their codes.
 
-python docs/make_pages.py
+python docs/make_pages.py          write them
+python docs/make_pages.py links    list the addresses outside that pages link to
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
+import sys
+import unicodedata
+from collections.abc import Callable, Iterable, Mapping
 from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any, ForwardRef, cast, get_args, get_origin
+from urllib.parse import quote
 
 import xarray as xr
 
@@ -23,6 +27,7 @@ from epicyclic.verbs.record import Option, Verb, help_of, keywords, verbs
 from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
+_CITATION = re.compile(r"(?:\[|; )([a-z]+[0-9]{4}[a-z]?|iso[0-9]+)(?=[],;])")
 DRIVE = "ren2021"
 VARIANT = {"stages.main.sun.support.radial": 0}  # of the comparison whose variables are listed
 KINDS = HERE.parent / "src" / "epicyclic" / "results" / "variable_kinds.json"
@@ -54,11 +59,16 @@ Made by `python docs/make_pages.py` from the command line itself; not written by
 input or an output that cannot be written; 3 for no convergence; 4 for an audit that is contradicted; 130 when stopped;
 1 for a fault of the program.
 """
+REFERENCES = """# References
+
+Made by `python docs/make_pages.py` from `src/epicyclic/references.bib`; not written by hand. The code cites an entry as
+[key, eq. n]. What has no key is derived here.
+"""
 WARNINGS = """# Warnings
 
 Made by `python docs/make_pages.py` from `src/epicyclic/warning_codes.py`; not written by hand.
 
-A result that is physically doubtful says so: in its attribute `warnings`, under its tables and at the top of the report.
+A result that is physically doubtful says so: in its attribute `warnings`, beside its tables and in the report.
 Each warning ends with its code in brackets. `epicyclic explain CODE` prints what stands here.
 """
 SCHEMA = """# Keys of the model file
@@ -210,7 +220,9 @@ def _usage(name: str, command: Any) -> str:
     places = [one for one in command.params if one.param_type_name == "argument"]
     words = [(one.metavar or one.name.upper()).strip("{}[]") for one in places]
     marked = [word if one.required else f"[{word}]" for word, one in zip(words, places, strict=True)]
-    return " ".join([name, *(f"{word} ..." if one.nargs == -1 else word for word, one in zip(marked, places, strict=True))])
+    return " ".join(
+        [name, *(f"{word} ..." if one.nargs == -1 else word for word, one in zip(marked, places, strict=True))]
+    )
 
 
 def _options_table(command: Any, only: set[str] | None = None) -> list[str]:
@@ -244,7 +256,9 @@ def schema_page() -> str:
             lines += [_schema_words(one), ""]
         if "properties" in one:
             lines += ["| key | takes | meaning |", "|---|---|---|"]
-            lines += [f"| `{key}` | {_takes(entry)} | {_schema_words(entry)} |" for key, entry in one["properties"].items()]
+            lines += [
+                f"| `{key}` | {_takes(entry)} | {_schema_words(entry)} |" for key, entry in one["properties"].items()
+            ]
             lines.append("")
         else:
             lines += ["One of " + ", ".join(f"`{value}`" for value in one["enum"]) + ".", ""]
@@ -278,20 +292,74 @@ def warnings_page() -> str:
     lines = [WARNINGS]
     for code, entry in sorted(WARNING_CODES.items()):
         lines += [f"## {code}", "", f"{entry.meaning}", "", f"*Cure*: {entry.cure}", ""]
-        lines += [f"More: [{entry.page.removesuffix('.md')}](../{pages[entry.page]})", ""]
+        if entry.page in pages:
+            lines += [f"More: [{entry.page.removesuffix('.md')}](../{pages[entry.page]})", ""]
     return "\n".join(lines)
 
 
-def write_all() -> None:
-    """Write every page that needs no computation."""
-    pages = {"verbs": verbs_page, "api": api_page, "commands": commands_page, "schema": schema_page}
-    pages["warnings"] = warnings_page
-    for name, text in pages.items():
-        (HERE / "reference" / f"{name}.md").write_text(text(), encoding="utf-8")
+def references_page() -> str:
+    """Text of references.md: every entry of references.bib, and the modules that cite it."""
+    package = HERE.parent / "src" / "epicyclic"
+    cited: dict[str, list[str]] = {}
+    for module in sorted(package.rglob("*.py")):
+        for key in dict.fromkeys(_CITATION.findall(module.read_text("utf-8"))):
+            cited.setdefault(key, []).append(module.relative_to(package).as_posix())
+    lines = [REFERENCES]
+    for entry in re.split(r"^@\w+", (package / "references.bib").read_text("utf-8"), flags=re.MULTILINE)[1:]:
+        key = entry.partition(",")[0].strip("{ ")
+        lines += [f"## {key}", "", _reference(entry), ""]
+        if key in cited:
+            lines += ["Cited in " + ", ".join(f"`{name}`" for name in cited[key]) + ".", ""]
+    return "\n".join(lines)
+
+
+def _reference(entry: str) -> str:
+    """One entry of references.bib in a line."""
+    pairs = re.findall(r"(\w+)\s*=\s*\{((?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*)\}", entry)
+    field = {name: " ".join(re.sub(r"\\(.)\{?(\w?)\}?", _letter, text).split()) for name, text in pairs}
+    field = {name: re.sub(r"[{}]", "", text).replace("--", "-") for name, text in field.items()}
+    authors = field.get("author", field.get("institution", "")).replace(" and ", "; ")
+    where = field.get("journal") or field.get("booktitle") or field.get("publisher") or field.get("school") or ""
+    number = " ".join(filter(None, (field.get("volume"), f"({field['number']})" if "number" in field else "")))
+    parts = [authors, f"*{field.get('title', '')}*", where, number, field.get("pages"), field.get("year")]
+    text = ", ".join(part for part in parts if part) + "."
+    address = quote(field.get("doi", ""), safe="/")  # some have brackets
+    return f"{text} [doi:{field['doi']}](https://doi.org/{address})" if address else text
+
+
+def _letter(found: re.Match[str]) -> str:
+    """A letter with its accent, or what a backslash protects."""
+    accents = {'"': "\u0308", "'": "\u0301", "`": "\u0300", "c": "\u0327", "o": ""}
+    if found[1] == "o":
+        return "ø"
+    accent = accents.get(found[1])
+    return unicodedata.normalize("NFC", found[2] + accent) if accent is not None else found[1] + found[2]
+
+
+def external_links() -> list[str]:
+    """Addresses outside that the pages link to; none is fetched."""
+    pages = [HERE.parent / "README.md", HERE.parent / "CHANGELOG.md", *sorted(HERE.rglob("*.md"))]
+    texts = [page.read_text(encoding="utf-8") for page in pages if "_build" not in page.parts]
+    return sorted({link for text in texts for link in re.findall(r"\]\((https?://[^)\s]+)\)", text.replace("\n", ""))})
+
+
+PAGES: Mapping[str, Callable[[], str]] = {
+    "verbs": verbs_page,
+    "api": api_page,
+    "commands": commands_page,
+    "schema": schema_page,
+    "warnings": warnings_page,
+    "../theory/references": references_page,
+}
+"""Name of every page that needs no computation -> its text."""
 
 
 if __name__ == "__main__":
-    write_all()
+    if sys.argv[1:] == ["links"]:
+        print(*external_links(), sep="\n")
+        raise SystemExit
+    for name, text in PAGES.items():
+        (HERE / "reference" / f"{name}.md").write_text(text(), encoding="utf-8")
     found = [verb.run(DRIVE, **options) for verb, options in examples()]
     found += [audit(DRIVE), compare(DRIVE, variants=[VARIANT]), compare(found[0], found[0])]
     page = variables_page(found)

@@ -18,6 +18,7 @@ WITHOUT_PAGE = (
     r"[A-Z]\w+|\w+Error|[a-z_]+\.[\w.]+)"
 )
 _MARKUP = re.compile(r"(``.+?``|`[^`]+`)")
+_PAGE = re.compile(r"\bdocs/([\w/-]+)\.md\b")
 _SPECIAL = re.compile(r"([\\*|]|_(?=\W|$))")
 
 
@@ -61,7 +62,7 @@ def _escaped(text: str) -> str:
     parts = _MARKUP.split(text)
     for place, part in enumerate(parts):
         if place % 2 == 0:
-            parts[place] = _SPECIAL.sub(r"\\\1", part)
+            parts[place] = _PAGE.sub(r":doc:`/\1`", _SPECIAL.sub(r"\\\1", part))
         elif not part.startswith("``"):
             parts[place] = f"`{part}`"
     return "".join(parts)
@@ -92,7 +93,7 @@ class _Typed:
 
 def _plain(parameter: inspect.Parameter) -> inspect.Parameter:
     default = parameter.default
-    if callable(default):
+    if callable(default) and default is not inspect.Parameter.empty:
         default = _Typed(default.__name__)
     if parameter.annotation is inspect.Parameter.empty:
         return parameter.replace(default=default)

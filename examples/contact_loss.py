@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import plotly.graph_objects as go
 
 import epicyclic
 from epicyclic.show.figures.contact_sweep import contact_sweep
@@ -35,8 +36,14 @@ between = frequency[apart > 0.1 * rms.values.max()]
 PINNED = float(sweep.fold_frequency.max())  # Hz, where a run-up has to jump
 
 
+def figure() -> go.Figure:
+    """Draw run-up and coast-down."""
+    title = f"Between {between.min():.0f} and {between.max():.0f} Hz teeth part or not, as the speed rises or falls"
+    return contact_sweep(sweep).update_layout(title_text=title)
+
+
 if __name__ == "__main__":
     print(f"from {between.min():.0f} to {between.max():.0f} Hz the force depends on where one comes from,")
     print(f"by up to {apart.max():.0f} N RMS; the branch turns back at {PINNED:.1f} Hz")
     if len(sys.argv) > 1:
-        contact_sweep(sweep).write_html(Path(sys.argv[1]) / "contact_loss.html")
+        figure().write_html(Path(sys.argv[1]) / "contact_loss.html")

@@ -1,8 +1,13 @@
 """A model of one's own, as a dict: what follows, and what a pin position error does to three and to four planets."""
 
+import sys
+from pathlib import Path
 from typing import Any
 
+import plotly.graph_objects as go
+
 import epicyclic
+from epicyclic.show.figures import style
 
 MODEL: dict[str, Any] = {
     "format": 2,
@@ -24,19 +29,31 @@ MODEL: dict[str, Any] = {
 }
 
 derived = epicyclic.check(MODEL)
-three = epicyclic.sharing(MODEL, method="static")
-four = epicyclic.sharing(
-    MODEL,
-    overrides={"stages.main.planets": 4, "deviations.planet.position.y": "[20, 0, 0, 0] um"},
-    method="static",
-)
+FOUR = {"stages.main.planets": 4, "deviations.planet.position.y": "[20, 0, 0, 0] um"}
+LOADED = {
+    "3 planets": epicyclic.sharing(MODEL, method="static"),
+    "4 planets": epicyclic.sharing(MODEL, overrides=FOUR, method="static"),
+}
 SHARING = {
-    planets: float(result.system_load_sharing.sel(definition="simultaneous"))
-    for planets, result in (("3 planets", three), ("4 planets", four))
+    planets: float(result.system_load_sharing.sel(definition="simultaneous")) for planets, result in LOADED.items()
 }
 PINNED = SHARING["3 planets"]  # a floating sun shares equally among three planets, whatever the errors
+
+
+def figure() -> go.Figure:
+    """Draw the share of every planet."""
+    title = f"A floating sun loads three planets alike; of four, one takes {SHARING['4 planets'] - 1:.0%} more"
+    drawn = style.figure(title, x="planet", y="largest share of the load over the equal one [1]")
+    for planets, result in LOADED.items():
+        share = result.load_sharing.sel(definition="simultaneous")
+        meshes = [mesh for mesh in share.mesh.values if "sun-planet" in mesh]
+        drawn.add_bar(name=planets, x=list(range(1, len(meshes) + 1)), y=share.sel(mesh=meshes).values)
+    return drawn.update_xaxes(dtick=1)
+
 
 if __name__ == "__main__":
     print(derived[["speed", "torque", "power"]].to_dataframe().to_string())
     for planets, value in SHARING.items():
         print(f"{planets}: largest share of a planet {value:.3f}")
+    if len(sys.argv) > 1:
+        figure().write_html(Path(sys.argv[1]) / "own_model.html")

@@ -6,23 +6,28 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
+from epicyclic.show.figures import style
 
 modes = epicyclic.modes("lin1999-n4")
 
 by_kind = modes.frequency.groupby(modes.mode_kind).count()
 elastic = modes.sel(mode=modes.frequency > 0)
+LABELS = [
+    f"{value:.0f}, mode {mode}" for value, mode in zip(elastic.frequency.values, elastic.mode.values, strict=True)
+]
 PINNED = float(elastic.frequency[0])  # Hz; Lin and Parker print 727.0 for the lowest translational pair
 
 
 def figure() -> go.Figure:
-    """Draw strain-energy shares over the modes."""
+    """Draw the share of strain energy in meshes and in bearings and supports, mode by mode."""
     share = elastic.strain_energy_share
-    bars = [
-        go.Bar(name=str(name), x=elastic.frequency.values, y=share.sel(connection=name).values)
-        for name in share.connection.values
-    ]
-    drawn = go.Figure(bars)
-    return drawn.update_layout(barmode="stack", xaxis_title="frequency [Hz]", yaxis_title="share of strain energy")
+    pairs = {part: [name for name in share.connection.values if part in name] for part in ("sun-planet", "planet-ring")}
+    pairs["bearings and supports"] = [name for name in share.connection.values if "-" not in name]
+    title = f"The lowest modes live in bearings and supports; published {PINNED:.0f} Hz is a translational pair"
+    drawn = style.figure(title, x="natural frequency [Hz]", y="share of strain energy [1]")
+    for part, names in pairs.items():
+        drawn.add_bar(name=part, x=LABELS, y=share.sel(connection=names).sum("connection").values)
+    return drawn.update_layout(barmode="stack")
 
 
 if __name__ == "__main__":

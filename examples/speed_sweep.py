@@ -7,6 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 import epicyclic
+from epicyclic.show.figures import style
 
 system = epicyclic.assemble(epicyclic.load("ren2021"))
 sweep = epicyclic.sweep(system, start=20.0, stop=600.0, points=117)
@@ -16,14 +17,17 @@ at = int(worst.values.argmax())
 RESONANCE = float(sweep.mesh_frequency.values.ravel()[at])  # Hz
 modes = epicyclic.modes(system)
 nearest = modes.isel(mode=int(np.abs(modes.frequency.values - RESONANCE).argmin()))
+OPERATION = float(epicyclic.check("ren2021").mesh_frequency[0])  # Hz
 PINNED = RESONANCE
 
 
 def figure() -> go.Figure:
-    """Draw the RMS of the dynamic force of every mesh."""
-    frequency = sweep.mesh_frequency.values.ravel()
-    lines = [go.Scatter(name=str(m), x=frequency, y=sweep.mesh_force_rms.sel(mesh=m).values) for m in sweep.mesh.values]
-    return go.Figure(lines).update_layout(xaxis_title="mesh frequency [Hz]", yaxis_title="RMS dynamic mesh force [N]")
+    """Draw the largest RMS dynamic force of all meshes, and where the train operates."""
+    title = f"Resonance at {RESONANCE:.0f} Hz: {float(worst[at]) / 1e3:.0f} kN in the worst mesh"
+    drawn = style.figure(title, x="mesh frequency [Hz]", y="RMS dynamic force of the worst mesh [kN]")
+    drawn.add_scatter(x=sweep.mesh_frequency.values.ravel(), y=worst.values / 1e3, showlegend=False)
+    drawn.add_vline(OPERATION, line_dash="dot", annotation_text="operation")
+    return drawn.add_vline(float(nearest.frequency), line_dash="dash", annotation_text="natural frequency")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 import epicyclic
+from epicyclic.show.figures import style
 
 STIFFNESS = np.array([1e8, 3e8, 1e9, 3e9, 1e10, 1.5e10])  # N/m
 # the torque read as the carrier's: 28.75 kN m on the sun; see the notes in the model file
@@ -33,8 +34,12 @@ PINNED = float(CURVES["carrier"][-1])
 
 def figure() -> go.Figure:
     """Draw the three curves."""
-    drawn = go.Figure([go.Scatter(name=member, x=STIFFNESS, y=curve) for member, curve in CURVES.items()])
-    return drawn.update_layout(xaxis_title="support stiffness [N/m]", yaxis_title="load-sharing coefficient")
+    most = max(CURVES, key=lambda member: CURVES[member][-1])
+    title = f"A stiff {most} costs most: load sharing {CURVES[most][0]:.2f} → {CURVES[most][-1]:.2f}"
+    drawn = style.figure(title, x="support stiffness [N/m]", y="load-sharing coefficient [1]")
+    for member, curve in CURVES.items():
+        drawn.add_scatter(name=member, x=STIFFNESS, y=curve)
+    return drawn.update_xaxes(type="log", dtick=1, exponentformat="power")
 
 
 if __name__ == "__main__":

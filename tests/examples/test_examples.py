@@ -19,6 +19,7 @@ PINNED: dict[str, tuple[float, float]] = {
     "planet_spacing": (1.02259, 1e-3),
     "support_stiffness": (1.38625, 1e-3),
     "carrier_eccentricity": (2.19293, 1e-3),
+    "pin_tolerance": (1.13894, 1e-3),
 }
 
 
@@ -36,11 +37,25 @@ def test_every_example_is_pinned() -> None:
 
 
 @pytest.mark.parametrize("name", PINNED)
-def test_number(name: str) -> None:
+def test_number_and_figure(name: str) -> None:
     value, tolerance = PINNED[name]
-    assert run(name).PINNED == pytest.approx(value, rel=tolerance)
+    example = run(name)
+    assert example.PINNED == pytest.approx(value, rel=tolerance)
+    drawn = example.figure()
+    assert drawn.data
+    assert any(character.isdigit() for character in drawn.layout.title.text), "the title says the number"
+    assert drawn.layout.xaxis.title.text or drawn.layout.xaxis2.title.text
+    assert "[" in drawn.layout.yaxis.title.text, "with its unit"
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
 def test_examples_are_short(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 70
+
+
+def test_every_example_is_in_the_gallery() -> None:
+    gallery = EXAMPLES.parent / "docs" / "learn"
+    page = (gallery / "gallery.md").read_text(encoding="utf-8")
+    for path in EXAMPLES.glob("*.py"):
+        assert f"examples/{path.name}" in page
+        assert (gallery / "gallery" / f"{path.stem}.svg").is_file()

@@ -3,7 +3,7 @@
     <!-- not run: REASON -->     before a block that only must be right to read
     <!-- file: NAME -->          before a block that is written to a file of that name
 
-A `text` block behind a block that ran is what it prints: each of its lines has its words, in order, in one printed line.
+A `text` block behind a block that ran is what it prints: the words of each line stand in order in one printed line.
 """
 
 from __future__ import annotations

@@ -24,7 +24,8 @@ ALLOWED: dict[str, set[str]] = {
     "warning_codes": set(),
     "gears": set(),
     "tooth_contact": {"gears"},
-    "model": set(),
+    "rexs": set(),
+    "model": {"rexs"},
     "train": {"gears"},
     "resolve": {"model", "train", "gears", "tooth_contact"},
     "system": set(),
@@ -33,13 +34,14 @@ ALLOWED: dict[str, set[str]] = {
     "results": set(),
     "analyses": {"system", "results"},
     "studies": {
-        *("resolve", "model", "train", "tooth_contact", "gears"),
+        *("resolve", "model", "rexs", "train", "tooth_contact", "gears"),
         *("assemble", "analyses", "system", "results"),
     },
     "show": {"results"},
     "verbs": {"studies", "analyses", "assemble", "resolve", "model", "system", "train", "results"},
     "audits": {"verbs", "studies", "model", "train", "system", "results"},
-    "cli": {"verbs", "audits", "studies", "show", "resolve", "model", "results"},
+    "terms": {"verbs", "show", "model", "results"},
+    "cli": {"terms", "verbs", "audits", "studies", "show", "resolve", "model", "rexs", "results"},
 }
 
 

@@ -7,7 +7,7 @@ import re
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from ..results.whole_file import require_writable
 
 __all__ = [
     "complain",
+    "complain_of",
     "on_stdout",
     "open_streams",
     "parsed_overrides",
@@ -57,6 +58,19 @@ def complain(text: str) -> None:
     """Write one line on stderr; control characters are escaped, and a stderr that takes no line is no fault."""
     try:
         typer.echo(_CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text), err=True)
+    except OSError:
+        _drop(sys.stderr)
+
+
+def complain_of(warnings: Sequence[str]) -> None:
+    """Write the physical warnings of a result on stderr, as a list; of none nothing."""
+    if not warnings:
+        return
+    from ..show.console import show_warnings, stderr_console
+
+    plain = [_CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text) for text in warnings]
+    try:
+        show_warnings(plain, stderr_console())
     except OSError:
         _drop(sys.stderr)
 

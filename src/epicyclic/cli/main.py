@@ -8,7 +8,6 @@ Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Annotated
@@ -21,12 +20,19 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
+from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
+from .explain import explain
+from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
+from .export import export
+from .import_rexs import import_rexs
+from .new import new
 from .output import figure_option
 from .report import report
 from .show import show
 from .start import collect_again
 from .study import study
 from .suggestions import Commands
+from .systems import systems
 
 __all__ = ["app", "main"]
 
@@ -64,17 +70,21 @@ def check(
     resolved: Annotated[
         bool, typer.Option("--resolved", help="Write the model with everything filled in: a model file again.")
     ] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Print every table: bodies, gears, links, deviations, the origin of values.")
+    ] = False,
     sets: Sets = None,
     as_json: Json = False,
     figure: Annotated[list[str] | None, figure_option(["check"])] = None,
     output: Output = None,
 ) -> None:
-    """Speeds, torques, geometry, phases; every derived value and where it came from."""
+    """Ratio, speeds, torques, phases on one screen; every derived value and where it came from with --all."""
     if resolved:
         with reported():
             _write_resolved(model, sets, output)
     else:
-        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
+        run = command(verbs()["check"])
+        run(model=model, sets=sets, as_json=as_json, figure=figure, output=output, whole=everything)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
@@ -101,9 +111,14 @@ for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 app.command()(audit)
 app.command()(study)
+app.command("import")(import_rexs)
+app.command()(export)
 app.command()(compare)
+app.command()(explain)
 app.command()(report)
 app.command()(show)
+app.command()(new)
+app.command()(systems)
 
 
 @app.command()
@@ -122,20 +137,3 @@ def schema(
         else:
             target_of(output, (".json",))
             write_text(output, text)
-
-
-@app.command()
-def systems(as_json: Annotated[bool, typer.Option("--json", help="Print names and titles as JSON.")] = False) -> None:
-    """The ready drives: names that every verb takes in place of a model file."""
-    with reported():
-        from ..studies.drives import drive_titles
-
-        titles = drive_titles()
-        if as_json:
-            with on_stdout():
-                typer.echo(json.dumps(titles))
-        else:
-            from ..show.console import show_pairs, stdout_console
-
-            with on_stdout():
-                show_pairs(titles, stdout_console())

@@ -8,6 +8,8 @@ from typing import Any
 
 from typer.core import TyperGroup
 
+from .panels import Panels
+
 __all__ = ["Commands"]
 
 _TYPED = "epicyclic.typed"
@@ -15,7 +17,7 @@ _NO_COMMAND = re.compile(r"No such command '(.*?)'\.?", re.DOTALL)
 _NO_WORD = re.compile(r"'?([^']*)'? is not one of (.*?)\.?$", re.DOTALL)
 
 
-class Commands(TyperGroup):
+class Commands(Panels):
     """The commands of the program; an error of one that is not there, or of its options, names the nearest."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Literal
 
 from ..errors import ModelError
 from ..input_files import read_bytes
-from ..warning_codes import CodedText
+from ..rexs.names import is_rexs_name
+from ..warning_codes import CodedText, coded
 from .assumptions import check_assumed, still_assumed
+from .changed_teeth import follow_teeth
 from .force_files import with_files
 from .names import check_names, collect, nearest
 from .overrides import check_alternatives, layer_of, replace_alternatives, settings_of, stepwise
@@ -39,7 +41,9 @@ class Document:
     data : the same as nested tables as written, shorthands expanded, overrides laid over (plain JSON).
     origin : by path of every value in `data`, whether the file gives it or an override sets it.
     source : name of the ready drive, path of the file, or "dict".
-    warnings : numbers without a unit, read as SI in a file of format 1.
+    warnings : numbers without a unit, read as SI in a file of format 1; what was assumed of a REXS file; numbers that
+        follow teeth an override sets.
+    hints : those of the warnings that say what else to set, for errors that follow.
     """
 
     model: ModelFile
@@ -47,15 +51,19 @@ class Document:
     origin: Mapping[str, Origin]
     source: str
     warnings: tuple[CodedText, ...] = ()
+    hints: tuple[CodedText, ...] = ()
 
 
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
-    """Return the document of a model file (path), ready drive (name) or nested dict, with overrides laid over it.
+    """Return the document of a model file or REXS file (path), ready drive (name) or nested dict, with overrides laid
+    over it.
 
     overrides : values by path, ``{"stages.main.sun.mass": "750 kg"}``; None removes the key. A table that is removed
         may be filled anew: ``{"deviations": None, "deviations.sun.run_out": "6 um"}``.
     Raises ModelError for whatever is wrong, with path, value and what is allowed.
     """
+    if isinstance(source, (str, Path)) and is_rexs_name(source):
+        return _read_rexs(source, overrides)
     base, name, folder = _open(source)
     _check_format(base)
     *removed, layer = (with_files(layer_of(part, base), folder) for part in stepwise(overrides or {}))
@@ -73,12 +81,15 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     overridden = {path for path, _ in leaves(above)}
     names = collect(merged)  # an override may have removed what is referred to
     data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)
+    data, followed, hints, moved = follow_teeth(data, file, frozenset(overridden), names)
     layers = WrittenLayers(
         file={} if isinstance(source, Mapping) else base, settings=settings_of(overrides or {}), overridden=overridden
     )
     model, warnings = checked_model(data, names, folder, layers)
-    origin: dict[str, Origin] = {path: "set" if path in overridden else "given" for path, _ in leaves(data)}
-    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings)
+    origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
+    return Document(
+        model=model, data=data, origin=origin, source=name, warnings=(*warnings, *followed, *hints), hints=hints
+    )
 
 
 def ready_drives() -> tuple[str, ...]:
@@ -113,6 +124,23 @@ def _open(source: object) -> tuple[PlainTable, str, Path | None]:
         )
     path = Path(source)
     return _parse(_text(path), str(source)), str(source), path.parent
+
+
+def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Document:
+    """Return the document of a REXS file, with one warning that says how much of it is assumed. Raises ModelError."""
+    from ..rexs.import_train import read_rexs, traced  # only here: few models are REXS files
+
+    found = read_rexs(path)
+    try:
+        document = read(found.document, overrides)
+    except ModelError as error:
+        raise traced(error, found) from None
+    told = coded(
+        "rexs-assumed",
+        f"read from a REXS file: {len(found.assumed)} values assumed, {len(found.dropped)} entries dropped; "
+        f"`epicyclic import {path}` lists them",
+    )
+    return replace(document, source=str(path), warnings=(told, *document.warnings))
 
 
 def _text(path: Path) -> str:

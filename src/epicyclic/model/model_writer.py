@@ -15,7 +15,7 @@ from .toml_writer import to_toml
 from .units import COMMON, KINDS, Bounds, Quantity, read_quantity
 from .validation import LISTED, bare_places, quantity_at, unlisted_paths
 
-__all__ = ["model_text", "quantity_text", "with_units"]
+__all__ = ["model_text", "quantity_text", "unit_text", "with_units"]
 
 _MOST = 10_000  # from there on a number with its unit is no longer short
 # units tried in this order: the first in which a number lies between 1 and _MOST; SI where none does
@@ -47,7 +47,7 @@ def with_units(data: Mapping[str, Any]) -> PlainTable:
         table = rewritten(expanded | {"format": 1}, quantity_text)
         expanded = expanded | {"tolerance": table}
     for place in bare_places(expanded, names, None):
-        expanded = _replaced(expanded, place.path.split("."), place.error.kinds, _written)
+        expanded = _replaced(expanded, place.path.split("."), place.error.kinds, unit_text)
     for path in unlisted_paths(expanded, names):  # texts of a file of format 1
         kinds = quantity_at(expanded, path, names, None).kinds
         expanded = _replaced(expanded, path.split("."), kinds, _rewritten)
@@ -75,7 +75,7 @@ def _rewritten(value: Any, kinds: tuple[str, ...]) -> Any:
     return _list(list(numbers), kind) if isinstance(numbers, tuple) else quantity_text(float(numbers), kind)
 
 
-def _written(value: Any, kinds: tuple[str, ...]) -> Any:
+def unit_text(value: Any, kinds: tuple[str, ...]) -> Any:
     """Return a value as a text with its unit; of a list of numbers as one text."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return quantity_text(float(value), kinds[0])
@@ -83,7 +83,7 @@ def _written(value: Any, kinds: tuple[str, ...]) -> Any:
         return f"{value} {KINDS[kinds[0]].unit}"
     if all(isinstance(entry, (int, float)) for entry in value):
         return _list([float(entry) for entry in value], kinds[0])
-    return [entry if isinstance(entry, str) and "[" not in entry else _written(entry, kinds) for entry in value]
+    return [entry if isinstance(entry, str) and "[" not in entry else unit_text(entry, kinds) for entry in value]
 
 
 def quantity_text(value: float, kind: str) -> str:

@@ -22,7 +22,7 @@ from .wrapped import wrapped
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["counted_warnings", "show", "show_pairs", "show_table", "show_warnings", "stdout_console", "warnings_of"]
+__all__ = ["counted_warnings", "show", "show_pairs", "show_table", "show_warnings", "stderr_console", "stdout_console", "warnings_of"]
 
 _STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
 # signs that do not break over a line of a page, as they are typed
@@ -41,6 +41,11 @@ def stdout_console() -> Console:
     """The console for results: as wide as the terminal, or 160 columns in a pipe."""
     console = _Console(highlight=False)
     return console if console.is_terminal else _Console(highlight=False, width=160)
+
+
+def stderr_console() -> Console:
+    """The console for warnings beside results that go elsewhere."""
+    return _Console(highlight=False, stderr=True)
 
 
 def show(result: xr.Dataset, console: Console, *, whole: bool = False) -> None:

@@ -118,25 +118,29 @@ def _size(value: object) -> float:
     return abs(float(value)) if is_number else np.nan  # type: ignore[arg-type]
 
 
-def _keys(columns: Sequence[_Texts]) -> int:
-    """How many of the first columns of text name a row: until no two rows have the same names, else the first alone."""
+def _keys(columns: Sequence[_Texts], room: int) -> list[_Texts]:
+    """Columns that stand first in every part: those of text until no two rows have the same, or the first one's numbers.
+
+    Row numbers take their place where they do not tell the rows apart, or leave no room beside them.
+    """
     for count in range(1, len(columns) + 1):
-        if columns[count - 1].numeric:
-            break
         names = list(zip(*([text for text, _ in one.cells] for one in columns[:count]), strict=True))
         if len(set(names)) == len(names):
-            return count
-    return 1
+            if _total(columns[:count]) <= room:
+                return list(columns[:count])
+            break
+        if columns[count - 1].numeric:
+            break
+    rows = [(str(row), "") for row in range(1, len(columns[0].cells) + 1)]
+    return [_texts("row", True, rows)]
 
 
 def _parts(columns: list[_Texts], width: int) -> tuple[list[list[_Texts]], list[_Texts]]:
     """Columns by part, and those that have no place in the parts."""
     if _total(columns) <= width:
         return [columns], []
-    count = _keys(columns)
-    if _total(columns[: count + 1]) > width:
-        count = 1
-    keys, rest = columns[:count], columns[count:]
+    keys = _keys(columns, width - GAP - max(one.least for one in columns[1:]) if columns[1:] else width)
+    rest = [one for one in columns if not any(one is key for key in keys)]
     parts: list[list[_Texts]] = []
     for place, one in enumerate(rest):
         if parts and _total([*parts[-1], one]) <= width:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,7 +136,7 @@ def cycle_series(
     interference_warnings(mesh, path=path)
     jumps = np.unique(np.concatenate([[0.0, 1.0], np.mod([low, high], 1.0)]))
     middle, half = 0.5 * (jumps[1:] + jumps[:-1]), 0.5 * np.diff(jumps)
-    points, weights = np.polynomial.legendre.leggauss(_POINTS + 2 * harmonics)
+    points, weights = _gauss_rule(_POINTS + 2 * harmonics)
     sigma = (middle[:, None] + half[:, None] * points).ravel()
     weight = (half[:, None] * weights).ravel()
     stiffness = stiffness_at(sigma) * weight
@@ -143,6 +144,13 @@ def cycle_series(
     order = np.arange(1, harmonics + 1)
     turns = np.exp(-2j * np.pi * np.outer(order, sigma))
     return mean, np.asarray(2 / mean * (turns @ stiffness), dtype=np.complex128)
+
+
+@cache
+def _gauss_rule(count: int) -> tuple[Array, Array]:
+    """Points and weights (count,) of Gauss' rule over -1..1; made once, its eigenvalues cost as much as a mesh."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    return points, weights
 
 
 def _base(tooth: ToothCompliance) -> float:

@@ -69,43 +69,55 @@ def face_coupling(zeta: Array, width: float, decay: float, lengths: Array) -> Ar
     total = width / decay
     length = np.asarray(lengths, dtype=float) / decay
     edge = 0.5 * (total - length)
-    place = np.clip(np.asarray(zeta, dtype=float) / decay, -edge, edge)
-    apart = np.maximum(np.abs(place[:, None] - place) - 0.5 * (length[:, None] + length), 0.0)
+    place = np.minimum(np.maximum(np.asarray(zeta, dtype=float) / decay, -edge), edge)
+    half = 0.5 * length
+    apart = np.maximum(np.abs(place[:, None] - place) - (half[:, None] + half), 0.0)
+    mean, own = _segment_means(_ROOTS[:, None] * length)
     found = np.zeros(apart.shape)
-    for share, root in zip(_SHARES, _ROOTS, strict=True):
-        mean = _mean(root * length)
-        term = np.exp(-root * apart) * mean[:, None] * mean
-        np.fill_diagonal(term, _own(root * length))
-        found += share * term
-    for sense in (1, -1):
-        right, left = (np.exp(-_ROOTS[:, None] * (edge + side * place)) for side in (-1, 1))
-        waves = 0.5 * (right + sense * left) * _mean(_ROOTS[:, None] * length)
-        found += waves.T @ _returned(total, sense) @ waves
-    return np.asarray(0.5 * (found + found.T) / decay)
+    for share, root, ends, at in zip(_SHARES, _ROOTS, mean, own, strict=True):
+        term = np.exp(-root * apart)
+        term *= share * ends[:, None]
+        term *= ends
+        term.flat[:: len(ends) + 1] = share * at
+        found += term
+    mean *= 0.5
+    right, left = (np.exp(_ROOTS[:, None] * gap) * mean for gap in (place - edge, -place - edge))
+    for returned, waves in zip(_returned(total), (right + left, right - left), strict=True):
+        found += waves.T @ returned @ waves
+    found += found.T.copy()
+    found *= 0.5 / decay
+    return found
 
 
-def _returned(total: float, sense: int) -> Array:
-    """Amplitudes of the free waves that make both ends free, per wave of the load at the ends, (2, 2) [1].
+def _returned(total: float) -> Array:
+    """Amplitudes of the free waves that make both ends free, per wave of the load at the ends, (2, 2, 2) [1].
 
-    Even waves (sense 1) are cosh(r z), odd ones (-1) sinh(r z), both over exp(r W/2); total : W, lengths in lambda.
+    Even waves (first) are cosh(r z), odd ones sinh(r z), both over exp(r W/2); total : W, lengths in lambda.
     Both conditions at the end, moment and shear, read r^2 and 1/r of a wave (kappa^4 r^2 - 1 = -1/r^2).
     """
-    same, other = (0.5 * (1 + s * np.exp(-_ROOTS * total)) for s in (sense, -sense))
-    free = np.stack([_ROOTS**2 * same, -other / _ROOTS])
-    return -np.linalg.solve(free, np.stack([_ROOTS**2, 1 / _ROOTS]) * _SHARES)
+    found = np.empty((2, 2, 2))
+    (a, b), (share_a, share_b) = _ROOTS.tolist(), _SHARES.tolist()
+    for returned, sign in zip(found, (1, -1), strict=True):
+        # Cramer's rule in plain numbers: arrays of two are all overhead
+        moment_a, moment_b = (0.5 * root**2 * (1 + sign * math.exp(-root * total)) for root in (a, b))
+        shear_a, shear_b = (-0.5 / root * (1 - sign * math.exp(-root * total)) for root in (a, b))
+        scale = -1 / (moment_a * shear_b - moment_b * shear_a)
+        returned[0] = (a**2 * shear_b - moment_b / a) * share_a, (b**2 * shear_b - moment_b / b) * share_b
+        returned[1] = (moment_a / a - a**2 * shear_a) * share_a, (moment_a / b - b**2 * shear_a) * share_b
+        returned *= scale
+    return found
 
 
-def _mean(x: Array) -> Array:
-    """Mean of exp(-s) over 0 <= s <= x (...) [1]."""
-    safe = np.where(x > 0, x, 1.0)
-    return np.asarray(np.where(x > 0, -np.expm1(-safe) / safe, 1.0))
-
-
-def _own(x: Array) -> Array:
-    """Mean of exp(-|s - t|) over 0 <= s, t <= x (...) [1]."""
+def _segment_means(x: Array) -> tuple[Array, Array]:
+    """Means of exp(-s) over 0 <= s <= x and of exp(-|s - t|) over 0 <= s, t <= x (...) [1]."""
     safe = np.maximum(x, _SHORT)
-    series = 1 - x / 3 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6)))
-    return np.asarray(np.where(x > _SHORT, 2 * (safe + np.expm1(-safe)) / safe**2, series))
+    fallen = np.expm1(-safe)
+    single, double = fallen / -safe, 2 * (safe + fallen) / safe**2
+    short = x < _SHORT
+    if short.any():
+        single = np.where(short, 1 - x / 2 * (1 - x / 3 * (1 - x / 4)), single)
+        double = np.where(short, 1 - x / 3 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6))), double)
+    return single, double
 
 
 def _torsion_share(ratio: float) -> float:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dsygvd
 
 from ...errors import ModelError
 from ...system.system import Array, System
@@ -37,35 +39,51 @@ def mean_modes(system: System) -> tuple[Array, Array]:
         eigenvalue.
     """
     system.require_inertia()
-    stiffness = system.mean_stiffness
-    try:
-        squared, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (system.M + system.M.T) / 2)
-    except np.linalg.LinAlgError as error:
-        raise _massless(system) from error
-    except ValueError as error:
-        raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
-    if not (np.isfinite(shapes).all() and np.all(np.abs(squared) < _HIGHEST)):
+    squared, shapes = _eigenpairs(system)
+    # both ends of the rising squares bound all of them; a shape that is not finite makes the sum so
+    largest = max(abs(float(squared[0])), abs(float(squared[-1]))) if squared.size else 0.0
+    if not (math.isfinite(shapes.sum()) and largest < _HIGHEST):
         lightest = system.dofs.names[int(np.argmin(np.diag(system.M)))]
         raise ModelError(f"masses and stiffnesses are too far apart for modes; least mass or inertia on {lightest}")
-    largest = float(np.max(np.abs(squared), initial=0.0))
     if squared.size and squared[0] < -NOISE * largest:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
-    small = squared <= NOISE * largest
-    soft = squared <= SOFT * largest
-    if not np.any(soft):
+    small, soft = (int(squared.searchsorted(part * largest, side="right")) for part in (NOISE, SOFT))
+    squared[:small] = 0.0
+    if not soft or (soft == small and all_free(system, shapes[:, :small])):
         return squared, shapes
-    if np.array_equal(soft, small) and all_free(system, shapes[:, small]):
-        return np.where(small, 0.0, squared), shapes
     rows = stiffness_rows(system)
     if rows is None:
-        return np.where(small, 0.0, squared), shapes
+        return squared, shapes
     root = np.linalg.cholesky((system.M + system.M.T) / 2)
     scaled = scipy.linalg.solve_triangular(root, rows, lower=True)
     free, rest = free_motions(scaled)
-    if free.shape[1] == np.count_nonzero(small) and not np.any(soft & ~small):
-        return np.where(small, 0.0, squared), shapes
+    if free.shape[1] == small == soft:
+        return squared, shapes
     found, motions = soft_modes(scaled, free, rest)
     return found, scipy.linalg.solve_triangular(root.T, motions, lower=False)
+
+
+def _eigenpairs(system: System) -> tuple[Array, Array]:
+    """Squares (n,) [rad^2/s^2], rising, and mass-normalised shapes (n, n), by the LAPACK driver of `scipy.linalg.eigh`.
+
+    For the few coordinates of a stage the checks of `eigh`, made here on sums, take as long as the solution.
+
+    Raises
+    ------
+    ModelError : a matrix that is not finite, M not positive definite.
+    """
+    stiffness, mass = system.mean_stiffness, system.M
+    if not mass.size:
+        return np.zeros(0), np.zeros((0, 0))
+    if not math.isfinite(stiffness.sum() + mass.sum()):
+        raise ModelError("the mass or stiffness matrix holds a number that is not finite")
+    # transposed, which changes nothing in a symmetric matrix, they are in the order of LAPACK
+    squared, shapes, info = dsygvd(
+        (stiffness + stiffness.T).T / 2, ((mass + mass.T) / 2).T, overwrite_a=1, overwrite_b=1
+    )
+    if info:
+        raise _massless(system)
+    return squared, shapes
 
 
 def _massless(system: System) -> ModelError:

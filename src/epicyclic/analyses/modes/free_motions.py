@@ -58,17 +58,18 @@ def all_free(system: System, shapes: Array) -> bool:
 
     False also where M is not diagonal, or K holds more than links: `free_motions` has the answer.
     """
-    mass, links, meshes = np.diag(system.M), system.links, system.meshes
+    mass, links, meshes = system.M.diagonal(), system.links, system.meshes
     if np.count_nonzero(system.M) > mass.size:
         return False
     linear = np.isfinite(links.stiffness) & (links.stiffness != 0)
-    rest = system.K - (links.B[:, linear] * links.stiffness[linear]) @ links.B[:, linear].T
-    size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
-    if np.any(np.abs(rest) > _REST * np.outer(size, size)):
+    held = links.B[:, linear]
+    rest = np.abs(system.K - (held * links.stiffness[linear]) @ held.T)
+    size = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
+    if (rest > _REST * size[:, None] * size).any():
         return False
-    rows = np.concatenate([meshes.B[:, meshes.stiffness != 0], links.B[:, linear]], axis=1)
-    length = np.sqrt((rows * rows / mass[:, None]).sum(axis=0))
-    return bool(np.all(np.abs(rows.T @ shapes) <= _STRAIN * length[:, None]))
+    rows = np.concatenate([meshes.B[:, meshes.stiffness != 0], held], axis=1)
+    limit = _STRAIN * np.sqrt((1 / mass) @ (rows * rows))
+    return not (np.abs(rows.T @ shapes) > limit[:, None]).any()
 
 
 def _factor(matrix: Array) -> Array | None:

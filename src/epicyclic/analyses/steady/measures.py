@@ -14,7 +14,7 @@ K_v is (F_m + dynamic increment) / F_m as in [iso6336, 6], for each mesh of a tr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -218,7 +218,7 @@ def line_amplitudes(signal: Signal, frequencies: Sequence[Fraction]) -> Array:
 _GRID = {1: 128, 2: 48, 3: 32}
 # Directions, over half a turn, from which the largest length of a pair of rows is looked for, and steps from the best
 # one: lengths of up to five random lines then lie within 3e-4 of those of 2000 directions (2e-3 from 18 directions).
-_DIRECTIONS, _TURNS = 24, 3
+_ANGLES, _TURNS = np.arange(24) * (np.pi / 24), 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -272,7 +272,7 @@ def ranges(signal: Signal, pairs: Index | None = None) -> Range:
     pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
     if signal.orders.points.shape[1] == 1:
         value, lines = _phase_waveforms(signal)
-        length = peak(_longest(value[pairs.T], None if lines is None else lines[pairs.T]))
+        length = _largest_length(value[pairs.T], None if lines is None else lines[pairs.T])
         if lines is None:
             return Range(low=valley(value), high=peak(value), length=length)
         reach = np.abs(lines).sum(axis=2)
@@ -281,8 +281,30 @@ def ranges(signal: Signal, pairs: Index | None = None) -> Range:
     return Range(low=low, high=high, length=_tone_sum_lengths(signal, pairs))
 
 
-def _longest(value: Array, lines: ComplexArray | None) -> Array:
-    """Largest length of v + sum over s of Re(a_s exp(i phi_s)) over all phases phi_s, (k, P, N); derived here.
+def _largest_length(value: Array, lines: ComplexArray | None) -> Array:
+    """Largest length over the phase of the tone of v + sum over s of Re(a_s exp(i phi_s)), all phi_s free, (k, P).
+
+    value : (2, k, P, N) of both rows v.  lines : (2, k, P, S, N) of both rows a_s.
+    """
+    size: Array = np.hypot(*value)
+    if lines is None or not size.size:
+        return peak(size)
+    # Instants whose bound, each line along its longest axis, is below what the best one has along its v are skipped;
+    # the neighbours of one that is not are looked at, for the parabola of the peak.
+    x, y = value / np.where(size > 0, size, 1.0)
+    least = size + np.abs(x[:, :, None] * lines[0] + y[:, :, None] * lines[1]).sum(axis=2)
+    square_x, square_y = (part.real**2 + part.imag**2 for part in lines)
+    product = lines[0].real * lines[1].real + lines[0].imag * lines[1].imag
+    across = np.sqrt((square_x - square_y) ** 2 + 4 * product**2)
+    most = size + np.sqrt(0.5 * (square_x + square_y + across)).sum(axis=2)
+    near = most >= least.max(axis=2, keepdims=True)
+    near |= np.roll(near, 1, axis=2) | np.roll(near, -1, axis=2)
+    least[near] = _longest(value[:, near], np.moveaxis(lines, 3, 1)[:, :, near])
+    return peak(least)
+
+
+def _longest(value: Array, lines: ComplexArray) -> Array:
+    """Largest length of v + sum over s of Re(a_s exp(i phi_s)) over all phases phi_s, (M,); derived here.
 
     It is the largest of h(u) = abs(u . v) + sum abs(u . a_s) over the unit directions u.  From the best of some
     directions on, u turns to the vector that the phases best along u give.  h never falls by that, so that the
@@ -290,23 +312,20 @@ def _longest(value: Array, lines: ComplexArray | None) -> Array:
 
     Parameters
     ----------
-    value : (2, k, P, N) of both rows v.  lines : (2, k, P, S, N) of both rows a_s.
+    value : (2, M) of both rows v.  lines : (2, S, M) of both rows a_s.
     """
-    if lines is None:
-        alone: Array = np.hypot(*value)
-        return alone
     best, x, y = np.full(value.shape[1:], -1.0), *np.zeros((2, *value.shape[1:]))
-    for angle in np.arange(_DIRECTIONS) * (np.pi / _DIRECTIONS):
+    for angle in _ANGLES:
         c, s = np.cos(angle), np.sin(angle)
-        size = np.abs(c * value[0] + s * value[1]) + np.abs(c * lines[0] + s * lines[1]).sum(axis=2)
+        size = np.abs(c * value[0] + s * value[1]) + np.abs(c * lines[0] + s * lines[1]).sum(axis=0)
         better = size > best
         best, x, y = np.where(better, size, best), np.where(better, c, x), np.where(better, s, y)
     for _ in range(_TURNS):
         sense = np.where(x * value[0] + y * value[1] < 0, -1.0, 1.0)
-        along = x[:, :, None] * lines[0] + y[:, :, None] * lines[1]
+        along = x * lines[0] + y * lines[1]
         size = np.abs(along)
         phase = along.conj() / np.where(size > 0, size, 1.0)
-        x, y = (sense * v + (a * phase).real.sum(axis=2) for v, a in zip(value, lines, strict=True))
+        x, y = (sense * v + (a * phase).real.sum(axis=0) for v, a in zip(value, lines, strict=True))
         best = np.hypot(x, y)
         x, y = (part / np.where(best > 0, best, 1.0) for part in (x, y))
     return best
@@ -314,21 +333,12 @@ def _longest(value: Array, lines: ComplexArray | None) -> Array:
 
 def _tone_sum_lengths(signal: Signal, pairs: Index) -> Array:
     """Bound of the length of pairs of rows (k, 2), (k, P): the largest of `_tone_sum_bounds` over their directions."""
-    found = []
-    for angle in np.arange(_DIRECTIONS) * (np.pi / _DIRECTIONS):
-        low, high = _tone_sum_bounds(_projected(signal, pairs, np.array([np.cos(angle), np.sin(angle)])))
-        found.append(np.maximum(-low, high))
-    return peak(np.stack(found, axis=-1))
-
-
-def _projected(signal: Signal, pairs: Index, direction: Array) -> Signal:
-    """Pairs of rows (k, 2) along a direction (2,), k rows."""
-
-    def along(part: Spectrum) -> Spectrum:
-        return replace(part, amplitude=np.tensordot(direction, part.amplitude[pairs.T], axes=1))
-
-    lines = None if signal.lines is None else along(signal.lines)
-    return replace(signal, orders=along(signal.orders), lines=lines)
+    waves, others = _single_tones(signal)
+    towards = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+    other: Array = sum(np.abs(np.tensordot(towards, one[pairs.T], axes=1)).sum(axis=3) for one in others)
+    along = [np.tensordot(towards, wave[pairs.T], axes=1) for wave in waves]
+    low, high = sum(map(valley, along), start=-other), sum(map(peak, along), start=other)
+    return peak(np.moveaxis(np.maximum(-low, high), 0, -1))
 
 
 def _phase_waveforms(signal: Signal) -> tuple[Array, ComplexArray | None]:
@@ -342,16 +352,23 @@ def _phase_waveforms(signal: Signal) -> tuple[Array, ComplexArray | None]:
 
 def _tone_sum_bounds(signal: Signal) -> tuple[Array, Array]:
     """Sums of the smallest and of the largest values of single tones, everything else at its worst, (rows, P)."""
+    waves, others = _single_tones(signal)
+    other: Array = sum(np.abs(one).sum(axis=2) for one in others)
+    return sum(map(valley, waves), start=-other), sum(map(peak, waves), start=other)
+
+
+def _single_tones(signal: Signal) -> tuple[list[Array], list[ComplexArray]]:
+    """Values of each tone alone over the grid of its phase (rows, P, N), the mean in the first, and amplitudes (rows,
+    P, K) of everything else.
+    """
     orders = signal.orders
     combined = np.count_nonzero(orders.points, axis=1) > 1
-    other: Array = np.abs(orders.amplitude[..., combined]).sum(axis=(2, 3))
-    if signal.lines is not None:
-        other = other + np.abs(signal.lines.amplitude).sum(axis=(2, 3))
-    low, high = -other, other
-    for axis, count in enumerate(phase_grid(orders)):
-        own = tone_waveform(orders, axis, np.arange(count) / count, mean=axis == 0)[:, :, 0]
-        low, high = low + valley(own), high + peak(own)
-    return low, high
+    others = [orders.amplitude[..., combined]] + ([] if signal.lines is None else [signal.lines.amplitude])
+    waves = [
+        tone_waveform(orders, axis, np.arange(count) / count, mean=axis == 0)[:, :, 0]
+        for axis, count in enumerate(phase_grid(orders))
+    ]
+    return waves, [one.reshape(*one.shape[:2], -1) for one in others]
 
 
 def phase_grid(orders: Spectrum) -> list[int]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..brief_check import brief_tables
 from ..elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table
 from ..figures.series import engineering, numbers, short_names, texts
 from ..figures.summaries import Member, members_of, mesh_tones
@@ -18,7 +19,7 @@ from .stiffness import SERIES
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["ORDER", "findings", "headline", "key_figures", "sections", "tables"]
+__all__ = ["ORDER", "brief", "findings", "headline", "key_figures", "sections", "tables"]
 
 ORDER = 10
 _DEGREES = 180 / np.pi
@@ -98,6 +99,11 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         *assumed_tables(result),
         *value_tables(result),
     ]
+
+
+def brief(result: xr.Dataset) -> Sequence[Table]:
+    """Ratio, members, pairs of gears, phasing, verbs: one screen; `tables` is the whole."""
+    return brief_tables(result)
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:

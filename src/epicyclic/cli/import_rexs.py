@@ -1,0 +1,115 @@
+"""The command `epicyclic import`: a REXS file as a model file that one edits, and the list of what became of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import ModelError
+from ..results.whole_file import write_text
+from .command import file_name
+from .console import complain, on_stdout, reported, require_stdout, target_of
+
+if TYPE_CHECKING:
+    from ..rexs.import_train import RexsImport
+    from ..rexs.view import Entry
+
+__all__ = ["import_rexs"]
+
+_HEADINGS = {
+    "read": "Read from the file",
+    "assumed": "Assumed, as the file does not say it",
+    "dropped": "Dropped, as the model has no place for it",
+}
+
+
+def import_rexs(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A REXS file: .rexs, .rexsj or .rexsz.")],
+    load_case: Annotated[
+        int | None, typer.Option("--load-case", metavar="ID", help="Load case whose speeds and loads count.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print what was read, assumed and dropped as JSON on stdout.")
+    ] = False,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", parser=file_name, metavar="FILE", help="Write the model file (.toml)."),
+    ] = None,
+) -> None:
+    """A REXS file as a commented model file, and what of it was read, assumed and dropped."""
+    with reported():
+        _import(file, load_case, as_json=as_json, output=output)
+
+
+def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | None) -> None:
+    if output is not None:
+        target_of(output, (".toml",))
+    require_stdout()
+    from ..model.document import read
+    from ..rexs.import_train import read_rexs, traced
+
+    found = read_rexs(file, load_case=load_case)
+    try:
+        read(found.document)  # what no model file may hold is refused before anything is written
+    except ModelError as error:
+        raise traced(error, found) from None
+    if output is not None:
+        write_text(output, _model_text(found, file))
+        complain(f"written: {output}")
+    with on_stdout():
+        if as_json:
+            typer.echo(json.dumps(_as_tables(found)))
+        else:
+            _print(found)
+
+
+def _model_text(found: RexsImport, file: str) -> str:
+    from ..model.commented_writer import commented_text
+
+    date = f", of {found.file.date}" if found.file.date else ""
+    head = (
+        f"From the REXS file {Path(file).name}{date}.",
+        f"{len(found.read)} values read, {len(found.assumed)} assumed, {len(found.dropped)} dropped: the numbers in",
+        "brackets are ids of components of that file; [assumed] at the end has what it does not say.",
+    )
+    return commented_text(found.document, head=head, comments=found.comments)
+
+
+def _as_tables(found: RexsImport) -> dict[str, Any]:
+    """Entries and document as plain tables."""
+    keys = ("component", "attribute", "path", "text")
+    lists = {kind: [{key: getattr(e, key) for key in keys} for e in getattr(found, kind)] for kind in _HEADINGS}
+    return {"version": found.file.version, "title": found.document["title"], **lists}
+
+
+def _print(found: RexsImport) -> None:
+    """Print the lists: of what was dropped one line for all components of a type that lost the same."""
+    from ..show.console import stdout_console
+
+    console = stdout_console()
+    console.print(str(found.document["title"]), style="bold", markup=False, soft_wrap=True)
+    types = {component.id: component.type for component in found.file.components}
+    for kind, heading in _HEADINGS.items():
+        entries: tuple[Entry, ...] = getattr(found, kind)
+        console.print(f"\n{heading} ({len(entries)})", style="bold", markup=False)
+        for line in _lines(entries, types):
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _lines(entries: tuple[Entry, ...], types: dict[int, str]) -> list[str]:
+    """Lines of entries, those of one type with equal words together."""
+    groups: dict[tuple[str, str, str, str], list[int]] = {}
+    for entry in entries:
+        kind = "" if entry.component is None else types[entry.component]
+        groups.setdefault((kind, entry.attribute, entry.path, entry.text), []).extend(
+            [] if entry.component is None else [entry.component]
+        )
+    lines = []
+    for (kind, attribute, path, text), ids in groups.items():
+        who = f"{kind} {', '.join(map(str, ids))}: " if kind else ""
+        where = f"{path} = {text}" if path and text else path or text
+        lines.append(f"  {who}{attribute}: {where}")
+    return lines

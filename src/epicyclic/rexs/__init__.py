@@ -1,0 +1,1 @@
+"""REXS, the exchange format of gear units: its files as data, read safely, and turned into a model file."""

@@ -1,0 +1,260 @@
+"""A REXS file as a document of the model file, with what was read, assumed and dropped."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import ModelError
+from .damage import check_damage, false_texts
+from .gear_tables import material_of
+from .link_tables import couplings_table
+from .members import GearUnit, unit_of
+from .operation_table import operation_table, tell_gravity
+from .reading import read_rexs_file
+from .reasons import reason_of
+from .stage_table import stage_table, x_axis_of
+from .structure import RexsFile
+from .view import Entry, View, view_of
+
+__all__ = ["RexsImport", "import_file", "read_rexs", "traced"]
+
+Table = dict[str, object]
+# The format has no damping, and a response needs some: the ratio that the ready drives assume too.
+_DAMPING = 0.03
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RexsImport:
+    """What a REXS file became.
+
+    document : nested tables of a model file, units in the texts; its table `assumed` has the reasons by path.
+    comments : by path, from which component a value is.
+    read, assumed, dropped : entries with the id of their component; together they have every attribute of the file.
+    file : the REXS file.
+    """
+
+    document: Mapping[str, object]
+    comments: Mapping[str, str]
+    read: tuple[Entry, ...]
+    assumed: tuple[Entry, ...]
+    dropped: tuple[Entry, ...]
+    file: RexsFile
+
+
+def read_rexs(source: str | Path | bytes, *, load_case: int | None = None) -> RexsImport:
+    """Read a REXS file as a model document.
+
+    Parameters
+    ----------
+    source : path of a REXS file in XML, JSON or a zip of one, or its bytes.
+    load_case : id of the load case whose speeds and loads count; the first one where the components have none.
+
+    Raises
+    ------
+    ModelError : as of `read_rexs_file`; arrays that a writer has lost, named; no planetary stage; a gear without teeth
+        or module; a unit that is not known; axes that are not parallel. Names the component and the attribute.
+    """
+    name = "REXS file" if isinstance(source, bytes) else str(source)
+    file = read_rexs_file(source)
+    try:
+        return import_file(file, load_case=load_case)
+    except ModelError as error:
+        raise error.at(f"{name}, {error.path}" if error.path else name) from None
+
+
+def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
+    """The same of a file that is read already. Raises ModelError as of `read_rexs`."""
+    check_damage(file)
+    view = view_of(file, load_case if load_case is not None else _default_case(file))
+    unit = unit_of(view)
+    origin = unit.members[0].centre
+    document: Table = {"format": 2, "title": _title(file)}
+    document |= _materials(unit)
+    document["damping"] = {"modal": _DAMPING}
+    view.assume(
+        None, "damping", "damping.modal", "the format has no damping: a usual value, for modes and response only"
+    )
+    document["stages"] = {stage.name: stage_table(unit, stage, origin) for stage in unit.stages}
+    _gear_materials(unit, document)
+    couplings = couplings_table(unit)
+    if couplings:
+        document["couplings"] = couplings
+    operation = operation_table(unit)
+    tell_gravity(unit, x_axis_of(unit, unit.stages[0]))
+    if operation:
+        document["operation"] = operation
+    _cases(view, file, load_case)
+    for component, name in false_texts(file):
+        if name in view.asked.get(component, ()):
+            view.assume(component, name, "", "stands as false where a text belongs: taken as missing")
+    reasons = _reasons(view.assumptions, document)
+    if reasons:
+        document["assumed"] = reasons
+    return RexsImport(
+        document=document,
+        comments=_comments(view, unit, document),
+        read=tuple(view.entries),
+        assumed=tuple(view.assumptions),
+        dropped=(*view.losses, *_dropped(view, file)),
+        file=file,
+    )
+
+
+def traced(error: ModelError, found: RexsImport) -> ModelError:
+    """An error of the model document, with the component of the REXS file its value is from."""
+    # the checks name members by their full path, also where the document, of a single stage, does not
+    short = re.sub(r"^(operation\.\w+)\.main\.", r"\1.", error.path)
+    entry = next((e for e in found.read if e.path and f"{short}.".startswith(f"{e.path}.")), None)
+    if entry is None or entry.component is None:
+        return error
+    return error.at(f"{error.path} (component {entry.component}, {entry.attribute})")
+
+
+def _title(file: RexsFile) -> str:
+    """The name of the gear unit, and what wrote the file."""
+    name = next((c.name for c in file.components if c.type == "gear_unit" and c.name), "Gear unit")
+    writer = f", {file.application} {file.application_version}".rstrip() if file.application else ""
+    return f"{name} (REXS {file.version}{writer})"
+
+
+def _default_case(file: RexsFile) -> int | None:
+    """The first load case where the components themselves have neither speed nor load."""
+    names = {"rotational_speed", "torque_around_u_axis", "power"}
+    stated = any(names & component.attributes.keys() for component in file.components)
+    return file.load_cases[0].id if file.load_cases and not stated else None
+
+
+def _cases(view: View, file: RexsFile, load_case: int | None) -> None:
+    """Tell which load cases there are and which one counts."""
+    if not file.load_cases:
+        return
+    chosen = load_case if load_case is not None else _default_case(file)
+    ids = ", ".join(str(case.id) for case in file.load_cases if case.id != chosen)
+    if load_case is None:
+        text = f"load case {chosen}, the first" if chosen is not None else "values of the components themselves"
+        view.assume(None, "load_case", "", f"{text}; another with --load-case")
+    if ids:
+        view.lose(None, "load_spectrum", f"load cases {ids} of the load spectrum")
+    if file.accumulations:
+        view.lose(None, "accumulation", "accumulations over a load spectrum are results")
+
+
+_KEYS = (
+    ("density", "density", "density"),
+    ("elastic_modulus", "youngs_modulus", "pressure"),
+    ("poisson_ratio", "poisson_ratio", "ratio"),
+)
+
+
+def _material(unit: GearUnit, gear: int) -> tuple[int, Table]:
+    """Material of a gear: id of its component (0 where it has none) and its table."""
+    material = material_of(unit.view, gear)
+    if material is None:
+        return 0, {}
+    table: Table = {}
+    for name, key, kind in _KEYS:
+        number = unit.view.number(material.id, name, kind)
+        if number is not None and number.si > 0:
+            table[key] = number.si if kind == "ratio" else number.text
+    return material.id, table
+
+
+def _materials(unit: GearUnit) -> Table:
+    """Material of all gears, where they have the same."""
+    gears = [gear for member in unit.members for gear in member.gears[:1]]
+    found = [_material(unit, gear) for gear in gears]
+    if not found[0][1] or any(table != found[0][1] for _, table in found):
+        if not any(table for _, table in found):
+            unit.view.assume(None, "material", "", "no material in the file: steel")
+        return {}
+    for number, table in dict(found).items() if all(n for n, _ in found) else ():
+        for name, key, _ in _KEYS:
+            if key in table:
+                unit.view.read(number, name, f"material.{key}", table[key])
+    return {"material": found[0][1]}
+
+
+def _gear_materials(unit: GearUnit, document: Table) -> None:
+    """Materials of single gears, where they differ."""
+    if "material" in document:
+        return
+    for member in unit.members:
+        if not member.gears:
+            continue
+        number, table = _material(unit, member.gears[0])
+        if table:
+            _member_table(document, member.stage, member.name)["material"] = table
+            for name, key, _ in _KEYS:
+                if key in table:
+                    unit.view.read(number, name, f"{member.path}.material.{key}", table[key])
+
+
+def _member_table(document: Table, stage: str, member: str) -> Table:
+    """The table of a member in a document."""
+    stages = document["stages"]
+    assert isinstance(stages, dict)
+    found = stages[stage][member]
+    assert isinstance(found, dict)
+    return found
+
+
+def _reasons(assumptions: Iterable[Entry], document: Table) -> dict[str, str]:
+    """The table `assumed`: reasons of values that stand in the document."""
+    reasons: dict[str, str] = {}
+    for entry in assumptions:
+        if entry.path and _stands(document, entry.path):
+            component = "" if entry.component is None else f" (component {entry.component})"
+            reasons[entry.path] = f"{entry.text}{component}"
+    return reasons
+
+
+def _stands(document: Table, path: str) -> bool:
+    """Whether there is a value at a path."""
+    here: object = document
+    for part in path.split("."):
+        if not isinstance(here, dict) or part not in here:
+            return False
+        here = here[part]
+    return True
+
+
+def _comments(view: View, unit: GearUnit, document: Table) -> dict[str, str]:
+    """Comments: name and id of the component of each stage and member."""
+    comments: dict[str, str] = {}
+    for stage in unit.stages:
+        comments[f"stages.{stage.name}"] = _called(view, stage.id)
+    for member in unit.members:
+        if _stands(document, member.path):
+            ids = member.gears or member.parts
+            comments[member.path] = ", ".join(_called(view, part) for part in ids[:8])
+    for entry in view.entries:
+        last = entry.path.rpartition(".")[2]
+        if (
+            entry.component is not None
+            and re.fullmatch(r"(?:bearing|coupling)\d+", last)
+            and _stands(document, entry.path)
+        ):
+            comments[entry.path] = _called(view, entry.component)
+    return comments
+
+
+def _called(view: View, component: int) -> str:
+    """``Sun gear [53]``, the id where the name does not have it."""
+    name = view.components[component].name
+    return name if f"[{component}]" in name else f"{name} [{component}]".strip()
+
+
+def _dropped(view: View, file: RexsFile) -> list[Entry]:
+    """Every attribute that nobody asked for, by component, with the reason."""
+    found = []
+    for component in sorted(file.components, key=lambda c: c.id):
+        names = [name for name in component.attributes if name not in view.asked.get(component.id, ())]
+        if names:
+            found.append(Entry(component.id, ", ".join(names), "", reason_of(component.type)))
+    found += [
+        Entry(None, note, "", "a name of the user's own, which the standard leaves to him") for note in file.notes
+    ]
+    return found

@@ -1,0 +1,398 @@
+"""Members of the stages of a REXS file: their parts, where they are, what they weigh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ..errors import ModelError
+from .connections import Joint, Parts, joints_of, rigid_parts
+from .gear_tables import GearFacts, gear_facts, material_of
+from .places import PartFrame, Places, Vector, along, minus
+from .solids import Inertia, SolidSection, inertia_of
+from .stages import StageParts, planetary_stages
+from .units import shown
+from .view import View
+
+__all__ = ["GearUnit", "StageMember", "gear_place", "mass_table", "unit_of"]
+
+Table = dict[str, object]
+STEEL = 7850.0  # the density a model file has by default [kg/m^3]
+_AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not parallel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StageMember:
+    """A member of a stage, equal to itself alone.
+
+    gears : its gear, of a planet one a branch; empty for a carrier.  parts : ids of its own shafts and plates.
+    centre : of its teeth or planets, of a planet that of branch 1; None where the file gives no place.
+    """
+
+    stage: str
+    name: str
+    kind: str
+    gears: tuple[int, ...]
+    parts: tuple[int, ...]
+    centre: Vector | None
+
+    @property
+    def path(self) -> str:
+        """Its table in the model file."""
+        return f"stages.{self.stage}.{self.name}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearUnit:
+    """A gear unit, understood: stages, members, joints, the axis that becomes z.
+
+    axis : direction of z.  still : parts that stand for the casing and what is rigid in it.
+    turning : part that stands for all that are one -> central members among them.
+    loose : the same -> shafts and plates that are no member's own.  beside : the same -> joints that end there.
+    """
+
+    view: View
+    places: Places
+    stages: tuple[StageParts, ...]
+    joints: tuple[Joint, ...]
+    rigid: Parts
+    members: tuple[StageMember, ...]
+    axis: Vector
+    still: frozenset[int]
+    turning: Mapping[int, tuple[StageMember, ...]]
+    loose: Mapping[int, tuple[int, ...]]
+    beside: Mapping[int, tuple[Joint, ...]]
+    facts: Mapping[int, GearFacts]
+
+    def stage(self, member: StageMember) -> StageParts:
+        """The stage of a member."""
+        return next(stage for stage in self.stages if stage.name == member.stage)
+
+    def in_housing(self, part: int) -> bool:
+        """Whether a part stands still with the casing."""
+        return self.rigid.root(part) in self.still
+
+    def held(self, member: StageMember) -> bool:
+        """Whether a member is rigidly in the casing."""
+        return any(self.in_housing(part) for part in member.parts)
+
+    def at(self, part: int) -> tuple[StageMember, ...]:
+        """Central members that a part is rigidly joined to."""
+        return self.turning.get(self.rigid.root(part), ())
+
+    def joints_at(self, parts: Sequence[int]) -> list[Joint]:
+        """Joints that end at some parts, by id."""
+        roots = dict.fromkeys(self.rigid.root(part) for part in parts)
+        found = {joint.id: joint for root in roots for joint in self.beside.get(root, ())}
+        return [found[key] for key in sorted(found)]
+
+    def sharing(self, member: StageMember) -> tuple[StageMember, ...]:
+        """Central members on the same rigid shaft, itself included."""
+        found = dict.fromkeys(m for part in member.parts for m in self.at(part))
+        return tuple(m for m in self.members if m in found) or (member,)
+
+
+def unit_of(view: View) -> GearUnit:
+    """The gear unit of a file.
+
+    Raises
+    ------
+    ModelError : as of `planetary_stages`, gears without teeth or module, axes that are not parallel.
+    """
+    places = Places(view)
+    stages = planetary_stages(view, places)
+    joints = tuple(joints_of(view))
+    rigid = rigid_parts(view, joints)
+    members = [member for stage in stages for member in _members(view, places, stage)]
+    facts = {gear: gear_facts(view, gear) for member in members for gear in member.gears}
+    axis = _axis(view, places, members)
+    owned = {part for member in members for part in member.parts}
+    turning: dict[int, dict[StageMember, None]] = {}
+    for member in members:
+        for part in member.parts if member.kind != "planet" else ():
+            turning.setdefault(rigid.root(part), {})[member] = None
+    loose: dict[int, list[int]] = {}
+    for component in view.of_type("shaft", "side_plate"):
+        if component.id not in owned:
+            loose.setdefault(rigid.root(component.id), []).append(component.id)
+    beside: dict[int, list[Joint]] = {}
+    for joint in joints:
+        for root in {rigid.root(joint.inner), rigid.root(joint.outer)}:
+            beside.setdefault(root, []).append(joint)
+    return GearUnit(
+        view=view,
+        places=places,
+        stages=stages,
+        joints=joints,
+        rigid=rigid,
+        members=tuple(members),
+        axis=axis,
+        still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
+        turning={root: tuple(found) for root, found in turning.items()},
+        loose={root: tuple(found) for root, found in loose.items()},
+        beside={root: tuple(found) for root, found in beside.items()},
+        facts=facts,
+    )
+
+
+def _members(view: View, places: Places, stage: StageParts) -> list[StageMember]:
+    """Members of one stage."""
+    found = []
+    for name, gear in stage.central.items():
+        shaft = view.shaft_of(gear)
+        centre = _centre(view, places, stage, gear, shaft)
+        parts: tuple[int, ...] = (gear,) if shaft is None else (shaft, gear)
+        kind = stage.kinds[name]
+        found.append(StageMember(stage=stage.name, name=name, kind=kind, gears=(gear,), parts=parts, centre=centre))
+    for place, name in enumerate(stage.planets):
+        gears = tuple(branch.gears[place] for branch in stage.branches)
+        centre = _centre(view, places, stage, gears[0], stage.branches[0].shaft)
+        parts = tuple(branch.shaft for branch in stage.branches)
+        found.append(StageMember(stage=stage.name, name=name, kind="planet", gears=gears, parts=parts, centre=centre))
+    shafts = [
+        shaft
+        for relation in view.relations("planet_carrier_shaft")
+        if relation.part("planetary_stage") == stage.id and (shaft := relation.part("shaft")) is not None
+    ]
+    own = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
+    parts = tuple(dict.fromkeys((*shafts, *own)))
+    if parts:
+        at = found[len(stage.central)].centre
+        found.append(StageMember(stage=stage.name, name="carrier", kind="carrier", gears=(), parts=parts, centre=at))
+    return found
+
+
+def gear_place(view: View, places: Places, gear: int, shaft: int | None) -> Vector | None:
+    """Centre of a gear: its own place, else that on its shaft."""
+    if shaft is None:
+        frame = places.frame(gear)
+        return None if frame is None else frame.place
+    return places.on_shaft(gear, shaft, "u_coordinate_on_shaft")
+
+
+def _centre(view: View, places: Places, stage: StageParts, gear: int, shaft: int | None) -> Vector | None:
+    """Centre of a gear, or between the halves of a herringbone gear."""
+    one = gear_place(view, places, gear, shaft)
+    twin = stage.twins.get(gear)
+    other = None if twin is None else gear_place(view, places, twin, shaft)
+    if one is None or other is None:
+        return one
+    return ((one[0] + other[0]) / 2, (one[1] + other[1]) / 2, (one[2] + other[2]) / 2)
+
+
+def _axis(view: View, places: Places, members: Sequence[StageMember]) -> Vector:
+    """Direction of z: the u axis of the first gear. Raises ModelError where another axis is not parallel to it."""
+    axis: Vector | None = None
+    for member in members:
+        for part in (*member.gears, *(p for p in member.parts if view.components[p].type == "shaft")):
+            frame = places.frame(part)
+            if frame is None:
+                continue
+            axis = axis or frame.u
+            if abs(along(axis, frame.u)) < _AXIAL:
+                given = [round(x, 6) for x in frame.u]
+                path = f"component {view.label(part)}, u_axis_vector"
+                raise ModelError("an axis that is not parallel to that of the train", path=path, given=given)
+    return axis or (1.0, 0.0, 0.0)
+
+
+def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
+    """Mass and inertias of a member from gear body and sections of shafts and plates; bore or outer diameter.
+
+    Nothing where the file has no sections: the model then takes the gear as solid.
+
+    pin_radius : distance of the planet axes from that of the stage [m].
+    """
+    own = [part for part in _bodies(unit, member) if unit.view.components[part].type in ("shaft", "side_plate")]
+    if member.kind == "planet":
+        own = [member.parts[0]]
+        for shaft in member.parts[1:]:
+            if _stretches(unit, shaft) != _stretches(unit, own[0]):
+                unit.view.lose(
+                    shaft, "shaft_section", f"sections differ from those of {own[0]}, which count for all planets"
+                )
+    sections = [section for part in own for section in _sections(unit, member, part, pin_radius)]
+    extra = [_additional(unit, member, part) for part in own]
+    table: Table = {}
+    if member.kind == "carrier":
+        if not sections:
+            return _cheeks(unit, member, pin_radius)
+    else:
+        body, table = _gear_body(unit, member, sections)
+        if not sections and not any(one.mass for one in extra):
+            return table
+        if sections:  # a shaft without sections is lumped: its additional masses are all of it
+            sections = [*sections, *body]
+    total = inertia_of(sections)
+    mass = total.mass + sum(one.mass for one in extra)
+    polar = total.polar + sum(one.polar for one in extra)
+    tilt = total.tilt + sum(one.tilt for one in extra)
+    if mass > 0:
+        table |= _stated(Inertia(mass, polar, tilt), extra, lumped=not sections)
+        ids = ", ".join(map(str, own))
+        unit.view.read(own[0], "sections", f"{member.path}.mass", f"{mass:.6g} kg, from the sections of {ids}")
+    return table
+
+
+def _bodies(unit: GearUnit, member: StageMember) -> list[int]:
+    """Parts that belong to a member: its own, and what is rigidly joined and no member's own."""
+    joined: dict[int, None] = {}
+    if not unit.held(member) and unit.sharing(member)[:1] == (member,):
+        for part in member.parts:
+            joined |= dict.fromkeys(unit.loose.get(unit.rigid.root(part), ()))
+    return [*member.parts, *joined]
+
+
+def _density(unit: GearUnit, part: int) -> float:
+    """Density of a part [kg/m^3], that of steel where its material does not say it."""
+    material = material_of(unit.view, part)
+    density = None if material is None else unit.view.number(material.id, "density", "density")
+    if density is None or not density.si > 0:
+        unit.view.assume(part, "density", "", f"no density given: steel, {STEEL:g} kg/m^3")
+        return STEEL
+    return density.si
+
+
+def _sections(unit: GearUnit, member: StageMember, part: int, pin_radius: float) -> list[SolidSection]:
+    """Sections of a shaft or plate about the axis of the member."""
+    found = _stretches(unit, part)
+    if not found:
+        return []
+    frame, centre = unit.places.frame(part), member.centre
+    off = _off_axis(unit, member, frame) if frame and centre and member.kind == "carrier" else 0.0
+    density = _density(unit, part)
+    forward = frame is None or along(frame.u, unit.axis) >= 0
+    sign = 1.0 if forward else -1.0
+    if frame is not None and centre is not None:
+        base = along(minus(frame.place, centre), unit.axis)
+    else:  # nowhere: its middle at the centre of the member
+        base = -sign * (min(s.start for s in found) + max(s.start + s.length for s in found)) / 2
+    return [
+        SolidSection(
+            base + one.start if forward else base - one.start - one.length,
+            one.length,
+            one.outer if forward else one.outer[::-1],
+            one.inner if forward else one.inner[::-1],
+            density,
+            off,
+        )
+        for one in found
+    ]
+
+
+def _stretches(unit: GearUnit, part: int) -> list[SolidSection]:
+    """Sections of a shaft along its u axis, each behind the one before where its place is not given; or a plate."""
+    view = unit.view
+    plate = view.components[part].type == "side_plate"
+    found: list[SolidSection] = []
+    end = 0.0
+    for source in [part] if plate else view.parts(part, "shaft_section"):
+        length = view.number(source, "length", "length")
+        start = view.number(source, "u_coordinate_on_shaft", "length")
+        outer = _diameters(unit, source, "outer_diameter", plate)
+        inner = _diameters(unit, source, "inner_diameter", plate) or (0.0, 0.0)
+        if length is None or length.si <= 0 or outer is None:
+            if view.components[source].attributes:
+                view.lose(source, "length, outer_diameter", "a section without length or diameter has no mass")
+            continue
+        at = start.si if start is not None else end
+        end = at + length.si
+        found.append(SolidSection(at, length.si, outer, inner, 0.0))
+    return found
+
+
+def _diameters(unit: GearUnit, source: int, name: str, plate: bool) -> tuple[float, float] | None:
+    """Diameters at both ends [m]; the one that is given where only one is."""
+    names = (name, name) if plate else (f"{name}_begin", f"{name}_end")
+    given = [unit.view.number(source, one, "length") for one in names]
+    values = [abs(number.si) for number in given if number is not None]
+    return (values[0], values[-1]) if values else None
+
+
+def _off_axis(unit: GearUnit, member: StageMember, frame: PartFrame) -> float:
+    """Distance of a part's axis from that of its stage [m]: that of a pin, 0 of what is concentric."""
+    stage = unit.stage(member)
+    gear = next(iter(stage.central.values()))
+    middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
+    if middle is None:
+        return 0.0
+    apart = minus(frame.place, middle)
+    axial = along(apart, unit.axis)
+    return math.sqrt(max(along(apart, apart) - axial**2, 0.0))
+
+
+def _gear_body(
+    unit: GearUnit, member: StageMember, sections: Sequence[SolidSection]
+) -> tuple[list[SolidSection], Table]:
+    """The gear between its shaft and its reference circle, and its bore or outer diameter."""
+    facts = unit.facts[member.gears[0]]
+    stage = unit.stage(member)
+    count = 2 if facts.id in stage.twins else 1
+    under = [s for s in sections if s.start <= 1e-9 and s.start + s.length >= -1e-9]
+    table: Table = {}
+    width = facts.width * count
+    if facts.internal:
+        bound = min((min(s.inner) for s in under), default=0.0)
+        outside = max((max(s.outer) for s in under), default=0.0)
+        if outside > facts.reference:
+            table["outer_diameter"] = f"{outside * 1e3:.9g} mm"
+        else:
+            table["rim"] = f"{3.5 * facts.module * 1e3:.9g} mm"
+            reason = "no outer diameter in the file: a rim of 3.5 modules, as usual"
+            unit.view.assume(facts.id, "rim", f"{member.path}.rim", reason)
+        outer, inner = bound, facts.reference
+    else:
+        outer, inner = facts.reference, max((max(s.outer) for s in under), default=0.0)
+        bore = min((min(s.inner) for s in under), default=0.0)
+        if 0 < bore < facts.reference:
+            table["bore"] = f"{bore * 1e3:.9g} mm"
+    if not outer > inner or math.isnan(width):
+        return [], table
+    density = _density(unit, facts.id)
+    return [SolidSection(-width / 2, width, (outer, outer), (inner, inner), density)], table
+
+
+def _additional(unit: GearUnit, member: StageMember, part: int) -> Inertia:
+    """Additional masses on a shaft."""
+    mass = polar = tilt = 0.0
+    for one in unit.view.parts(part, "additional_mass"):
+        numbers = [
+            unit.view.number(one, name, kind)
+            for name, kind in (("mass", "mass"), ("moment_of_inertia_u_axis", "inertia"))
+        ]
+        across = [unit.view.number(one, f"moment_of_inertia_{a}_axis", "inertia") for a in ("v", "w")]
+        mass += numbers[0].si if numbers[0] else 0.0
+        polar += numbers[1].si if numbers[1] else 0.0
+        given = [number.si for number in across if number is not None]
+        tilt += sum(given) / len(given) if given else 0.0
+    return Inertia(mass, polar, tilt)
+
+
+def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
+    """A carrier whose file has no plates: two steel discs of a quarter of the face width to beyond the pins."""
+    stage = unit.stage(member)
+    planet = unit.facts[stage.branches[0].gears[0]]
+    width = planet.width if not math.isnan(planet.width) else 10 * planet.module
+    outer = 2 * pin_radius + planet.reference / 2
+    discs = [SolidSection(start, width / 4, (outer, outer), (0.0, 0.0), STEEL) for start in (width / 2, -3 * width / 4)]
+    total = inertia_of(discs)
+    extra = [_additional(unit, member, part) for part in member.parts]
+    if any(one.mass for one in extra):
+        total = Inertia(*(sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
+    else:
+        reason = (
+            "no plates in the file: two steel discs of a quarter of the face width, to half a planet beyond the pins"
+        )
+        for key in ("mass", "inertia", "tilt_inertia"):
+            unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
+    return _stated(total, extra, lumped=any(one.mass for one in extra))
+
+
+def _stated(total: Inertia, extra: Sequence[Inertia], *, lumped: bool) -> Table:
+    """Mass and inertias as texts: nine digits of what was integrated, all digits of what additional masses state."""
+    write = shown if lumped else lambda value: f"{value:.9g}"
+    table: Table = {"mass": f"{write(total.mass)} kg", "inertia": f"{write(total.polar)} kg m^2"}
+    if not lumped or any(one.tilt for one in extra):  # not stated: the model asks for it where a member tilts
+        table["tilt_inertia"] = f"{write(total.tilt)} kg m^2"
+    return table

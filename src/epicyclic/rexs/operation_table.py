@@ -1,0 +1,203 @@
+"""Speeds and loads of a REXS file as the operation of a model file."""
+
+from __future__ import annotations
+
+import math
+
+from .connections import Parts
+from .link_tables import held_members
+from .members import GearUnit, StageMember
+from .places import Vector, along, cross
+from .units import Number
+
+__all__ = ["operation_table", "tell_gravity"]
+
+Table = dict[str, object]
+_BALANCE = 1e-3  # power and torque times speed that differ by more are told
+
+
+def operation_table(unit: GearUnit) -> Table:
+    """What is held, speeds, torques and powers by member."""
+    table: Table = {}
+    held = held_members(unit)
+    if held:
+        table["held"] = [_short(unit, member) for member in held]
+        for member in held:
+            unit.view.read(member.parts[0], "held", "operation.held", "joined to the casing so that it does not turn")
+    turning = _turning(unit)
+    speeds = _speeds(unit, held, turning)
+    if speeds:
+        table["speed"] = {name: number.text for name, (_, number) in speeds.items()}
+    table |= _loads(unit, held, turning, {name: number.si for name, (_, number) in speeds.items()})
+    return table
+
+
+def _short(unit: GearUnit, member: StageMember) -> str:
+    return member.name if len(unit.stages) == 1 else f"{member.stage}.{member.name}"
+
+
+def _turning(unit: GearUnit) -> Parts:
+    """Parts that turn at one speed: rigidly joined, or by a coupling of any stiffness."""
+    turning = Parts()
+    for component in unit.view.components.values():
+        turning.join([component.id, unit.rigid.root(component.id)])
+    for joint in unit.joints:
+        if not joint.bearing and (joint.turn is None or joint.turn.si > 0):
+            turning.join([joint.inner, joint.outer])
+    return turning
+
+
+def _member_at(unit: GearUnit, turning: Parts, part: int) -> StageMember | None:
+    """Central member that turns with a part, the one it is rigidly joined to before others."""
+    rigid = unit.at(part)
+    if rigid:
+        return rigid[0]
+    root = turning.root(part)
+    return next((m for m in unit.members if m.kind != "planet" and root in {turning.root(p) for p in m.parts}), None)
+
+
+def _sense(unit: GearUnit, part: int) -> float:
+    """1 where the u axis of a part is z, -1 where it is against it."""
+    frame = unit.places.frame(part)
+    return 1.0 if frame is None or along(frame.u, unit.axis) >= 0 else -1.0
+
+
+def _signed(number: Number, sense: float) -> Number:
+    return number if sense > 0 else -number
+
+
+def _speeds(unit: GearUnit, held: list[StageMember], turning: Parts) -> dict[str, tuple[int, Number]]:
+    """Speeds of members: those of shafts that define a speed, else the first given."""
+    given: list[tuple[bool, int, StageMember, Number]] = []
+    for component in unit.view.of_type("shaft"):
+        number = unit.view.number(component.id, "rotational_speed", "speed")
+        defines = unit.view.value(component.id, "defines_speed") is True
+        member = _member_at(unit, turning, component.id)
+        if number is None or member is None or member in held:
+            continue
+        given.append((defines, component.id, member, _signed(number, _sense(unit, component.id))))
+    chosen = [one for one in given if one[0]] or given[:1]
+    found: dict[str, tuple[int, Number]] = {}
+    for defines, shaft, member, number in given:
+        if (defines, shaft, member, number) in chosen and _short(unit, member) not in found:
+            name = _short(unit, member)
+            found[name] = (shaft, number)
+            unit.view.read(shaft, "rotational_speed", f"operation.speed.{name}", number.text)
+        elif (defines, shaft, member, number) not in chosen:
+            unit.view.lose(shaft, "rotational_speed", f"{number.text}: follows from the speeds that are defined")
+    if not _defined(given) and found:
+        name, (shaft, _) = next(iter(found.items()))
+        unit.view.assume(shaft, "defines_speed", f"operation.speed.{name}", "no shaft defines the speed: the first one")
+    return found
+
+
+def _defined(given: list[tuple[bool, int, StageMember, Number]]) -> bool:
+    """Whether any of the speeds is marked as the one that counts."""
+    return any(one[0] for one in given)
+
+
+def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict[str, float]) -> Table:
+    """Torques, or powers where the file gives no torque, of the external loads."""
+    found: list[tuple[bool, int, str, str, Number]] = []
+    ports: set[str] = set()
+    for relation in unit.view.relations("assembly", "ordered_assembly"):
+        shaft, load = relation.part("assembly"), relation.part("part")
+        if shaft is None or load is None or unit.view.components[load].type != "external_load":
+            continue
+        torque = unit.view.number(load, "torque_around_u_axis", "torque")
+        power = unit.view.number(load, "power", "power")
+        member = _member_at(unit, turning, shaft)
+        _forces(unit, load)
+        if member is None or member in held:
+            if torque is not None or power is not None:
+                unit.view.lose(load, "torque_around_u_axis", "a load on a part that is held, or in no planetary stage")
+            continue
+        name = _short(unit, member)
+        ports.add(name)
+        defines = unit.view.value(load, "defines_torque") is True
+        if torque is not None:
+            signed = _signed(torque, _sense(unit, shaft))
+            _check_power(unit, load, signed, power, speeds.get(name))
+            found.append((defines, load, "torque", name, signed))
+        elif power is not None:
+            found.append((defines, load, "power", name, power))
+    return _balanced(unit, found, ports)
+
+
+def _check_power(unit: GearUnit, load: int, torque: Number, power: Number | None, speed: float | None) -> None:
+    """Tell a power that is not torque times speed."""
+    if power is None or speed is None:
+        return
+    if abs(power.si - torque.si * speed) > _BALANCE * max(abs(power.si), abs(torque.si * speed)):
+        unit.view.assume(load, "power", "", f"{power.text} is not torque times speed: the torque counts")
+    else:
+        unit.view.read(load, "power", "", f"{power.text}, torque times speed")
+
+
+def _balanced(unit: GearUnit, found: list[tuple[bool, int, str, str, Number]], ports: set[str]) -> Table:
+    """Loads without the one that balances them: of a train with n free ends at most n - 1 are stated."""
+    flagged = [one for one in found if one[0]]
+    kept = flagged or found
+    free = {_short(unit, m) for m in _ends(unit)} or ports
+    if len({one[3] for one in kept}) >= max(len(free), 2):
+        for one in kept[max(len(free), 2) - 1 :]:
+            unit.view.assume(one[1], one[2], "", f"{one[4].text} of {one[3]}: left out, it takes the balance")
+        kept = kept[: max(len(free), 2) - 1]
+    elif not flagged and found:
+        name = f"operation.{found[0][2]}.{found[0][3]}"
+        unit.view.assume(found[0][1], "defines_torque", name, "no load defines the torque: those given")
+    for one in found:
+        if one not in kept and one[0] is False and flagged:
+            unit.view.lose(one[1], one[2], f"{one[4].text} of {one[3]}: follows from the loads that are defined")
+    table: Table = {}
+    for _, load, key, name, number in kept:
+        quantities = table.setdefault(key, {})
+        assert isinstance(quantities, dict)
+        quantities[name] = number.text
+        attribute = "torque_around_u_axis" if key == "torque" else "power"
+        unit.view.read(load, attribute, f"operation.{key}.{name}", number.text)
+    return table
+
+
+def _ends(unit: GearUnit) -> list[StageMember]:
+    """Members through which power may enter or leave: neither held nor joined to another one."""
+    held = held_members(unit)
+    free = [m for m in unit.members if m.kind != "planet" and m not in held]
+    return [m for m in free if len(unit.sharing(m)) == 1]
+
+
+def _forces(unit: GearUnit, load: int) -> None:
+    """Tell forces and bending moments of a load, which are not carried."""
+    for name in unit.view.components[load].attributes:
+        value = unit.view.components[load].attributes[name].value
+        if name.startswith(("force_", "torque_around_v", "torque_around_w", "torque_around_the")) and value not in (
+            0,
+            None,
+        ):
+            unit.view.lose(load, name, "forces and bending moments on shafts are not carried")
+
+
+def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
+    """Tell gravity that the gear unit accounts for, in the axes of the model: it is left out.
+
+    It loads the meshes round by round, which most files switch on and few gear units are rated by; with it the mean
+    load sharing of floating members is not defined.
+    """
+    units = unit.view.of_type("gear_unit")
+    if not units or unit.view.value(units[0].id, "account_for_gravity") is not True:
+        return
+    parts = [unit.view.number(units[0].id, f"direction_vector_gravity_{a}", "ratio") for a in "uvw"]
+    strength = unit.view.number(units[0].id, "gravitational_acceleration", "acceleration")
+    frame = unit.places.frame(units[0].id)
+    if any(part is None for part in parts) or frame is None or x_axis is None:
+        return
+    u, v, w = (part.si for part in parts if part is not None)
+    down = [u * frame.u[i] + v * frame.v[i] + w * frame.w[i] for i in range(3)]
+    size = math.sqrt(math.fsum(x * x for x in down))
+    if not size > 1e-30:
+        return
+    g = (strength.si if strength is not None else 9.81) / size
+    axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
+    vector = [round(g * along((down[0], down[1], down[2]), axis), 9) + 0.0 for axis in axes]
+    line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'
+    unit.view.lose(units[0].id, "account_for_gravity", f"gravity is left out; {line} adds it")

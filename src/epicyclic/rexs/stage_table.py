@@ -1,0 +1,360 @@
+"""A planetary stage of a REXS file as a table of a model file: planets, geometry, members, meshes."""
+
+from __future__ import annotations
+
+import math
+
+from ..errors import ModelError
+from .gear_tables import gear_table
+from .link_tables import planet_bearings, support_table
+from .members import GearUnit, StageMember, gear_place, mass_table
+from .places import Vector, along, cross, minus
+from .stages import StageParts
+from .units import Number, shown
+
+__all__ = ["stage_table", "x_axis_of"]
+
+Table = dict[str, object]
+_SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
+_SAME_LENGTH = 1e-6  # m
+
+
+def stage_table(unit: GearUnit, stage: StageParts, origin: Vector | None) -> Table:
+    """The table of one stage.
+
+    origin : where station 0 is; None where the file gives no places.
+
+    Raises
+    ------
+    ModelError : planets on the axis of the stage, gears without teeth or module, a unit that is not known.
+    """
+    members = [member for member in unit.members if member.stage == stage.name]
+    path = f"stages.{stage.name}"
+    table: Table = _angles(unit, stage, path)
+    distance = _distance(unit, stage, path)
+    if distance is not None:
+        table["centre_distance"] = distance.text
+    table |= _shared(unit, stage, path)
+    if stage.twins:
+        table |= _herringbone(unit, stage, path)
+    pins = distance.si if distance is not None else _reference_distance(unit, stage)
+    for member in members:
+        table[member.name] = _member(unit, member, table, pins, origin)
+    _hands(unit, stage, table)
+    _shifts(unit, stage, table, distance)
+    meshes = {pair: mesh for pair in stage.meshes if (mesh := _mesh(unit, stage, pair))}
+    if len(stage.planets) > 1:
+        meshes = {pair: meshes.get(pair, {}) for pair in stage.meshes}
+    if meshes:
+        table["meshes"] = meshes
+    return table
+
+
+def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
+    """From the axis of the stage to each planet, across the axis; None where a place is missing."""
+    gear = next(iter(stage.central.values()))
+    middle = gear_place(unit.view, unit.places, gear, unit.view.shaft_of(gear))
+    found = []
+    for branch in stage.branches:
+        place = gear_place(unit.view, unit.places, branch.gears[0], branch.shaft)
+        if place is None or middle is None:
+            return None
+        apart = minus(place, middle)
+        axial = along(apart, unit.axis)
+        z = unit.axis
+        found.append((apart[0] - axial * z[0], apart[1] - axial * z[1], apart[2] - axial * z[2]))
+    return found
+
+
+def x_axis_of(unit: GearUnit, stage: StageParts) -> Vector | None:
+    """Direction of x, through planet 1; None where the file gives no places."""
+    spokes = _spokes(unit, stage)
+    if not spokes:
+        return None
+    size = math.sqrt(along(spokes[0], spokes[0]))
+    if not size > _SAME_LENGTH:
+        where = f"component {unit.view.label(stage.branches[0].shaft)}"
+        raise ModelError("a planet on the axis of its stage", path=where, allowed="a support_vector off the axis")
+    return (spokes[0][0] / size, spokes[0][1] / size, spokes[0][2] / size)
+
+
+def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
+    """Polar angles of the planets about z from planet 1, in the order of the file: from their places."""
+    x = x_axis_of(unit, stage)
+    count = len(stage.branches)
+    stated = _stated_angles(unit, stage)
+    if x is not None:
+        y = cross(unit.axis, x)
+        spokes = _spokes(unit, stage) or []
+        angles = [math.degrees(math.atan2(along(s, y), along(s, x))) for s in spokes]
+        angles = [_clean(angle) for angle in angles]
+        for branch, angle in zip(stage.branches, angles, strict=True):
+            unit.view.read(branch.gears[0], "support_vector", f"{path}.planet_angles", f"{angle:.9g} deg")
+        _compare(unit, stage, angles, stated)
+    elif stated is not None:
+        angles = stated
+        for branch, angle in zip(stage.branches, angles, strict=True):
+            unit.view.read(
+                branch.gears[0], "rotating_angle_around_neg_u_axis", f"{path}.planet_angles", f"{angle:.9g} deg"
+            )
+    else:
+        unit.view.assume(stage.id, "support_vector", f"{path}.planets", "no places of the planets: equally spaced")
+        return {"planets": count}
+    if all(abs(angle - 360 * i / count) < 1e-9 for i, angle in enumerate(angles)):
+        return {"planets": count}
+    return {"planet_angles": f"[{', '.join(f'{angle:.12g}' for angle in angles)}] deg"}
+
+
+def _clean(angle: float) -> float:
+    """An angle in 0 to 360 deg, without the last digits that a sine of a program leaves."""
+    turned = round(angle % 360, 9)
+    return 0.0 if turned >= 360 else turned + 0.0
+
+
+def _stated_angles(unit: GearUnit, stage: StageParts) -> list[float] | None:
+    """Angles of the planets about +u from planet 1, by `rotating_angle_around_neg_u_axis` of meshes with a sun."""
+    for pair, meshes in stage.meshes.items():
+        if pair.startswith("sun") and len(meshes) == len(stage.branches):
+            numbers = [unit.view.number(mesh, "rotating_angle_around_neg_u_axis", "angle") for mesh in meshes]
+            if all(number is not None for number in numbers):
+                # about -u: turning by it about +u goes the other way round
+                degrees = [-math.degrees(number.si) for number in numbers if number is not None]
+                return [_clean(angle - degrees[0]) for angle in degrees]
+    return None
+
+
+def _compare(unit: GearUnit, stage: StageParts, angles: list[float], stated: list[float] | None) -> None:
+    """Tell where places and stated angles differ: the places count."""
+    if stated is None:
+        return
+    mesh = next(meshes[0] for pair, meshes in stage.meshes.items() if pair.startswith("sun"))
+    name = "rotating_angle_around_neg_u_axis"
+
+    def same(others: list[float]) -> bool:
+        apart = ((a - b + 180) % 360 - 180 for a, b in zip(angles, others, strict=True))
+        return all(abs(one) < _SAME_ANGLE for one in apart)
+
+    if same(stated):
+        unit.view.read(mesh, name, f"stages.{stage.name}.planet_angles", "agrees with the places of the planets")
+    elif same([-angle for angle in stated]):
+        unit.view.assume(mesh, name, "", "counts the other way round than the places of the planets, which are taken")
+    else:
+        unit.view.assume(mesh, name, "", "differs from the places of the planets, which are taken")
+
+
+def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
+    """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
+    given = []
+    for meshes in stage.meshes.values():
+        for mesh in meshes:
+            number = unit.view.number(mesh, "center_distance", "length")
+            if number is not None:
+                given.append((mesh, abs(number)))
+    spokes = _spokes(unit, stage)
+    radii = [math.sqrt(along(spoke, spoke)) for spoke in spokes or []]
+    if given:
+        mesh, first = given[0]
+        for other, number in given[1:]:
+            if abs(number.si - first.si) > _SAME_LENGTH:
+                unit.view.lose(other, "center_distance", f"{number.text} differs from {first.text} of component {mesh}")
+        if any(abs(radius - first.si) > _SAME_LENGTH for radius in radii):
+            unit.view.assume(mesh, "center_distance", "", "differs from the places of the planets: it counts")
+        unit.view.read(mesh, "center_distance", f"{path}.centre_distance", first.text)
+        return first
+    if radii:
+        number = Number(radii[0], f"{radii[0] * 1e3:.12g} mm")
+        gear = stage.branches[0].gears[0]
+        unit.view.read(gear, "support_vector", f"{path}.centre_distance", number.text)
+        return number
+    return None
+
+
+def _reference_distance(unit: GearUnit, stage: StageParts) -> float:
+    """Centre distance without profile shift [m]."""
+    planet = unit.facts[stage.branches[0].gears[0]]
+    other = unit.facts[next(iter(stage.central.values()))]
+    return abs(other.reference + (-planet.reference if other.internal else planet.reference)) / 2
+
+
+def _shared(unit: GearUnit, stage: StageParts, path: str) -> Table:
+    """What all gears of a stage have in common: module, helix angle, pressure angle, face width."""
+    gears = [*stage.central.values(), *stage.branches[0].gears]
+    table: Table = {}
+    for name, key, show in (
+        ("normal_module", "module", _text),
+        ("helix_angle_reference_diameter", "helix_angle", _magnitude),
+        ("face_width", "face_width", _text),
+    ):
+        kind = "angle" if key == "helix_angle" else "length"
+        texts = {show(unit.view.number(gear, name, kind)) for gear in gears}
+        if len(texts) == 1 and (text := texts.pop()):
+            table[key] = text
+            for gear in gears:
+                unit.view.read(gear, name, f"{path}.{key}", text)
+    angles = {
+        _text(unit.view.number(f.id, "normal_pressure_angle", "angle"))
+        for gear in gears
+        for f in unit.view.flanks_of(gear)
+    }
+    if len(angles) == 1 and (angle := angles.pop()):
+        table["pressure_angle"] = angle
+        unit.view.read(gears[0], "normal_pressure_angle", f"{path}.pressure_angle", angle)
+    elif not angles - {""}:
+        unit.view.assume(stage.id, "normal_pressure_angle", "", "not given: 20 deg")
+    return table
+
+
+def _text(number: Number | None) -> str:
+    return "" if number is None else number.text
+
+
+def _magnitude(number: Number | None) -> str:
+    return "" if number is None or not number.si else abs(number).text
+
+
+def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
+    """Keys of a stage of herringbone gears, each two gears of opposite hand in the file."""
+    every = [*stage.central.values(), *(gear for branch in stage.branches for gear in branch.gears)]
+    if any(gear not in stage.twins for gear in every):
+        given = sorted(set(every) - set(stage.twins))
+        raise ModelError("a stage with herringbone gears and others", path=f"component {stage.id}", given=given)
+    gear = every[0]
+    frames = [unit.places.frame(one) for one in (gear, stage.twins[gear])]
+    table: Table = {"herringbone": True}
+    if frames[0] is not None and frames[1] is not None:
+        gap = abs(along(minus(frames[1].place, frames[0].place), unit.axis)) - unit.facts[gear].width
+        if gap > 1e-9:
+            table["gap"] = f"{gap * 1e3:.9g} mm"
+    unit.view.read(gear, "helix_angle_reference_diameter", f"{path}.herringbone", f"with component {stage.twins[gear]}")
+    return table
+
+
+def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float, origin: Vector | None) -> Table:
+    """The table of a member."""
+    table: Table = {}
+    if member.gears:
+        table |= gear_table(unit.view, member.gears, member.path, stage_table)
+    if member.name not in ("sun", "ring", "planet", "carrier"):
+        table["kind"] = member.kind
+    if member.name == "planet2":
+        table["on"] = "planet"
+    else:
+        table |= mass_table(unit, member, pins)
+    if member.kind == "planet":
+        bearing = planet_bearings(unit, member) if member.name == "planet" else None
+        if bearing:
+            table["bearing"] = bearing
+    else:
+        support = support_table(unit, member)
+        if support:
+            table["support"] = support
+    if member.centre is not None and origin is not None:
+        station = along(minus(member.centre, origin), unit.axis)
+        if abs(station) > _SAME_LENGTH:
+            table["station"] = f"{station * 1e3:.9g} mm"
+    return table
+
+
+def _hands(unit: GearUnit, stage: StageParts, table: Table) -> None:
+    """The hand of one gear of each chain in mesh; those of its mates follow, and are told where they do not."""
+    for place, planet in enumerate(stage.planets):
+        mates = [m for pair in stage.meshes if planet in pair.split("-") for m in pair.split("-") if m != planet]
+        chain = {mate: stage.central[mate] for mate in mates} | {planet: stage.branches[0].gears[place]}
+        first: tuple[str, float] | None = None  # the helix that the planet must have, by the first gear
+        for name, gear in chain.items():
+            helix = unit.facts[gear].helix
+            if not helix or unit.facts[gear].internal:
+                continue
+            as_planet = helix if name == planet else -helix
+            if first is None:
+                first = (name, as_planet)
+                hand = "right" if helix > 0 else "left"
+                _dict(table[name])["hand"] = hand
+                path = f"stages.{stage.name}.{name}.hand"
+                unit.view.read(gear, "helix_angle_reference_diameter", path, hand)
+            elif first[1] * as_planet < 0:
+                reason = f"its sign does not fit that of {first[0]}, which counts"
+                unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
+        for name, gear in chain.items():
+            if unit.facts[gear].internal and first is not None and unit.facts[gear].helix * first[1] < 0:
+                reason = f"its sign is that of the other hand: {name} has the hand of its planets"
+                unit.view.assume(gear, "helix_angle_reference_diameter", "", reason)
+
+
+def _shifts(unit: GearUnit, stage: StageParts, table: Table, distance: Number | None) -> None:
+    """Profile shifts that the file does not give: from the centre distance where it says them, else 0."""
+    path = f"stages.{stage.name}"
+    gear = {**stage.central, **dict(zip(stage.planets, stage.branches[0].gears, strict=True))}
+    missing = [name for name in gear if "profile_shift" not in _dict(table[name])]
+    name = "addendum_modification_coefficient"
+    for planet in stage.planets:
+        mates = [m for pair in stage.meshes for m in pair.split("-") if planet in pair.split("-") and m != planet]
+        if planet in missing and (distance is None or all(mate in missing for mate in mates)):
+            _dict(table[planet])["profile_shift"] = 0.0
+            unit.view.assume(gear[planet], name, f"{path}.{planet}.profile_shift", "not in the file: 0")
+            missing.remove(planet)
+    for member in missing:
+        if distance is not None:
+            unit.view.assume(gear[member], name, "", f"{path}.{member}.profile_shift follows from the centre distance")
+        else:
+            _dict(table[member])["profile_shift"] = 0.0
+            unit.view.assume(gear[member], name, f"{path}.{member}.profile_shift", "not in the file: 0")
+
+
+def _dict(table: object) -> Table:
+    assert isinstance(table, dict)
+    return table
+
+
+def _mesh(unit: GearUnit, stage: StageParts, pair: str) -> Table:
+    """Keys of a mesh: stiffness and backlash where the file gives them, alike in all branches."""
+    table: Table = {}
+    meshes = stage.meshes[pair]
+    path = f"stages.{stage.name}.meshes.{pair}"
+    widths = [unit.facts[gear].width for gear in _gears_of(stage, pair)]
+    for name, reason in (
+        ("mean_mesh_stiffness_for_transverse_load_iso_6336_2019", ""),
+        (
+            "mesh_stiffness_for_load_distribution_along_face_width",
+            "a value for the load along the face: taken as the mean",
+        ),
+    ):
+        numbers = _alike(unit, meshes, name, "stiffness_per_width")
+        if numbers is None or not numbers.si > 0:
+            continue
+        common = unit.view.number(meshes[0], "common_face_width", "length")
+        least = min((w for w in widths if not math.isnan(w)), default=math.nan)
+        if common is not None and not abs(common.si - least) < _SAME_LENGTH:
+            table["stiffness"] = f"{shown(numbers.si * common.si)} N/m"
+        else:
+            table["stiffness"] = numbers.text
+        table["direction"] = "transverse"
+        table["variation"] = "contact-lines"
+        reason_of_variation = "the file has a mean stiffness: it varies with the length of the contact lines"
+        unit.view.assume(meshes[0], name, f"{path}.variation", reason_of_variation)
+        unit.view.read(meshes[0], name, f"{path}.stiffness", table["stiffness"])
+        if reason:
+            unit.view.assume(meshes[0], name, f"{path}.stiffness", reason)
+        break
+    limits = [_alike(unit, meshes, f"{end}_normal_backlash", "length") for end in ("minimum", "maximum")]
+    given = [number.si for number in limits if number is not None]
+    if given and min(given) >= 0:
+        table["backlash"] = f"{sum(given) / len(given) * 1e3:.9g} mm"
+        unit.view.read(meshes[0], "normal_backlash", f"{path}.backlash", f"{table['backlash']}, mean of the limits")
+    return table
+
+
+def _gears_of(stage: StageParts, pair: str) -> list[int]:
+    """Gears of a pair, of branch 1."""
+    named = {**stage.central, **dict(zip(stage.planets, stage.branches[0].gears, strict=True))}
+    return [named[name] for name in pair.split("-")]
+
+
+def _alike(unit: GearUnit, meshes: tuple[int, ...], name: str, kind: str) -> Number | None:
+    """A number of the meshes of all branches: that of the first, others told where they differ."""
+    numbers = [unit.view.number(mesh, name, kind) for mesh in meshes]
+    first = numbers[0]
+    for mesh, number in zip(meshes[1:], numbers[1:], strict=True):
+        if (number is None) != (first is None) or (number is not None and first is not None and number.si != first.si):
+            unit.view.lose(mesh, name, f"differs from that of component {meshes[0]}, which counts for all branches")
+    return first

@@ -1,0 +1,209 @@
+"""`check` on one screen: ratio, speeds, torques, meshes, how the teeth are phased, what verbs still need."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .elements import Table
+from .figures.series import engineering, numbers, split_name, texts
+from .figures.summaries import Member, members_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["brief_tables", "phasing", "ratio"]
+
+# leads are exact fractions of a cycle as floats: this much is rounding
+_ROUNDING = 1e-6
+_WHOLE = "Bodies, gears, frequencies, links, deviations, choices and the origin of every value: check --all."
+
+
+def brief_tables(result: xr.Dataset) -> list[Table]:
+    """Members with their speeds and torques, pairs of gears, verbs; everything else by words."""
+    return [_members(result), _pairs(result), _verbs(result), Table(title="", columns={}, lead=_tail(result))]
+
+
+def _members(result: xr.Dataset) -> Table:
+    teeth = _teeth(result)
+    found = members_of(result)
+    columns: dict[str, Any] = {
+        "member": [one.name for one in found],
+        "bodies": [one.count for one in found],
+        "teeth": [teeth.get(one.name, np.nan) for one in found],
+        "speed [rpm]": [one.speed for one in found],
+        "torque [N m]": [one.torque for one in found],
+        "power [kW]": [one.power * 1e-3 for one in found],
+        "mass [kg]": [one.mass for one in found],
+    }
+    return Table(title="Members (torque of all bodies, mass of one)", lead=ratio(found), columns=columns)
+
+
+def _teeth(result: xr.Dataset) -> dict[str, float]:
+    member = dict(zip(texts(result, "body"), texts(result, "member", "body"), strict=True))
+    gears = zip(texts(result, "gear"), numbers(result, "teeth", "gear"), strict=True)
+    return {member.get(name, name): float(count) for name, count in gears}
+
+
+def ratio(members: Sequence[Member]) -> str:
+    """Ratio of speed from the driving to every driven member in a sentence; of any two where no power is known."""
+    turning = [one for one in members if np.isfinite(one.speed) and one.speed != 0 and one.kind != "planet"]
+    driving = [one for one in turning if np.isfinite(one.power) and one.power > 0]
+    driven = [one for one in turning if np.isfinite(one.power) and one.power < 0]
+    if len(driving) != 1 or not driven:
+        driving, driven = turning[:1], turning[1:]
+    if not driving or not driven:
+        return "No speeds: operation.speed gives them." if not turning else ""
+    first = driving[0]
+    words = [
+        f"{first.name} to {one.name} {_of_one(first.speed / one.speed)}"
+        f" ({engineering(first.speed, 6)} rpm to {engineering(one.speed, 6)} rpm)"
+        for one in driven[:3]
+    ]
+    return f"Ratio {'; '.join(words)}."
+
+
+def _of_one(value: float) -> str:
+    """A ratio as it is spoken of: 3.5, or of a train that speeds up 1 : 3.5."""
+    return engineering(value, 6) if abs(value) >= 1 else f"1 : {engineering(1 / value, 6)}"
+
+
+def _pairs(result: xr.Dataset) -> Table:
+    """One row for each pair of gears: what its meshes have in common, and how they are phased."""
+    own: dict[tuple[str, str], list[int]] = {}
+    for place, name in enumerate(texts(result, "mesh")):
+        own.setdefault(split_name(name)[:2], []).append(place)
+    rows = list(own.values())
+
+    def column(name: str, factor: float = 1.0) -> list[Any]:
+        return [_span(factor * numbers(result, name, "mesh")[row]) for row in rows]
+
+    columns: dict[str, Any] = {
+        "pair": [f"{stage}/{pair}" if stage else pair for stage, pair in own],
+        "meshes": [len(row) for row in rows],
+        "frequency [Hz]": _frequencies(result, list(own)),
+        "contact ratio [-]": column("contact_ratio"),
+        "overlap ratio [-]": column("overlap_ratio"),
+        "mean stiffness [N/µm]": column("mean_mesh_stiffness", 1e-6),
+        "branches mesh": [_phased(result, row) for row in rows],
+    }
+    return Table(title="Meshes", lead=_stages(result), columns=columns)
+
+
+def _frequencies(result: xr.Dataset, pairs: Sequence[tuple[str, str]]) -> list[float]:
+    stages = dict(zip(texts(result, "stage"), numbers(result, "mesh_frequency", "stage"), strict=True))
+    lines: Mapping[str, float] = {}
+    if "order_name" in result.dims:
+        lines = dict(zip(texts(result, "order_name"), numbers(result, "order_frequency", "order_name"), strict=True))
+    return [float(lines.get(f"{stage}/{pair} mesh", stages.get(stage, np.nan))) for stage, pair in pairs]
+
+
+def _span(values: np.ndarray[Any, np.dtype[np.float64]]) -> Any:
+    """The common value, or the least and the most in words."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return np.nan
+    least, most = float(known.min()), float(known.max())
+    alike = most - least <= _ROUNDING * max(abs(least), abs(most))
+    return least if alike else f"{least:.6g} to {most:.6g}"
+
+
+def _phased(result: xr.Dataset, places: Sequence[int]) -> str:
+    names, leads = texts(result, "mesh"), numbers(result, "phase_lead", "mesh")
+    sides: dict[str, dict[int, float]] = {}
+    for place in places:
+        *_, branch, side = split_name(names[place])
+        sides.setdefault(side, {})[branch] = float(leads[place])
+    words = [phasing(list(branches.values())) for branches in sides.values()]
+    if len(sides) < 2 or not all(words):
+        return words[0]
+    apart = _cycle(sides["right"][min(sides["right"])] - sides["left"][min(sides["left"])])
+    return words[0] if apart == 0 else f"{words[0]}; right half {_fraction(apart)} cycle ahead"
+
+
+def phasing(leads: Sequence[float]) -> str:
+    """How the meshes of a pair follow each other, by their leads [mesh cycles] in the order of the branches; "" of one.
+
+    ``together``; ``in turn``, each the same part of a cycle earlier or later than the one before; ``in opposite pairs``, half of them half a cycle
+    later; else the leads.
+    """
+    if len(leads) < 2 or not np.isfinite(leads).all():
+        return ""
+    places = [_cycle(lead - leads[0]) for lead in leads]
+    if not any(places):
+        return "together"
+    count = len(places)
+    even = sorted(places) == [Fraction(step, count) for step in range(count)]
+    if even and count > 2:
+        step = places[1] if places[1] <= Fraction(1, 2) else places[1] - 1
+        return f"in turn, {_fraction(abs(step))} cycle {'earlier' if step > 0 else 'later'}"
+    if all(places.count(_cycle(float(place) + 0.5)) == places.count(place) for place in places):
+        return "in opposite pairs" if set(places) == {Fraction(0), Fraction(1, 2)} else _listed(places)
+    return _listed(places)
+
+
+def _listed(places: Sequence[Fraction]) -> str:
+    return f"{', '.join(_fraction(place) for place in places)} cycle ahead"
+
+
+def _cycle(lead: float) -> Fraction:
+    """A lead as a fraction of a cycle, 0 <= f < 1: of small numbers where it is one, else to a thousandth."""
+    part = Fraction(lead % 1.0).limit_denominator(24)
+    if abs(float(part) - lead % 1.0) > _ROUNDING:
+        part = Fraction(round(1000 * (lead % 1.0)), 1000)
+    return part % 1
+
+
+def _fraction(part: Fraction) -> str:
+    return str(part) if part.denominator <= 24 else f"{float(part):.3g}"
+
+
+def _stages(result: xr.Dataset) -> str:
+    """Spacing of the branches and whether they can be assembled, stage by stage in words."""
+    said = json.loads(str(result.attrs.get("warnings", "[]")))
+    lines = []
+    for stage, count in zip(texts(result, "stage"), numbers(result, "planets", "stage"), strict=True):
+        if count < 2:
+            continue
+        apart = any(text.startswith(f"stages.{stage}: ") and "cannot be assembled" in text for text in said)
+        spaced = "equally spaced" if _equally(result, stage) else "unequally spaced"
+        lines.append(f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}")
+    return f"{'; '.join(lines)}." if lines else ""
+
+
+def _equally(result: xr.Dataset, stage: str) -> bool:
+    """Whether the axes of the branches of a stage divide the circle equally."""
+    own = zip(texts(result, "body_stage", "body"), numbers(result, "branch", "body"), strict=True)
+    rows = {int(branch): row for row, (where, branch) in enumerate(own) if where == stage and branch}
+    axes = numbers(result, "axes_angle", "body")
+    angles = np.sort(np.mod(axes[list(rows.values())], 2 * np.pi))
+    gaps = np.diff([*angles, angles[0] + 2 * np.pi]) if angles.size else np.zeros(0)
+    return bool(np.allclose(gaps, 2 * np.pi / max(len(gaps), 1), rtol=0, atol=_ROUNDING))
+
+
+def _verbs(result: xr.Dataset) -> Table:
+    """Which verbs are ready; what each of the others still needs, what several need once; `check --all` says what is allowed."""
+    if "verb_needs" not in result.variables:
+        return Table(title="", columns={})
+    names = [name.replace("_", "-") for name in texts(result, "verb_name")]
+    needs: dict[str, list[str]] = {}
+    for name, text in zip(names, texts(result, "verb_needs", "verb_name"), strict=True):
+        for one in text.split("\n") if text else ():
+            needs.setdefault(one, []).append(name)
+    lacking = {name for some in needs.values() for name in some}
+    ready = [name for name in names if name not in lacking]
+    if not needs:
+        return Table(title="", lead="All verbs are ready.", columns={})
+    lead = f"Ready: {', '.join(ready)}. The others still need:" if ready else "Each verb still needs:"
+    notes = tuple(f"{text.split('; allowed: ')[0]} ({', '.join(some)})" for text, some in needs.items())
+    return Table(title="", lead=lead, columns={}, notes=notes)
+
+
+def _tail(result: xr.Dataset) -> str:
+    assumed, values = (json.loads(str(result.attrs.get(name, "[]"))) for name in ("assumed", "values"))
+    count = f"{len(assumed)} of {len(values)} values are assumed. " if assumed else ""
+    return count + _WHOLE

@@ -1,0 +1,202 @@
+"""A train as a REXS file of version 1.7, with the list of what the format does not carry."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from ...errors import ModelError
+from ...results.package_version import package_version
+from ...results.whole_file import whole_file
+from ...rexs.structure import RexsFile
+from ...rexs.writing import encoding_of, rexs_bytes
+from ...train.train import Train
+from ..source import Overrides, Source, train_of
+from .carried import left_out
+from .draft import Attributes, Draft, Dropped, in_unit, place
+from .gears import add_gears, material_of
+from .joints import add_joints
+from .loads import add_loads, gravity_of, speed_of
+from .meshes import add_meshes, mesh_load_factors
+from .parts import Key, ShaftPart, shafts_of
+
+__all__ = ["RexsExport", "rexs_of", "write_rexs"]
+
+VERSION = "1.7"
+_NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+@dataclass(frozen=True, slots=True)
+class RexsExport:
+    """A train as a REXS file.
+
+    file : its components and relations.  dropped : what of the model it does not carry, with the reasons.
+    """
+
+    file: RexsFile
+    dropped: tuple[Dropped, ...]
+
+
+def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None = None) -> RexsExport:
+    """Write a train as a REXS file of version 1.7, whole or not at all.
+
+    The same model gives the same bytes: its date is that of the model file, or 1970-01-01 of a model without a file.
+
+    Parameters
+    ----------
+    source : model file, name of a ready drive, nested tables, or a Train.
+    path : ``.rexs`` (XML), ``.rexsj`` (JSON) or ``.rexsz`` (zip of the XML), also ``.rexs.xml`` and so on.
+    overrides : values by path in the model file.
+
+    Raises
+    ------
+    ModelError : the model is wrong; planets that mesh with each other; gears that do not fit their places; a file that
+        cannot be written.
+    """
+    encoding = encoding_of(path)
+    found = rexs_of(train_of(source, overrides=overrides), date=_date(source))
+    stem = Path(path).name.split(".rexs")[0]
+    raw = rexs_bytes(found.file, encoding, name=f"{stem}.rexs")
+    with whole_file(path) as opened:
+        opened.write(raw)
+    return found
+
+
+def _date(source: Source) -> str:
+    """Date of a model file; that of no file where there is none: no clock is read."""
+    when = _NO_DATE
+    try:
+        if isinstance(source, (str, Path)) and Path(source).is_file():
+            when = datetime.fromtimestamp(int(os.stat(source).st_mtime), tz=UTC)
+    except (OSError, ValueError, OverflowError):
+        when = _NO_DATE
+    return when.isoformat()
+
+
+def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
+    """A train as a REXS file, and what of it the format does not carry.
+
+    Parameters
+    ----------
+    train : resolved train with at least one stage.
+    date : of the file, as ISO 8601 writes it.
+
+    Raises
+    ------
+    ModelError : planets that mesh with each other; gears that do not fit their places.
+    """
+    _check(train)
+    draft = Draft()
+    unit = draft.add("gear_unit", train.title, {**place(0.0), "number_of_gears": (1, "none"),
+                     "gear_shift_index": (1, "none"), **gravity_of(train)})  # fmt: skip
+    casing = draft.add("gear_casing", "casing")
+    draft.relate("assembly", assembly=unit, part=casing)
+    materials: dict[object, int] = {}
+    stages = {name: draft.add("planetary_stage", name) for name in train.planets}
+    for number in stages.values():
+        draft.relate("assembly", assembly=unit, part=number)
+    carriers = _carriers(train, draft, stages)
+    shafts: dict[str, tuple[ShaftPart, int]] = {}
+    gears: dict[Key, int] = {}
+    pins: dict[str, int] = {}
+    for shaft in shafts_of(train, draft):
+        number = _shaft(train, draft, shaft, unit)
+        shafts |= {body.name: (shaft, number) for body in shaft.bodies}
+        _in_stage(draft, shaft, number, stages, carriers, pins)
+        draft.relate("reference", origin=number, referenced=material_of(train, draft, shaft.first, materials))
+        gears |= add_gears(train, draft, shaft, number, materials)
+    add_joints(train, draft, shafts, pins, casing)
+    add_meshes(train, draft, stages, gears, mesh_load_factors(train, draft))
+    add_loads(train, draft, shafts)
+    file = RexsFile(
+        version=VERSION,
+        application="epicyclic",
+        application_version=package_version(),
+        date=date,
+        components=tuple(draft.components),
+        relations=tuple(draft.relations),
+    )
+    dropped = dict.fromkeys([*draft.dropped, *left_out(train.document)])
+    return RexsExport(file, tuple(dropped))
+
+
+def _check(train: Train) -> None:
+    """Raise ModelError for what would be read as another train."""
+    bodies = {body.name: body for body in train.bodies}
+    for mesh in train.meshes:
+        if bodies[mesh.a].kind == bodies[mesh.b].kind == "planet":
+            problem = "planets that mesh with each other: the format has no place for which of them is in which branch"
+            raise ModelError(problem, path=mesh.pair, allowed="planets that mesh with sun and ring")
+        distance = math.dist(bodies[mesh.a].centre, bodies[mesh.b].centre)
+        worked = mesh.radius_b - mesh.radius_a if mesh.internal else mesh.radius_a + mesh.radius_b
+        # far above rounding, far below any tolerance of a centre distance
+        if abs(distance - worked) > 1e-6 * distance:
+            problem = f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm"
+            given = f"{distance * 1e3:.7g} mm"
+            raise ModelError(problem, path=f"{mesh.pair}.centre_distance", given=given, allowed="one geometry of all gears")
+
+
+def _carriers(train: Train, draft: Draft, stages: Mapping[str, int]) -> dict[str, int]:
+    """Add the planet carrier of each stage that has one; by member."""
+    found: dict[str, int] = {}
+    for body in train.bodies:
+        stage = body.member.split(".")[0]
+        if body.kind == "carrier" and body.member not in found and stage in stages:
+            found[body.member] = draft.add("planet_carrier", body.member)
+            draft.relate("assembly", assembly=stages[stage], part=found[body.member])
+    return found
+
+
+def _shaft(train: Train, draft: Draft, shaft: ShaftPart, unit: int) -> int:
+    """Add a shaft with its place, speed and mass; its id."""
+    attributes: Attributes = {**place(shaft.start, *shaft.first.centre), **speed_of(train, shaft)}
+    number = draft.add("shaft", shaft.name, attributes)
+    draft.relate("assembly", assembly=unit, part=number)
+    if shaft.mass > 0 or shaft.inertia > 0:
+        tilt = shaft.tilt_inertia if math.isfinite(shaft.tilt_inertia) else None
+        mass: Attributes = {
+            "u_coordinate_on_shaft": (in_unit(shaft.station - shaft.start, 1e-3), "mm"),
+            "mass": (shaft.mass, "kg"),
+            "moment_of_inertia_u_axis": (shaft.inertia, "kg m^2"),
+            "moment_of_inertia_v_axis": (tilt, "kg m^2"),
+            "moment_of_inertia_w_axis": (tilt, "kg m^2"),
+        }
+        draft.relate("assembly", assembly=number, part=draft.add("additional_mass", f"{shaft.name} mass", mass))
+    return number
+
+
+def _in_stage(
+    draft: Draft,
+    shaft: ShaftPart,
+    number: int,
+    stages: Mapping[str, int],
+    carriers: Mapping[str, int],
+    pins: dict[str, int],
+) -> None:
+    """Relate a shaft to its stage; a planet that a carrier carries gets its pin."""
+    body = shaft.first
+    stage = stages.get(body.member.split(".")[0])
+    if stage is None:
+        return
+    if body.kind == "planet":
+        draft.relate("planet_shaft", planetary_stage=stage, shaft=number)
+        if body.carried_by is not None:
+            pin = draft.add("shaft", f"{shaft.name} pin", place(shaft.start, *body.centre))
+            draft.relate("planet_pin", planetary_stage=stage, shaft=pin)
+            draft.relate("assembly", assembly=next(iter(_carrier_of(shaft, carriers))), part=pin)
+            pins |= {one.name: pin for one in shaft.bodies}
+    elif body.member in carriers:
+        draft.relate("planet_carrier_shaft", planetary_stage=stage, shaft=number)
+        draft.relate("assembly", assembly=carriers[body.member], part=number)
+    else:
+        draft.relate("central_shaft", planetary_stage=stage, shaft=number)
+
+
+def _carrier_of(shaft: ShaftPart, carriers: Mapping[str, int]) -> list[int]:
+    """Planet carrier of the stage of a planet."""
+    stage = shaft.first.member.split(".")[0]
+    return [number for member, number in carriers.items() if member.split(".")[0] == stage]
