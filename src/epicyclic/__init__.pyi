@@ -12,8 +12,12 @@ from .rexs.import_train import read_rexs as read_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
 from .show.report import write_report as write_report
+from .studies.new_train.constructors import differential as differential
+from .studies.new_train.constructors import planetary as planetary
+from .studies.new_train.constructors import star as star
 from .studies.parameter_studies import vary as vary
 from .system.system import System as System
+from .terms.explain import explain as explain
 from .train.train import Train as Train
 from .verbs.allocate import allocate as allocate
 from .verbs.campbell import campbell as campbell

@@ -40,7 +40,8 @@ ALLOWED: dict[str, set[str]] = {
     "show": {"results"},
     "verbs": {"studies", "analyses", "assemble", "resolve", "model", "system", "train", "results"},
     "audits": {"verbs", "studies", "model", "train", "system", "results"},
-    "cli": {"verbs", "audits", "studies", "show", "resolve", "model", "rexs", "results"},
+    "terms": {"verbs", "show", "model", "results"},
+    "cli": {"terms", "verbs", "audits", "studies", "show", "resolve", "model", "rexs", "results"},
 }
 
 

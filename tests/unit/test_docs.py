@@ -93,6 +93,8 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("epicyclic.cli.report._report", lambda *_: seen.append("report"))
     monkeypatch.setattr("epicyclic.cli.audit._audit", lambda *_, **__: seen.append("audit"))
     monkeypatch.setattr("epicyclic.cli.study._study", lambda *_, **__: seen.append("study"))
+    monkeypatch.setattr("epicyclic.cli.compare._compare", lambda *_, **__: seen.append("compare"))
+    monkeypatch.setattr("epicyclic.cli.explain._explain", lambda *_, **__: seen.append("explain"))
     monkeypatch.setattr("epicyclic.cli.import_rexs._import", lambda *_, **__: seen.append("import"))
     with pytest.raises(SystemExit) as stop:
         app(words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -46,17 +47,28 @@ def compare(
     Saved results are compared variable by variable. --set applies to all models, --with makes one more of A.
     """
     with reported():
-        require_output(output, figure, ("compare",), as_json=as_json)
-        import_model_rooms()
-        from ..studies.compare.compare import compare_of
+        _compare(sources, variants or [], sets, figures=figure, as_json=as_json, output=output)
 
-        try:
-            result = compare_of(
-                sources, overrides=parsed_overrides(sets) or None, variants=[_variant(text) for text in variants or ()]
-            )
-        except ModelError as error:
-            raise _flagged(error) from None
-        put({"compare": result}, output=output, figures=figure, as_json=as_json)
+
+def _compare(
+    sources: list[str],
+    variants: list[str],
+    sets: list[str] | None,
+    *,
+    figures: list[str] | None,
+    as_json: bool,
+    output: Path | None,
+) -> None:
+    require_output(output, figures, ("compare",), as_json=as_json)
+    import_model_rooms()
+    from ..studies.compare.compare import compare_of
+
+    overrides = parsed_overrides(sets) or None
+    try:
+        result = compare_of(sources, overrides=overrides, variants=[_variant(text) for text in variants])
+    except ModelError as error:
+        raise _flagged(error) from None
+    put({"compare": result}, output=output, figures=figures, as_json=as_json)
 
 
 def _variant(text: str) -> dict[str, object]:

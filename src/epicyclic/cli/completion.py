@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-__all__ = ["model_names", "source_names"]
+__all__ = ["explained_names", "model_names", "source_names"]
 
 _MODELS = (".toml", ".rexs", ".rexsj", ".rexsz")
 _RESULTS = (".nc", ".json")
@@ -21,6 +21,14 @@ def model_names(incomplete: str) -> list[str]:
 def source_names(incomplete: str) -> list[str]:
     """The same and saved results."""
     return _names(incomplete, (*_MODELS, *_RESULTS))
+
+
+def explained_names(incomplete: str) -> list[str]:
+    """Codes of warnings and variables of results that begin with what is typed."""
+    from ..results.variables import VARIABLES
+    from ..warning_codes import WARNING_CODES
+
+    return [name for name in (*WARNING_CODES, *VARIABLES) if name.startswith(incomplete)]
 
 
 def _names(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:

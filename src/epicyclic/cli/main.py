@@ -20,8 +20,10 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
-from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
+from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
+from .explain import explain
 from .import_rexs import import_rexs
+from .new import new
 from .output import figure_option
 from .report import report
 from .show import show
@@ -120,8 +122,10 @@ app.command()(audit)
 app.command()(study)
 app.command("import")(import_rexs)
 app.command()(compare)
+app.command()(explain)
 app.command()(report)
 app.command()(show)
+app.command()(new)
 
 
 @app.command()

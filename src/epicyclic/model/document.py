@@ -15,6 +15,7 @@ from ..input_files import read_bytes
 from ..rexs.names import is_rexs_name
 from ..warning_codes import CodedText, coded
 from .assumptions import check_assumed, still_assumed
+from .changed_teeth import follow_teeth
 from .force_files import with_files
 from .names import check_names, collect, nearest
 from .overrides import check_alternatives, layer_of, replace_alternatives, settings_of, stepwise
@@ -40,7 +41,9 @@ class Document:
     data : the same as nested tables as written, shorthands expanded, overrides laid over (plain JSON).
     origin : by path of every value in `data`, whether the file gives it or an override sets it.
     source : name of the ready drive, path of the file, or "dict".
-    warnings : numbers without a unit, read as SI in a file of format 1; what was assumed of a REXS file.
+    warnings : numbers without a unit, read as SI in a file of format 1; what was assumed of a REXS file; numbers that
+        follow teeth an override sets.
+    hints : those of the warnings that say what else to set, for errors that follow.
     """
 
     model: ModelFile
@@ -48,6 +51,7 @@ class Document:
     origin: Mapping[str, Origin]
     source: str
     warnings: tuple[CodedText, ...] = ()
+    hints: tuple[CodedText, ...] = ()
 
 
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
@@ -77,12 +81,15 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     overridden = {path for path, _ in leaves(above)}
     names = collect(merged)  # an override may have removed what is referred to
     data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)
+    data, followed, hints, moved = follow_teeth(data, file, frozenset(overridden), names)
     layers = WrittenLayers(
         file={} if isinstance(source, Mapping) else base, settings=settings_of(overrides or {}), overridden=overridden
     )
     model, warnings = checked_model(data, names, folder, layers)
-    origin: dict[str, Origin] = {path: "set" if path in overridden else "given" for path, _ in leaves(data)}
-    return Document(model=model, data=data, origin=origin, source=name, warnings=warnings)
+    origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
+    return Document(
+        model=model, data=data, origin=origin, source=name, warnings=(*warnings, *followed, *hints), hints=hints
+    )
 
 
 def ready_drives() -> tuple[str, ...]:

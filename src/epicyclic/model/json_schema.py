@@ -122,8 +122,8 @@ def _links(defs: Schema) -> None:
     """Add the shorthands of links, and bearings of any name."""
     for name in _LINKS:
         keys = defs[name]["properties"]
-        keys["radial"] = {**keys["x"], "description": "x and y alike"}
-        keys["tilt"] = {**keys["rx"], "description": "rx and ry alike"}
+        keys["radial"] = {**keys["x"], "description": _both(keys["x"])}
+        keys["tilt"] = {**keys["rx"], "description": _both(keys["rx"])}
         if name != "LinkDamping":
             keys["damping"] = {
                 **_either({"anyOf": Unit("damping").forms("damping")}, keys["damping"]),
@@ -132,6 +132,13 @@ def _links(defs: Schema) -> None:
     support = defs["Support"]
     support["properties"].pop("bearings")
     support["additionalProperties"] = {"$ref": "#/$defs/Link", "description": "one of several bearings"}
+
+
+def _both(one: Schema) -> str:
+    """Return the description of a key that stands for x and y alike, from that of x."""
+    words = str(one["description"]).partition(" (")[0].replace(" x", " x and y alike")
+    rest = str(one["description"]).partition("; ")[2]
+    return f"{words}; {rest}" if rest and "; " not in words else words
 
 
 def _deviations(defs: Schema) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any, get_args
 
@@ -85,7 +86,19 @@ class Unit:
         """Return the unit and kind of quantity in words, for the schema."""
         kinds = [KINDS[k] for k in self.kinds.split()]
         text = " or ".join(f"{k.name} [{k.unit}]" if k.unit else f"{k.name} [1]" for k in kinds)
-        return text + (", one value or one per planet" if self.many else "")
+        span = self._span()
+        return text + (f", {span}" if span else "") + (", one value or one per planet" if self.many else "")
+
+    def _span(self) -> str:
+        """Return the bounds in words, those of angles in degrees; "" without."""
+        degrees = self.kinds == "angle"
+        low, high = (None if v is None else round(math.degrees(v), 6) if degrees else v for v in (self.low, self.high))
+        unit = " deg" if degrees else ""
+        if low is not None and high is not None and not (self.above or self.below):
+            return f"{low:g} to {high:g}{unit}"
+        first = "" if low is None else f"above {low:g}{unit}" if self.above else f"{low:g}{unit} or more"
+        last = "" if high is None else f"below {high:g}{unit}" if self.below else f"up to {high:g}{unit}"
+        return " and ".join(part for part in (first, last) if part)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)

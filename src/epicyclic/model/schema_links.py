@@ -92,11 +92,11 @@ class BoltsTable(SchemaTable):
 class LinkTable(SchemaTable):
     """One bearing. A direction that is None is not named: rigid in a support or bearing; 0 floats, inf is rigid."""
 
-    x: Stiffness | None = key(None, "stiffness along x (of a bearing: radial)")
-    y: Stiffness | None = key(None, "stiffness along y (of a bearing: tangential)")
-    z: Stiffness | None = key(None, "axial stiffness; 0 floats")
-    rx: TiltStiffness | None = key(None, "tilting stiffness about x")
-    ry: TiltStiffness | None = key(None, "tilting stiffness about y")
+    x: Stiffness | None = key(None, "stiffness along x (of a bearing: radial); 0 floats, inf is rigid")
+    y: Stiffness | None = key(None, "stiffness along y (of a bearing: tangential); 0 floats, inf is rigid")
+    z: Stiffness | None = key(None, "axial stiffness; 0 floats, inf is rigid")
+    rx: TiltStiffness | None = key(None, "tilting stiffness about x; 0 is free, inf is rigid")
+    ry: TiltStiffness | None = key(None, "tilting stiffness about y; 0 is free, inf is rigid")
     rz: TurnStiffness | None = key(None, "torsional stiffness; in N/m at the base radius (carrier: pin radius)")
     at: Place | None = key(None, "axial place, from the centre of the member; default 0")
     damping: LinkDampingTable | None = key(None, "dampers; a bare number [N s/m] is x, y and z")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ..errors import ModelError
 from ..model.document import Document, Source, read
 from ..model.schema import ModelFile
 from ..train.bodies import Body
@@ -40,7 +41,14 @@ def load(source: Source, overrides: Mapping[str, object] | None = None) -> Train
     ------
     ModelError : whatever is wrong, with its path, what was given and what is allowed.
     """
-    return resolve(read(source, overrides))
+    document = read(source, overrides)
+    try:
+        return resolve(document)
+    except ModelError as error:
+        if not document.hints:
+            raise
+        allowed = "; ".join(filter(None, (error.allowed, *document.hints)))
+        raise ModelError(error.problem, path=error.path, given=error.given, allowed=allowed) from None
 
 
 def resolve(document: Document) -> Train:

@@ -74,7 +74,7 @@ def _title(rows: list[ComparedRow], names: list[str], data: xr.Dataset) -> str:
 def _bars(rows: list[ComparedRow], place: int, name: str) -> go.Bar:
     """Bars of one train."""
     return go.Bar(
-        x=[row.change[place] for row in rows],
+        x=[row.change[place] if math.isfinite(row.change[place]) else None for row in rows],
         y=[_label(row, "A") for row in rows],
         orientation="h",
         name=name,

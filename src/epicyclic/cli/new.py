@@ -1,0 +1,279 @@
+"""The command `epicyclic new`: a commented model file from the first numbers of a drawing, asked for or as flags."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import ModelError
+from ..results.whole_file import require_writable, write_text
+from .command import file_name
+from .console import complain, on_stdout, reported
+from .start import import_model_rooms
+
+if TYPE_CHECKING:
+    from ..studies.new_train.new_train import NewTrain
+
+__all__ = ["new"]
+
+# keyword -> flag, of everything that may be said of the train
+_FLAGS = {
+    "kind": "--kind",
+    "teeth": "--teeth",
+    "ratio": "--ratio",
+    "planets": "--planets",
+    "held": "--held",
+    "driver": "--driver",
+    "speed": "--speed",
+    "torque": "--torque",
+    "power": "--power",
+    "module": "--module",
+    "face_width": "--face-width",
+    "helix_angle": "--helix",
+    "pressure_angle": "--pressure-angle",
+    "title": "--title",
+}
+_BY_LOAD = "by load"  # answer to a question: let it be chosen
+
+
+def new(
+    file: Annotated[
+        Path, typer.Argument(parser=file_name, metavar="FILE", help="The model file to write (.toml).")
+    ] = Path("train.toml"),
+    kind: Annotated[
+        str | None, typer.Option(metavar="planetary|star|differential", help="What it is.", show_default="planetary")
+    ] = None,
+    teeth: Annotated[
+        str | None, typer.Option(metavar="SUN/PLANET/RING", help="Teeth, 21/39/99; or --ratio, which looks for them.")
+    ] = None,
+    ratio: Annotated[
+        float | None, typer.Option(metavar="NUMBER", help="Input over output speed of the reducer, within 2 %.")
+    ] = None,
+    planets: Annotated[int | None, typer.Option(metavar="N", help="Planets.", show_default="3")] = None,
+    held: Annotated[
+        str | None, typer.Option(metavar="ring|sun", help="What does not turn.", show_default="ring")
+    ] = None,
+    driver: Annotated[
+        str | None,
+        typer.Option(metavar="sun|ring|carrier", help="What drives.", show_default="sun; ring with the sun held"),
+    ] = None,
+    speed: Annotated[
+        list[str] | None,
+        typer.Option(metavar="SPEED", help='Of what drives, "1000 rpm"; of a differential twice, "sun=1000 rpm".'),
+    ] = None,
+    torque: Annotated[
+        list[str] | None, typer.Option(metavar="TORQUE", help='On what drives, "7.2 kN m"; or --power.')
+    ] = None,
+    power: Annotated[list[str] | None, typer.Option(metavar="POWER", help='Of what drives, "750 kW".')] = None,
+    module: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="Normal module.", show_default="preselected by load")
+    ] = None,
+    face_width: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="Face width.", show_default="preselected by load")
+    ] = None,
+    helix_angle: Annotated[
+        str | None, typer.Option("--helix", metavar="ANGLE", help="Helix angle.", show_default="0 deg")
+    ] = None,
+    pressure_angle: Annotated[
+        str | None, typer.Option(metavar="ANGLE", help="Normal pressure angle.", show_default="20 deg")
+    ] = None,
+    title: Annotated[str | None, typer.Option(metavar="TEXT", help="Title of the model.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
+) -> None:
+    """A model file of a new train from teeth or ratio, power and speed; asks for what is missing in a terminal."""
+    given = {
+        "kind": kind,
+        "teeth": teeth,
+        "ratio": ratio,
+        "planets": planets,
+        "held": held,
+        "driver": driver,
+        "speed": _values(speed),
+        "torque": _values(torque),
+        "power": _values(power),
+        "module": module,
+        "face_width": face_width,
+        "helix_angle": helix_angle,
+        "pressure_angle": pressure_angle,
+        "title": title,
+    }
+    with reported(), _flagged():
+        _new(file, {name: value for name, value in given.items() if value is not None}, force=force)
+
+
+def _new(file: Path, given: dict[str, Any], *, force: bool) -> None:
+    """Make the train and write it."""
+    _check_target(file, force=force)
+    import_model_rooms()
+    train, words = _asked(given) if _asks(given) else (_made(given), given)
+    command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
+    text = train.text(
+        (f"Written by: {command}", f"Values under [assumed] are chosen, not given. Next: epicyclic check {file}")
+    )
+    write_text(file, text)
+    with on_stdout():
+        _tell(file, train)
+
+
+def _check_target(file: Path, *, force: bool) -> None:
+    """Raise ModelError, before any question, for a file that cannot be written or is there already."""
+    if file.suffix.lower() != ".toml":
+        raise ModelError("no model file", path="FILE", given=str(file), allowed="a name that ends in .toml")
+    if not force and (file.exists() or file.is_symlink()):
+        raise ModelError("is there already", path="FILE", given=str(file), allowed="another name, or --force")
+    try:
+        require_writable(file)
+    except ModelError as error:
+        raise ModelError(error.problem, path="FILE", given=str(file), allowed=error.allowed) from None
+
+
+def _made(given: Mapping[str, Any]) -> NewTrain:
+    from ..studies.new_train.new_train import new_train
+
+    return new_train(**({"kind": "planetary"} | dict(given)))
+
+
+def _values(texts: list[str] | None) -> Any:
+    """One text as it is; MEMBER=VALUE, once or more, as a table."""
+    if not texts:
+        return None
+    pairs = [text.partition("=") for text in texts]
+    if len(texts) == 1 and not pairs[0][1]:
+        return texts[0]
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _typed(words: Mapping[str, Any]) -> Iterator[str]:
+    """The flags that make the same train."""
+    for name, value in words.items():
+        if isinstance(value, Mapping):
+            for member, text in value.items():
+                yield from (_FLAGS[name], f"{member}={text}")
+        else:
+            yield from (_FLAGS[name], str(value))
+
+
+def _tell(file: Path, train: NewTrain) -> None:
+    """Say what was written, what was chosen and what to run next."""
+    name = shlex.quote(str(file))
+    for line in (f"written: {file}", f"{train.document['title']}: {train.comments['stages.main']}", *train.remarks):
+        typer.echo(line)
+    typer.echo(f"{len(train.document['assumed'])} values are chosen by rules, see [assumed] in the file. Next:")
+    for command, why in (
+        ("check", "speeds, torques, geometry"),
+        ("modes", "natural frequencies"),
+        ("sharing", "how equally the planets carry"),
+        ("sweep", "vibration over speed"),
+        ("tolerance", "K_gamma from the tolerances"),
+        ("report", "all of it in one HTML file"),
+    ):
+        typer.echo(f"  {f'epicyclic {command} {name}':<40} # {why}")
+
+
+# questions ------------------------------------------------------------------------------------------------------------
+
+
+def _asks(given: Mapping[str, Any]) -> bool:
+    """Whether a necessary value is missing and somebody is there to be asked."""
+    load = [name in given for name in ("speed", "torque", "power")]
+    whole = ("teeth" in given or "ratio" in given) and sum(load) >= (2 if given.get("kind") != "differential" else 1)
+    return not whole and sys.stdin is not None and sys.stdin.isatty()
+
+
+def _asked(given: dict[str, Any]) -> tuple[NewTrain, dict[str, Any]]:
+    """Train and words of a person who is asked for all that is missing; a wrong answer is asked for again."""
+    words = dict(given)
+    questions = _questions()
+    for name in questions:
+        _ask(name, words, questions)
+    while True:
+        try:
+            return _made(words), words
+        except ModelError as error:
+            name = {"ratio": "teeth", "power": "torque"}.get(error.path, error.path)
+            if name not in questions:
+                raise
+            complain(f"{error.problem}; allowed: {error.allowed}" if error.allowed else error.problem)
+            for key in {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,)):
+                words.pop(key, None)
+            _ask(name, words, questions)
+
+
+Question = tuple[str, str | None, Callable[[str, dict[str, Any]], None]]
+
+
+def _questions() -> dict[str, Question]:
+    """Keyword -> text of the question, its default, and what takes the answer."""
+
+    def plain(name: str) -> Callable[[str, dict[str, Any]], None]:
+        return lambda answer, words: words.update({name: answer}) if answer != _BY_LOAD else None
+
+    return {
+        "kind": ("Kind: planetary, star or differential", "planetary", plain("kind")),
+        "teeth": ("Teeth sun/planet/ring (21/39/99), or a ratio (5.7)", None, _take_teeth),
+        "planets": ("Planets", "3", _take_planets),
+        "held": ("Held member: ring or sun", "ring", plain("held")),
+        "speed": ('Speed of what drives ("1000 rpm")', None, _take_speed),
+        "torque": ('Its torque or power ("7.2 kN m", "750 kW")', None, _take_load),
+        "module": ("Normal module", _BY_LOAD, plain("module")),
+        "face_width": ("Face width", _BY_LOAD, plain("face_width")),
+        "helix_angle": ("Helix angle", "0 deg", plain("helix_angle")),
+    }
+
+
+def _ask(name: str, words: dict[str, Any], questions: Mapping[str, Question]) -> None:
+    """Ask one question unless it is answered. Raises KeyboardInterrupt where nobody answers any more."""
+    kind = words.get("kind", "planetary")
+    taken = {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,))
+    if any(key in words for key in taken) or (name == "held" and kind != "planetary"):
+        return
+    if name == "speed" and "torque" in words and "power" in words:
+        return
+    text, default, take = questions[name]
+    if kind == "differential" and name in ("speed", "torque"):
+        text = {
+            "speed": 'Speeds of two members ("sun=1000 rpm, carrier=100 rpm")',
+            "torque": 'Torque or power of one ("sun=500 N m")',
+        }[name]
+    try:
+        answer = typer.prompt(text, default=default, err=True)
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    take(str(answer).strip(), words)
+
+
+def _take_teeth(answer: str, words: dict[str, Any]) -> None:
+    try:
+        words["ratio"] = float(answer)
+    except ValueError:
+        words["teeth"] = answer
+
+
+def _take_planets(answer: str, words: dict[str, Any]) -> None:
+    words["planets"] = int(answer) if answer.isdecimal() else answer
+
+
+def _take_speed(answer: str, words: dict[str, Any]) -> None:
+    words["speed"] = _values(answer.split(",")) if "=" in answer else answer
+
+
+def _take_load(answer: str, words: dict[str, Any]) -> None:
+    name = "power" if answer.rstrip().endswith(("W", "hp")) else "torque"
+    words[name] = _values(answer.split(",")) if "=" in answer else answer
+
+
+@contextmanager
+def _flagged() -> Iterator[None]:
+    """Name keywords by their flags in errors."""
+    try:
+        yield
+    except ModelError as error:
+        if error.path not in _FLAGS:
+            raise
+        raise ModelError(_FLAGS[error.path] + str(error).removeprefix(error.path)) from error

@@ -1,0 +1,1 @@
+"""Words explained: paths of the model file, variables of results, codes of warnings, verbs and figures."""

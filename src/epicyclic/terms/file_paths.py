@@ -1,0 +1,328 @@
+"""Paths of the model file, from its JSON Schema: what may stand at each, and examples out of the ready drives."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from difflib import SequenceMatcher, get_close_matches
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from ..model.document import ready_drives
+from ..model.json_schema import json_schema
+from ..model.units import KINDS
+from .explanation import Explanation
+
+__all__ = ["explained_paths", "mended_paths", "path_words"]
+
+Schema = Mapping[str, Any]
+Path = tuple[str, ...]
+# Bounds of a number as `Unit.describe` writes them.
+_SPAN = r"above [^,]+|below [^,]+|up to [^,]+|[^,]+ or more[^,]*|[^,]+ to [^,]+"
+ANY = "*"  # stands for a name of the user's
+# Explanations of one word at most: a word like `radial` stands in many tables, which say the same.
+_MOST = 4
+# Lengths that are errors, plays and reliefs: some hundredths of a millimetre.
+_SMALL = ("amount", "amplitude", "crown", "slope", "clearance", "backlash", "gap", "position", "run_out", "x", "y", "z")
+# Names of tables as a person would write one in an example.
+_NAMES: Mapping[Path, str] = {("stages",): "main", ("bodies",): "output", ("couplings",): "shaft", ("loads",): "weight"}
+_EXAMPLES = {
+    "m": '"50 mm"',
+    "rad": '"20 deg"',
+    "kg": '"12 kg"',
+    "kg m^2": '"0.5 kg m^2"',
+    "N/m": '"5e8 N/m"',
+    "N/m^2": '"20 N/(mm um)"',
+    "N m/rad": '"1e7 N m/rad"',
+    "N s/m": '"1e4 N s/m"',
+    "N m s/rad": '"1e3 N m s/rad"',
+    "N m": '"800 N m"',
+    "N": '"2 kN"',
+    "W": '"750 kW"',
+    "rad/s": '"1500 rpm"',
+    "kg m": '"300 g mm"',
+    "Pa": '"206 GPa"',
+    "kg/m^3": '"7850 kg/m^3"',
+    "N m^2": '"1e6 N m^2"',
+    "1/s": '"5 1/s"',
+    "s": '"2 us"',
+    "m/s^2": '"[0, -9.81, 0] m/s^2"',
+}
+
+
+@cache
+def _schema() -> Schema:
+    return json_schema()
+
+
+@cache
+def _nodes() -> Mapping[Path, Schema]:
+    """Every path of a file with its schema; names of the user's are `ANY`.  A table within itself is left out."""
+    found: dict[Path, Schema] = {}
+
+    def visit(node: Schema, path: Path, above: tuple[str, ...]) -> None:
+        for name, entry in _children(node):
+            own = (*path, name)
+            reference = tuple(_references(entry))
+            if own not in found:
+                found[own] = entry
+                if not set(reference) & set(above):
+                    visit(entry, own, (*above, *reference))
+
+    visit(_schema(), (), ())
+    return found
+
+
+def _references(node: Schema) -> Iterator[str]:
+    """Definitions of tables that a node refers to; texts hold no keys."""
+    for form in (node, *node.get("anyOf", ())):
+        if "$ref" in form and _schema()["$defs"][form["$ref"].rpartition("/")[2]].get("type") != "string":
+            yield form["$ref"]
+
+
+def _forms(node: Schema) -> Iterator[Schema]:
+    """What a node may be, references followed."""
+    for form in (node, *node.get("anyOf", ())):
+        target = _schema()["$defs"][form["$ref"].rpartition("/")[2]] if "$ref" in form else None
+        if target is None:
+            yield form
+        else:
+            yield from _forms(target)
+
+
+def _children(node: Schema) -> Iterator[tuple[str, Schema]]:
+    for form in _forms(node):
+        yield from form.get("properties", {}).items()
+        if isinstance(form.get("additionalProperties"), dict):
+            yield ANY, form["additionalProperties"]
+
+
+def explained_paths(text: str) -> list[Explanation]:
+    """Explanations of a path, as a file has it, without the stage, with `*` for any name, or of its last keys alone."""
+    words = tuple(part for part in text.strip().split(".") if part)
+    if not words:
+        return []
+    if words[0] == ANY:  # the name of a stage
+        words = ("stages", *words)
+    found = _whole(words) or _whole(("stages", ANY, *words), within=2) or _ends(words)
+    seen: dict[tuple[str, str], Explanation] = {}
+    for path in found:
+        entry = _explanation(path, words)
+        seen.setdefault((entry.meaning, entry.unit), entry)
+    return list(seen.values())[:_MOST]
+
+
+def _whole(words: Path, *, within: int = 0) -> list[Path]:
+    """Paths that the words name from the root on, those with fewest names of the user's first.
+
+    within : words that were put before what was typed; what was typed must then hold a key of its own.
+    """
+    matches = [path for path in _ending(words[-1]) if len(path) == len(words) and all(map(_fits, path, words))]
+    good = [path for path in matches if not _mistyped(path, words) and (not within or _named(path[within:]))]
+    least = min((path.count(ANY) for path in good), default=0)
+    return [path for path in good if path.count(ANY) == least]
+
+
+@cache
+def _by_last() -> Mapping[str, tuple[Path, ...]]:
+    """Paths by their last word."""
+    found: dict[str, list[Path]] = {}
+    for path in _nodes():
+        found.setdefault(path[-1], []).append(path)
+    return {word: tuple(paths) for word, paths in found.items()}
+
+
+def _ending(word: str) -> tuple[Path, ...]:
+    """Paths whose last word fits."""
+    return tuple(_nodes()) if word == ANY else (*_by_last().get(word, ()), *_by_last()[ANY])
+
+
+def _named(path: Path) -> bool:
+    """Whether the last word is a key, not a name of the user's."""
+    return path[-1] != ANY
+
+
+def _fits(own: str, word: str) -> bool:
+    return own in (word, ANY) or word == ANY
+
+
+def _mistyped(path: Path, words: Path) -> bool:
+    """Whether a word that would be a name is rather a key with a slip: `radail` beside `radial`."""
+    for place, (own, word) in enumerate(zip(path, words, strict=True)):
+        near = get_close_matches(word, _keys(path[:place]), n=1, cutoff=0.8) if own == ANY and word != ANY else []
+        if near and not word.startswith(near[0]):  # planet_b is a second planet
+            return True
+    return False
+
+
+@cache
+def _keys(path: Path) -> tuple[str, ...]:
+    """Keys of the table at a path."""
+    n = len(path)
+    return tuple(own[n] for own in _nodes() if len(own) == n + 1 and own[:n] == path and own[n] != ANY)
+
+
+def _ends(words: Path) -> list[Path]:
+    """Paths that end with the words, shortest first."""
+    n = len(words)
+    keys = _by_last()
+    # a first word may be a name of the user's, unless it is a key with a slip
+    near = get_close_matches(words[0], keys, n=1, cutoff=0.75)
+    named = n > 1 and words[0] != ANY and ("-" in words[0] or not near)
+    found = []
+    for path in _ending(words[-1]):
+        tail = path[-n:]
+        if len(tail) == n and ANY not in tail[1 if named else 0 :] and all(map(_fits, tail, words)):
+            found.append(path)
+    return sorted(found, key=lambda path: (path.count(ANY), len(path)))
+
+
+def mended_paths(text: str) -> list[str]:
+    """Paths as they were typed, with one mistyped key put right, the nearest first."""
+    words = tuple(part for part in text.strip().split(".") if part)
+    found: dict[str, float] = {}
+    for before in ((), ("stages", ANY)):
+        whole = (*before, *words)
+        for path in _nodes():
+            if len(path) != len(whole):
+                continue
+            wrong = [i for i, (own, word) in enumerate(zip(path, whole, strict=True)) if not _fits(own, word)]
+            if len(wrong) == 1 and (near := SequenceMatcher(None, path[wrong[0]], whole[wrong[0]]).ratio()) >= 0.7:
+                mended = [own if i in wrong else word for i, (own, word) in enumerate(zip(path, whole, strict=True))]
+                if explained_paths(".".join(mended)):
+                    found.setdefault(".".join(mended[len(before) :]), near)
+    return sorted(found, key=lambda path: -found[path])
+
+
+def path_words() -> tuple[str, ...]:
+    """Keys of all tables, and two of them joined: what a mistyped word is compared with."""
+    words = dict.fromkeys(name for path in _nodes() for name in path if name != ANY)
+    pairs = dict.fromkeys(".".join(path[-2:]) for path in _nodes() if len(path) > 1 and ANY not in path[-2:])
+    members = ("sun", "planet", "ring", "carrier")
+    longer = dict.fromkeys(".".join(path[2:]) for path in _nodes() if len(path) > 3 and path[2] in members)
+    return (*words, *pairs, *(path for path in longer if ANY not in path))
+
+
+# explanation of one path ---------------------------------------------------------------------------------------------
+
+
+def _explanation(path: Path, words: Path) -> Explanation:
+    node = _nodes()[path]
+    meaning, default, unit, span = _described(str(node.get("description") or _table_words(node)))
+    name, above = _filled(path, words), path[:-1]
+    while not meaning and above:  # a value by names of the user's: what its table is
+        meaning, above = _described(str(_nodes()[above].get("description", "")))[0], above[:-1]
+    return Explanation(
+        kind="path",
+        name=name,
+        meaning=meaning,
+        unit=unit,
+        default=default,
+        allowed=_allowed(node) + (f"; {span}" if span else ""),
+        example=_example(path, name, node, unit),
+        page="tolerance.md" if path[0] == "tolerance" else "model-file.md",
+    )
+
+
+def _table_words(node: Schema) -> str:
+    """Description of the table that a node is."""
+    return next((str(form["description"]) for form in _forms(node) if "description" in form), "")
+
+
+def _filled(path: Path, words: Path) -> str:
+    """The path with the names that were typed in place of those of the user's."""
+    typed = (ANY,) * (len(path) - len(words)) + words
+    return ".".join(word if own == ANY and word != ANY else own for own, word in zip(path, typed, strict=True))
+
+
+def _described(text: str) -> tuple[str, str, str, str]:
+    """Meaning, default, unit and bounds out of a description: `meaning; default D: quantity [unit]`."""
+    quantities = "|".join(re.escape(kind.name) for kind in KINDS.values())
+    found = re.search(rf"(?:^|: )((?:{quantities}) \[.*)$", text)
+    head = text[: found.start()] if found else text
+    unit = ", ".join(dict.fromkeys(re.findall(r"\[(.+?)\]", found[1]))) if found else ""
+    span = re.search(rf"\], ({_SPAN})", found[1]) if found else None
+    parts = " ".join(head.split()).split("; ")
+    default = next((part.removeprefix("default ") for part in parts if part.startswith("default ")), "")
+    meaning = "; ".join(part for part in parts if not part.startswith("default "))
+    return meaning, default, "" if unit == "1" else unit, span[1] if span else ""
+
+
+def _allowed(node: Schema) -> str:
+    """What may stand there, in words."""
+    found: dict[str, None] = {}
+    for form in _forms(node):
+        for words in _form_words(form):
+            found[words] = None
+    return ", ".join(found)
+
+
+def _form_words(form: Schema) -> Iterator[str]:
+    kind, text = form.get("type"), str(form.get("description", ""))
+    if "enum" in form:
+        yield from ("0" if word == 0 else f'"{word}"' for word in form["enum"])
+    elif "const" in form:
+        yield str(form["const"])
+    elif "properties" in form:
+        keys = [name for name in form["properties"]]
+        yield f"a table of {', '.join(keys[:8])}{', ...' if len(keys) > 8 else ''}"
+    elif kind == "boolean":
+        yield "true, false"
+    elif kind == "string" and "pattern" in form:
+        spelled = text.partition(", ")[2]
+        yield (f"a list in {spelled}" if text.startswith("a list") else f"a number in {spelled}") if spelled else text
+    elif kind in ("integer", "number"):
+        low, high = form.get("minimum"), form.get("maximum")
+        if low is not None and low > 1e300:
+            yield "inf"
+        else:
+            span = f", {low} to {high}" if high is not None else f", {low} or more" if low is not None else ""
+            yield f"{'a whole number' if kind == 'integer' else 'a number'}{span}"
+    elif kind == "string":
+        yield "a text"
+    elif kind == "array":
+        yield "a list"
+
+
+def _example(path: Path, name: str, node: Schema, unit: str) -> str:
+    """A line of a model file: out of a ready drive where one has the key, else made up from the unit."""
+    for own, value, drive in _written():
+        if len(own) == len(path) and all(map(_fits, path, own)):
+            return f"{'.'.join(own)} = {_toml(value)}  (ready drive {drive})"
+    shown = ".".join(_NAMES.get(path[:i], "NAME") if word == ANY else word for i, word in enumerate(name.split(".")))
+    first = unit.split(", ")[0]
+    words = [word for form in _forms(node) if form.get("type") == "string" for word in form.get("enum", ())]
+    value = f'"{words[0]}"' if words else _EXAMPLES.get(first, "")
+    if first == "m" and path[-1] in _SMALL:
+        value = '"20 um"'
+    if not value and any(form.get("type") == "boolean" for form in _forms(node)):
+        value = "true"
+    return f"{shown} = {value}" if value else ""
+
+
+@cache
+def _written() -> tuple[tuple[Path, object, str], ...]:
+    """Path, value and drive of all that the ready drives state, as it is written."""
+    folder = resources.files("epicyclic.systems")
+    drives = ("ren2021", *(name for name in ready_drives() if name != "ren2021"))
+    files = {name: tomllib.loads(folder.joinpath(f"{name}.toml").read_text(encoding="utf-8")) for name in drives}
+    return tuple((path, value, name) for name, file in files.items() for path, value in _leaves(file))
+
+
+def _leaves(table: Mapping[str, object], above: Path = ()) -> Iterator[tuple[Path, object]]:
+    for name, value in table.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, (*above, name))
+        else:
+            yield (*above, name), value
+
+
+def _toml(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list):
+        items: Sequence[object] = value[:4]
+        return f"[{', '.join(map(_toml, items))}{', ...' if len(value) > 4 else ''}]"
+    return f'"{value}"' if isinstance(value, str) else str(value)
