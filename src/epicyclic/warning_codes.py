@@ -60,6 +60,14 @@ def _table(rows: str) -> dict[str, WarningCode]:
 
 WARNING_CODES: Mapping[str, WarningCode] = _table(
     """
+teeth-changed model-file.md
+An override changes teeth of a file that states radii or masses of these gears: they are scaled with the teeth.
+Set the radii and masses beside the teeth, or remove them (an empty value) to have them derived.
+
+ring-teeth model-file.md
+With other teeth on sun or planet the ring fits no longer: sun and two planets make another number.
+Set the teeth of the ring too, or profile shifts with a centre distance.
+
 no-unit model-file.md
 A number of a file of format 1 has no unit and is read in SI.
 Write the unit behind the number, as format = 2 asks: the warning shows how.

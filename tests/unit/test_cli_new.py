@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pty
 import select
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import time
 import tomllib
+from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -122,3 +124,39 @@ def test_an_end_at_a_question_leaves_nothing(tmp_path: Path) -> None:
     assert status == 130, screen
     assert "stopped" in screen
     assert list(tmp_path.iterdir()) == []
+
+
+def test_systems_prints_and_copies_the_file_of_a_drive(tmp_path: Path) -> None:
+    shipped = (resources.files("epicyclic.systems") / "wind-stage.toml").read_text(encoding="utf-8")
+    result = CliRunner().invoke(app, ["systems", "wind-stage"])
+    assert result.exit_code == 0
+    assert result.output == shipped
+    path = tmp_path / "mine.toml"
+    assert CliRunner().invoke(app, ["systems", "wind-stage", "-o", str(path)]).exit_code == 0
+    assert path.read_text(encoding="utf-8") == shipped
+    again = CliRunner().invoke(app, ["systems", "industrial-stage", "-o", str(path)])
+    assert again.exit_code == 2
+    assert path.read_text(encoding="utf-8") == shipped
+    missing = CliRunner().invoke(app, ["systems", "wind-stag"])
+    assert missing.exit_code == 2
+    assert "did you mean 'wind-stage'" in missing.output
+    assert "industrial-stage" in CliRunner().invoke(app, ["systems"]).output
+
+
+@pytest.mark.parametrize(("drive", "ratio", "torque"), [("industrial-stage", 5.1, 160e3 / (1480 * math.tau / 60))])
+def test_the_industrial_stage_is_what_its_comments_say(drive: str, ratio: float, torque: float) -> None:
+    train = epicyclic.load(drive)
+    assert train.warnings == ()
+    assert train.kinematics.torque is not None
+    assert train.kinematics.torque["main.carrier"] == pytest.approx(-ratio * torque)
+    assert "5265 N m" in CliRunner().invoke(app, ["systems", drive]).output
+    assert float(ratio * torque) == pytest.approx(5265, abs=0.5)
+
+
+def test_the_wind_stage_carries_the_loads_of_the_rotor() -> None:
+    train = epicyclic.load("wind-stage")
+    assert train.warnings == ()
+    assert train.gravity == (0.0, -9.81, 0.0)
+    assert any(load.path == "loads.rotor" and load.force == (20e3, -120e3, 0.0) for load in train.loads)
+    assert train.kinematics.torque is not None
+    assert train.kinematics.torque["main.sun"] == pytest.approx(-1.9e6 / (1 + 119 / 25))

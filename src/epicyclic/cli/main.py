@@ -8,7 +8,6 @@ Exit status: 0; 1 a fault of the program; 2 the input is wrong; 3 no convergence
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Annotated
@@ -30,6 +29,7 @@ from .show import show
 from .start import collect_again
 from .study import study
 from .suggestions import Commands
+from .systems import systems
 
 __all__ = ["app", "main"]
 
@@ -126,6 +126,7 @@ app.command()(explain)
 app.command()(report)
 app.command()(show)
 app.command()(new)
+app.command()(systems)
 
 
 @app.command()
@@ -144,20 +145,3 @@ def schema(
         else:
             target_of(output, (".json",))
             write_text(output, text)
-
-
-@app.command()
-def systems(as_json: Annotated[bool, typer.Option("--json", help="Print names and titles as JSON.")] = False) -> None:
-    """The ready drives: names that every verb takes in place of a model file."""
-    with reported():
-        from ..studies.drives import drive_titles
-
-        titles = drive_titles()
-        if as_json:
-            with on_stdout():
-                typer.echo(json.dumps(titles))
-        else:
-            from ..show.console import show_pairs, stdout_console
-
-            with on_stdout():
-                show_pairs(titles, stdout_console())

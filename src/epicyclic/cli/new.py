@@ -15,7 +15,6 @@ from ..errors import ModelError
 from ..results.whole_file import require_writable, write_text
 from .command import file_name
 from .console import complain, on_stdout, reported
-from .start import import_model_rooms
 
 if TYPE_CHECKING:
     from ..studies.new_train.new_train import NewTrain
@@ -110,7 +109,6 @@ def new(
 def _new(file: Path, given: dict[str, Any], *, force: bool) -> None:
     """Make the train and write it."""
     _check_target(file, force=force)
-    import_model_rooms()
     train, words = _asked(given) if _asks(given) else (_made(given), given)
     command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
     text = train.text(

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..errors import ModelError
+from ..warning_codes import CodedText, coded
 from .model_writer import quantity_text
 from .names import SIDES, Names
 from .tables import PlainTable
@@ -20,7 +21,7 @@ from .units import KINDS, Bounds, Quantity, read_quantity
 
 __all__ = ["Followed", "follow_teeth"]
 
-Followed = tuple[PlainTable, tuple[str, ...], tuple[str, ...], frozenset[str]]
+Followed = tuple[PlainTable, tuple[CodedText, ...], tuple[CodedText, ...], frozenset[str]]
 # key -> kinds of quantity, and the power of the number of teeth for a gear and for a ring; None: it goes, and follows
 _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
     "base_radius": (("length",), 1, 1),
@@ -43,8 +44,8 @@ def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str
     paths of what moved.
     """
     changed = {stage: _changed(data, before, stage, members) for stage, members in names.stages.items()}
-    warnings: list[str] = []
-    hints: list[str] = []
+    warnings: list[CodedText] = []
+    hints: list[CodedText] = []
     moved: set[str] = set()
     for stage, teeth in changed.items():
         if not any(old != new for old, new in teeth.values()):
@@ -60,10 +61,11 @@ def follow_teeth(data: PlainTable, before: PlainTable, overridden: frozenset[str
                 moved.add(path)
         other = ", ".join(f"{m} {new} for {old}" for m, (old, new) in teeth.items() if old != new)
         if said:
-            warnings.append(
+            text = (
                 f"stages.{stage}: other teeth than the file's ({other}); what it states of their size is scaled at the "
                 f"same module: {', '.join(said)}; set it beside the teeth to have it otherwise"
             )
+            warnings.append(coded("teeth-changed", text))
         hints += _ring_hint(stage, teeth, names.stages[stage])
     return data, tuple(warnings), tuple(hints), frozenset(moved)
 
@@ -151,7 +153,7 @@ def _scaled(
     return f"{short} {near} (was {value})", text
 
 
-def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Any) -> list[str]:
+def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Any) -> list[CodedText]:
     """What ring a simple planetary set wants whose teeth fitted before and do not now."""
     by_kind: dict[str, list[str]] = {}
     for member in teeth:
@@ -163,7 +165,8 @@ def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Any) -> lis
     if want[0] != teeth[ring][0] or want[1] == teeth[ring][1] or teeth[ring][0] != teeth[ring][1]:
         return []
     path, sum_of = f"stages.{stage}.{ring}.teeth", f"{teeth[sun][1]} + 2 x {teeth[planet][1]}"
-    return [f"{path} = {teeth[ring][1]}: {sum_of} teeth want a ring of {want[1]}; set {path} = {want[1]} too"]
+    text = f"{path} = {teeth[ring][1]}: {sum_of} teeth want a ring of {want[1]}; set {path} = {want[1]} too"
+    return [coded("ring-teeth", text)]
 
 
 def _at(table: object, path: str) -> Any:

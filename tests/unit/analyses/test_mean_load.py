@@ -109,7 +109,8 @@ def test_a_sum_that_reaches_zero_has_no_share() -> None:
 
 @pytest.mark.parametrize("drive", ready_drives())
 def test_error_free_drives_share_equally(drive: str) -> None:
-    model: dict[str, Any] = {k: v for k, v in load(drive).document.items() if k not in ("deviations", "tolerance")}
+    uneven = ("deviations", "tolerance", "loads")  # loads across the axis press on one planet after the other
+    model: dict[str, Any] = {k: v for k, v in load(drive).document.items() if k not in uneven}
     if "operation" in model:
         model["operation"] = {k: v for k, v in model["operation"].items() if k != "gravity"}
     del model["assumed"]

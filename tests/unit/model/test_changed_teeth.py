@@ -24,7 +24,7 @@ def _teeth(data: Any) -> dict[str, int]:
 def test_the_same_teeth_move_no_number(drive: str) -> None:
     plain = read(drive)
     again = read(drive, _teeth(plain.data))
-    silent = {"assumed": {}}  # a reason why these teeth were assumed goes with the override
+    silent: dict[str, Any] = {"assumed": {}}  # a reason why these teeth were assumed goes with the override
     assert again.model.model_copy(update=silent) == plain.model.model_copy(update=silent)
     assert again.data | silent == plain.data | silent
     assert again.warnings == plain.warnings
