@@ -8,6 +8,7 @@ from .resolve import load as load
 from .results.dataset import load_result as load_result
 from .results.dataset import save_result as save_result
 from .results.dataset import to_json as to_json
+from .results.matrix_files import save_matrices as save_matrices
 from .rexs.import_train import read_rexs as read_rexs
 from .show.plot import figure_names as figure_names
 from .show.plot import plot as plot
@@ -16,6 +17,7 @@ from .studies.new_train.constructors import differential as differential
 from .studies.new_train.constructors import planetary as planetary
 from .studies.new_train.constructors import star as star
 from .studies.parameter_studies import vary as vary
+from .studies.rexs_export.export import write_rexs as write_rexs
 from .system.system import System as System
 from .terms.explain import explain as explain
 from .train.train import Train as Train
@@ -25,6 +27,7 @@ from .verbs.check import check as check
 from .verbs.compare import compare as compare
 from .verbs.contact import contact as contact
 from .verbs.efficiency import efficiency as efficiency
+from .verbs.matrices import matrices as matrices
 from .verbs.modes import modes as modes
 from .verbs.modulation import modulation as modulation
 from .verbs.relief import relief as relief

@@ -270,7 +270,7 @@ def test_on_paper_everything_is_open_and_whole(browser: Any, crowded_path: Path)
     reader = PdfReader(io.BytesIO(opened.page.pdf(prefer_css_page_size=True)))
     opened.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
     wide = opened.page.evaluate(
-        "() => [...document.querySelectorAll('main .table, main figure, main pre')]"
+        "() => [...document.querySelectorAll('main table, main figure, main pre, .plotly-graph-div .main-svg')]"
         ".filter(one => one.getBoundingClientRect().right > 682).map(one => one.outerHTML.slice(0, 80))"
     )
     opened.page.close()

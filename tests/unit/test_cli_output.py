@@ -18,18 +18,19 @@ from epicyclic.cli import output as cli_output
 from epicyclic.cli.main import app
 from epicyclic.show import figure_files
 from epicyclic.show.figure_files import write_figure
+from epicyclic.show.plot import figure_names
 from epicyclic.verbs.record import verbs
 
 DRIVE = "lin1999-n4"
 
 
-class Outcome(NamedTuple):
+class Ran(NamedTuple):
     status: int
     out: str
     err: str
 
 
-Command = Callable[..., Outcome]
+Command = Callable[..., Ran]
 
 
 @pytest.fixture
@@ -37,11 +38,11 @@ def command(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pyt
     """Run the command line in this process and in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    def run(*arguments: str) -> Outcome:
+    def run(*arguments: str) -> Ran:
         with pytest.raises(SystemExit) as stop:
             app(list(arguments), prog_name="epicyclic")
         streams = capsys.readouterr()
-        return Outcome(int(stop.value.code or 0), streams.out, streams.err)
+        return Ran(int(stop.value.code or 0), streams.out, streams.err)
 
     return run
 
@@ -87,10 +88,18 @@ def test_an_audit_goes_into_every_format(command: Command) -> None:
 def test_show_prints_what_the_verb_did(command: Command, verb: str) -> None:
     options = ("--points", "5") if verb == "sweep" else ()
     plain = command(verb, "ren2021", *options, "-o", "x.nc")
-    assert command("show", "x.nc") == Outcome(0, plain.out, "")
-    assert command("show", "x.nc", "-o", "x.json") == Outcome(0, plain.out, "written: x.json\n")
+    assert command("show", "x.nc") == Ran(0, plain.out, "")
+    assert command("show", "x.nc", "-o", "x.json") == Ran(0, plain.out, "written: x.json\n")
     assert command("show", "x.json").out == plain.out
     xr.testing.assert_identical(epicyclic.load_result("x.json"), epicyclic.load_result("x.nc"))
+
+
+def test_every_table_on_demand(command: Command) -> None:
+    brief, whole = command("check", DRIVE), command("check", DRIVE, "--all", "-o", "x.nc")
+    assert len(whole.out.splitlines()) > 2 * len(brief.out.splitlines())
+    assert command("check", DRIVE, "--all").out == whole.out
+    assert command("show", "x.nc", "--all").out == whole.out
+    assert command("show", "x.nc").out == brief.out
 
 
 def test_show_of_several(command: Command) -> None:
@@ -160,8 +169,9 @@ def test_two_lists_of_files_of_figures_are_one() -> None:
 
 
 def test_help_names_the_figures(command: Command) -> None:
-    for name in verbs():
-        assert "--figure" in command(name.replace("_", "-"), "--help").out
+    for name, verb in verbs().items():
+        drawn = any(figure_names(kind) for kind in verb.gives)
+        assert ("--figure" in command(name.replace("_", "-"), "--help").out) == drawn
 
 
 @pytest.mark.browser

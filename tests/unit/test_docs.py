@@ -96,6 +96,7 @@ def test_commands_parse(words: list[str], monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("epicyclic.cli.compare._compare", lambda *_, **__: seen.append("compare"))
     monkeypatch.setattr("epicyclic.cli.explain._explain", lambda *_, **__: seen.append("explain"))
     monkeypatch.setattr("epicyclic.cli.import_rexs._import", lambda *_, **__: seen.append("import"))
+    monkeypatch.setattr("epicyclic.cli.export._export", lambda *_, **__: seen.append("export"))
     with pytest.raises(SystemExit) as stop:
         app(words)
     assert stop.value.code == 0

@@ -45,16 +45,6 @@ Output = Annotated[
     Path | None,
     typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=f"Write the result: {FORMATS}."),
 ]
-_ModelOutput = Annotated[
-    Path | None,
-    typer.Option(
-        "-o",
-        "--output",
-        parser=file_name,
-        metavar="FILE",
-        help=f"Write the model (.toml) or the result ({FORMATS}).",
-    ),
-]
 _FORMER = "former_"  # before the name of a keyword: its flag under the old spelling
 
 
@@ -69,6 +59,7 @@ def command(verb: Verb) -> Callable[..., None]:
         as_json: bool,
         output: Path | None,
         figure: list[str] | None = None,
+        whole: bool = False,
         **given: Any,
     ) -> None:
         for name, (_, _, option) in shown.items():
@@ -76,7 +67,9 @@ def command(verb: Verb) -> Callable[..., None]:
                 complain(f"warning: {option.former} is now {flags[name]}")
                 given[name] = value
         options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
-        run_verb(verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output, figures=figure)
+        run_verb(
+            verb, model, options, flags=flags, sets=sets, as_json=as_json, output=output, figures=figure, whole=whole
+        )
 
     annotations: dict[str, Any] = {"model": Model}
     defaults: dict[str, Any] = {"model": Parameter.empty}
@@ -86,7 +79,7 @@ def command(verb: Verb) -> Callable[..., None]:
             old = typer.Option(option.former, hidden=True)
             annotations[_FORMER + name], defaults[_FORMER + name] = Annotated[_type(kind) | None, old], None
     annotations |= {"sets": Sets, "as_json": Json, "figure": Annotated[list[str] | None, figure_option(verb.gives)]}
-    annotations |= {"output": _ModelOutput if verb.model_text else Output}
+    annotations |= {"output": _output(verb)}
     defaults |= {"sets": None, "as_json": False, "figure": None, "output": None}
     run.__name__, run.__doc__, run.__annotations__ = verb.name, _unmarked(help_of(verb)), annotations
     run.__signature__ = Signature(  # type: ignore[attr-defined]
@@ -96,6 +89,15 @@ def command(verb: Verb) -> Callable[..., None]:
         ]
     )
     return run
+
+
+def _output(verb: Verb) -> Any:
+    """The option ``-o`` of a verb, with its own kinds of files."""
+    words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
+    if verb.model_text:
+        words = f"Write the model (.toml) or the result ({FORMATS})."
+    made = typer.Option("-o", "--output", parser=file_name, metavar="FILE", help=words)
+    return Annotated[Path | None, made]
 
 
 def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, Any]:

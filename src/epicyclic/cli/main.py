@@ -21,6 +21,7 @@ from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
 from .explain import explain
+from .export import export
 from .import_rexs import import_rexs
 from .new import new
 from .output import figure_option
@@ -79,21 +80,9 @@ def check(
     if resolved:
         with reported():
             _write_resolved(model, sets, output)
-    elif everything and output is None and not as_json:
-        with reported():
-            _print_all(model, sets)
     else:
-        command(verbs()["check"])(model=model, sets=sets, as_json=as_json, figure=figure, output=output)
-
-
-def _print_all(model: str, sets: list[str] | None) -> None:
-    """Print every table of `check`; files and JSON hold them all anyway."""
-    require_stdout()
-    result = verbs()["check"].run(model, overrides=parsed_overrides(sets) or None)
-    from ..show.console import show, stdout_console
-
-    with on_stdout():
-        show(result, stdout_console(), whole=True)
+        run = command(verbs()["check"])
+        run(model=model, sets=sets, as_json=as_json, figure=figure, output=output, whole=everything)
 
 
 def _write_resolved(model: str, sets: list[str] | None, output: Path | None) -> None:
@@ -121,6 +110,7 @@ for _verb in verbs().values():
 app.command()(audit)
 app.command()(study)
 app.command("import")(import_rexs)
+app.command()(export)
 app.command()(compare)
 app.command()(explain)
 app.command()(report)

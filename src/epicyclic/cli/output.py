@@ -93,6 +93,7 @@ def put(
     as_json: bool = False,
     make: Callable[[str], xr.Dataset] | None = None,
     computed: bool = True,
+    whole: bool = False,
 ) -> None:
     """Write a result, or figures of it, and print it: tables, or JSON with the warnings on stderr.
 
@@ -101,6 +102,7 @@ def put(
     results : name -> Dataset; one, or several that are read from files.
     make : makes the result of a verb of the same model, which a figure needs too.
     computed : now, so that a result that cannot be written as asked for is kept; False of one from a file.
+    whole : of `print_result`.
 
     Raises
     ------
@@ -114,7 +116,7 @@ def put(
                 _rescue(results, output)
             raise
     for result in results.values():
-        print_result(result, as_json=as_json, beside_file=output is not None)
+        print_result(result, as_json=as_json, beside_file=output is not None, whole=whole)
 
 
 def _write(
@@ -174,12 +176,13 @@ def _rescue(results: Mapping[str, xr.Dataset], output: Path) -> None:
         complain(f"the result is kept in {kept}; `epicyclic show` prints, draws and converts it")
 
 
-def print_result(result: xr.Dataset, *, as_json: bool, beside_file: bool = False) -> None:
+def print_result(result: xr.Dataset, *, as_json: bool, beside_file: bool = False, whole: bool = False) -> None:
     """Print a result: tables, or JSON with its warnings on stderr.
 
     Parameters
     ----------
     beside_file : it stands in a file too: a stdout that is closed is no error then.
+    whole : all tables with all rows, also those that a brief view leaves out.
 
     Raises
     ------
@@ -195,4 +198,4 @@ def print_result(result: xr.Dataset, *, as_json: bool, beside_file: bool = False
         from ..show.console import show, stdout_console
 
         with on_stdout():
-            show(result, stdout_console())
+            show(result, stdout_console(), whole=whole)

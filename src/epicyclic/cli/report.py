@@ -25,7 +25,7 @@ _MOST = 4
 def report(
     models: Annotated[
         list[str],
-        typer.Argument(metavar="MODEL...", help="Model files (.toml) or ready drives; several are put side by side."),
+        typer.Argument(metavar="MODEL", help="Model files (.toml) or ready drives; several are put side by side."),
     ],
     sets: Sets = None,
     sections: Annotated[

@@ -34,13 +34,14 @@ def run_verb(
     as_json: bool,
     output: Path | None,
     figures: list[str] | None = None,
+    whole: bool = False,
 ) -> None:
     """Run one verb; print its result for people or as JSON, and write it, or figures of it, to a file.
 
     Parameters
     ----------
     options : keyword -> value of the verb.  flags : keyword -> flag, for errors.
-    sets, as_json, output, figures : as on the command line.
+    sets, as_json, output, figures, whole : as on the command line.
 
     Raises
     ------
@@ -55,7 +56,7 @@ def run_verb(
         store,
         kept(output if keeps else None, keeps=keeps, record=record) as folder,
     ):
-        further = (".toml",) if verb.model_text else ()
+        further = (*verb.writers, *((".toml",) if verb.model_text else ()))
         require_output(output, figures, verb.gives, as_json=as_json, further=further)
         import_model_rooms()
         overrides = parsed_overrides(sets)
@@ -64,13 +65,16 @@ def run_verb(
             if "progress" in signature(verb.run).parameters:
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = verb.run(model, overrides=overrides or None, **options, **more)
-        if output is not None and not figures and verb.model_text is not None and output.suffix.lower() == ".toml":
-            write_text(output, verb.model_text(result))
+        if output is not None and not figures and (kind := output.suffix.lower()) in further:
+            if verb.model_text is not None and kind == ".toml":
+                write_text(output, verb.model_text(result))
+            else:
+                verb.writers[kind](result, output)
             complain(f"written: {output}")
             print_result(result, as_json=as_json, beside_file=True)
         else:
             make = partial(_result_of, model, overrides)
-            put({verb.name: result}, output=output, figures=figures, as_json=as_json, make=make)
+            put({verb.name: result}, output=output, figures=figures, as_json=as_json, make=make, whole=whole)
         if result.attrs.get("stopped"):
             raise KeyboardInterrupt
 

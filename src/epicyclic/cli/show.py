@@ -32,6 +32,9 @@ def show(
             help="Write this figure to -o FILE.svg, .png, .pdf or .html; a wrong one lists all.",
         ),
     ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Print every table with every row, also what its verb leaves out.")
+    ] = False,
     as_json: Json = False,
     output: Annotated[
         Path | None,
@@ -46,10 +49,12 @@ def show(
 ) -> None:
     """Print a saved result again as its verb did, draw its figures, convert it."""
     with reported():
-        _show(files, figure, as_json=as_json, output=output)
+        _show(files, figure, as_json=as_json, output=output, whole=everything)
 
 
-def _show(files: Sequence[str], figures: Sequence[str] | None, *, as_json: bool, output: Path | None) -> None:
+def _show(
+    files: Sequence[str], figures: Sequence[str] | None, *, as_json: bool, output: Path | None, whole: bool
+) -> None:
     several = len(files) > 1
     if several and as_json:
         raise ModelError("goes with one result alone", path="--json", given=", ".join(files))
@@ -58,7 +63,7 @@ def _show(files: Sequence[str], figures: Sequence[str] | None, *, as_json: bool,
     results = _loaded(files)
     kinds = [str(result.attrs.get("verb", "")) for result in results.values()]
     require_output(output, figures, kinds, as_json=as_json)
-    put(results, output=output, figures=figures, as_json=as_json, computed=False)
+    put(results, output=output, figures=figures, as_json=as_json, computed=False, whole=whole)
 
 
 def _loaded(files: Sequence[str]) -> dict[str, xr.Dataset]:

@@ -163,8 +163,8 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
     """Write a Dataset by the suffix of the file, as ``-o`` does.
 
     ``.nc`` netCDF-4 and ``.json`` `Dataset.to_dict()` reopen with `load_result`; ``.csv`` in long form and ``.xlsx``
-    are for other programs (`tables_out`).  Complex variables of the first two become a trailing ``part`` dimension (real,
-    imaginary).  The file appears whole or not at all; one that reopens ends with a digest of what is in it.
+    are for other programs (`tables_out`).  Complex variables of the first two become a trailing ``part`` dimension
+    (real, imaginary).  The file appears whole or not at all; one that reopens ends with a digest of what is in it.
 
     Raises
     ------

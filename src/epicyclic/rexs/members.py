@@ -12,6 +12,7 @@ from .gear_tables import GearFacts, gear_facts, material_of
 from .places import PartFrame, Places, Vector, along, minus
 from .solids import Inertia, SolidSection, inertia_of
 from .stages import StageParts, planetary_stages
+from .units import shown
 from .view import View
 
 __all__ = ["GearUnit", "StageMember", "gear_place", "mass_table", "unit_of"]
@@ -219,16 +220,16 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
             return _cheeks(unit, member, pin_radius)
     else:
         body, table = _gear_body(unit, member, sections)
-        if not sections:
-            if not any(one.mass for one in extra):
-                return table
-        sections = [*sections, *body]
+        if not sections and not any(one.mass for one in extra):
+            return table
+        if sections:  # a shaft without sections is lumped: its additional masses are all of it
+            sections = [*sections, *body]
     total = inertia_of(sections)
     mass = total.mass + sum(one.mass for one in extra)
     polar = total.polar + sum(one.polar for one in extra)
     tilt = total.tilt + sum(one.tilt for one in extra)
     if mass > 0:
-        table |= {"mass": f"{mass:.9g} kg", "inertia": f"{polar:.9g} kg m^2", "tilt_inertia": f"{tilt:.9g} kg m^2"}
+        table |= _stated(Inertia(mass, polar, tilt), extra, lumped=not sections)
         ids = ", ".join(map(str, own))
         unit.view.read(own[0], "sections", f"{member.path}.mass", f"{mass:.6g} kg, from the sections of {ids}")
     return table
@@ -385,8 +386,13 @@ def _cheeks(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
         )
         for key in ("mass", "inertia", "tilt_inertia"):
             unit.view.assume(member.parts[0], key, f"{member.path}.{key}", reason)
-    return {
-        "mass": f"{total.mass:.9g} kg",
-        "inertia": f"{total.polar:.9g} kg m^2",
-        "tilt_inertia": f"{total.tilt:.9g} kg m^2",
-    }
+    return _stated(total, extra, lumped=any(one.mass for one in extra))
+
+
+def _stated(total: Inertia, extra: Sequence[Inertia], *, lumped: bool) -> Table:
+    """Mass and inertias as texts: nine digits of what was integrated, all digits of what additional masses state."""
+    write = shown if lumped else lambda value: f"{value:.9g}"
+    table: Table = {"mass": f"{write(total.mass)} kg", "inertia": f"{write(total.polar)} kg m^2"}
+    if not lumped or any(one.tilt for one in extra):  # not stated: the model asks for it where a member tilts
+        table["tilt_inertia"] = f"{write(total.tilt)} kg m^2"
+    return table

@@ -21,8 +21,8 @@ from .figures.style import template
 
 __all__ = ["Page", "finding_list", "html_table", "html_warning", "packed", "plotly_blob", "resource"]
 
-# of zlib: the largest block, plotly.js, takes 0.2 s and is a third of a per cent larger than at level 9
-_LEVEL = 8
+# of zlib: the largest block, plotly.js, takes 0.15 s, half of level 9, and is half a per cent larger
+_LEVEL = 6
 # Letters from which the text of a cell is a sentence: names of meshes and energies have fewer.
 _SENTENCE = 44
 _CODE = re.compile(r"^(.*) \[([a-z][a-z0-9-]*)\]$", re.DOTALL)

@@ -66,6 +66,7 @@ FIGURES: Mapping[str, Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "train_contact": {"faces": _ALONE, "factors": _ALONE},
         "transient": {"transient": _ALONE, "spectrogram": _ALONE},
         "audit": {},
+        "matrices": {},
         "study": {"study": _ALONE},
     }
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, wraps
 from importlib import import_module
 from inspect import Parameter, signature
@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_o
 from ..errors import ModelError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import xarray as xr
 
 __all__ = [
@@ -84,6 +86,7 @@ class Verb:
     in_report : place in the order in which a report runs verbs; 0: not part of a report.
     examples : keywords of short runs of a ready drive, which give each of the kinds; pages and tests take them.
     model_text : text of a model file made of a result, where the verb proposes a model.
+    writers : suffix -> function that writes a result to such a file, beside the formats of all results.
     """
 
     run: Callable[..., xr.Dataset]
@@ -92,6 +95,7 @@ class Verb:
     in_report: int = 0
     examples: tuple[Mapping[str, Any], ...] = (MappingProxyType({}),)
     model_text: Callable[[xr.Dataset], str] | None = None
+    writers: Mapping[str, Callable[[xr.Dataset, Path], Path]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def name(self) -> str:

@@ -26,7 +26,7 @@ STUDIES = ("support stiffness", "run-out")
 TO_MODES = "sweep to the modes"
 # Speeds of the sweeps of a report, about operation and to the modes: with several mesh frequencies, whose balance takes
 # 20 ms a speed and more, a second each.
-_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (45, 35)
+_POINTS, _POINTS_OF_MANY_TONES = (200, 200), (40, 25)
 # Points of a curve over support stiffness and over run-out, a point taking up to a tenth of a second: bends still show.
 _STUDY_POINTS = (7, 4)
 # Samples of tolerances in a report: quantiles to some thousandths, with what buys what in a second.

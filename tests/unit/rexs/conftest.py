@@ -244,7 +244,7 @@ def small_unit() -> Draft:
             **at(100.0, v, w),
             radial_stiffness=(4e8 + 1e7 * i, "N / m"),
             axial_stiffness=(1e20, "N / m"),
-            bending_stiffness=(0.0, "N mm / rad"),
+            bending_stiffness=(1e9, "N mm / rad"),
         )
         for m, turned in ((n + 5, 0), (n + 6, 180)):
             d.add(

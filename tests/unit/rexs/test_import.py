@@ -119,6 +119,13 @@ def test_nested_frames_of_position(draft: Any) -> None:
     assert imported(draft).document == plain
 
 
+def test_a_place_in_a_displaced_frame(draft: Any) -> None:
+    draft.add(5, "assembly_group", "Frame", support_vector=([-200.0, 0.0, 0.0], "mm"))
+    draft.values(33)["support_vector"] = ([150.0, 0.0, 0.0], "mm")  # at u = -50 mm, as before
+    draft.values(33)["reference_component_for_position"] = (5, "none")
+    assert stage_of(imported(draft))["carrier"]["support"]["bearing33"]["at"] == "-150 mm"
+
+
 def test_references_in_a_circle_are_refused(draft: Any) -> None:
     draft.values(10)["reference_component_for_position"] = (11, "none")
     draft.values(11)["reference_component_for_position"] = (10, "none")
@@ -162,6 +169,27 @@ def test_masses_by_hand(draft: Any) -> None:
     # the plate lies from 50 to 70 mm, the planets at 100 mm: its middle 40 mm from the centre of the carrier
     tilt = plate * ((0.3**2 + 0.06**2) / 16 + 0.02**2 / 12 + 0.04**2)
     assert number(stage["carrier"]["tilt_inertia"]) == pytest.approx(tilt, rel=1e-8)
+
+
+def test_a_tapered_shaft_against_z(draft: Any) -> None:
+    """A cone of the sun shaft, thick at its begin: along -z that end is at the gear."""
+    draft.values(10)["u_axis_vector"] = ([-1.0, 0.0, 0.0], "mm")
+    draft.values(10)["support_vector"] = ([200.0, 0.0, 0.0], "mm")
+    draft.components[12] = ("shaft_section", "", {
+        "length": (60.0, "mm"),
+        "outer_diameter_begin": (60.0, "mm"),
+        "outer_diameter_end": (0.0, "mm"),
+        "u_coordinate_on_shaft": (100.0, "mm"),
+    })  # fmt: skip
+    sun = stage_of(imported(draft))["sun"]
+    cone = RHO * math.pi * 0.06**2 / 12 * 0.06
+    reference = 0.096 / math.cos(math.radians(15))
+    gear = RHO * math.pi / 4 * (reference**2 - 0.06**2) * 0.05
+    assert number(sun["mass"]) == pytest.approx(cone + gear, rel=1e-8)
+    # about its base, which is at the middle of the gear: a cone has m (3 r^2 / 20 + h^2 / 10)
+    tilt = cone * (3 * 0.03**2 / 20 + 0.06**2 / 10)
+    tilt += gear * (3 * (reference**2 + 0.06**2) / 4 + 0.05**2) / 12
+    assert number(sun["tilt_inertia"]) == pytest.approx(tilt, rel=1e-7)
 
 
 def test_pins_and_density_that_is_not_given(draft: Any) -> None:
@@ -210,7 +238,11 @@ def test_bearings_and_couplings(draft: Any) -> None:
         "bearing33": {"at": "-150 mm", "radial": "6e8 N/m", "z": "3e8 N/m", "tilt": 0},
         "bearing34": {"at": "-60 mm", "radial": "6e8 N/m", "z": 0, "tilt": 0},  # takes up no axial force
     }
-    assert stage["planet"]["bearing"] == {"radial": ["4e8 N/m", "4.1e8 N/m", "4.2e8 N/m"], "z": math.inf, "tilt": 0}
+    assert stage["planet"]["bearing"] == {
+        "radial": ["4e8 N/m", "4.1e8 N/m", "4.2e8 N/m"],
+        "z": math.inf,
+        "tilt": "1e6 N m/rad",
+    }
     ring = {"at": "10 mm", "radial": "1e9 N/m", "z": "2e9 N/m", "tilt": "5e6 N m/rad", "rz": "3e7 N m/rad"}
     assert stage["ring"]["support"] == ring
     assert found.document["operation"]["held"] == ["ring"]  # type: ignore[index]
@@ -457,6 +489,10 @@ def test_a_herringbone_stage_of_two_gears_each(draft: Any) -> None:
     assert [stage[name]["teeth"] for name in ("sun", "planet", "ring")] == [24, 30, 84]
     assert "station" not in stage["sun"]
     epicyclic.load(dict(imported(draft).document))
+    for gear in (11, 21, 101, 201, 301):  # the halves the other way round: the left one counts, not the first id
+        left, right = draft.values(gear), draft.values(gear + 5000)
+        left["support_vector"], right["support_vector"] = right["support_vector"], left["support_vector"]
+    assert stage_of(imported(draft))["sun"]["hand"] == "left"
 
 
 def test_stepped_planets(draft: Any) -> None:

@@ -43,23 +43,23 @@ def test_companions_are_verbs() -> None:
     assert needed <= set(verbs())
 
 
+def drawn(name: str, *results: xr.Dataset) -> bool:
+    """Whether the figure is there; a result may lack the variables of one."""
+    try:
+        return isinstance(plot(name, *results), go.Figure)
+    except ModelError as error:
+        return not error.problem.startswith("this result has nothing")
+
+
 def test_every_figure_of_made_up_results_is_found_by_its_name(ren: dict[str, xr.Dataset]) -> None:
     results = {str(one.attrs.get("verb", name)): one for name, one in ren.items()}
-    drawn = 0
-    for kind, result in results.items():
-        if not result.attrs.get("verb"):
-            continue
-        for name in figure_names(kind):
-            needed = companions(kind, name)
-            if set(needed) <= set(results):
-                try:
-                    figure = plot(name, result, *(results[one] for one in needed))
-                except ModelError as error:
-                    assert "nothing to draw" in error.problem
-                    continue
-                assert isinstance(figure, go.Figure)
-                drawn += 1
-    assert drawn >= 8
+    found = [
+        drawn(name, result, *(results[one] for one in companions(kind, name)))
+        for kind, result in results.items()
+        for name in figure_names(kind)
+        if result.attrs.get("verb") and set(companions(kind, name)) <= set(results)
+    ]
+    assert sum(found) >= 8
 
 
 def test_the_figure_is_that_of_the_report() -> None:

@@ -35,6 +35,7 @@ __all__ = [
     "company_of",
     "findings_of",
     "front_of",
+    "has_view",
     "headline_of",
     "key_figures_of",
     "kind_of",

@@ -54,7 +54,8 @@ def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None 
 
     Raises
     ------
-    ModelError : the model is wrong, planets that mesh with each other, a file that cannot be written.
+    ModelError : the model is wrong; planets that mesh with each other; gears that do not fit their places; a file that
+        cannot be written.
     """
     encoding = encoding_of(path)
     found = rexs_of(train_of(source, overrides=overrides), date=_date(source))
@@ -86,7 +87,7 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
 
     Raises
     ------
-    ModelError : planets that mesh with each other.
+    ModelError : planets that mesh with each other; gears that do not fit their places.
     """
     _check(train)
     draft = Draft()
@@ -125,11 +126,18 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
 
 def _check(train: Train) -> None:
     """Raise ModelError for what would be read as another train."""
-    kinds = {body.name: body.kind for body in train.bodies}
+    bodies = {body.name: body for body in train.bodies}
     for mesh in train.meshes:
-        if kinds[mesh.a] == kinds[mesh.b] == "planet":
+        if bodies[mesh.a].kind == bodies[mesh.b].kind == "planet":
             problem = "planets that mesh with each other: the format has no place for which of them is in which branch"
             raise ModelError(problem, path=mesh.pair, allowed="planets that mesh with sun and ring")
+        distance = math.dist(bodies[mesh.a].centre, bodies[mesh.b].centre)
+        worked = mesh.radius_b - mesh.radius_a if mesh.internal else mesh.radius_a + mesh.radius_b
+        # far above rounding, far below any tolerance of a centre distance
+        if abs(distance - worked) > 1e-6 * distance:
+            problem = f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm"
+            given = f"{distance * 1e3:.7g} mm"
+            raise ModelError(problem, path=f"{mesh.pair}.centre_distance", given=given, allowed="one geometry of all gears")
 
 
 def _carriers(train: Train, draft: Draft, stages: Mapping[str, int]) -> dict[str, int]:
