@@ -19,7 +19,7 @@ from ..verbs.record import verbs
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
-from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
+from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
 from .explain import explain
 from .export import export
 from .import_rexs import import_rexs
