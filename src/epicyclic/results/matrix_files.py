@@ -7,8 +7,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..errors import ModelError
 from .whole_file import whole_file
 
@@ -37,6 +35,8 @@ def save_matrices(result: xr.Dataset, path: str | Path) -> Path:
     kind = target.suffix.lower()
     if kind not in MATRIX_FILES:
         raise ModelError("no such kind of file", path="path", given=target.name, allowed=" or ".join(MATRIX_FILES))
+    import numpy as np  # heavy: every command imports this file
+
     arrays: dict[str, Any] = {}
     for key, variable in result.variables.items():
         name = _valid(str(key))
@@ -51,6 +51,8 @@ def save_matrices(result: xr.Dataset, path: str | Path) -> Path:
 
 
 def _npz(arrays: dict[str, Any]) -> bytes:
+    import numpy as np
+
     content = BytesIO()
     np.savez_compressed(content, **arrays)
     return content.getvalue()
