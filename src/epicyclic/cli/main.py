@@ -20,12 +20,11 @@ from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
 from .console import on_stdout, open_streams, parsed_overrides, reported, target_of
-from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
 from .explain import explain
-from .console import on_stdout, open_streams, parsed_overrides, progress_bar, reported, require_stdout, target_of
 from .export import export
 from .import_rexs import import_rexs
 from .new import new
+from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
 from .output import figure_option
 from .report import report
 from .show import show
