@@ -24,7 +24,6 @@ from .explain import explain
 from .export import export
 from .import_rexs import import_rexs
 from .new import new
-from .console import on_stdout, open_streams, parsed_overrides, reported, require_stdout, target_of
 from .output import figure_option
 from .report import report
 from .show import show
