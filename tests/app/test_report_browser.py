@@ -273,8 +273,12 @@ def test_on_paper_everything_is_open_and_whole(browser: Any, crowded_path: Path)
         "() => [...document.querySelectorAll('main table, main figure, main pre, .plotly-graph-div .main-svg')]"
         ".filter(one => one.getBoundingClientRect().right > 682).map(one => one.outerHTML.slice(0, 80))"
     )
+    tall = opened.page.evaluate(
+        "() => [...document.querySelectorAll('figure')].map(one => one.getBoundingClientRect().height)"
+    )
     opened.page.close()
     assert wide == []
+    assert max(tall) < 990  # [px] of A4 between its margins: a figure is not cut
     assert [round(float(side)) for side in reader.pages[0].mediabox[2:]] == [595, 842]
     pages = [page.extract_text() for page in reader.pages]
     assert all(f"{place} / {len(pages)}" in text for place, text in enumerate(pages, start=1))

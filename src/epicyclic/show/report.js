@@ -2,7 +2,9 @@
 // out on paper before it is printed.
 (() => {
   "use strict";
-  const PAPER = 680; // width of the text on A4 with the margins of report.css [px]
+  // width of the text on A4 with the margins of report.css, and height of a figure that leaves room for its heading and
+  // caption [px]
+  const PAPER = 680, TALL = 860;
   const night = window.matchMedia("(prefers-color-scheme: dark)");
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
   let book = null, printing = false;
@@ -55,6 +57,9 @@
     if (!layout.template || !Object.keys(layout.template).length) layout.template = coloured(book.template);
     layout.autosize = !printing;
     layout.width = printing ? Math.min(PAPER, div.clientWidth || PAPER) : undefined;
+    const tall = figure.layout.height || 420;
+    layout.height = printing ? Math.min(TALL, tall) : tall;
+    div.style.height = `${layout.height}px`;
     div.dataset.drawn = dark() ? "dark" : "light";
     const config = { responsive: true, displaylogo: false, displayModeBar: printing ? false : "hover" };
     Plotly.react(div, { data, layout, frames, config });

@@ -12,7 +12,7 @@ from .summaries import ModeGroup, mesh_tones, mode_groups
 __all__ = ["frequencies"]
 
 # Width of the plot on the narrowest page that names must have room on, 900 px with the names of tones beside it.
-_NARROW = 650.0  # [px]
+_NARROW = 590.0  # [px]
 
 
 def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure:

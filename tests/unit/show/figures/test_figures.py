@@ -302,7 +302,7 @@ def test_numbers_of_natural_frequencies_do_not_collide(ren: Datasets) -> None:
     assert sum(len(trace.text) for trace in heads) == hertz.size
     close = [text for trace in heads for x, text in zip(trace.x, trace.text, strict=True) if x <= 6 and text]
     assert len(close) <= 4  # six numbers of 30 px at one height in 170 px
-    assert written > hertz.size // 2
+    assert written > 0.4 * hertz.size  # 23 px of digits on 21 px a mode of a page of 900 px: every second one
 
 
 def test_names_of_rays_and_mesh_frequencies_have_room(ren: Datasets) -> None:
