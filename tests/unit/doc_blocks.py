@@ -91,19 +91,19 @@ def _command(words: Sequence[str]) -> str:
     from epicyclic.cli.main import app
 
     assert words[0] == "epicyclic", f"{' '.join(words)}: only commands of the package run here; mark the block"
-    out, err, status = io.BytesIO(), io.BytesIO(), 0  # some commands write bytes, as to a terminal
-    with contextlib.redirect_stdout(_text(out)), contextlib.redirect_stderr(_text(err)):
+    out, err, status = _stream(), _stream(), 0  # with bytes below, which some commands write
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             app(list(words[1:]))
         except SystemExit as stop:
             status = int(stop.code or 0)
-    told = err.getvalue().decode("utf-8")
+    printed, told = (one.detach().getvalue().decode("utf-8") for one in (out, err))
     assert status == 0, f"{' '.join(words)}: exit status {status}\n{told[-2000:]}"
-    return out.getvalue().decode("utf-8") + told
+    return printed + told
 
 
-def _text(target: io.BytesIO) -> io.TextIOWrapper:
-    return io.TextIOWrapper(target, encoding="utf-8", write_through=True)
+def _stream() -> io.TextIOWrapper[io.BytesIO]:
+    return io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
 
 
 def missing_lines(shown: str, printed: str) -> list[str]:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "counted_warnings",
     "show",
     "show_pairs",
     "show_table",

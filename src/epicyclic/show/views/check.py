@@ -138,7 +138,8 @@ def headline(result: xr.Dataset) -> str:
     driven = min(turning, key=lambda one: np.nan_to_num(one.power), default=None)
     said = []
     if driving is not None and driven is not None and driving.power > 0 > driven.power:
-        said.append(f"ratio {engineering(driving.speed / driven.speed)}")
+        ratio = driving.speed / driven.speed
+        said.append(f"ratio {engineering(ratio)}" if abs(ratio) >= 1 else f"ratio 1 : {engineering(1 / ratio)}")
         said.append(f"{engineering(driving.power / 1e3)} kW")
         said.append(f"{_turns(driving)} drives {_turns(driven)}")
     elif turning:
