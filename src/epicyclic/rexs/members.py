@@ -15,7 +15,7 @@ from .stages import StageParts, planetary_stages
 from .units import shown
 from .view import View
 
-__all__ = ["GearUnit", "StageMember", "gear_place", "mass_table", "unit_of"]
+__all__ = ["GearUnit", "StageMember", "gear_place", "is_lumped", "mass_table", "unit_of"]
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
@@ -233,6 +233,11 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
         ids = ", ".join(map(str, own))
         unit.view.read(own[0], "sections", f"{member.path}.mass", f"{mass:.6g} kg, from the sections of {ids}")
     return table
+
+
+def is_lumped(unit: GearUnit, shaft: int) -> bool:
+    """Whether a shaft has no sections but additional masses, which are then all of its mass."""
+    return not _stretches(unit, shaft) and bool(unit.view.parts(shaft, "additional_mass"))
 
 
 def _bodies(unit: GearUnit, member: StageMember) -> list[int]:
