@@ -64,7 +64,20 @@ NASTY: tuple[Any, ...] = (
     *("nan", "inf", "-inf", "1e400", "-1e308", "1e-320", "0", "-1", "", " ", "true", "false", "NaN", "Infinity"),
     *("9" * 400, "9" * 5000, "1" * 19, "0x10", "1_000", "1,5", "1.6580", "+5", ".", "e5", "--1", "1e", "\u0661\u0662"),
     *("\x00", "\u2028", "\ud800", "\ufffe", "<", "&lol;", "]]>", "../../etc/passwd", "file:///etc/passwd", "=cmd()"),
-    *("custom_x", "mm", "none", "deg", "N / (mm mum)", "\u00b0", "furlong", "1e20", "5e-324", "a" * 10000, "%s%n", "{}"),
+    *(
+        "custom_x",
+        "mm",
+        "none",
+        "deg",
+        "N / (mm mum)",
+        "\u00b0",
+        "furlong",
+        "1e20",
+        "5e-324",
+        "a" * 10000,
+        "%s%n",
+        "{}",
+    ),
 )
 _JSON_NASTY: tuple[Any, ...] = (
     *(None, True, False, 0, -1, 1e308, -1e308, 10**30, 10**400, 2**63, 0.5, 1e-320, [], {}, [[]], [None], [{}]),
@@ -237,7 +250,9 @@ def _valued(chance: random.Random, root: ElementTree.Element) -> None:
     """Values of attributes replaced: numbers, units, arrays of other sizes, coded arrays."""
     element = chance.choice(list(root.iter("attribute")))
     kind = chance.randrange(4)
-    safe = [text for text in NASTY if isinstance(text, str) and re.fullmatch(r"[\t\n\r\x20-\ud7ff\ue000-\ufffd]*", text)]
+    safe = [
+        text for text in NASTY if isinstance(text, str) and re.fullmatch(r"[\t\n\r\x20-\ud7ff\ue000-\ufffd]*", text)
+    ]
     if kind == 0:
         element.text = chance.choice(safe)
     elif kind == 1:
@@ -283,7 +298,9 @@ def _entities(chance: random.Random, raw: bytes) -> bytes:
 def _encoded(chance: random.Random, raw: bytes) -> bytes:
     """Another encoding than the one that stands in the head, or a head of another one."""
     text = raw.decode("utf-8")
-    name = chance.choice(("utf-16", "utf-32", "latin-1", "utf-7", "cp037", "utf-8-sig", "idna", "punycode", "x", "zlib"))
+    name = chance.choice(
+        ("utf-16", "utf-32", "latin-1", "utf-7", "cp037", "utf-8-sig", "idna", "punycode", "x", "zlib")
+    )
     if chance.random() < 0.5:
         return raw.replace(b'encoding="UTF-8"', f'encoding="{name}"'.encode(), 1)
     try:
@@ -294,7 +311,9 @@ def _encoded(chance: random.Random, raw: bytes) -> bytes:
 
 def _many(chance: random.Random, raw: bytes) -> bytes:
     """Very many elements of one kind."""
-    kind = chance.choice((b'<component id="%d" type="shaft"/>', b'<component id="%d" type="planetary_stage"/>', b"<c>%d</c>"))
+    kind = chance.choice(
+        (b'<component id="%d" type="shaft"/>', b'<component id="%d" type="planetary_stage"/>', b"<c>%d</c>")
+    )
     count = chance.choice((1000, 20_000, 400_000))
     return raw.replace(b"</components>", b"".join(kind % (1000 + i) for i in range(count)) + b"</components>", 1)
 
@@ -367,7 +386,17 @@ def _json_doubled(chance: random.Random, nodes: list[tuple[Any, Any]]) -> None:
 def _json_renamed(chance: random.Random, nodes: list[tuple[Any, Any]]) -> None:
     tables = [(table, key) for table, key in nodes if isinstance(table, dict)]
     table, key = chance.choice(tables)
-    names = ("id", "unit", "type", "refs", "attributes", "floating_point_array_coded", "integer_matrix_coded", "string", "x")
+    names = (
+        "id",
+        "unit",
+        "type",
+        "refs",
+        "attributes",
+        "floating_point_array_coded",
+        "integer_matrix_coded",
+        "string",
+        "x",
+    )
     table[chance.choice(names)] = table.pop(key)
 
 
@@ -436,7 +465,18 @@ def _packed(entries: Sequence[tuple[str, bytes]], method: int = zipfile.ZIP_DEFL
 
 def _zip_names(chance: random.Random, raw: bytes) -> bytes:
     """Names that leave the folder, several files, folders, names without end."""
-    names = ("../a.rexs", "/etc/passwd", "..\\a.rexs", "C:\\a.rexs", "a/../../b", "", "a" * 60_000, "\x00", "x/", "a.rexs")
+    names = (
+        "../a.rexs",
+        "/etc/passwd",
+        "..\\a.rexs",
+        "C:\\a.rexs",
+        "a/../../b",
+        "",
+        "a" * 60_000,
+        "\x00",
+        "x/",
+        "a.rexs",
+    )
     count = chance.choice((0, 1, 1, 1, 2, 100))
     return _packed([(f"{chance.choice(names)}{i or ''}", raw) for i in range(count)])
 
@@ -448,7 +488,9 @@ def _zip_methods(chance: random.Random, raw: bytes) -> bytes:
 def _zip_bomb(chance: random.Random, raw: bytes) -> bytes:
     """Much in little: blanks, zeros, a zip within a zip, a size in the head that is not that of the content."""
     size = chance.choice((1_000_000, 15_000_000, 40_000_000))
-    content = chance.choice((raw[:200] + b" " * size, b"\x00" * size, raw.replace(b"<components>", b"<components>" + b"<c/>" * 100_000)))
+    content = chance.choice(
+        (raw[:200] + b" " * size, b"\x00" * size, raw.replace(b"<components>", b"<components>" + b"<c/>" * 100_000))
+    )
     packed = _packed([("a.rexs", content)])
     return chance.choice((packed, _packed([("a.rexsz", packed)]), _lying(chance, packed)))
 
@@ -461,7 +503,9 @@ def _lying(chance: random.Random, packed: bytes) -> bytes:
         at = packed.find(mark)
         if at >= 0 and chance.random() < 0.6:
             place = at + chance.choice(fields)
-            new = chance.choice((b"\xff\xff\xff\xff", b"\x00\x00\x00\x00", chance.randbytes(4), b"\x01\x00", b"\x64\x00\x00\x00"))
+            new = chance.choice(
+                (b"\xff\xff\xff\xff", b"\x00\x00\x00\x00", chance.randbytes(4), b"\x01\x00", b"\x64\x00\x00\x00")
+            )
             changed[place : place + len(new)] = new
     return bytes(changed)
 

@@ -57,7 +57,9 @@ def installed(built: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory
     home = tmp_path_factory.mktemp("environment")
     venv.create(home)
     python = home / "bin" / "python"
-    done = ran(sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index", built[0])
+    done = ran(
+        sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index", built[0]
+    )
     assert done.returncode == 0, done.stderr
     (site,) = home.glob("lib/python*/site-packages")
     (site / "dependencies.pth").write_text(f"{sysconfig.get_paths()['purelib']}\n", encoding="utf-8")

@@ -16,7 +16,7 @@ from .stages import StageParts, planetary_stages
 from .units import shown
 from .view import View
 
-__all__ = ["GearUnit", "StageMember", "body_tables", "gear_place", "mass_table", "unit_of"]
+__all__ = ["GearUnit", "StageMember", "body_tables", "gear_place", "is_lumped", "mass_table", "unit_of"]
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
@@ -290,6 +290,11 @@ def body_tables(unit: GearUnit) -> Table:
         for part in parts:
             unit.view.read(part, "sections", f"bodies.{name}", f"{total.mass:.6g} kg, a body between members")
     return tables
+
+
+def is_lumped(unit: GearUnit, shaft: int) -> bool:
+    """Whether a shaft has no sections but additional masses, which are then all of its mass."""
+    return not _stretches(unit, shaft) and bool(unit.view.parts(shaft, "additional_mass"))
 
 
 def _bodies(unit: GearUnit, member: StageMember) -> list[int]:

@@ -7,7 +7,7 @@ import math
 from ..errors import ModelError
 from .gear_tables import gear_table
 from .link_tables import planet_bearings, support_table
-from .members import GearUnit, StageMember, gear_place, mass_table
+from .members import GearUnit, StageMember, gear_place, is_lumped, mass_table
 from .places import Vector, along, cross, minus
 from .stages import StageParts
 from .units import Number, shown
@@ -238,6 +238,10 @@ def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float
         table["kind"] = member.kind
     if member.name == "planet2":
         table["on"] = "planet"
+        if is_lumped(unit, member.parts[0]):
+            table |= {"mass": "0 kg", "inertia": "0 kg m^2", "tilt_inertia": "0 kg m^2"}
+            reason = "in the mass of their shaft, which stands with the first gear"
+            unit.view.assume(member.gears[0], "mass", f"{member.path}.mass", reason)
     else:
         table |= mass_table(unit, member, pins)
     if member.kind == "planet":

@@ -116,10 +116,13 @@ def _matrix(values: Sequence[Value], shape: tuple[object, object], attribute: st
         columns = len(values) // rows if rows else 0
     elif rows is None:
         rows = len(values) // columns if columns else 0
-    if rows is None or columns is None or min(rows, columns) < 0 or rows * columns != len(values):
+    # rows without columns would fit no values, a thousand million of them too
+    counts = () if rows is None or columns is None else (rows, columns)
+    if not counts or min(counts) < 0 or max(counts) > len(values) or math.prod(counts) != len(values):
         problem = f"{len(values)} values do not fill the matrix"
         raise ModelError(problem, path=attribute, given=list(shape), allowed="rows and columns that fit")
-    return tuple(tuple(values[row * columns : (row + 1) * columns]) for row in range(rows))
+    height, width = counts
+    return tuple(tuple(values[row * width : (row + 1) * width]) for row in range(height))
 
 
 def _whole(size: object) -> int | None:

@@ -307,3 +307,13 @@ def test_control_characters_do_not_pass() -> None:
 def test_names_of_files() -> None:
     assert all(map(is_rexs_name, ("a.rexs", "a.REXS", "a.rexsj", "a.rexsz", "a.rexs.xml", "a.rexs.json", "a.rexs.zip")))
     assert not any(map(is_rexs_name, ("a.toml", "rexs", "a.json", "rexs.toml")))
+
+
+@pytest.mark.parametrize("size", ['rows="1000000000"', 'columns="1000000000"', 'rows="1000000000" columns="0"'])
+def test_a_matrix_of_many_empty_rows_is_refused(size: str) -> None:
+    raw = (
+        '<model version="1.6"><relations/><components><component id="1" type="shaft">'
+        f'<attribute id="a" unit="mm"><matrix code="int32" {size}></matrix></attribute></component></components></model>'
+    )
+    with pytest.raises(ModelError, match="do not fill"):
+        read_rexs_file(raw.encode())

@@ -158,7 +158,11 @@ def _shaft(train: Train, draft: Draft, shaft: ShaftPart, unit: int) -> int:
     attributes: Attributes = {**place(shaft.start, *shaft.first.centre), **speed_of(train, shaft)}
     number = draft.add("shaft", shaft.name, attributes)
     draft.relate("assembly", assembly=unit, part=number)
-    if shaft.mass > 0 or shaft.inertia > 0:
+    for body in shaft.bodies:
+        if not (math.isfinite(body.mass) and math.isfinite(body.inertia)):
+            where = f"stages.{body.member}" if "." in body.member else f"bodies.{body.member}"
+            draft.drop(f"{where}.mass", "not in the model: the file has none either")
+    if shaft.mass > 0 and math.isfinite(shaft.inertia):
         tilt = shaft.tilt_inertia if math.isfinite(shaft.tilt_inertia) else None
         mass: Attributes = {
             "u_coordinate_on_shaft": (in_unit(shaft.station - shaft.start, 1e-3), "mm"),

@@ -53,8 +53,15 @@ class ShaftPart:
 
     @property
     def station(self) -> float:
-        """Axial place of the middle of its bodies [m]."""
-        return math.fsum(body.station for body in self.bodies) / len(self.bodies)
+        """Axial place about which its tilt inertia counts [m]: between the halves of a member, else at its first gear."""
+        return _middle(self.bodies)
+
+
+def _middle(bodies: tuple[Body, ...]) -> float:
+    """Axial place between the halves of a member, else of the first body [m]."""
+    first = bodies[0]
+    alike = [body.station for body in bodies if body.member == first.member]
+    return math.fsum(alike) / len(alike)
 
 
 def shafts_of(train: Train, draft: Draft) -> tuple[ShaftPart, ...]:
@@ -83,6 +90,10 @@ def shafts_of(train: Train, draft: Draft) -> tuple[ShaftPart, ...]:
     groups: dict[str, list[Body]] = {}
     for body in train.bodies:
         groups.setdefault(root(body.name), []).append(body)
+    for bodies in groups.values():
+        for other in bodies:
+            if other.member != bodies[0].member:
+                draft.drop(f"stages.{other.member}.mass", f"one mass in the file, with that of {bodies[0].member}")
     hands = _hands(train.meshes)
     return tuple(_shaft(tuple(bodies), hands) for bodies in groups.values())
 
@@ -114,8 +125,7 @@ def _gears(body: Body, hands: Mapping[Key, int]) -> list[GearPart]:
 
 def _shaft(bodies: tuple[Body, ...], hands: Mapping[Key, int]) -> ShaftPart:
     gears = tuple(sorted((g for body in bodies for g in _gears(body, hands)), key=lambda gear: gear.station))
-    middle = math.fsum(body.station for body in bodies) / len(bodies)
-    first = bodies[0]
+    middle, first = _middle(bodies), bodies[0]
     name = first.member if first.branch is None else f"{first.member} {first.branch}"
     ends = [gear.station - ((gear.body.gear.face_width if gear.body.gear else None) or 0.0) / 2 for gear in gears]
     return ShaftPart(
