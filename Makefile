@@ -9,7 +9,7 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
             $$p -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$p && break; done)
 REPORT := epicyclic-report.html
 
-OLDEST := unit/test_results.py unit/test_cli_help.py unit/show/test_terminal.py unit/verbs/test_help.py unit/model unit/system
+OLDEST := $(addprefix tests/unit/,test_results.py test_cli_help.py show/test_terminal.py verbs/test_help.py model system)
 
 .PHONY: demo test lint types pytest oldest bench figures docs clean help
 .DEFAULT_GOAL := help
@@ -48,8 +48,7 @@ figures: $(VENV)/.installed-dev
 oldest:
 	$(PYTHON) -m venv --clear .venv-oldest
 	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c constraints-oldest.txt . pytest hypothesis
-	cd tests && EPICYCLIC_OLDEST=1 OPENBLAS_NUM_THREADS=1 ../.venv-oldest/bin/python -m pytest -q -c ../pyproject.toml \
-	  -o pythonpath= --rootdir .. -p no:cacheprovider $(OLDEST)
+	OPENBLAS_NUM_THREADS=1 .venv-oldest/bin/python -m pytest -q -p no:cacheprovider $(OLDEST)
 
 docs: $(VENV)/.installed-dev
 	$(BIN)/python -m sphinx -q -W --keep-going -n -b html docs docs/_build/html

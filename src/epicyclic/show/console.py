@@ -7,10 +7,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table as RichTable
 from rich.text import Text
 
 from ..warning_codes import code_of
@@ -86,7 +85,7 @@ def show_table(table: Table, console: Console, *, whole: bool = False) -> None:
     for place, part in enumerate(found.parts):
         if place:
             console.print()
-        console.print(_rich_part(part), soft_wrap=True)
+        _print_part(part, console)
     _print_lines([line for text in found.more for line in wrapped(text, width, later="    ")], console, style="dim")
     for place, text in enumerate(table.notes, start=1):
         _print_lines(wrapped(text, width, first=f"{place:4}  ", later="      "), console)
@@ -97,23 +96,30 @@ def _print_lines(lines: Sequence[str], console: Console, style: str = "") -> Non
         console.print(line, markup=False, style=style, soft_wrap=True)
 
 
-def _rich_part(part: Sequence[TextColumn]) -> RichTable:
-    """A part of a table as rich draws it; its lines are broken already."""
-    drawn = RichTable(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, GAP - 1, 0, 0))
-    for one in part:
-        drawn.add_column(
-            escape("\n".join(one.heading)),
-            justify="right" if one.numeric else "left",
-            no_wrap=True,
-            min_width=one.width,
-        )
-    for row in zip(*(one.cells for one in part), strict=True):
-        drawn.add_row(*(_cell("\n".join(lines), tone) for lines, tone in row))
+def _print_part(part: Sequence[TextColumn], console: Console) -> None:
+    """Print a part of a table; its lines are broken already, and are the same with every version of rich."""
+    height = max(len(one.heading) for one in part)
+    for line in range(-height, 0):
+        row = [(one.heading[line] if len(one.heading) >= -line else "", "") for one in part]
+        console.print(_row(part, row, "bold"), soft_wrap=True)
+    console.print(Text("─" * (sum(one.width for one in part) + GAP * (len(part) - 1))), soft_wrap=True)
+    for cells in zip(*(one.cells for one in part), strict=True):
+        for line in range(max(len(lines) for lines, _ in cells)):
+            row = [(lines[line] if line < len(lines) else "", tone) for lines, tone in cells]
+            console.print(_row(part, row), soft_wrap=True)
+
+
+def _row(part: Sequence[TextColumn], row: Sequence[tuple[str, str]], style: str = "") -> Text:
+    """One line of a part, numbers to the right."""
+    drawn = Text(style=style)
+    for place, (one, (text, tone)) in enumerate(zip(part, row, strict=True)):
+        space = " " * max(one.width - cell_len(text), 0)
+        drawn.append(" " * GAP if place else "")
+        drawn.append(space if one.numeric else "")
+        drawn.append(text, style=_STYLES.get(tone, ""))
+        drawn.append("" if one.numeric else space)
+    drawn.rstrip()
     return drawn
-
-
-def _cell(text: str, tone: str) -> str:
-    return f"[{_STYLES[tone]}]{escape(text)}[/]" if tone else escape(text)
 
 
 def show_warnings(texts: Sequence[str], console: Console) -> None:

@@ -77,6 +77,8 @@ def test_no_word_is_broken(drive: str, width: int) -> None:
 
 @pytest.mark.parametrize(("verb", "place"), [one for one in EXAMPLES if one[0] != "study"])
 def test_no_word_of_any_verb_is_broken(verb: str, place: int) -> None:
+    if verb == "relief":
+        pytest.importorskip("pymoo")
     result = verbs()[verb].run("ren2021", **verbs()[verb].examples[place])
     for table in tables_of(result):
         for width in WIDTHS:
