@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 import typer.main
 from typer.testing import CliRunner
 
+from epicyclic.cli.console import progress_bar
 from epicyclic.cli.main import app
 from epicyclic.cli.panels import PANELS, panel_of
 
@@ -39,3 +41,14 @@ def test_lines_of_the_panels_are_short() -> None:
         for words in names.values():
             assert len(words) <= 76
             assert words.endswith(".")
+
+
+def test_a_share_is_told_now_and_then_without_a_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter([100.0, 130.0, *[190.0] * 3, 200.0])
+    monkeypatch.setattr("epicyclic.cli.console.time.monotonic", lambda: next(clock))
+    with progress_bar("sweep ren2021") as step:
+        for share in (0.1, 0.25, 0.3):
+            step(share)
+    assert capsys.readouterr().err.splitlines() == ["sweep ren2021: 25%, 90 s, 270 s left"]

@@ -18,7 +18,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-CONSUMER = ROOT / "tests" / "files" / "consumer.py"
+# no module: its errors of types are meant
+CONSUMER = ROOT / "tests" / "files" / "consumer.txt"
 # what the code reads beside its modules
 DATA = ("py.typed", "__init__.pyi", "references.bib", "show/report.css", "systems/ren2021.toml")
 
@@ -106,12 +107,19 @@ def test_the_installed_package_runs(installed: Path, tmp_path: Path) -> None:
 
 
 def test_the_consumer_runs(installed: Path, tmp_path: Path) -> None:
-    done = ran(installed, CONSUMER, cwd=tmp_path)
+    done = ran(installed, consumer(tmp_path), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     lowest, number = done.stdout.split()
     # Lin and Parker 1999, planar set of four planets, to their digits
     assert float(lowest) == pytest.approx(727.0, abs=1.0)
     assert number == PROJECT["project"]["version"]
+
+
+def consumer(folder: Path) -> Path:
+    """The script, where it leads to no checkout."""
+    target = folder / "consumer.py"
+    target.write_text(CONSUMER.read_text("utf-8"), encoding="utf-8")
+    return target
 
 
 def wrong_lines() -> set[int]:
@@ -121,7 +129,7 @@ def wrong_lines() -> set[int]:
 
 def test_mypy_sees_the_types_from_outside(installed: Path, tmp_path: Path) -> None:
     options = ("--strict", "--python-executable", str(installed), "--cache-dir", str(tmp_path / "cache"))
-    done = ran(sys.executable, "-m", "mypy", *options, "--follow-imports=silent", CONSUMER, cwd=tmp_path)
+    done = ran(sys.executable, "-m", "mypy", *options, "--follow-imports=silent", consumer(tmp_path), cwd=tmp_path)
     found = {int(line) for line in re.findall(r"consumer\.py:(\d+): error", done.stdout)}
     assert found == wrong_lines(), done.stdout + done.stderr
 
@@ -133,9 +141,7 @@ def test_pyright_sees_the_types_from_outside(installed: Path, tmp_path: Path) ->
         ready = False
     if not ready:
         pytest.skip("pyright cannot fetch its own runtime here")
-    target = tmp_path / CONSUMER.name
-    target.write_text(CONSUMER.read_text("utf-8"), encoding="utf-8")
-    done = ran(sys.executable, "-m", "pyright", "--pythonpath", installed, target, cwd=tmp_path)
+    done = ran(sys.executable, "-m", "pyright", "--pythonpath", installed, consumer(tmp_path), cwd=tmp_path)
     found = {int(line) for line in re.findall(r"consumer\.py:(\d+):\d+ - error", done.stdout)}
     assert found == wrong_lines(), done.stdout + done.stderr
 

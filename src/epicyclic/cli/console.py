@@ -253,7 +253,7 @@ class _Rate:
 
     def __init__(self) -> None:
         self.began: tuple[float, int] | None = None
-        self.told = time.monotonic()
+        self.started = self.told = time.monotonic()
 
     def words(self, done: Counted) -> str:
         """``, 37 of 128, 4.1 a second``."""
@@ -272,7 +272,7 @@ class _Rate:
 
 
 def _tell(title: str, done: str | float, rate: _Rate) -> None:
-    """A line for a named step, and for a count now and then."""
+    """A line for a named step, and for a count or a share now and then."""
     if isinstance(done, str):
         complain(f"{title}: {done}")
     elif isinstance(done, Counted):
@@ -280,3 +280,8 @@ def _tell(title: str, done: str | float, rate: _Rate) -> None:
         if time.monotonic() - rate.told >= _LINE:
             rate.told = time.monotonic()
             complain(f"{title}{words}{rate.left(done)}")
+    elif time.monotonic() - rate.told >= _LINE:
+        rate.told = time.monotonic()
+        spent = rate.told - rate.started
+        left = f", {spent / done * (1 - done):.0f} s left" if done > 0 else ""
+        complain(f"{title}: {done:.0%}, {spent:.0f} s{left}")

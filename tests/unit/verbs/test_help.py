@@ -42,7 +42,8 @@ def test_help_has_units_and_defaults(name: str) -> None:
 
 def test_annotations_stay_what_checkers_read() -> None:
     kind = epicyclic.modes.__annotations__["damped"]
-    assert get_origin(kind) is Annotated
+    origin: object = get_origin(kind)
+    assert origin is Annotated
     assert get_args(kind)[0] is bool
     assert str(signature(epicyclic.modes)).endswith(
         "damped: bool = False, band: float | str | None = None) -> xr.Dataset"
