@@ -9,12 +9,14 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
             $$p -c 'import sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$p && break; done)
 REPORT := epicyclic-report.html
 
-.PHONY: demo test lint types pytest bench figures docs clean help
+OLDEST := unit/test_results.py unit/test_cli_help.py unit/show/test_terminal.py unit/verbs/test_help.py unit/model unit/system
+
+.PHONY: demo test lint types pytest oldest bench figures docs clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n '1,/^$$/s/^# \{0,1\}//p' Makefile
-	@echo "also: make docs, make bench, make figures, make clean"
+	@echo "also: make oldest, make docs, make bench, make figures, make clean"
 
 demo: $(VENV)/.installed
 	$(BIN)/epicyclic report ren2021 -o $(REPORT)
@@ -42,12 +44,19 @@ figures: $(VENV)/.installed-dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/learn/make.py
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python docs/learn/draw_gallery.py
 
+# A plain installation with the oldest versions that pyproject.toml allows, in an environment of its own.
+oldest:
+	$(PYTHON) -m venv --clear .venv-oldest
+	.venv-oldest/bin/python -m pip install --quiet --disable-pip-version-check -c constraints-oldest.txt . pytest hypothesis
+	cd tests && EPICYCLIC_OLDEST=1 OPENBLAS_NUM_THREADS=1 ../.venv-oldest/bin/python -m pytest -q -c ../pyproject.toml \
+	  -o pythonpath= --rootdir .. -p no:cacheprovider $(OLDEST)
+
 docs: $(VENV)/.installed-dev
 	$(BIN)/python -m sphinx -q -W --keep-going -n -b html docs docs/_build/html
 	@echo open docs/_build/html/index.html
 
 clean:
-	rm -rf $(VENV) docs/_build build dist src/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis figures $(REPORT)
+	rm -rf $(VENV) .venv-oldest docs/_build build dist src/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis figures $(REPORT)
 	find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 $(VENV)/.created:

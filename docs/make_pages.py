@@ -203,7 +203,12 @@ def commands_page() -> str:
 
     root = cast(Any, get_command(app))
     own = {name: one for name, one in root.commands.items() if name.replace("-", "_") not in verbs() and not one.hidden}
-    lines = [COMMANDS, "## Options of every verb", "", *_options_table(root.commands["modes"], only=_common(root)), ""]
+    common = _options_table(root.commands["modes"], only=_common(root))
+    common = [
+        re.sub(r"may be repeated: [\w, -]+\.", "may be repeated; the help of a verb names its own.", row)
+        for row in common
+    ]
+    lines = [COMMANDS, "## Options of every verb", "", *common, ""]
     for name, one in sorted(own.items()):
         lines += [f"## {name}", "", _sentence(one.help), "", f"`epicyclic {_usage(name, one)}`", ""]
         lines += [*_options_table(one), ""]

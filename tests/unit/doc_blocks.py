@@ -91,34 +91,19 @@ def _command(words: Sequence[str]) -> str:
     from epicyclic.cli.main import app
 
     assert words[0] == "epicyclic", f"{' '.join(words)}: only commands of the package run here; mark the block"
-    out, err, status = io.StringIO(), io.StringIO(), 0
-    with contextlib.redirect_stdout(_Stream(out)), contextlib.redirect_stderr(_Stream(err)):
+    out, err, status = _stream(), _stream(), 0  # with bytes below, which some commands write
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
             app(list(words[1:]))
         except SystemExit as stop:
             status = int(stop.code or 0)
-    assert status == 0, f"{' '.join(words)}: exit status {status}\n{err.getvalue()[-2000:]}"
-    return out.getvalue() + err.getvalue()
+    printed, told = (one.detach().getvalue().decode("utf-8") for one in (out, err))
+    assert status == 0, f"{' '.join(words)}: exit status {status}\n{told[-2000:]}"
+    return printed + told
 
 
-class _Stream(io.TextIOWrapper):
-    """A text stream over a `StringIO` that takes bytes too, as stdout does."""
-
-    def __init__(self, target: io.StringIO) -> None:
-        self._target = target
-        super().__init__(_Bytes(target), encoding="utf-8", write_through=True)
-
-
-class _Bytes(io.RawIOBase):
-    def __init__(self, target: io.StringIO) -> None:
-        self._target = target
-
-    def writable(self) -> bool:
-        return True
-
-    def write(self, data: Any) -> int:
-        self._target.write(bytes(data).decode("utf-8"))
-        return len(data)
+def _stream() -> io.TextIOWrapper[io.BytesIO]:
+    return io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
 
 
 def missing_lines(shown: str, printed: str) -> list[str]:

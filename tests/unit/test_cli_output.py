@@ -6,12 +6,13 @@ import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import openpyxl
 import pandas as pd
 import pytest
 import xarray as xr
+from kaleido import _page_generator
 
 import epicyclic
 from epicyclic.cli import output as cli_output
@@ -24,13 +25,13 @@ from epicyclic.verbs.record import verbs
 DRIVE = "lin1999-n4"
 
 
-class Outcome(NamedTuple):
+class Ran(NamedTuple):
     status: int
     out: str
     err: str
 
 
-Command = Callable[..., Outcome]
+Command = Callable[..., Ran]
 
 
 @pytest.fixture
@@ -38,11 +39,11 @@ def command(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pyt
     """Run the command line in this process and in an empty folder."""
     monkeypatch.chdir(tmp_path)
 
-    def run(*arguments: str) -> Outcome:
+    def run(*arguments: str) -> Ran:
         with pytest.raises(SystemExit) as stop:
             app(list(arguments), prog_name="epicyclic")
         streams = capsys.readouterr()
-        return Outcome(int(stop.value.code or 0), streams.out, streams.err)
+        return Ran(int(stop.value.code or 0), streams.out, streams.err)
 
     return run
 
@@ -88,8 +89,8 @@ def test_an_audit_goes_into_every_format(command: Command) -> None:
 def test_show_prints_what_the_verb_did(command: Command, verb: str) -> None:
     options = ("--points", "5") if verb == "sweep" else ()
     plain = command(verb, "ren2021", *options, "-o", "x.nc")
-    assert command("show", "x.nc") == Outcome(0, plain.out, "")
-    assert command("show", "x.nc", "-o", "x.json") == Outcome(0, plain.out, "written: x.json\n")
+    assert command("show", "x.nc") == Ran(0, plain.out, "")
+    assert command("show", "x.nc", "-o", "x.json") == Ran(0, plain.out, "written: x.json\n")
     assert command("show", "x.json").out == plain.out
     xr.testing.assert_identical(epicyclic.load_result("x.json"), epicyclic.load_result("x.nc"))
 
@@ -176,8 +177,15 @@ def test_help_names_the_figures(command: Command) -> None:
 
 @pytest.mark.browser
 def test_pictures_are_drawn_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY"):
-        monkeypatch.setenv(name, "http://127.0.0.1:9")  # nobody answers there
+    made: list[str] = []
+    page = _page_generator.PageGenerator
+    whole = page.generate_index
+
+    def seen(self: Any) -> str:
+        made.append(whole(self))
+        return made[-1]
+
+    monkeypatch.setattr(page, "generate_index", seen)
     figure = epicyclic.plot("energy", epicyclic.modes(DRIVE))
     svg = write_figure(figure, tmp_path / "x.svg")
     text = svg.read_text()
@@ -187,3 +195,6 @@ def test_pictures_are_drawn_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     png = write_figure(figure, tmp_path / "x.png").read_bytes()
     assert png.startswith(b"\x89PNG")
     assert int.from_bytes(png[16:20]) == 1800  # two dots a point
+    # all that the browser loads lies on this machine
+    assert len(made) == 3
+    assert [source for text in made for source in re.findall(r'src="(.*?)"', text) if source[:7] != "file://"] == []

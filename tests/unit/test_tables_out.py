@@ -30,7 +30,7 @@ def odd() -> xr.Dataset:
         {
             "force": (("speed", "mesh", "sample"), values, {"units": "N", "long_name": "mesh force"}),
             "turned": (("sample", "mesh"), values[1].T, {"units": "m"}),
-            "shape": ("mesh", np.array([complex(0.1, np.inf), complex(np.nan, -1 / 3)])),
+            "shape": ("mesh", np.array([complex(0.1 + 0.2, np.inf), complex(np.nan, -0.1 - 0.2)])),
             "lost": ("mesh", [True, False]),
             "count": ((), 2**62 + 1),
             "place": ("row", np.array(FORMULAS, dtype=object)),

@@ -84,7 +84,7 @@ class Panels(TyperGroup):
         for parameter in self.get_params(ctx):
             words = getattr(parameter, "help", None)
             if words:
-                lines.append(_line(", ".join(parameter.opts), words.rstrip("."), max(width, 20)))
+                lines.append(_line(", ".join(parameter.opts), words.split(",")[0].rstrip("."), max(width, 20)))
         formatter.write("\n".join(lines) + "\n")
 
 

@@ -53,6 +53,11 @@ class Joint:
             n is None or n.si >= RIGID for n in (self.radial, self.axial, self.tilt, self.turn)
         )
 
+    @property
+    def holds_turn(self) -> bool:
+        """Whether a torque passes through it."""
+        return not self.bearing and (self.turn is None or self.turn.si > 0)
+
     def other(self, part: int) -> int:
         """The part at its other side."""
         return self.outer if part == self.inner else self.inner

@@ -11,7 +11,7 @@ from ..errors import ModelError
 from .damage import check_damage, false_texts
 from .gear_tables import material_of
 from .link_tables import couplings_table
-from .members import GearUnit, unit_of
+from .members import GearUnit, body_tables, unit_of
 from .operation_table import operation_table, tell_gravity
 from .reading import read_rexs_file
 from .reasons import reason_of
@@ -79,6 +79,9 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     )
     document["stages"] = {stage.name: stage_table(unit, stage, origin) for stage in unit.stages}
     _gear_materials(unit, document)
+    bodies = body_tables(unit)
+    if bodies:
+        document["bodies"] = bodies
     couplings = couplings_table(unit)
     if couplings:
         document["couplings"] = couplings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -20,14 +21,9 @@ def held_members(unit: GearUnit) -> list[StageMember]:
     """Central members that do not turn: rigid in the casing, or joined to it by a coupling that holds their turn."""
     found = []
     for member in unit.members:
-        if member.kind != "planet" and (unit.held(member) or any(_turn(j) for j in _to_housing(unit, member))):
+        if member.kind != "planet" and (unit.held(member) or any(j.holds_turn for j in _to_housing(unit, member))):
             found.append(member)
     return found
-
-
-def _turn(joint: Joint) -> bool:
-    """Whether a joint holds the turn."""
-    return not joint.bearing and (joint.turn is None or joint.turn.si > 0)
 
 
 def _of(unit: GearUnit, member: StageMember) -> list[Joint]:
@@ -201,22 +197,28 @@ def couplings_table(unit: GearUnit) -> Table:
                 table[name] = {"between": [f"{a.stage}.{a.name}", f"{b.stage}.{b.name}"]}
                 unit.view.read(a.parts[0], "shaft", f"couplings.{name}", "one shaft")
     for joint in unit.joints:
-        if joint.bearing or joint.rigid or not _turn(joint):
+        if joint.rigid or not joint.holds_turn:
             continue
-        ends = [unit.at(part) for part in (joint.inner, joint.outer)]
+        ends = [_ends_at(unit, part) for part in (joint.inner, joint.outer)]
         if not ends[0] or not ends[1] or set(ends[0]) & set(ends[1]):
             continue
-        a, b = ends[0][0], ends[1][0]
-        if unit.held(a) or unit.held(b):
-            continue
-        name = f"coupling{joint.id}"
-        one: Table = {"between": [f"{a.stage}.{a.name}", f"{b.stage}.{b.name}"]}
+        name = unit.view.components[joint.id].name
+        if not re.fullmatch(r"[a-z][a-z0-9_-]{0,40}", name) or name in table:
+            name = f"coupling{joint.id}"
+        one: Table = {"between": [ends[0][0], ends[1][0]]}
         turn = _stiff(unit, joint, joint.turn, "rotational_stiffness")
         if turn != math.inf:
             one["rz"] = turn
         table[name] = one
         unit.view.read(joint.id, "rotational_stiffness", f"couplings.{name}.rz", turn)
         if any(number is None or number.si > 0 for number in (joint.radial, joint.axial, joint.tilt)):
-            reason = "a coupling of two stages joins their turn only"
+            reason = "a coupling of two members joins their turn only"
             unit.view.lose(joint.id, "radial_stiffness, axial_stiffness, bending_stiffness", reason)
     return table
+
+
+def _ends_at(unit: GearUnit, part: int) -> list[str]:
+    """Names of the members and bodies that a part is rigidly joined to; none of what stands in the casing."""
+    free = unit.free.get(unit.rigid.root(part))
+    members = [f"{m.stage}.{m.name}" for m in unit.at(part) if not unit.held(m)]
+    return members if free is None else [free]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,10 +16,11 @@ from .stages import StageParts, planetary_stages
 from .units import shown
 from .view import View
 
-__all__ = ["GearUnit", "StageMember", "gear_place", "mass_table", "unit_of"]
+__all__ = ["GearUnit", "StageMember", "body_tables", "gear_place", "mass_table", "unit_of"]
 
 Table = dict[str, object]
 STEEL = 7850.0  # the density a model file has by default [kg/m^3]
+_BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
 _AXIAL = math.cos(math.radians(0.1))  # axes that differ by more are not parallel
 
 
@@ -49,7 +51,8 @@ class GearUnit:
 
     axis : direction of z.  still : parts that stand for the casing and what is rigid in it.
     turning : part that stands for all that are one -> central members among them.
-    loose : the same -> shafts and plates that are no member's own.  beside : the same -> joints that end there.
+    loose : the same -> shafts and plates that are no member's own.  free : the same -> names of those between members.
+     beside : the same -> joints that end there.
     """
 
     view: View
@@ -62,6 +65,7 @@ class GearUnit:
     still: frozenset[int]
     turning: Mapping[int, tuple[StageMember, ...]]
     loose: Mapping[int, tuple[int, ...]]
+    free: Mapping[int, str]
     beside: Mapping[int, tuple[Joint, ...]]
     facts: Mapping[int, GearFacts]
 
@@ -120,6 +124,7 @@ def unit_of(view: View) -> GearUnit:
     for joint in joints:
         for root in {rigid.root(joint.inner), rigid.root(joint.outer)}:
             beside.setdefault(root, []).append(joint)
+    still = frozenset(rigid.root(component.id) for component in view.of_type("gear_casing"))
     return GearUnit(
         view=view,
         places=places,
@@ -128,12 +133,45 @@ def unit_of(view: View) -> GearUnit:
         rigid=rigid,
         members=tuple(members),
         axis=axis,
-        still=frozenset(rigid.root(component.id) for component in view.of_type("gear_casing")),
+        still=still,
         turning={root: tuple(found) for root, found in turning.items()},
         loose={root: tuple(found) for root, found in loose.items()},
+        free=_free_bodies(view, stages, rigid, joints, turning, loose, still),
         beside={root: tuple(found) for root, found in beside.items()},
         facts=facts,
     )
+
+
+def _free_bodies(
+    view: View,
+    stages: Sequence[StageParts],
+    rigid: Parts,
+    joints: Sequence[Joint],
+    turning: Mapping[int, object],
+    loose: Mapping[int, Sequence[int]],
+    still: frozenset[int],
+) -> dict[int, str]:
+    """Names of the shafts between members: those that turn with a member by couplings of finite stiffness."""
+    beside: dict[int, list[int]] = {}
+    for joint in joints:
+        if joint.holds_turn and not joint.rigid:
+            a, b = rigid.root(joint.inner), rigid.root(joint.outer)
+            beside.setdefault(a, []).append(b)
+            beside.setdefault(b, []).append(a)
+    found: dict[int, str] = {}
+    taken = {"housing", *(stage.name for stage in stages)}
+    reached = list(turning)
+    while reached:
+        for root in beside.get(reached.pop(), ()):
+            if root in found or root in turning or root in still or root not in loose:
+                continue
+            name = view.components[loose[root][0]].name
+            if not _BODY_NAME.fullmatch(name) or name in taken:
+                name = f"shaft{loose[root][0]}"
+            taken.add(name)
+            found[root] = name
+            reached.append(root)
+    return found
 
 
 def _members(view: View, places: Places, stage: StageParts) -> list[StageMember]:
@@ -233,6 +271,25 @@ def mass_table(unit: GearUnit, member: StageMember, pin_radius: float) -> Table:
         ids = ", ".join(map(str, own))
         unit.view.read(own[0], "sections", f"{member.path}.mass", f"{mass:.6g} kg, from the sections of {ids}")
     return table
+
+
+def body_tables(unit: GearUnit) -> Table:
+    """Shafts between members as bodies of their own, with mass and inertia."""
+    tables: Table = {}
+    for root, name in unit.free.items():
+        parts = unit.loose[root]
+        frame = unit.places.frame(parts[0])
+        whole = StageMember(
+            stage="", name=name, kind="body", gears=(), parts=parts, centre=None if frame is None else frame.place
+        )
+        sections = [section for part in parts for section in _sections(unit, whole, part, 0.0)]
+        extra = [_additional(unit, whole, part) for part in parts]
+        solid = inertia_of(sections)
+        total = Inertia(*(getattr(solid, k) + sum(getattr(e, k) for e in extra) for k in ("mass", "polar", "tilt")))
+        tables[name] = _stated(total, extra, lumped=not sections)
+        for part in parts:
+            unit.view.read(part, "sections", f"bodies.{name}", f"{total.mass:.6g} kg, a body between members")
+    return tables
 
 
 def _bodies(unit: GearUnit, member: StageMember) -> list[int]:

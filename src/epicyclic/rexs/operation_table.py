@@ -56,6 +56,15 @@ def _member_at(unit: GearUnit, turning: Parts, part: int) -> StageMember | None:
     return next((m for m in unit.members if m.kind != "planet" and root in {turning.root(p) for p in m.parts}), None)
 
 
+def _end_at(unit: GearUnit, turning: Parts, held: list[StageMember], part: int) -> str | None:
+    """Name of the body or member that turns with a part; None where that is held, or in no planetary stage."""
+    free = unit.free.get(unit.rigid.root(part))
+    if free is not None:
+        return free
+    member = _member_at(unit, turning, part)
+    return None if member is None or member in held else _short(unit, member)
+
+
 def _sense(unit: GearUnit, part: int) -> float:
     """1 where the u axis of a part is z, -1 where it is against it."""
     frame = unit.places.frame(part)
@@ -68,22 +77,21 @@ def _signed(number: Number, sense: float) -> Number:
 
 def _speeds(unit: GearUnit, held: list[StageMember], turning: Parts) -> dict[str, tuple[int, Number]]:
     """Speeds of members: those of shafts that define a speed, else the first given."""
-    given: list[tuple[bool, int, StageMember, Number]] = []
+    given: list[tuple[bool, int, str, Number]] = []
     for component in unit.view.of_type("shaft"):
         number = unit.view.number(component.id, "rotational_speed", "speed")
         defines = unit.view.value(component.id, "defines_speed") is True
-        member = _member_at(unit, turning, component.id)
-        if number is None or member is None or member in held:
+        end = _end_at(unit, turning, held, component.id) if number is not None else None
+        if number is None or end is None:
             continue
-        given.append((defines, component.id, member, _signed(number, _sense(unit, component.id))))
+        given.append((defines, component.id, end, _signed(number, _sense(unit, component.id))))
     chosen = [one for one in given if one[0]] or given[:1]
     found: dict[str, tuple[int, Number]] = {}
-    for defines, shaft, member, number in given:
-        if (defines, shaft, member, number) in chosen and _short(unit, member) not in found:
-            name = _short(unit, member)
+    for defines, shaft, name, number in given:
+        if (defines, shaft, name, number) in chosen and name not in found:
             found[name] = (shaft, number)
             unit.view.read(shaft, "rotational_speed", f"operation.speed.{name}", number.text)
-        elif (defines, shaft, member, number) not in chosen:
+        elif (defines, shaft, name, number) not in chosen:
             unit.view.lose(shaft, "rotational_speed", f"{number.text}: follows from the speeds that are defined")
     if not _defined(given) and found:
         name, (shaft, _) = next(iter(found.items()))
@@ -91,7 +99,7 @@ def _speeds(unit: GearUnit, held: list[StageMember], turning: Parts) -> dict[str
     return found
 
 
-def _defined(given: list[tuple[bool, int, StageMember, Number]]) -> bool:
+def _defined(given: list[tuple[bool, int, str, Number]]) -> bool:
     """Whether any of the speeds is marked as the one that counts."""
     return any(one[0] for one in given)
 
@@ -106,13 +114,12 @@ def _loads(unit: GearUnit, held: list[StageMember], turning: Parts, speeds: dict
             continue
         torque = unit.view.number(load, "torque_around_u_axis", "torque")
         power = unit.view.number(load, "power", "power")
-        member = _member_at(unit, turning, shaft)
+        name = _end_at(unit, turning, held, shaft)
         _forces(unit, load)
-        if member is None or member in held:
+        if name is None:
             if torque is not None or power is not None:
                 unit.view.lose(load, "torque_around_u_axis", "a load on a part that is held, or in no planetary stage")
             continue
-        name = _short(unit, member)
         ports.add(name)
         defines = unit.view.value(load, "defines_torque") is True
         if torque is not None:
@@ -156,6 +163,13 @@ def _balanced(unit: GearUnit, found: list[tuple[bool, int, str, str, Number]], p
         quantities[name] = number.text
         attribute = "torque_around_u_axis" if key == "torque" else "power"
         unit.view.read(load, attribute, f"operation.{key}.{name}", number.text)
+    stated = {one[3] for one in kept}
+    left_out = {one[3] for one in found} - stated  # its value is told above: it is the balance before a silent end
+    silent = sorted(left_out or ports - stated)
+    if len(silent) == 1 and kept and (unit.free or len(unit.stages) > 1):  # of one stage alone the other end is clear
+        torques = table.setdefault("torque", {})
+        assert isinstance(torques, dict)
+        torques[silent[0]] = "balance"
     return table
 
 

@@ -128,7 +128,7 @@ def _xml(file: RexsFile) -> bytes:
 def _xml_relation(relation: Relation, types: Mapping[int, str]) -> list[str]:
     order = "" if relation.order is None else f' order="{relation.order}"'
     refs = [
-        f"      <ref id=\"{part}\" role={quoteattr(plain_text(role))} hint={quoteattr(plain_text(types[part]))}/>"
+        f'      <ref id="{part}" role={quoteattr(plain_text(role))} hint={quoteattr(plain_text(types[part]))}/>'
         for role, part in relation.refs
     ]
     head = f'    <relation id="{relation.id}" type={quoteattr(plain_text(relation.type))}{order}>'

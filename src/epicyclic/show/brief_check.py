@@ -128,8 +128,8 @@ def _phased(result: xr.Dataset, places: Sequence[int]) -> str:
 def phasing(leads: Sequence[float]) -> str:
     """How the meshes of a pair follow each other, by their leads [mesh cycles] in the order of the branches; "" of one.
 
-    ``together``; ``in turn``, each the same part of a cycle earlier or later than the one before; ``in opposite pairs``, half of them half a cycle
-    later; else the leads.
+    ``together``; ``in turn``, each the same part of a cycle earlier or later than the one before; ``in opposite
+    pairs``, half of them half a cycle later; else the leads.
     """
     if len(leads) < 2 or not np.isfinite(leads).all():
         return ""
@@ -171,7 +171,9 @@ def _stages(result: xr.Dataset) -> str:
             continue
         apart = any(text.startswith(f"stages.{stage}: ") and "cannot be assembled" in text for text in said)
         spaced = "equally spaced" if _equally(result, stage) else "unequally spaced"
-        lines.append(f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}")
+        lines.append(
+            f"{stage}: {count:.0f} branches, {spaced}: {'CANNOT be assembled' if apart else 'can be assembled'}"
+        )
     return f"{'; '.join(lines)}." if lines else ""
 
 
@@ -186,7 +188,7 @@ def _equally(result: xr.Dataset, stage: str) -> bool:
 
 
 def _verbs(result: xr.Dataset) -> Table:
-    """Which verbs are ready; what each of the others still needs, what several need once; `check --all` says what is allowed."""
+    """Which verbs are ready; what the others still need, each need once; `check --all` says what is allowed."""
     if "verb_needs" not in result.variables:
         return Table(title="", columns={})
     names = [name.replace("_", "-") for name in texts(result, "verb_name")]

@@ -15,14 +15,22 @@ from rich.text import Text
 
 from ..warning_codes import code_of
 from .elements import Table
-from .layout import GAP, Column, laid_out
+from .layout import GAP, TextColumn, laid_out
 from .views import brief_of, tables_of
 from .wrapped import wrapped
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["counted_warnings", "show", "show_pairs", "show_table", "show_warnings", "stderr_console", "stdout_console", "warnings_of"]
+__all__ = [
+    "show",
+    "show_pairs",
+    "show_table",
+    "show_warnings",
+    "stderr_console",
+    "stdout_console",
+    "warnings_of",
+]
 
 _STYLES = {"good": "green", "caution": "yellow", "bad": "red"}
 # signs that do not break over a line of a page, as they are typed
@@ -89,7 +97,7 @@ def _print_lines(lines: Sequence[str], console: Console, style: str = "") -> Non
         console.print(line, markup=False, style=style, soft_wrap=True)
 
 
-def _rich_part(part: Sequence[Column]) -> RichTable:
+def _rich_part(part: Sequence[TextColumn]) -> RichTable:
     """A part of a table as rich draws it; its lines are broken already."""
     drawn = RichTable(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, padding=(0, GAP - 1, 0, 0))
     for one in part:
@@ -112,7 +120,7 @@ def show_warnings(texts: Sequence[str], console: Console) -> None:
     """Print warnings as a list below their number; their codes dimmed, lines broken in a terminal alone."""
     if not texts:
         return
-    console.print(counted_warnings(len(texts)), style="yellow", markup=False)
+    console.print(_counted(len(texts)), style="yellow", markup=False, highlight=False)
     for text in texts:
         code = code_of(text)
         lines = wrapped(text, console.width, first="  - ", later="    ") if console.is_terminal else [f"  - {text}"]
@@ -120,10 +128,10 @@ def show_warnings(texts: Sequence[str], console: Console) -> None:
             drawn = Text(line)
             if code:
                 drawn.highlight_regex(rf"\[{re.escape(code)}\]$", "dim")
-            console.print(drawn, soft_wrap=True)
+            console.print(drawn, soft_wrap=True, highlight=False)
 
 
-def counted_warnings(number: int) -> str:
+def _counted(number: int) -> str:
     """Head of a list of warnings: ``1 warning:``, ``3 warnings:``."""
     return f"{number} warning{'s' if number != 1 else ''}:"
 

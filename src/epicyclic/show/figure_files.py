@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ _WIDTH, _HEIGHT = 900, 560
 # dots per point: 300 dpi at the width of the text of an A4 page
 _SCALE = 2.0
 # seconds that one figure may take: the largest take two, and a loaded machine is ten times slower
-_TIMEOUT = 120.0
+_TIMEOUT = 60.0
 _CURE = "pip install 'epicyclic[figures]' and a Chromium or Chrome on this machine, or FILE.html"
 
 
@@ -80,24 +81,42 @@ def write_figure(figure: go.Figure, path: str | Path) -> Path:
 
 
 def _drawn(figure: go.Figure, kind: str, path: str) -> bytes:
-    """Bytes of a figure as kaleido draws it, with plotly's own script and nothing from a network."""
-    import kaleido
+    """Bytes of a figure as kaleido draws it, with plotly's own script and nothing from a network.
 
+    A second browser is tried where the first one fails: on a busy machine its answers come in pieces, which are lost.
+    """
     options = {
         "format": kind,
         "width": _WIDTH,
         "height": int(figure.layout.height or _HEIGHT),
         "scale": _SCALE if kind == "png" else 1,
     }
+    spec = _still(figure)
+    for last in (False, True):
+        try:
+            return _by_kaleido(spec, options)
+        except (Exception, asyncio.CancelledError) as error:
+            if last:
+                words = f"{type(error).__name__}: {error}".splitlines()[0]
+                raise ModelError(f"cannot be drawn by the browser: {words}", path=path, allowed=_CURE) from error
+    raise AssertionError("the second time returns or raises")
+
+
+def _by_kaleido(spec: Any, options: dict[str, Any]) -> bytes:
+    """Bytes of a figure; what kaleido logs about its browser goes nowhere."""
+    import kaleido
+
+    loggers = [logging.getLogger(name) for name in ("kaleido", "choreographer")]
+    levels = [one.level for one in loggers]
+    for one in loggers:
+        one.setLevel(logging.CRITICAL)
     try:
         # without mathjax=False its script is fetched from a network
-        content: bytes = kaleido.calc_fig_sync(
-            _still(figure), opts=options, kopts={"mathjax": False, "timeout": _TIMEOUT}
-        )
-    except (Exception, asyncio.CancelledError) as error:
-        words = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise ModelError(f"cannot be drawn by the browser: {words}", path=path, allowed=_CURE) from error
-    return content
+        found: bytes = kaleido.calc_fig_sync(spec, opts=options, kopts={"mathjax": False, "timeout": _TIMEOUT})
+        return found
+    finally:
+        for one, level in zip(loggers, levels, strict=True):
+            one.setLevel(level)
 
 
 def _still(figure: go.Figure) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from .elements import Table, number, shown_columns
 from .wrapped import glued, longest_word, wrapped
 
-__all__ = ["GAP", "Column", "Layout", "laid_out"]
+__all__ = ["GAP", "CutTable", "TextColumn", "laid_out"]
 
 GAP = 2
 """Columns of the terminal between two columns of a table."""
@@ -25,7 +25,7 @@ _MORE = "--json or -o file.csv"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
+class TextColumn:
     """One column as it is drawn.
 
     heading : its lines.  numeric : stands to the right.  cells : (lines, tone) of every row.  width : of the terminal.
@@ -38,10 +38,10 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
+class CutTable:
     """A table for one width.  parts : columns of each, names of the rows in all.  more : what is left out, in words."""
 
-    parts: Sequence[Sequence[Column]]
+    parts: Sequence[Sequence[TextColumn]]
     more: Sequence[str]
 
 
@@ -56,7 +56,7 @@ class _Texts:
     most: int
 
 
-def laid_out(table: Table, width: int, *, whole: bool = False) -> Layout:
+def laid_out(table: Table, width: int, *, whole: bool = False) -> CutTable:
     """Columns of a table in parts of at most a width.
 
     Parameters
@@ -65,12 +65,12 @@ def laid_out(table: Table, width: int, *, whole: bool = False) -> Layout:
 
     Returns
     -------
-    Layout : a part begins with the columns that name the rows.  Of more than 60 rows the first, those with something
+    CutTable : a part begins with the columns that name the rows.  Of more than 60 rows the first, those with something
         bad, and those with the largest number of a column.
     """
     columns = [_texts(*column) for column in shown_columns(table, number)]
     if not columns:
-        return Layout(parts=(), more=())
+        return CutTable(parts=(), more=())
     rows = len(columns[0].cells)
     kept = list(range(rows)) if whole or rows <= _ROWS else _kept_rows(table, columns, rows)
     columns = [_texts(one.heading, one.numeric, [one.cells[row] for row in kept]) for one in columns]
@@ -78,7 +78,7 @@ def laid_out(table: Table, width: int, *, whole: bool = False) -> Layout:
     more = [f"... {rows - len(kept)} more: {_MORE}"] if len(kept) < rows else []
     if left:
         more.append(f"... {len(left)} more columns ({', '.join(one.heading for one in left)}): {_MORE}")
-    return Layout(parts=[_drawn(part, width) for part in parts], more=more)
+    return CutTable(parts=[_drawn(part, width) for part in parts], more=more)
 
 
 def _texts(heading: str, numeric: bool, cells: list[tuple[str, str]]) -> _Texts:
@@ -119,7 +119,7 @@ def _size(value: object) -> float:
 
 
 def _keys(columns: Sequence[_Texts], room: int) -> list[_Texts]:
-    """Columns that stand first in every part: those of text until no two rows have the same, or the first one's numbers.
+    """Columns that stand first in every part: those of text until no two rows have the same, or one of numbers.
 
     Row numbers take their place where they do not tell the rows apart, or leave no room beside them.
     """
@@ -156,7 +156,7 @@ def _total(columns: Sequence[_Texts]) -> int:
     return sum(one.least for one in columns) + GAP * (len(columns) - 1)
 
 
-def _drawn(columns: Sequence[_Texts], width: int) -> list[Column]:
+def _drawn(columns: Sequence[_Texts], width: int) -> list[TextColumn]:
     """Columns with their widths: each as wide as its words need, prose shares what is left."""
     widths = [one.least for one in columns]
     spare = width - sum(widths) - GAP * (len(columns) - 1)
@@ -167,9 +167,9 @@ def _drawn(columns: Sequence[_Texts], width: int) -> list[Column]:
     return [_column(one, size) for one, size in zip(columns, widths, strict=True)]
 
 
-def _column(one: _Texts, width: int) -> Column:
+def _column(one: _Texts, width: int) -> TextColumn:
     cells = [(_lines([text], width, one.numeric), tone) for text, tone in one.cells]
-    return Column(heading=wrapped(one.heading, width), numeric=one.numeric, cells=cells, width=width)
+    return TextColumn(heading=wrapped(one.heading, width), numeric=one.numeric, cells=cells, width=width)
 
 
 def _lines(texts: Iterable[str], width: int, numeric: bool) -> list[str]:

@@ -22,6 +22,7 @@ from types import MappingProxyType, NoneType
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast, get_args, get_origin
 
 from ..errors import ModelError
+from .described import described
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -97,6 +98,13 @@ class Verb:
     model_text: Callable[[xr.Dataset], str] | None = None
     writers: Mapping[str, Callable[[xr.Dataset, Path], Path]] = field(default_factory=lambda: MappingProxyType({}))
 
+    def __post_init__(self) -> None:
+        """Give the function the signature and docstring that `help` shows; annotations stay as they are written."""
+        if "__signature__" not in vars(self.run):
+            shown, doc = described(signature(self.run), self.run.__doc__ or "", keywords(self.run))
+            vars(self.run).update(__signature__=shown)
+            self.run.__doc__ = doc
+
     @property
     def name(self) -> str:
         """Name of the verb in Python; with dashes that of the command."""
@@ -116,8 +124,9 @@ def keywords(run: Callable[..., Any]) -> dict[str, tuple[Parameter, Any, Option]
     """Keyword -> parameter, type and option of every keyword of a verb that has an option."""
     found = {}
     for name, parameter in signature(run).parameters.items():
-        if get_origin(parameter.annotation) is Annotated:
-            kind, option = get_args(parameter.annotation)
+        annotation = run.__annotations__.get(name)
+        if get_origin(annotation) is Annotated:
+            kind, option = get_args(annotation)
             found[name] = parameter, kind, option
     return found
 

@@ -189,8 +189,10 @@ def test_every_key_says_what_it_is() -> None:
             text = value.get("description", "") + json.dumps(SCHEMA["$defs"].get(value.get("$ref", "")[8:], {}))
             assert len(text) > 2, f"{name}.{key}"
     gear = SCHEMA["$defs"]["Member"]["properties"]
-    assert gear["mass"]["description"].endswith("mass [kg]")
-    assert gear["inertia"]["description"].endswith("moment of inertia [kg m^2] or mass [kg]")
+    assert gear["mass"]["description"].endswith(": mass [kg], 0 or more")
+    assert gear["inertia"]["description"].endswith(
+        ": moment of inertia [kg m^2] or mass [kg], 0 or more"
+    )
     assert "stiffness per face width [N/m^2]" in SCHEMA["$defs"]["Mesh"]["properties"]["stiffness"]["description"]
 
 
@@ -229,7 +231,9 @@ def test_descriptions_name_units_and_defaults() -> None:
     defs = SCHEMA["$defs"]
     assert defs["ProfileError"]["properties"]["order"]["description"].endswith("; default 1")
     assert "default linear" in defs["Relief"]["properties"]["shape"]["description"]
-    assert defs["Stage"]["properties"]["face_width"]["description"] == "face width of one helix: length [m]"
+    assert defs["Stage"]["properties"]["face_width"]["description"] == (
+        "face width of one helix: length [m], above 0"
+    )
     for name, table in defs.items():
         for key, entry in table.get("properties", {}).items():
             refs = {form.get("$ref", "").rpartition("/")[2] for form in (entry, *entry.get("anyOf", []))}

@@ -9,26 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.unit.rexs.imports import imported, lines, stage_of, value_of
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.rexs.import_train import RexsImport, read_rexs
-from epicyclic.rexs.view import Entry
+from epicyclic.rexs.import_train import read_rexs
 
 A = 2 * 54 / math.cos(math.radians(15))  # centre distance 4 (24 + 30) / 2 / cos 15 deg [mm]
 RHO = 7800.0
-
-
-def imported(draft: Any, **options: Any) -> RexsImport:
-    return read_rexs(draft.xml().encode(), **options)
-
-
-def stage_of(found: RexsImport, name: str = "main") -> Any:
-    return found.document["stages"][name]  # type: ignore[index]
-
-
-def lines(entries: tuple[Entry, ...], component: int | None) -> str:
-    return "; ".join(f"{e.attribute}: {e.path} {e.text}" for e in entries if e.component == component)
 
 
 def test_xml_and_json_give_the_same_document(draft: Any) -> None:
@@ -143,14 +131,10 @@ def test_sense_of_speed_and_torque(draft: Any) -> None:
     # sections lie along u: 25 .. 175 mm from u = 0 are now at -25 .. -175 mm, the gear at 100 mm
     shaft = RHO * math.pi / 4 * 0.04**2 * 0.15
     gear = RHO * math.pi / 4 * ((24 * 0.004 / math.cos(math.radians(15))) ** 2 - 0.04**2) * 0.05
-    assert number(stage_of(turned)["sun"]["mass"]) == pytest.approx(
+    assert value_of(stage_of(turned)["sun"]["mass"]) == pytest.approx(
         shaft + RHO * math.pi / 4 * (24 * 0.004 / math.cos(math.radians(15))) ** 2 * 0.05, rel=1e-8
     )
     assert gear > 0
-
-
-def number(text: str) -> float:
-    return float(text.split()[0])
 
 
 def test_masses_by_hand(draft: Any) -> None:
@@ -158,17 +142,17 @@ def test_masses_by_hand(draft: Any) -> None:
     cos = math.cos(math.radians(15))
     area = math.pi / 4
     sun = RHO * area * (0.04**2 * 0.15 + ((0.096 / cos) ** 2 - 0.04**2) * 0.05)
-    assert number(stage["sun"]["mass"]) == pytest.approx(sun, rel=1e-8)
+    assert value_of(stage["sun"]["mass"]) == pytest.approx(sun, rel=1e-8)
     planet = RHO * area * ((0.12 / cos) ** 2 - 0.06**2) * 0.05  # gear and the sleeve of its shaft are one solid
-    assert number(stage["planet"]["mass"]) == pytest.approx(planet, rel=1e-8)
-    assert number(stage["planet"]["inertia"]) == pytest.approx(planet * ((0.12 / cos) ** 2 + 0.06**2) / 8, rel=1e-8)
+    assert value_of(stage["planet"]["mass"]) == pytest.approx(planet, rel=1e-8)
+    assert value_of(stage["planet"]["inertia"]) == pytest.approx(planet * ((0.12 / cos) ** 2 + 0.06**2) / 8, rel=1e-8)
     ring = RHO * area * ((0.42**2 - 0.37**2) + (0.37**2 - (0.336 / cos) ** 2)) * 0.05
-    assert number(stage["ring"]["mass"]) == pytest.approx(ring, rel=1e-8)
+    assert value_of(stage["ring"]["mass"]) == pytest.approx(ring, rel=1e-8)
     plate = RHO * area * (0.3**2 - 0.06**2) * 0.02
-    assert number(stage["carrier"]["mass"]) == pytest.approx(plate, rel=1e-8)
+    assert value_of(stage["carrier"]["mass"]) == pytest.approx(plate, rel=1e-8)
     # the plate lies from 50 to 70 mm, the planets at 100 mm: its middle 40 mm from the centre of the carrier
     tilt = plate * ((0.3**2 + 0.06**2) / 16 + 0.02**2 / 12 + 0.04**2)
-    assert number(stage["carrier"]["tilt_inertia"]) == pytest.approx(tilt, rel=1e-8)
+    assert value_of(stage["carrier"]["tilt_inertia"]) == pytest.approx(tilt, rel=1e-8)
 
 
 def test_a_tapered_shaft_against_z(draft: Any) -> None:
@@ -185,11 +169,11 @@ def test_a_tapered_shaft_against_z(draft: Any) -> None:
     cone = RHO * math.pi * 0.06**2 / 12 * 0.06
     reference = 0.096 / math.cos(math.radians(15))
     gear = RHO * math.pi / 4 * (reference**2 - 0.06**2) * 0.05
-    assert number(sun["mass"]) == pytest.approx(cone + gear, rel=1e-8)
+    assert value_of(sun["mass"]) == pytest.approx(cone + gear, rel=1e-8)
     # about its base, which is at the middle of the gear: a cone has m (3 r^2 / 20 + h^2 / 10)
     tilt = cone * (3 * 0.03**2 / 20 + 0.06**2 / 10)
     tilt += gear * (3 * (reference**2 + 0.06**2) / 4 + 0.05**2) / 12
-    assert number(sun["tilt_inertia"]) == pytest.approx(tilt, rel=1e-7)
+    assert value_of(sun["tilt_inertia"]) == pytest.approx(tilt, rel=1e-7)
 
 
 def test_pins_and_density_that_is_not_given(draft: Any) -> None:
@@ -200,9 +184,9 @@ def test_pins_and_density_that_is_not_given(draft: Any) -> None:
     pin = 7850 * math.pi / 4 * 0.05**2 * 0.08  # pins refer to no material
     plate = RHO * math.pi / 4 * (0.3**2 - 0.06**2) * 0.02
     carrier = stage_of(found)["carrier"]
-    assert number(carrier["mass"]) == pytest.approx(plate + 3 * pin, rel=1e-8)
+    assert value_of(carrier["mass"]) == pytest.approx(plate + 3 * pin, rel=1e-8)
     inertia = plate * (0.3**2 + 0.06**2) / 8 + 3 * pin * (0.05**2 / 8 + (A / 1000) ** 2)
-    assert number(carrier["inertia"]) == pytest.approx(inertia, rel=1e-8)
+    assert value_of(carrier["inertia"]) == pytest.approx(inertia, rel=1e-8)
     assert "no density given: steel, 7850 kg/m^3" in lines(found.assumed, 103)
 
 
@@ -210,7 +194,7 @@ def test_a_carrier_without_plates_is_assumed(draft: Any) -> None:
     draft.relations = [r for r in draft.relations if r[1] != {"assembly": 4, "part": 31}]
     found = imported(draft)
     discs = 7850 * math.pi / 4 * ((2 * A + 60 / math.cos(math.radians(15))) / 1000) ** 2 * 0.025
-    assert number(stage_of(found)["carrier"]["mass"]) == pytest.approx(discs, rel=1e-6)
+    assert value_of(stage_of(found)["carrier"]["mass"]) == pytest.approx(discs, rel=1e-6)
     assert "two steel discs" in found.document["assumed"]["stages.main.carrier.mass"]  # type: ignore[index]
 
 
@@ -227,7 +211,7 @@ def test_additional_masses(draft: Any) -> None:
     )
     draft.relate("assembly", assembly=10, part=15)
     after = stage_of(imported(draft))["sun"]
-    added = [number(after[key]) - number(before[key]) for key in ("mass", "inertia", "tilt_inertia")]
+    added = [value_of(after[key]) - value_of(before[key]) for key in ("mass", "inertia", "tilt_inertia")]
     assert added == pytest.approx([3.0, 0.02, 0.01], abs=1e-7)
 
 
@@ -461,148 +445,6 @@ def test_arrays_that_a_writer_lost(draft: Any) -> None:
     draft.values(101)["support_vector"] = (False, "mm")
     with pytest.raises(ModelError, match=r"damaged.*support_vector \(2 times, first in component 11\)"):
         read_rexs(draft.json().encode())
-
-
-def test_a_herringbone_stage_of_two_gears_each(draft: Any) -> None:
-    """Two gears of opposite hand on each shaft, 60 mm apart: one helix of 50 mm each side of a gap of 10 mm."""
-    for gear, stages in ((11, ()), (21, ()), (101, (105, 106)), (201, (205, 206)), (301, (305, 306))):
-        kind, name, values = draft.components[gear]
-        helix = values["helix_angle_reference_diameter"][0]
-        u, v, w = values["support_vector"][0]
-        left = {**values, "support_vector": ([u - 30.0, v, w], "mm")}
-        draft.components[gear] = (kind, name, left)
-        right = {
-            **values,
-            "support_vector": ([u + 30.0, v, w], "mm"),
-            "helix_angle_reference_diameter": (-helix, "deg"),
-        }
-        draft.components[gear + 5000] = (kind, name, right)
-        shaft = next(r[1]["assembly"] for r in draft.relations if r[0] == "assembly" and r[1]["part"] == gear)
-        draft.relate("assembly", assembly=shaft, part=gear + 5000)
-        for stage in stages:
-            draft.components[stage + 5000] = draft.components[stage]
-            mates = next(r[1] for r in draft.relations if r[0] == "stage" and r[1]["stage"] == stage)
-            draft.relate("stage", **{role: n + 5000 for role, n in mates.items()})
-    stage = stage_of(imported(draft))
-    assert (stage["herringbone"], stage["gap"], stage["face_width"]) == (True, "10 mm", "50 mm")
-    assert stage["sun"]["hand"] == "right"  # of its left helix
-    assert [stage[name]["teeth"] for name in ("sun", "planet", "ring")] == [24, 30, 84]
-    assert "station" not in stage["sun"]
-    epicyclic.load(dict(imported(draft).document))
-    for gear in (11, 21, 101, 201, 301):  # the halves the other way round: the left one counts, not the first id
-        left, right = draft.values(gear), draft.values(gear + 5000)
-        left["support_vector"], right["support_vector"] = right["support_vector"], left["support_vector"]
-    assert stage_of(imported(draft))["sun"]["hand"] == "left"
-
-
-def test_stepped_planets(draft: Any) -> None:
-    """The planets carry a second, smaller gear that meshes with the ring."""
-    for i in (1, 2, 3):
-        n = 100 * i
-        kind, name, values = draft.components[n + 1]
-        u, v, w = values["support_vector"][0]
-        second = {**values, "number_of_teeth": (20, "none"), "support_vector": ([u + 70.0, v, w], "mm")}
-        draft.components[n + 51] = (kind, name, second)
-        draft.relate("assembly", assembly=n, part=n + 51)
-        for relation in draft.relations:
-            if relation[1].get("stage") == n + 6:
-                relation[1]["gear_1"] = n + 51
-    draft.values(21)["number_of_teeth"] = (74, "none")
-    draft.values(21)["support_vector"] = ([170.0, 0.0, 0.0], "mm")
-    stage = stage_of(imported(draft))
-    assert stage["planet2"]["on"] == "planet"
-    assert (stage["planet2"]["station"], stage["ring"]["station"]) == ("70 mm", "70 mm")
-    assert set(stage["meshes"]) == {"sun-planet", "planet2-ring"}
-    assert stage["planet2"]["kind"] == "planet"
-    train = epicyclic.load(dict(imported(draft).document))
-    assert len(train.meshes) == 6
-
-
-def test_each_chain_of_stepped_planets_has_its_hand(draft: Any) -> None:
-    test_stepped_planets(draft)
-    for i in (1, 2, 3):
-        draft.values(100 * i + 51)["helix_angle_reference_diameter"] = (15.0, "deg")
-    draft.values(21)["helix_angle_reference_diameter"] = (15.0, "deg")
-    stage = stage_of(imported(draft))
-    assert (stage["sun"]["hand"], stage["planet2"]["hand"]) == ("right", "right")
-    assert "hand" not in stage["planet"]
-
-
-def test_a_stage_that_is_not_planetary_is_told(draft: Any) -> None:
-    draft.add(700, "cylindrical_gear", "Wheel", **draft.values(11))
-    draft.add(701, "cylindrical_gear", "Pinion", **draft.values(11))
-    draft.add(702, "cylindrical_stage", "Output stage", center_distance=(200.0, "mm"))
-    draft.relate("stage", stage=702, gear_1=700, gear_2=701)
-    assert "gears 700 and 701 are in no planetary stage" in lines(imported(draft).dropped, 702)
-
-
-def test_a_place_on_a_shaft_where_the_gear_has_none(draft: Any) -> None:
-    plain = imported(draft).document
-    for i in (1, 2, 3):
-        del draft.values(100 * i + 1)["support_vector"]
-        draft.values(100 * i + 1)["u_coordinate_on_shaft"] = (25.0, "mm")
-    assert imported(draft).document == plain
-
-
-def test_a_bearing_of_one_part_is_told(draft: Any) -> None:
-    draft.relate("side", inner_part=30, assembly=33)
-    assert "not between two parts" in lines(imported(draft).dropped, 33)
-
-
-def test_two_stages_on_one_shaft(draft: Any) -> None:
-    """A second stage whose sun sits on the carrier shaft of the first."""
-    second = {}
-    for number_, (kind, name, values) in list(draft.components.items()):
-        if number_ in (1, 2, 90):
-            continue
-        copied = dict(values)
-        if "support_vector" in copied:
-            u, v, w = copied["support_vector"][0]
-            copied["support_vector"] = ([u - 500.0, v, w], "mm")
-        if number_ in (13, 10, 30, 32):
-            for key in ("torque_around_u_axis", "rotational_speed", "defines_speed", "defines_torque"):
-                copied.pop(key, None)
-        second[number_ + 10_000] = (kind, name, copied)
-    draft.components.update(second)
-    for kind, roles in list(draft.relations):
-        draft.relate(kind, **{role: n if n in (1, 2, 90) else n + 10_000 for role, n in roles.items()})
-    draft.add(
-        9,
-        "coupling",
-        "Joint",
-        **{
-            name: (1e20, unit)
-            for name, unit in (
-                ("radial_stiffness", "N / m"),
-                ("axial_stiffness", "N / m"),
-                ("bending_stiffness", "N mm / rad"),
-                ("rotational_stiffness", "N mm / rad"),
-            )
-        },
-    )
-    draft.relate("side", inner_part=30, outer_part=10_010, assembly=9)
-    found = imported(draft)
-    assert list(found.document["stages"]) == ["stage1", "stage2"]  # type: ignore[call-overload]
-    couplings: Any = found.document["couplings"]
-    assert [one["between"] for one in couplings.values()] == [["stage1.carrier", "stage2.sun"]]
-    operation: Any = found.document["operation"]
-    assert operation["held"] == ["stage1.ring", "stage2.ring"]
-    assert operation["speed"] == {"stage1.sun": "1500 rpm"}
-    assert stage_of(found, "stage2")["sun"]["station"] == "-500 mm"
-    epicyclic.load(dict(found.document))
-    draft.values(9)["rotational_stiffness"] = (4e9, "N mm / rad")
-    couplings = imported(draft).document["couplings"]
-    assert couplings == {"coupling9": {"between": ["stage1.carrier", "stage2.sun"], "rz": "4e6 N m/rad"}}
-
-
-def test_a_star_has_its_carrier_in_the_casing(draft: Any) -> None:
-    draft.relations = [r for r in draft.relations if r[1].get("assembly") not in (23,)]
-    draft.add(25, "coupling", "", rotational_stiffness=(1e20, "N mm / rad"))
-    draft.relate("side", inner_part=30, outer_part=2, assembly=25)
-    found = imported(draft)
-    assert found.document["operation"]["held"] == ["carrier"]  # type: ignore[index]
-    train = epicyclic.load(dict(found.document))
-    assert len(train.meshes) == 6
 
 
 def test_every_verb_takes_the_file_and_says_what_was_assumed(draft: Any, tmp_path: Any) -> None:

@@ -31,6 +31,16 @@ def test_geometry_torque_and_held_ring(real: Find) -> None:
     assert float(operation["torque"]["sun"].split()[0]) * 1500 * math.pi / 30 == pytest.approx(250e3, rel=1e-12)
 
 
+def test_reaction_and_speed_of_the_carrier_by_hand(real: Find) -> None:
+    """The file does not give the output torque: with the ring held it is -(1 + 61/17) times that of the sun."""
+    kinematics = epicyclic.load(real(XML)).kinematics
+    assert kinematics.torque is not None
+    assert kinematics.speed is not None
+    assert kinematics.torque["main.carrier"] == pytest.approx(-1591.5494309189535 * (1 + 61 / 17), rel=1e-12)
+    assert kinematics.torque["main.ring"] == pytest.approx(1591.5494309189535 * 61 / 17, rel=1e-12)
+    assert float(kinematics.speed["main.carrier"]) == pytest.approx(1500 * 17 / (17 + 61), rel=1e-12)
+
+
 def test_angles_and_their_sense_by_hand(real: Find) -> None:
     """Support vectors of the planets, turned about +u by hand: w towards -v is positive."""
     file = read_rexs_file(real(XML))

@@ -40,7 +40,8 @@ def test_every_keyword_is_typed_and_explained(name: str) -> None:
     parameters = signature(verb.run).parameters
     assert next(iter(parameters)) == "source"
     assert all(one.kind is one.KEYWORD_ONLY for keyword, one in parameters.items() if keyword != "source")
-    bare = {key for key, one in parameters.items() if get_origin(one.annotation) is not Annotated}
+    written = verb.run.__annotations__
+    bare = {key for key in parameters if get_origin(written[key]) is not Annotated}
     assert bare <= {"source", "overrides", "progress"}
     for _, _, option in keywords(verb.run).values():
         assert option.help.endswith((".", "...", ")"))
@@ -91,7 +92,7 @@ def test_old_keywords_of_the_verbs() -> None:
 
 def test_help_shows_what_a_keyword_means() -> None:
     assert repr(Option("Solve the damped problem.")) == "'Solve the damped problem.'"
-    assert "Solve the damped problem." in str(signature(epicyclic.modes))
+    assert "Solve the damped problem." in (epicyclic.modes.__doc__ or "")
 
 
 def test_a_record_needs_its_function_and_kinds() -> None:

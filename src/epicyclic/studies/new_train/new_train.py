@@ -14,7 +14,7 @@ from ...model.model_writer import quantity_text
 from ...resolve import load
 from ...train.train import Train
 from .beside import Blank, beside, shifts_of
-from .sizes import LOAD_FIGURE, Size, size_of
+from .sizes import LOAD_FIGURE, GearSize, size_of
 from .tooth_counts import (
     FEWEST,
     ToothCounts,
@@ -114,7 +114,7 @@ def _check_counts(wishes: Wishes) -> None:
 # the document ---------------------------------------------------------------------------------------------------------
 
 
-def _document(wishes: Wishes, blank: Blank, size: Size) -> dict[str, Any]:
+def _document(wishes: Wishes, blank: Blank, size: GearSize) -> dict[str, Any]:
     """The whole document, reasons of what was chosen under `assumed`."""
     tables, reasons = beside(blank)
     texts, load_ = wishes.texts, wishes.load
@@ -217,7 +217,7 @@ def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:
     return comments
 
 
-def _remarks(wishes: Wishes, blank: Blank, size: Size) -> tuple[str, ...]:
+def _remarks(wishes: Wishes, blank: Blank, size: GearSize) -> tuple[str, ...]:
     """What a person should know of what was chosen."""
     counts, planets = blank.counts, blank.planets
     said = []

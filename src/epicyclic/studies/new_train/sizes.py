@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from ...errors import ModelError
 from .tooth_counts import ToothCounts
 
-__all__ = ["LOAD_FIGURE", "Size", "load_figure", "size_of"]
+__all__ = ["LOAD_FIGURE", "GearSize", "load_figure", "size_of"]
 
 LOAD_FIGURE = 4e6  # [Pa] K of the preselection
 _WIDTH_RATIO = 0.8  # face width per sun diameter: wider, and the twist of the sun spoils the load along the face
@@ -24,7 +24,7 @@ _TOOL = 1e-9  # a quotient this much above a whole number is that number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Size:
+class GearSize:
     """Normal module [m], face width [m], and the load figure K [Pa] they give."""
 
     module: float
@@ -40,7 +40,7 @@ def size_of(
     *,
     module: float | None,
     width: float | None,
-) -> Size:
+) -> GearSize:
     """Module and face width of a set; given ones stay as they are.
 
     sun_torque : [N m], of either sign.  helix_angle : [rad].  module : normal [m].  width : [m].
@@ -64,7 +64,7 @@ def size_of(
         raw = _WIDTH_RATIO * diameter
         step = _WIDTH_STEPS[raw > 50e-3]
         width = round(math.ceil(raw / step * (1 - _TOOL)) * step, 6)
-    return Size(
+    return GearSize(
         module=module,
         face_width=width,
         load_figure=load_figure(counts, planets, sun_torque, diameter=diameter, width=width),

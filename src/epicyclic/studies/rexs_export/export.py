@@ -137,7 +137,9 @@ def _check(train: Train) -> None:
         if abs(distance - worked) > 1e-6 * distance:
             problem = f"gears that do not fit their places: they work at a centre distance of {worked * 1e3:.7g} mm"
             given = f"{distance * 1e3:.7g} mm"
-            raise ModelError(problem, path=f"{mesh.pair}.centre_distance", given=given, allowed="one geometry of all gears")
+            raise ModelError(
+                problem, path=f"{mesh.pair}.centre_distance", given=given, allowed="one geometry of all gears"
+            )
 
 
 def _carriers(train: Train, draft: Draft, stages: Mapping[str, int]) -> dict[str, int]:

@@ -23,7 +23,9 @@ _MATERIAL = (
 )
 
 
-def add_gears(train: Train, draft: Draft, shaft: ShaftPart, number: int, materials: dict[object, int]) -> dict[Key, int]:
+def add_gears(
+    train: Train, draft: Draft, shaft: ShaftPart, number: int, materials: dict[object, int]
+) -> dict[Key, int]:
     """Add the gears of a shaft with flanks and material; their ids."""
     flanks = _flanks(train)
     return {gear.key: _gear(train, draft, shaft, gear, number, flanks, materials) for gear in shaft.gears}
@@ -74,7 +76,9 @@ def _gear(
         "normal_pressure_angle": (in_unit(gear.pressure_angle, DEG), "deg"),
         "addendum_modification_coefficient": (gear.profile_shift, "none"),
     }
-    sides = [draft.add("cylindrical_gear_flank", f"{shaft.name}{side} {end} flank", profile) for end in ("left", "right")]
+    sides = [
+        draft.add("cylindrical_gear_flank", f"{shaft.name}{side} {end} flank", profile) for end in ("left", "right")
+    ]
     draft.relate("flank", gear=found, left=sides[0], right=sides[1])
     _modifications(draft, flanks.get(body.name, PLAIN), gear, path, sides)
     return found
@@ -99,7 +103,10 @@ def _modifications(draft: Draft, flank: Flank, gear: GearData, path: str, sides:
         inward = 1 if gear.internal else -1
         attributes: Attributes = {
             "tip_relief_depth": (in_unit(flank.tip_relief.amount, 1e-6), "mum"),
-            "tip_relief_datum_diameter": (in_unit(2 * (gear.tip_radius + inward * flank.tip_relief.length), 1e-3), "mm"),
+            "tip_relief_datum_diameter": (
+                in_unit(2 * (gear.tip_radius + inward * flank.tip_relief.length), 1e-3),
+                "mm",
+            ),
             "shape_of_relief": (flank.tip_relief.shape, "none"),
         }
         added.append(draft.add("tip_relief", "tip relief", attributes))

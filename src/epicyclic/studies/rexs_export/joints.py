@@ -51,7 +51,9 @@ def add_joints(
         held = first.first.member in train.kinematics.held
         turn = link.stiffness[5]
         if turn > 0 and not held:
-            draft.drop(f"{link.path}.rz", "would hold the member in the file, and the model does not hold it: left free")
+            draft.drop(
+                f"{link.path}.rz", "would hold the member in the file, and the model does not hold it: left free"
+            )
             turn = 0.0
         if turn > 0:
             turned.add(first.name)

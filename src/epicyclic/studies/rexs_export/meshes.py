@@ -114,7 +114,9 @@ def _attributes(draft: Draft, mesh: Mesh, a: Body, b: Body, factors: Mapping[str
             _STIFFNESS: (in_unit(per_width, 1e9), "N / (mm mum)"),
         }
         if mesh.table is not None:
-            draft.drop(f"{mesh.pair}.stiffness", "a table over the load: its mean tangent at the operating load is written")
+            draft.drop(
+                f"{mesh.pair}.stiffness", "a table over the load: its mean tangent at the operating load is written"
+            )
     else:
         draft.drop(f"{mesh.pair}.stiffness", f"{_STIFFNESS} is per face width, which the model does not give")
     if math.isfinite(mesh.backlash):

@@ -1,0 +1,158 @@
+"""Wheel and sdist: licence, data, console script, types seen from outside; the oldest dependencies."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import tomllib
+import venv
+import zipfile
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+CONSUMER = ROOT / "tests" / "files" / "consumer.py"
+# what the code reads beside its modules
+DATA = ("py.typed", "__init__.pyi", "references.bib", "show/report.css", "systems/ren2021.toml")
+
+
+def ran(*arguments: str | Path, **options: object) -> subprocess.CompletedProcess[str]:
+    """What a command gives, in an environment that does not lead to the checkout."""
+    clean = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "MYPYPATH")}
+    return subprocess.run(arguments, capture_output=True, text=True, check=False, env=clean, **options)  # type: ignore[call-overload, no-any-return]
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """The wheel and the sdist that it is built from."""
+    folder = tmp_path_factory.mktemp("built")
+    source = tmp_path_factory.mktemp("source") / "epicyclic"
+    files = ran("git", "-C", ROOT, "ls-files", "--cached", "--others", "--exclude-standard").stdout.splitlines()
+    if not files:
+        pytest.skip("needs the checkout, to build from its files alone")
+    for name in files:
+        if name.startswith(("tests/", "docs/", "benchmarks/")) or not (ROOT / name).is_file():
+            continue
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        (source / name).write_bytes((ROOT / name).read_bytes())
+    own = tuple(map(int, version("setuptools").split(".")[:2])) >= (77, 1)
+    made = ran(sys.executable, "-m", "build", *(["--no-isolation"] if own else []), "--outdir", folder, source)
+    if made.returncode and not own:
+        pytest.skip("needs setuptools 77.1 or an index to take it from")
+    assert made.returncode == 0, made.stdout[-2000:] + made.stderr[-2000:]
+    (wheel,), (sdist,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
+    return wheel, sdist
+
+
+@pytest.fixture(scope="module")
+def installed(built: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Python of an environment of the wheel alone; it takes the dependencies from this one."""
+    home = tmp_path_factory.mktemp("environment")
+    venv.create(home)
+    python = home / "bin" / "python"
+    done = ran(sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index", built[0])
+    assert done.returncode == 0, done.stderr
+    (site,) = home.glob("lib/python*/site-packages")
+    (site / "dependencies.pth").write_text(f"{sysconfig.get_paths()['purelib']}\n", encoding="utf-8")
+    return python
+
+
+def test_the_wheel_has_licence_and_data(built: tuple[Path, Path]) -> None:
+    with zipfile.ZipFile(built[0]) as wheel:
+        names = wheel.namelist()
+        (meta,) = (name for name in names if name.endswith(".dist-info/METADATA"))
+        head = wheel.read(meta).decode("utf-8").splitlines()
+        (licence,) = (name for name in names if name.endswith(".dist-info/licenses/LICENSE"))
+        assert wheel.read(licence) == (ROOT / "LICENSE").read_bytes()
+    assert "License-Expression: BSD-3-Clause" in head
+    assert "License-File: LICENSE" in head
+    assert not any("License ::" in line for line in head)
+    for name in DATA:
+        assert f"epicyclic/{name}" in names
+    # every file beside the modules comes along, and nothing else does
+    beside = {
+        f"epicyclic/{path.relative_to(ROOT / 'src' / 'epicyclic').as_posix()}"
+        for path in (ROOT / "src" / "epicyclic").rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts and path.suffix not in (".nbi", ".nbc")
+    }
+    assert {name for name in names if not name.split("/")[0].endswith(".dist-info")} == beside
+
+
+def test_the_sdist_has_what_a_reader_wants(built: tuple[Path, Path]) -> None:
+    with tarfile.open(built[1]) as sdist:
+        names = {name.partition("/")[2] for name in sdist.getnames()}
+    assert {"LICENSE", "README.md", "CITATION.cff", "CHANGELOG.md", "constraints-oldest.txt", "pyproject.toml"} <= names
+
+
+def test_the_installed_package_runs(installed: Path, tmp_path: Path) -> None:
+    where = ran(installed, "-c", "import epicyclic; print(epicyclic.__file__)", cwd=tmp_path).stdout
+    assert str(installed.parents[1]) in where
+    script = installed.with_name("epicyclic")
+    assert ran(script, "--version", cwd=tmp_path).stdout.split() == ["epicyclic", PROJECT["project"]["version"]]
+    shown = ran(script, "check", "ren2021", cwd=tmp_path)
+    assert shown.returncode == 0, shown.stderr
+    assert "Ratio main.sun to main.carrier 3.47826" in shown.stdout
+    page = ran(script, "schema", cwd=tmp_path)
+    assert page.stdout.startswith("{")
+
+
+def test_the_consumer_runs(installed: Path, tmp_path: Path) -> None:
+    done = ran(installed, CONSUMER, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    lowest, number = done.stdout.split()
+    # Lin and Parker 1999, planar set of four planets, to their digits
+    assert float(lowest) == pytest.approx(727.0, abs=1.0)
+    assert number == PROJECT["project"]["version"]
+
+
+def wrong_lines() -> set[int]:
+    lines = CONSUMER.read_text("utf-8").splitlines()
+    return {place for place, line in enumerate(lines, start=1) if line.endswith("# ERROR")}
+
+
+def test_mypy_sees_the_types_from_outside(installed: Path, tmp_path: Path) -> None:
+    options = ("--strict", "--python-executable", str(installed), "--cache-dir", str(tmp_path / "cache"))
+    done = ran(sys.executable, "-m", "mypy", *options, "--follow-imports=silent", CONSUMER, cwd=tmp_path)
+    found = {int(line) for line in re.findall(r"consumer\.py:(\d+): error", done.stdout)}
+    assert found == wrong_lines(), done.stdout + done.stderr
+
+
+def test_pyright_sees_the_types_from_outside(installed: Path, tmp_path: Path) -> None:
+    try:
+        ready = ran(sys.executable, "-m", "pyright", "--version", timeout=120).returncode == 0
+    except subprocess.TimeoutExpired:
+        ready = False
+    if not ready:
+        pytest.skip("pyright cannot fetch its own runtime here")
+    target = tmp_path / CONSUMER.name
+    target.write_text(CONSUMER.read_text("utf-8"), encoding="utf-8")
+    done = ran(sys.executable, "-m", "pyright", "--pythonpath", installed, target, cwd=tmp_path)
+    found = {int(line) for line in re.findall(r"consumer\.py:(\d+):\d+ - error", done.stdout)}
+    assert found == wrong_lines(), done.stdout + done.stderr
+
+
+def test_the_oldest_versions_are_the_lower_bounds() -> None:
+    lower = {
+        re.split(r"[><=]", text)[0]: text.split(">=")[1].split(",")[0] for text in PROJECT["project"]["dependencies"]
+    }
+    lines = (ROOT / "constraints-oldest.txt").read_text("utf-8").splitlines()
+    assert dict(line.split("==") for line in lines if not line.startswith("#")) == lower
+
+
+def test_the_citation_says_what_the_project_says() -> None:
+    lines = (ROOT / "CITATION.cff").read_text("utf-8").splitlines()
+    said = dict(line.split(": ", 1) for line in lines if re.match(r"[a-z-]+: \S", line))
+    project = PROJECT["project"]
+    assert said["cff-version"] == "1.2.0"
+    assert said["title"] == project["name"]
+    assert said["version"] == project["version"]
+    assert said["license"] == project["license"] == "BSD-3-Clause"
+    assert f'  - name: "{project["authors"][0]["name"]}"' in lines
+    assert "The epicyclic authors" in (ROOT / "LICENSE").read_text("utf-8")
