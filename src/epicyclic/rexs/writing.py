@@ -1,4 +1,4 @@
-"""A REXS file as bytes: XML, JSON or a zip of XML, the same bytes from the same file, read back with the same values."""
+"""A REXS file as bytes: XML, JSON or a zip of XML; the same bytes from the same file, read back with equal values."""
 
 from __future__ import annotations
 

@@ -313,7 +313,8 @@ def test_names_of_files() -> None:
 def test_a_matrix_of_many_empty_rows_is_refused(size: str) -> None:
     raw = (
         '<model version="1.6"><relations/><components><component id="1" type="shaft">'
-        f'<attribute id="a" unit="mm"><matrix code="int32" {size}></matrix></attribute></component></components></model>'
+        f'<attribute id="a" unit="mm"><matrix code="int32" {size}></matrix></attribute></component>'
+        "</components></model>"
     )
     with pytest.raises(ModelError, match="do not fill"):
         read_rexs_file(raw.encode())

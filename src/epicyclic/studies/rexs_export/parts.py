@@ -53,7 +53,7 @@ class ShaftPart:
 
     @property
     def station(self) -> float:
-        """Axial place about which its tilt inertia counts [m]: between the halves of a member, else at its first gear."""
+        """Axial place of its tilt inertia [m]: between the halves of a member, else at its first gear."""
         return _middle(self.bodies)
 
 

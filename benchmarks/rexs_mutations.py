@@ -1,6 +1,6 @@
-"""Damaged REXS files, made from good ones by seed: each is read, or refused with a ModelError, soon and in little memory.
+"""Damaged REXS files, made from good ones by seed: each is read or refused with a ModelError, soon, in little memory.
 
-    python tests/files/rexs_mutations.py --count 10000 --jobs 2 [--encoding json] [GOOD.rexs ...]
+    python benchmarks/rexs_mutations.py --count 10000 --jobs 2 [--encoding json] [GOOD.rexs ...]
 
 reads that many of each encoding in processes of limited memory and prints counts, the longest time and the largest
 memory.  Exit status 1 where anything but a model or a ModelError came, or one file took longer than the limit.
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import copy
 import io
+import itertools
 import json
 import random
 import re
@@ -27,6 +28,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
+
+from rexs_nasty import JSON_NASTY, NASTY, TYPES
 
 from epicyclic.errors import ModelError
 from epicyclic.model.document import read
@@ -60,37 +63,6 @@ _MINE = {
     },
     "operation": {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}},
 }
-NASTY: tuple[Any, ...] = (
-    *("nan", "inf", "-inf", "1e400", "-1e308", "1e-320", "0", "-1", "", " ", "true", "false", "NaN", "Infinity"),
-    *("9" * 400, "9" * 5000, "1" * 19, "0x10", "1_000", "1,5", "1.6580", "+5", ".", "e5", "--1", "1e", "\u0661\u0662"),
-    *("\x00", "\u2028", "\ud800", "\ufffe", "<", "&lol;", "]]>", "../../etc/passwd", "file:///etc/passwd", "=cmd()"),
-    *(
-        "custom_x",
-        "mm",
-        "none",
-        "deg",
-        "N / (mm mum)",
-        "\u00b0",
-        "furlong",
-        "1e20",
-        "5e-324",
-        "a" * 10000,
-        "%s%n",
-        "{}",
-    ),
-)
-_JSON_NASTY: tuple[Any, ...] = (
-    *(None, True, False, 0, -1, 1e308, -1e308, 10**30, 10**400, 2**63, 0.5, 1e-320, [], {}, [[]], [None], [{}]),
-    *([1.0], [1.0, 2.0], [0.0] * 4, [[1.0], [1.0, 2.0]], [0.0, 0.0, 0.0], ["a", 1, None], {"code": "float64"}),
-    *({"code": "float64", "value": "AAAA"}, {"code": "int32", "value": "####"}, {"code": "int32", "value": "A" * 9999}),
-    {"code": "float64", "value": "AAAAAAAA8D8=", "rows": 10**9, "columns": 10**9},
-)
-_TYPES = (
-    *("shaft", "planetary_stage", "cylindrical_gear", "ring_gear", "planet_carrier", "gear_casing", "coupling"),
-    *("concept_bearing", "external_load", "additional_mass", "material", "side_plate", "cylindrical_stage", "x", ""),
-    *("assembly", "reference", "stage", "planet_shaft", "planet_pin", "central_shaft", "planet_carrier_shaft", "side"),
-    *("flank", "ordered_assembly", "ordered_reference", "stage_gear_data", "switchable_coupling", "shaft_section"),
-)
 
 
 class Fault(Exception):
@@ -215,7 +187,7 @@ def _renamed(chance: random.Random, root: ElementTree.Element) -> None:
 
 def _retyped(chance: random.Random, root: ElementTree.Element) -> None:
     typed = [element for element in root.iter() if "type" in element.attrib]
-    chance.choice(typed).set("type", chance.choice(_TYPES))
+    chance.choice(typed).set("type", chance.choice(TYPES))
 
 
 def _swapped(chance: random.Random, root: ElementTree.Element) -> None:
@@ -239,7 +211,7 @@ def _looped(chance: random.Random, root: ElementTree.Element) -> None:
         relations = root.find("relations")
         assert relations is not None
         for number in range(chance.choice((1, 10, 300))):
-            kind = chance.choice(_TYPES)
+            kind = chance.choice(TYPES)
             new = ElementTree.SubElement(relations, "relation", id=str(5000 + number), type=kind)
             for role in chance.sample(("assembly", "part", "stage", "gear_1", "gear_2", "shaft", "origin", "referenced",
                                        "inner_part", "outer_part", "planetary_stage"), 3):  # fmt: skip
@@ -265,7 +237,8 @@ def _valued(chance: random.Random, root: ElementTree.Element) -> None:
     else:
         element.text, element[:] = "", []
         array = ElementTree.SubElement(element, chance.choice(("array", "matrix")), code=chance.choice(
-            ("float64", "float32", "int32", "int64", "x")), rows=chance.choice(("1000000000", "-1", "3", "x")))  # fmt: skip
+            ("float64", "float32", "int32", "int64", "x")),
+            rows=chance.choice(("1000000000", "-1", "3", "x")))  # fmt: skip
         array.text = chance.choice(("", "AAAA", "AAAAAAAA8D8=", "#", "A" * 99999))
 
 
@@ -402,7 +375,7 @@ def _json_renamed(chance: random.Random, nodes: list[tuple[Any, Any]]) -> None:
 
 def _json_valued(chance: random.Random, nodes: list[tuple[Any, Any]]) -> None:
     table, key = chance.choice(nodes)
-    table[key] = copy.deepcopy(chance.choice((*_JSON_NASTY, *NASTY)))
+    table[key] = copy.deepcopy(chance.choice((*JSON_NASTY, *NASTY)))
 
 
 def _json_swapped(chance: random.Random, nodes: list[tuple[Any, Any]]) -> None:
@@ -498,7 +471,8 @@ def _zip_bomb(chance: random.Random, raw: bytes) -> bytes:
 def _lying(chance: random.Random, packed: bytes) -> bytes:
     """Sizes, flags, methods and check sums in the heads changed."""
     changed = bytearray(packed)
-    for mark, fields in ((b"PK\x01\x02", (8, 10, 16, 20, 24, 28, 30, 32, 42)), (b"PK\x03\x04", (6, 8, 14, 18, 22, 26, 28)),
+    for mark, fields in ((b"PK\x01\x02", (8, 10, 16, 20, 24, 28, 30, 32, 42)),
+                         (b"PK\x03\x04", (6, 8, 14, 18, 22, 26, 28)),
                          (b"PK\x05\x06", (4, 8, 10, 12, 16, 20))):  # fmt: skip
         at = packed.find(mark)
         if at >= 0 and chance.random() < 0.6:
@@ -595,9 +569,10 @@ def main() -> int:
                 [sys.executable, __file__, *given.good, "--encoding", encoding, "--child", str(a), str(b)],
                 stdout=subprocess.PIPE, text=True,
             )
-            for a, b in zip(cuts, cuts[1:], strict=False)
+            for a, b in itertools.pairwise(cuts)
         ]  # fmt: skip
-        results = [json.loads(run.communicate()[0] or '{"came": {}, "faults": ["died"], "longest": [0, 0, ""], "memory": 0}')
+        died = '{"came": {}, "faults": ["died"], "longest": [0, 0, ""], "memory": 0}'
+        results = [json.loads(run.communicate()[0] or died)
                    for run in runs]  # fmt: skip
         came: Counter[str] = sum((Counter(one["came"]) for one in results), Counter())
         faults = [fault for one in results for fault in one["faults"]]
