@@ -559,7 +559,8 @@ def main() -> int:
     parser.add_argument("--child", type=int, nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.child:
-        _child(given.encoding, *given.child, given.good)
+        start, stop = given.child
+        _child(given.encoding, start, stop, given.good)
         return 0
     failed = False
     for encoding in [given.encoding] if given.encoding else ENCODINGS:
