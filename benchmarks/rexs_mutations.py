@@ -151,7 +151,8 @@ def _tree(change: Callable[[random.Random, ElementTree.Element], None]) -> Calla
         root = ElementTree.fromstring(raw)
         for _ in range(chance.choice((1, 1, 2, 4))):
             change(chance, root)
-        return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+        raw = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+        return bytes(raw)
 
     return damage
 
