@@ -151,7 +151,8 @@ def _tree(change: Callable[[random.Random, ElementTree.Element], None]) -> Calla
         root = ElementTree.fromstring(raw)
         for _ in range(chance.choice((1, 1, 2, 4))):
             change(chance, root)
-        return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+        raw = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+        return bytes(raw)
 
     return damage
 
@@ -559,7 +560,8 @@ def main() -> int:
     parser.add_argument("--child", type=int, nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.child:
-        _child(given.encoding, *given.child, given.good)
+        start, stop = given.child
+        _child(given.encoding, start, stop, given.good)
         return 0
     failed = False
     for encoding in [given.encoding] if given.encoding else ENCODINGS:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import random
 import time
 from collections import Counter
+from collections.abc import Callable, Mapping
 
 import pytest
 from rexs_mutations import _JSON, _XML, _ZIP, ENCODINGS, SECONDS, Fault, damaged, good_files, tried
 
-KINDS = {"xml": _XML, "json": _JSON, "zip": _ZIP}
+Damage = Callable[[random.Random, bytes], bytes]
+KINDS: Mapping[str, Mapping[str, Damage]] = {"xml": _XML, "json": _JSON, "zip": _ZIP}
 HEAVY = {"many", "nested", "bomb"}  # of long files: one of each
 
 
