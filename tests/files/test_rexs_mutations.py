@@ -42,6 +42,6 @@ def test_the_same_seed_is_the_same_damage(good: list[bytes]) -> None:
 
 
 def test_a_fault_is_seen(monkeypatch: pytest.MonkeyPatch, good: list[bytes]) -> None:
-    monkeypatch.setattr("rexs_mutations.read_rexs", lambda raw: {}["no such key"])
+    monkeypatch.setattr("rexs_mutations.read_rexs", lambda raw: dict[str, object]()["no such key"])
     with pytest.raises(Fault, match="KeyError"):
         tried(good[0])

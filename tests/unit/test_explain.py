@@ -123,10 +123,10 @@ def test_verbs_and_figures_are_explained() -> None:
     ("word", "meant"),
     [
         ("contact-lots", "contact-lost"),
-        ("frequncy", "frequency"),
+        ("frequencyy", "frequency"),
         ("stages.main.sun.support.radail", "stages.main.sun.support.radial"),
-        ("sun.suport.radial", "sun.support.radial"),
-        ("suport.radial", "support.radial"),
+        ("sun.supporrt.radial", "sun.support.radial"),
+        ("supporrt.radial", "support.radial"),
         ("sharng", "sharing"),
         ("backlsh", "backlash"),
         ("waterfal", "waterfall"),
@@ -155,7 +155,7 @@ def test_the_command_tells_the_same() -> None:
     assert all(part in text.output for part in (own.name, own.meaning, own.example, own.page))
     told = run.invoke(app, ["explain", "backlash", "--json"])
     assert json.loads(told.output) == [one.as_dict() for one in epicyclic.explain("backlash")]
-    wrong = run.invoke(app, ["explain", "frequncy"])
+    wrong = run.invoke(app, ["explain", "frequencyy"])
     assert wrong.exit_code == 2
     assert "did you mean" in wrong.output
 
