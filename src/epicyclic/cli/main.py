@@ -51,7 +51,7 @@ def main() -> None:
     os.environ.setdefault("MKL_NUM_THREADS", "1")
     open_streams()
     collect_again()
-    app()
+    app(prog_name="epicyclic")  # completion is installed for that name, also where Python runs the package
 
 
 @app.callback(invoke_without_command=True)

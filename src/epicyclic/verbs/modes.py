@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated
 
+from ..errors import ModelError
 from .options import RelativeSpeed
 from .parsing import share
 from .record import Option, Verb, bounded
@@ -43,6 +44,8 @@ def modes(
     from ..analyses.steady.resonances import with_resonances
 
     width = None if band is None else share(band, "band")
+    if width is not None and width > 1:
+        raise ModelError("more than the operating speed itself", path="band", given=band, allowed='e.g. "20 %" or 0.2')
     train, system = train_and_system(source, overrides)
     result = modal(system, relative_speed=relative(relative_speed, system, train), damped=damped)
     return with_resonances(result, system, band=width)

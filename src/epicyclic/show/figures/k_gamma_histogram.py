@@ -29,15 +29,21 @@ def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
     quantiles, references = system_quantiles(result), _references(result)
     drawn = figure(_title(quantiles), x="mesh-load factor Kγ [-]", y="share of the trains per bin [%]", height=460)
     counts = of_definition(result)["system_histogram"].values
-    low, high = _range(result, counts, [*quantiles.values(), *references.values()])
+    marked = [*quantiles.values(), *references.values()]
+    low, high = _range(result, counts, marked)
+    turns = _TURNING in texts(result, "definition")
+    if turns:
+        also = _range(result, of_definition(result, _TURNING)["system_histogram"].values, marked)
+        low, high = min(low, also[0]), max(high, also[1])
+    limits = {f"limit {value:g}": value for value in numbers(result, "limit").tolist() if low < value < high}
     x, y = even_bins(numbers(result, "bin_edge"), counts, low, high, _BINS)
     bars = {"x": compact(x, digits=6), "y": compact(100 * y), "width": (high - low) / _BINS}
     look = {"color": tint(PALETTE[0], 0.35), "line": {"width": 0}}
     words = "Kγ %{x:.3f}: %{y:.2f} %<extra></extra>"
     drawn.add_trace(go.Bar(**bars, name="Kγ, mean load", marker=look, hovertemplate=words))
-    if _TURNING in texts(result, "definition"):
+    if turns:
         _add_turning(drawn, result, counts, low, high)
-    _add_lines(drawn, quantiles, references)
+    _add_lines(drawn, quantiles, references, limits)
     drawn.update_xaxes(range=[low, high])
     drawn.update_yaxes(rangemode="tozero")
     legend = {"orientation": "h", "x": 1, "xanchor": "right", "y": -0.17, "yanchor": "top"}
@@ -76,10 +82,13 @@ def _add_turning(drawn: go.Figure, result: xr.Dataset, still: Array, low: float,
     drawn.add_trace(go.Scatter(**trace, name="largest while turning", hoverinfo="skip"))
 
 
-def _add_lines(drawn: go.Figure, quantiles: dict[float, float], references: dict[str, float]) -> None:
+def _add_lines(
+    drawn: go.Figure, quantiles: dict[float, float], references: dict[str, float], limits: dict[str, float]
+) -> None:
     """Percentiles and lines of the user, each with its words above the panel."""
     lines = [(value, f"{percent(p)}: {value:.3f}", INK, "solid") for p, value in quantiles.items()]
     lines += [(value, f"{name}: {value:.4g}", WARNING, "dash") for name, value in references.items()]
+    lines += [(value, name, WARNING, "dot") for name, value in limits.items()]
     for place, (x, words, colour, dash) in enumerate(sorted(lines)):
         drawn.add_vline(x=x, line={"color": colour, "width": 1.6, "dash": dash})
         where = {"x": x, "xref": "x", "y": _HEIGHTS[place % len(_HEIGHTS)], "yref": "paper", "yanchor": "bottom"}

@@ -152,7 +152,7 @@ def front(result: xr.Dataset, company: Company) -> Sequence[Part]:
             parts.append(replace(table, columns={name: own for name, own in table.columns.items() if name not in left}))
     figure = operating_range({"": (result, company.get("sweep"))})
     if figure is not None:
-        words = "A mark is a speed at which a mesh order meets a mode; the strongest are named. Linear contact."
+        words = "A mark is a speed at which a mesh order meets a mode; the strongest are named where there is room."
         parts.append(Drawing(anchor="operating-range", figure=figure, caption=words))
     return parts
 

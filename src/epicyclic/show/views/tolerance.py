@@ -30,6 +30,7 @@ ORDER = 72
 _NARROWED = 0.1
 # worst samples in a table
 _WORST = 5
+_TURNING = "mean-load-turning"
 _NAMES = {"mean-load": "K_gamma (mean-load)", "mean-load-turning": "largest while turning"}
 
 
@@ -96,13 +97,23 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
             total = np.nan_to_num(one["sobol_total"].isel(pair=pair).values)
             name = short_entries(texts(result, "tolerance"))[int(total.argmax())]
             change = f"Most of the scatter comes from {name}: {100 * total.max():.0f} % of the variance of K_gamma."
-        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains."
+        text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}."
         found.append(Finding(tone="", text=text, change=change, anchor="tolerances"))
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:
         text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."
         found.append(Finding(tone="caution", text=text, anchor="tolerances"))
     return found
+
+
+def _turning(result: xr.Dataset, probability: float) -> str:
+    """Words of the same quantile of the largest load while turning; "" where it has none."""
+    if _TURNING not in texts(result, "definition"):
+        return ""
+    value = float(of_definition(result, _TURNING)["system_k_gamma_quantile"].sel(probability=probability))
+    return (
+        f", the largest load of a mesh while turning below {value:.3f} of the equal one" if np.isfinite(value) else ""
+    )
 
 
 def _left_out(result: xr.Dataset) -> str:
@@ -144,12 +155,15 @@ def _with_bands(one: xr.Dataset, name: str) -> list[str]:
 
 
 def _exceedance(result: xr.Dataset) -> Table:
-    """Share of the trains above each limit, share with a mesh that separates, share whose contact opens [%]."""
+    """Share of the trains above each limit by each definition, with a mesh that separates, whose contact opens [%]."""
     one = of_definition(result)
     rows: dict[str, tuple[float, float, float]] = {}
     if "system_exceedance" in one:
         for i, limit in enumerate(one["limit"].values):
-            rows[f"K_gamma above {limit:g}"] = _band(one.isel(limit=i), "system_exceedance")
+            for definition in texts(result, "definition"):
+                own = of_definition(result, definition).isel(limit=i)
+                name = _NAMES[_TURNING] if definition == _TURNING else "K_gamma"
+                rows[f"{name} above {limit:g}"] = _band(own, "system_exceedance")
     if "system_separation_probability" in one:
         rows["a mesh separates"] = _band(one, "system_separation_probability")
     done = max(int(result.attrs.get("done", 1)), 1)

@@ -46,8 +46,13 @@ def test_the_histogram_holds_every_sample_and_marks_the_quantiles(result: xr.Dat
     inside = result.system_histogram.values[0].sum() / 4096
     assert sum(bars.y) == pytest.approx(100 * inside, abs=0.2)  # but for a thousandth at the ends
     assert turning.name == "largest while turning"
+    assert sum(turning.y) == pytest.approx(100 * result.system_histogram.values[1].sum() / 4096, abs=0.2)
     quantiles = result.system_k_gamma_quantile.sel(definition="mean-load", probability=[0.5, 0.95, 0.99]).values
-    assert sorted(shape.x0 for shape in drawn.layout.shapes) == pytest.approx(sorted(quantiles))
+    solid = sorted(shape.x0 for shape in drawn.layout.shapes if shape.line.dash == "solid")
+    assert solid == pytest.approx(sorted(quantiles))
+    low, high = drawn.layout.xaxis.range
+    inside = [limit for limit in result.limit.values if low < limit < high]
+    assert [shape.x0 for shape in drawn.layout.shapes if shape.line.dash == "dot"] == pytest.approx(inside)
     assert [text for text in words(drawn) if text.startswith("99")] == [f"{percent(0.99)}: {quantiles[2]:.3f}"]
     assert f"{quantiles[1]:.3f} in {percent(0.95)}" in drawn.layout.title.text
 
