@@ -32,7 +32,8 @@ def test_flags_write_a_file_that_runs(tmp_path: Path) -> None:
     assert f"epicyclic check {path}" in result.output
     text = path.read_text(encoding="utf-8")
     assert "mesh frequency 288.75 Hz" in text
-    assert "--teeth 21/39/99" in text.split("format")[0]
+    head = " ".join(line.removeprefix("# ") for line in text.split("format")[0].splitlines())
+    assert "--teeth 21/39/99" in head  # in a comment of lines
     assert epicyclic.load(path).warnings == ()
     document = epicyclic.planetary(
         teeth="21/39/99",

@@ -24,7 +24,7 @@ def run(*words: str) -> Result:
 def test_frequencies_ranked() -> None:
     out = run("sensitivity", "lin1999-n4", "--mode", "4").stdout
     assert "What moves modes 4 to 5, one root, 1091.16 Hz, translational" in out
-    lines = [line.split() for line in out.splitlines() if line.startswith(" stages.")]
+    lines = [line.split() for line in out.splitlines() if line.startswith("stages.")]
     assert [words[0] for words in lines[:2]] == ["stages.main.ring.mass", "stages.main.ring.support.radial"]
 
 

@@ -26,6 +26,9 @@ NO_VERBS = {
     *("System", "Train", "ConvergenceError", "ModelError"),
     *("assemble", "load", "load_result", "save_result", "to_json", "write_report"),
     "study",  # of a job file: its verbs are here
+    "compare",  # of several models: what it compares is here
+    *("save_matrices", "read_rexs", "write_rexs", "figure_names", "plot", "explain"),
+    *("planetary", "star", "differential"),
 }
 
 

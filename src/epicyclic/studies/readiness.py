@@ -27,6 +27,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "campbell": ("equations", "inertia", "speed"),
     "contact": ("torque", "first_teeth"),
     "efficiency": ("flow", "contact_lines"),
+    "matrices": ("equations", "inertia"),
     "modes": ("equations", "inertia"),
     "modulation": (*_RESPONSE, "ring"),
     "relief": ("torque", "any_teeth"),

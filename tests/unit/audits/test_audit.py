@@ -440,7 +440,7 @@ def test_command_prints_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 def test_command_fails_where_a_row_is_contradicted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command("audit", written(tmp_path, row("reproduced") + row("reproduced", 11776.0))) == 4
-    assert "warning: lin1999-n3: q {}: contradicted" in capsys.readouterr().out
+    assert "- lin1999-n3: q {}: contradicted [audit-differs]" in capsys.readouterr().out
     assert command("audit", written(tmp_path, row("reproduced", 11776.0)), "--json") == 4
     streams = capsys.readouterr()
     assert xr.Dataset.from_dict(json.loads(streams.out)).outcome.values.tolist() == ["contradicted"]
@@ -465,7 +465,7 @@ def test_command_calls_a_fitted_value_fitted(tmp_path: Path, capsys: pytest.Capt
 def test_command_refuses_what_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command("audit", "ren2020") == 2
     assert "no such audit; did you mean 'ren2021'?" in capsys.readouterr().err
-    assert command("audit", "ren2021", "-o", str(tmp_path / "x.html")) == 2
+    assert command("audit", "ren2021", "-o", str(tmp_path / "x.txt")) == 2
     assert "no such kind of output" in capsys.readouterr().err
 
 

@@ -60,7 +60,7 @@ def changed(path: str, value: object) -> dict[str, Any]:
 
 
 RESPONSES = {"modulation", "sharing", "steady", "sweep"}
-DYNAMIC = RESPONSES | {"campbell", "modes", "sensitivity", "stability", "track", "transient"}
+DYNAMIC = RESPONSES | {"campbell", "matrices", "modes", "sensitivity", "stability", "track", "transient"}
 # model, path of the message, verbs that need it
 LACKING = {
     "damping": (changed("damping", None), "damping", RESPONSES),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.unit.packed_page import unpacked
 
 import epicyclic
 from epicyclic.assemble.tooth_pairs import mean_force, pair_of
@@ -194,9 +195,9 @@ def test_html_shows_the_flanks(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     target = tmp_path / "teeth.html"
     code, _, _ = run(["contact", "ren2021", "--samples", "8", "--slices", "3", "-o", str(target)], capsys)
     assert code == 0
-    html = target.read_text(encoding="utf-8")
-    assert "Load over the flank" in html
-    assert "Harris map" in html
+    figures = "".join(unpacked(target.read_text(encoding="utf-8")).values())
+    assert "Load over the flank" in figures
+    assert "Harris map" in figures
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ LINEAR = {
     "allocate",
     "track",
     "modulation",
+    "matrices",
 }
 # verbs of the drawing, those that ask the laws, and relief, whose candidates have tables of their own
 OTHER = {"check", "contact", "efficiency", "relief", "static", "stiffness", "train_contact", "transient"}

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
-import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 from types import ModuleType
@@ -16,6 +14,7 @@ import plotly.graph_objects as go
 import pytest
 import xarray as xr
 from plotly.offline import get_plotlyjs
+from tests.unit.packed_page import unpacked
 
 from epicyclic.errors import ModelError
 from epicyclic.show.elements import Finding, Table
@@ -60,12 +59,6 @@ def read(html: str) -> Page:
     page = Page()
     page.feed(html)
     return page
-
-
-def unpacked(html: str) -> dict[str, str]:
-    """What the page's own script unpacks, by id."""
-    blobs = re.findall(r'<script type="text/plain" id="([a-z-]+)">([A-Za-z0-9+/=]*)</script>', html)
-    return {name: zlib.decompress(base64.b64decode(text)).decode("utf-8") for name, text in blobs}
 
 
 def figures(html: str) -> dict[str, dict[str, Any]]:
