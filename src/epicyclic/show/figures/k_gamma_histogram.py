@@ -15,7 +15,7 @@ __all__ = ["k_gamma_histogram"]
 _BINS = 90
 _TURNING = "mean-load-turning"
 # heights above the panel of words on lines, in turn: neighbours do not cover each other
-_HEIGHTS = (1.0, 1.06, 1.12)
+_HEIGHTS = (1.0, 1.075, 1.15)
 
 
 def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
