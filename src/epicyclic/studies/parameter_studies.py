@@ -1,12 +1,13 @@
 """One-parameter studies: a quantity of the train over values in the model file.
 
-`vary` takes any path and any quantity; the studies of load sharing over support stiffness and run-out are made of it.
+`vary` takes any path and any quantity; load sharing over support stiffness and run-out has its points on several cores.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..analyses.parallel import each
 from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded
@@ -186,20 +188,25 @@ def _sharing_study(
     changes : path of a member -> paths that take each value together.  values : (P,) in SI.
     words : name of the coordinate of the values, and title of the study.
     """
-    curves = []
-    for place, paths in enumerate(changes.values()):
-        path_values = {path: [float(value) for value in values] for path in paths}
-        curves.append(vary(train.document, path_values, quantity=worst_sharing))
+    points = [dict.fromkeys(paths, float(value)) for paths in changes.values() for value in values]
+    arrived: list[int] = []
+
+    def count(place: int, _: tuple[float, str]) -> None:
+        arrived.append(place)
         if progress is not None:
-            progress((place + 1) / len(changes))
-    status = np.array([curve.status.values for curve in curves])
+            progress(len(arrived) / len(points))
+
+    found = each(partial(_sharing_point, train.document), points, arrived=count)
+    shape = len(changes), len(values)
+    sharing = np.array([value for value, _ in found]).reshape(shape)
+    status = np.array([text for _, text in found], dtype=object).reshape(shape)
     failed = int((status != "ok").sum())
     if failed == status.size:
         raise ModelError(str(status.flat[0]))
     coordinate, title = words
     result = dataset(
         {
-            "system_load_sharing": (("member", coordinate), np.array([curve.quantity.values for curve in curves])),
+            "system_load_sharing": (("member", coordinate), sharing),
             "status": (("member", coordinate), status),
         },
         coords={"member": [_member_name(path) for path in changes], coordinate: values},
@@ -209,6 +216,14 @@ def _sharing_study(
         provenance=train_provenance(train),
     )
     return result.assign_attrs(study=title)
+
+
+def _sharing_point(document: Mapping[str, Any], values: Mapping[str, float]) -> tuple[float, str]:
+    """`worst_sharing` [1] with values in place of those of a document, and "ok"; nan and the message where it fails."""
+    try:
+        return _evaluate(document, values, worst_sharing), "ok"
+    except (ModelError, ConvergenceError) as error:
+        return float("nan"), str(error)
 
 
 def _has_laws(train: Train) -> bool:

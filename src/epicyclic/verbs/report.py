@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from inspect import signature
 from pathlib import Path
@@ -78,7 +79,7 @@ def run_report(
         takes a minute.
     folder : keeps every section that is done, and what the one at work keeps, so that a report that was stopped goes on
         with `resume`.
-    progress : called with the name of what starts.
+    progress : called with the name of what is done, in the order of the sections.
 
     Returns
     -------
@@ -105,16 +106,49 @@ def run_report(
             words = "takes long with several mesh frequencies; it runs where --sections names it,"
             left_out += [coded("section-left-out", f"no {name}: {words} {_section(name)}") for name in STUDIES]
             steps = {name: step for name, step in steps.items() if name not in STUDIES}
-        for name, step in steps.items():
-            if progress is not None:
-                progress(name)
-            try:
-                results[name] = step() if place is None else _kept(place, name, step)
-            except (ModelError, ConvergenceError) as error:
-                left_out.append(coded("section-left-out", f"no {name}: {error}"))
+        for name, found in zip(steps, _run_steps(steps, place, progress), strict=True):
+            if isinstance(found, str):
+                left_out.append(coded("section-left-out", f"no {name}: {found}"))
+            else:
+                results[name] = found
     first = next(iter(results.values()))
     first.attrs["not_run"] = json.dumps(left_out)
     return results
+
+
+def _run_steps(
+    steps: Mapping[str, Callable[[], xr.Dataset]], place: Path | None, progress: Callable[[str], None] | None
+) -> list[xr.Dataset | str]:
+    """The result of every section, or why it has none; on several cores where workers are forked.
+
+    Workers that are not forked would need the sections pickled, which share one System.
+    """
+    names = list(steps)
+    done: set[int] = set()
+
+    def made(name: str) -> xr.Dataset | str:
+        try:
+            return steps[name]() if place is None else _kept(place, name, steps[name])
+        except (ModelError, ConvergenceError) as error:
+            return str(error)
+
+    def arrived(at: int, _: xr.Dataset | str) -> None:
+        before = next((i for i in range(len(names)) if i not in done), len(names))
+        done.add(at)
+        after = next((i for i in range(len(names)) if i not in done), len(names))
+        for name in names[before:after]:
+            if progress is not None:
+                progress(name)
+
+    if sys.platform == "linux":
+        from ..analyses.parallel import each
+
+        return each(made, names, arrived=arrived)
+    found = []
+    for at, name in enumerate(names):
+        found.append(made(name))
+        arrived(at, found[-1])
+    return found
 
 
 def _chosen(sections: Sequence[str]) -> set[str]:
