@@ -20,7 +20,7 @@ from ...studies.drives import drive_text
 from ...system.system import System
 from ...train.train import Train
 from .error_view import ErrorView, error_head, error_view
-from .frames import Frame, Request, failed_frame
+from .frames import PageFrame, Request, failed_frame
 from .mode_view import ModeView, mode_view
 from .names import SpeedAxis, body_labels, mesh_labels, speed_axis
 from .operation_view import operation_head
@@ -64,7 +64,7 @@ class _Parts:
     missing: tuple[dict[str, str], ...] = ()
 
 
-def compute(request: Request) -> Iterator[Frame]:
+def compute(request: Request) -> Iterator[PageFrame]:
     """Frames of a state, the first within a tenth of a second or two; the caller may stop between any two.
 
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
@@ -142,7 +142,7 @@ def _live_parts(model: _Model) -> _Parts:
     )
 
 
-def _live_frame(model: _Model, parts: _Parts, start: float) -> Frame:
+def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     """The frame of the live set."""
     relative_speed = model.request.relative_speed
     head: dict[str, Any] = {
@@ -165,7 +165,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> Frame:
     return _frame(model, "live", head, arrays)
 
 
-def _further_frames(model: _Model, parts: _Parts) -> Iterator[Frame]:
+def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
     """The frames of a state at rest, after the live one."""
     train, system, missing = model.train, model.system, list[dict[str, str]]()
     if system is None:
@@ -201,16 +201,16 @@ def _whole_sharing(system: System, live: SharingView) -> SharingView:
 
 def _part_frame(
     model: _Model, parts: _Parts, kind: str, part: tuple[dict[str, Any], Arrays], *, full: bool = False
-) -> Frame:
+) -> PageFrame:
     """A frame of one part, with the answers as they now are."""
     return _frame(model, kind, {**part[0], **_answers(model, parts, full=full)}, part[1])
 
 
-def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) -> Frame:
+def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) -> PageFrame:
     """A frame of float32."""
     with np.errstate(over="ignore"):
         small = {name: np.asarray(values, dtype=np.float32) for name, values in arrays.items()}
-    return Frame(rev=model.request.rev, kind=kind, head=head, arrays=small)
+    return PageFrame(rev=model.request.rev, kind=kind, head=head, arrays=small)
 
 
 def _prefixed(name: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:

@@ -22,8 +22,8 @@ __all__ = ["ErrorView", "error_head", "error_view"]
 
 # What is shown of a list that nobody reads to its end.
 _MOST = 12
-# Above 1 a K_gamma this close to it is 1.
-_NONE = 1e-9
+# Above 1 a K_gamma this close to it is 1; a share below the second is rounding of it.
+_NONE, _ROUNDING = 1e-9, 1e-6
 _WORDS = {
     "run_out": "run-out",
     "position": "position",
@@ -156,19 +156,36 @@ def _whose(train: Train, group: Sequence[Displacement | MeshError], word: str) -
 
 
 def error_head(view: ErrorView) -> tuple[dict[str, Any], dict[str, Array]]:
-    """``head["errors"]`` and its arrays: ``share`` (row,) of what is above 1 that goes with the deviation [1],
-    ``without`` (row,) K_gamma without it [1], those that cost most first.
+    """``head["errors"]`` and its arrays, those that cost most first: ``share`` (row,) of what K_gamma is above 1 that
+    goes with the deviation [%], ``turning`` the same of the largest over the hunting period [%], ``without`` (row,)
+    K_gamma without it [1].
     """
     k, without = (view.k_turning, view.without_turning) if view.turning else (view.k_gamma, view.without)
-    above = k - 1
-    share = (k - without) / above if above > _NONE else np.zeros(len(without))
-    order = np.argsort(-np.nan_to_num(share, nan=-np.inf), kind="stable")[:_MOST]
+    share, turning = _share(k, without), _share(view.k_turning, view.without_turning)
+    order = np.lexsort((-turning, -share))[:_MOST]
     head = {
         "rows": [
-            {"label": view.label[i], "path": view.path[i], "share": float(share[i]), "without": float(without[i])}
+            {
+                "label": view.label[i],
+                "path": view.path[i],
+                "share": float(share[i]),
+                "turning": float(turning[i]),
+                "without": float(without[i]),
+            }
             for i in order
         ],
         "of": "K_gamma while turning" if view.turning else "mean-load K_gamma",
+        "unit": "%",
         "k_gamma": k,
     }
-    return head, {"share": share[order], "without": without[order]}
+    return head, {"share": share[order], "turning": turning[order], "without": without[order]}
+
+
+def _share(k: float, without: Array) -> Array:
+    """Share of K_gamma above 1 that goes with each deviation, (E,) [%]; 0 where there is none."""
+    above = k - 1
+    if not above > _NONE:
+        return np.zeros(len(without))
+    share = np.nan_to_num((k - without) / above)
+    result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
+    return result
