@@ -11,7 +11,6 @@ import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
 
 __all__ = ["Passes", "issue", "state_folder"]
@@ -39,13 +38,10 @@ class Passes:
         return hmac.compare_digest(given.encode(), self.token.encode())
 
     def admits_cookies(self, header: str) -> bool:
-        """Whether a header ``Cookie`` holds the cookie."""
+        """Whether a header ``Cookie`` holds the cookie, whatever other servers of this host have set beside it."""
         name, value = self.cookie
-        try:
-            found = SimpleCookie(header).get(name)
-        except CookieError:  # another page of this host may have set what is no cookie
-            return False
-        return found is not None and hmac.compare_digest(found.value.encode(), value.encode())
+        pairs = (part.strip().partition("=") for part in header.split(";"))
+        return any(key == name and hmac.compare_digest(given.encode(), value.encode()) for key, _, given in pairs)
 
     def set_cookie(self) -> str:
         """The header ``Set-Cookie``: sent back by pages of this site alone, and out of reach of scripts."""
@@ -93,9 +89,10 @@ def _kept_key(folder: Path) -> bytes:
         with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as opened:
             opened.write(fresh)
     except FileExistsError:  # another server of the user was quicker
-        return _private_key(file) or fresh
+        with suppress(OSError):
+            return _private_key(file) or fresh
     except OSError:
-        return fresh
+        pass
     return fresh
 
 

@@ -142,5 +142,6 @@ def _serve_application(
 _ICON = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32"><g fill="none" stroke="#1f6fb2" stroke-width="2.5">'
     '<circle cx="16" cy="16" r="14"/><circle cx="16" cy="16" r="5"/></g><g fill="#1f6fb2">'
-    '<circle cx="16" cy="6.5" r="3.6"/><circle cx="24.2" cy="20.7" r="3.6"/><circle cx="7.8" cy="20.7" r="3.6"/></g></svg>'
+    '<circle cx="16" cy="6.5" r="3.6"/><circle cx="24.2" cy="20.7" r="3.6"/><circle cx="7.8" cy="20.7" r="3.6"/>'
+    "</g></svg>"
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
@@ -15,7 +16,7 @@ from ..page.page import cockpit_page
 from ..processes.session import Session
 from ..state.links import from_fragment
 from ..state.state import State
-from .recovery import KEEP_SECONDS, MOST_KEPT, SCRIPT
+from .recovery import KEEP_SECONDS, MOST_KEPT, recovery_script
 
 __all__ = ["mount"]
 
@@ -36,11 +37,12 @@ def mount(state: State | None) -> Callable[[Any], AbstractAsyncContextManager[No
     lifespan : of the application: at its end every session is closed.
     """
     live: dict[str, Session] = {}
+    script = recovery_script()
 
     @ui.page("/", response_timeout=_BUILT)
     async def cockpit() -> None:
         client = ui.context.client
-        ui.add_head_html(SCRIPT)
+        ui.add_head_html(script)
         session = live[client.id] = Session()
         client.on_delete(lambda: _end(live, client.id))
         client.on_exception(_tell)
@@ -142,8 +144,6 @@ def _keep(session: Session, client: Client) -> None:
         client.run_javascript(f"cockpitRecovery.keep({_literal(text)}, {_literal(title)}, {_literal(session.unsaved)})")
 
     async def soon() -> None:
-        import asyncio
-
         await asyncio.sleep(KEEP_SECONDS)
         write()
 
