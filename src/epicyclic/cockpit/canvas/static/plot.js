@@ -44,7 +44,7 @@ export function plotOf(parent, { width, height, xLabel, yLabel, count, owner, to
   return new uPlot(
     {
       width, height,
-      padding: [top, 14, 0, 0],
+      padding: [top, 16, 0, 0],
       legend: { show: false },
       cursor: { show: cursor, y: false, drag: { x: false, y: false, setScale: false }, points: { size: 6 }, focus: { prox: 1e6 } },
       scales: { x: { time: false, range: () => owner.rangeX() }, y: { range: () => owner.rangeY() } },

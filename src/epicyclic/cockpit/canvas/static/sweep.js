@@ -1,5 +1,5 @@
 // Mesh forces over speed: the worst curves strong, peaks named after their modes, the operating speed, pin A dashed.
-import { placed } from "./labels.js";
+import { nearestOf, placed } from "./labels.js";
 import { look, written } from "./look.js";
 import { make, Pane } from "./pane.js";
 import { axisFont, Colours, ghostCurve, largest, plotOf, rowsOf, steadyTop } from "./plot.js";
@@ -14,7 +14,8 @@ export class SweepPane extends Pane {
     this.body = make("div", { class: "ck-fill" });
     this.keys = make("div", { class: "ck-keys" });
     this.peaks = make("div", { class: "ck-peaks" });
-    this.root.prepend(this.body, this.keys, this.peaks);
+    this.note = make("div", { class: "ck-note" });
+    this.root.prepend(this.body, this.keys, this.note, this.peaks);
     this.colours = new Colours();
     this.styles = [];
     this.top = 0;
@@ -40,6 +41,7 @@ export class SweepPane extends Pane {
     this.plot?.destroy();
     this.plot = null;
     this.keys.replaceChildren();
+    this.note.textContent = "";
     this.peaks.replaceChildren();
   }
 
@@ -219,15 +221,18 @@ export class SweepPane extends Pane {
     return this.measured.get(text);
   }
 
-  /** Every other point of the strong curves in pixels, which names of peaks do not cover. */
+  /** Points along the strong curves in pixels, close to each other, which names of peaks do not cover. */
   curvePoints(plot, ratio) {
     const points = [];
+    const speeds = this.data[0].map((value) => plot.valToPos(value, "x", true) / ratio);
     this.order.forEach((curve, i) => {
       if (!curve.strong) return;
-      for (let j = 0; j < this.data[0].length; j += 2) {
-        const value = this.data[i + 1][j];
-        if (value !== null) points.push([plot.valToPos(this.data[0][j], "x", true) / ratio, plot.valToPos(value, "y", true) / ratio]);
-      }
+      let last = null;
+      this.data[i + 1].forEach((value, j) => {
+        const point = value === null ? null : [speeds[j], plot.valToPos(value, "y", true) / ratio];
+        if (point && last) points.push(...between(last, point));
+        last = point;
+      });
     });
     return points;
   }
@@ -243,7 +248,7 @@ export class SweepPane extends Pane {
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
-    if (head.stage) rows.push(make("span", { class: "ck-note" }, head.stage));
+    this.note.textContent = head.stage ?? "";
     const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colours.of(curve.label)).join();
     if (text === this.keyText) return;
     this.keyText = text;
@@ -324,8 +329,7 @@ export class SweepPane extends Pane {
 }
 
 function leader(context, { x, y, box }, ratio) {
-  const nx = Math.max(box.x, Math.min(x, box.x + box.w));
-  const ny = Math.max(box.y, Math.min(y, box.y + box.h));
+  const [nx, ny] = nearestOf(box, { x, y });
   if (Math.hypot(nx - x, ny - y) < 10) return;
   context.beginPath();
   context.moveTo(x * ratio, y * ratio);
@@ -333,6 +337,12 @@ function leader(context, { x, y, box }, ratio) {
   context.lineWidth = ratio;
   context.strokeStyle = look().pale;
   context.stroke();
+}
+
+/** Points from one to the other, at most so many pixels apart, the last left out. */
+function between([x0, y0], [x1, y1]) {
+  const count = Math.max(1, Math.ceil(Math.hypot(x1 - x0, y1 - y0) / 5));
+  return Array.from({ length: count }, (_, i) => [x0 + ((x1 - x0) * i) / count, y0 + ((y1 - y0) * i) / count]);
 }
 
 function nearest(values, wanted) {

@@ -165,7 +165,7 @@ export class TrainPane extends Pane {
     context.font = `10.5px ${look().font}`;
     context.fillStyle = look().pale;
     context.textAlign = "right";
-    if (this.slow > 1 && this.width > 330) context.fillText(`turning 1 : ${written(this.slow, 4)}`, this.width - 8, key + 0.5);
+    if (this.slow > 1 && this.width > 330) context.fillText(`turning 1 : ${written(this.slow, 1)}`, this.width - 8, key + 0.5);
   }
 
   drawMode(context, shape) {

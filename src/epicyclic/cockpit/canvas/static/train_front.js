@@ -99,7 +99,7 @@ export function places(front, loads) {
 /** Radius [px] of the patch in which the teeth of a mesh take the colour of its load. */
 export function patch(mesh, bodies, view) {
   const modules = mesh.bodies.map((i) => bodies[i]).filter(isGear).map((body) => (2 * body.pitch) / body.teeth);
-  return Math.min(Math.max(2.6 * Math.min(...modules, 20) * view.scale, 8), 19);
+  return Math.min(Math.max(4 * Math.min(...modules, 20) * view.scale, 9), 24);
 }
 
 function drawMeshes(context, front, view, seconds, loads) {
@@ -139,7 +139,8 @@ function meshNumber(context, front, view, seconds, one, [x, y], radius) {
   const place = placeAt(host, seconds);
   const [cx, cy] = seen(view, place.x, place.y);
   const away = Math.hypot(cx - x, cy - y) || 1;
-  const reach = radius + 11;
+  // Clear of the patch in every direction: a number of three digits is twice as wide as tall.
+  const reach = radius + 4 + (12 * Math.abs(cx - x) + 6 * Math.abs(cy - y)) / away;
   context.font = `600 10.5px ${look().font}`;
   context.textAlign = "center";
   context.fillStyle = look().ink;

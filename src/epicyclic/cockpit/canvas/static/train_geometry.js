@@ -5,12 +5,12 @@ const PRESSURE = Math.tan((20 * Math.PI) / 180); // flanks of the drawn teeth: a
 
 const COAXIAL = ["sun", "ring", "carrier"];
 
-export const isInternal = (body) => body.tip != null && body.root != null && body.tip < body.root;
+export const isInternal = (body) => body.internal ?? (body.tip != null && body.root != null && body.tip < body.root);
 export const isGear = (body) => body.teeth > 0 && body.pitch > 0;
 
 /** Radius of a body as drawn: rim of an internal gear, tip of another, pins of a carrier. */
 export function outerRadius(body, pinRadius = 0) {
-  if (isInternal(body)) return body.root + Math.max(0.09 * body.root, 2 * (body.root - body.tip));
+  if (isInternal(body)) return Math.max(body.outer ?? 0, body.root + Math.max(0.04 * body.root, 1.2 * (body.root - body.tip)));
   return body.tip ?? body.pitch ?? pinRadius;
 }
 
@@ -131,13 +131,13 @@ export function frontView(train) {
   const turned = phases(bodies, meshes);
   const placed = bodies.map((body, index) => {
     const axis = centres.get(body.stage);
-    return { ...body, index, axis, orbitRadius: Math.hypot(body.x - axis.x, body.y - axis.y), phase: turned[index] };
+    return { ...body, index, axis, orbitRadius: Math.hypot(body.x - axis.x, body.y - axis.y), phase: Number.isFinite(body.turn) ? body.turn : turned[index] };
   });
   for (const body of placed) {
     const pins = placed.filter((other) => other.kind === "planet" && other.stage === body.stage);
     body.pins = body.kind === "carrier" ? pins : [];
     const pinRadius = pins.length ? Math.max(...pins.map((pin) => pin.orbitRadius + 0.3 * (pin.pitch ?? 0))) : 0;
-    body.outer = body.kind === "carrier" ? pinRadius || (body.tip ?? 0) : outerRadius(body);
+    body.outer = body.kind === "carrier" ? (body.outer || pinRadius || (body.tip ?? 0)) : outerRadius(body);
     body.drawn = body.outer > 0 && (isGear(body) || body.pins.length > 0);
   }
   const names = [...new Set(placed.filter((body) => body.drawn).map((body) => body.stage))];
