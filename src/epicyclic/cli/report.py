@@ -107,9 +107,10 @@ def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
 
 def _write(found: dict[str, dict[str, Any]], output: Path, compared: Any) -> None:
     from ..show.report import write_report, write_variants_report
+    from ..verbs.report import side_by_side
 
     if len(found) == 1:
-        write_report(output, next(iter(found.values())))
+        write_report(output, next(iter(found.values())), each=side_by_side)
     else:
         write_variants_report(output, found, compared=compared)
 

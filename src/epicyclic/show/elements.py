@@ -15,6 +15,7 @@ __all__ = [
     "Company",
     "Details",
     "Drawing",
+    "FigureText",
     "Finding",
     "KeyFigure",
     "Listing",
@@ -57,12 +58,20 @@ class Table:
     decimals: int | None = None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureText:
+    """A figure as the page takes it.  json : without the template of the page.  height : in px."""
+
+    json: str
+    height: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drawing:
     """A figure.  anchor : its id in the page, without ``figure-``.  caption : how to read it."""
 
     anchor: str
-    figure: go.Figure
+    figure: go.Figure | FigureText
     caption: str = ""
 
 

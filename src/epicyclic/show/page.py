@@ -8,18 +8,21 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import cache
 from html import escape
 from importlib.resources import files
 from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from .elements import Details, Drawing, Finding, Part, Table, number, shown_columns
+from .elements import Details, Drawing, FigureText, Finding, Part, Section, Table, number, shown_columns
 from .figures.series import engineering
 from .figures.style import template
 
-__all__ = ["Page", "finding_list", "html_table", "html_warning", "packed", "plotly_blob", "resource"]
+__all__ = ["Page", "finding_list", "html_table", "html_warning", "packed", "plotly_blob", "printed", "resource"]
 
 # of zlib: the largest block, plotly.js, takes 0.15 s, half of level 9, and is half a per cent larger
 _LEVEL = 6
@@ -51,7 +54,6 @@ class Page:
     def __init__(self) -> None:
         self.figures: dict[str, Any] = {}
         self._seen: Counter[str] = Counter()
-        self._look = template().to_plotly_json()
 
     def anchor(self, name: str) -> str:
         self._seen[name] += 1
@@ -63,7 +65,7 @@ class Page:
     def figure_text(self) -> str:
         """All figures as one JSON text, the template that they share once."""
         figures = ",".join(f"{json.dumps(anchor)}:{text}" for anchor, text in self.figures.items())
-        return f'{{"template":{json.dumps(self._look)},"figures":{{{figures}}}}}'
+        return f'{{"template":{json.dumps(_look())},"figures":{{{figures}}}}}'
 
     def _part(self, part: Part) -> str:
         if isinstance(part, Table):
@@ -77,17 +79,40 @@ class Page:
     def _figure(self, part: Drawing) -> str:
         """Room for a figure, which the script of the page draws when it is first seen."""
         anchor = self.anchor(f"figure-{part.anchor}")
-        figure = part.figure
-        if figure.layout.template.to_plotly_json() == self._look:
-            look = figure.layout.template
-            figure.layout.template = None
-            self.figures[anchor] = figure.to_json(validate=False)
-            figure.layout.template = look
-        else:
-            self.figures[anchor] = figure.to_json(validate=False)
-        tall = figure.layout.height or 420
+        figure = part.figure if isinstance(part.figure, FigureText) else _figure_text(part.figure)
+        self.figures[anchor] = figure.json
         words = f"<figcaption>{escape(part.caption)}</figcaption>" if part.caption else ""
-        return f'<figure><div id="{anchor}" class="plotly-graph-div" style="height:{tall:g}px"></div>{words}</figure>'
+        style = f"height:{figure.height:g}px"
+        return f'<figure><div id="{anchor}" class="plotly-graph-div" style="{style}"></div>{words}</figure>'
+
+
+def printed(section: Section) -> Section:
+    """A section whose figures are text: what a worker sends fast, since figures are checked anew when unpickled."""
+    return replace(section, parts=[_printed(part) for part in section.parts])
+
+
+def _printed(part: Part) -> Part:
+    if isinstance(part, Drawing) and not isinstance(part.figure, FigureText):
+        return replace(part, figure=_figure_text(part.figure))
+    return replace(part, parts=[_printed(one) for one in part.parts]) if isinstance(part, Details) else part
+
+
+@cache
+def _look() -> Any:
+    """The template that all figures of a page share."""
+    return template().to_plotly_json()
+
+
+def _figure_text(figure: go.Figure) -> FigureText:
+    """A figure as JSON, without its template where that is the one of the page."""
+    look = figure.layout.template
+    height = figure.layout.height or 420
+    if look.to_plotly_json() != _look():
+        return FigureText(json=figure.to_json(validate=False), height=height)
+    figure.layout.template = None
+    text = figure.to_json(validate=False)
+    figure.layout.template = look
+    return FigureText(json=text, height=height)
 
 
 def html_table(table: Table) -> str:

@@ -13,10 +13,10 @@ import xarray as xr
 
 from ..results.whole_file import write_text
 from .elements import Drawing, Part, Section
-from .page import Page, finding_list, html_warning, packed, plotly_blob, resource
+from .page import Page, finding_list, html_warning, packed, plotly_blob, printed, resource
 from .provenance import provenance
 from .variants import VARIANTS, section_titles, variant_parts
-from .views import findings_of, front_of, headline_of, key_figures_of, sections_of
+from .views import Each, findings_of, front_of, headline_of, key_figures_of, sections_of
 
 __all__ = ["report", "variants_report", "write_report", "write_variants_report"]
 
@@ -28,7 +28,13 @@ _WARNINGS = 3
 _BESIDE = ' class="beside"'  # contents above, so that two trains have room
 
 
-def report(datasets: Datasets, *, title: str = "", figures: Mapping[str, go.Figure] | None = None) -> str:
+def report(
+    datasets: Datasets,
+    *,
+    title: str = "",
+    figures: Mapping[str, go.Figure] | None = None,
+    each: Each | None = None,
+) -> str:
     """One HTML page with everything that the Datasets say; needs nothing from outside.
 
     First what the train is, what passes, what does not and what to change; then folded sections.
@@ -38,11 +44,16 @@ def report(datasets: Datasets, *, title: str = "", figures: Mapping[str, go.Figu
     datasets : name -> result of a verb or a study.  The kind of each, its attribute ``verb``, says how it is shown
         (`views`); a kind without a view of its own is drawn over its parameter.
     title : of the page, that of the train where not said.  figures : further figures, by title.
+    each : each(work, items) gives work(item) of every item in order: the sections may be drawn on several cores.
     """
     page = Page()
     name = title or _attribute(datasets, "title") or "Epicyclic gear train"
     further = [Drawing(anchor="study", figure=one) for one in (figures or {}).values()]
-    sections = [*sections_of(datasets), Section(anchor="studies", title="Studies", parts=further), provenance(datasets)]
+    sections = [
+        *_drawn(datasets, each),
+        Section(anchor="studies", title="Studies", parts=further),
+        provenance(datasets),
+    ]
     doi = _attribute(datasets, "doi")
     headline = headline_of(datasets)
     said = [f'<p class="headline">{escape(headline)}</p>' if headline else ""]
@@ -55,7 +66,12 @@ def report(datasets: Datasets, *, title: str = "", figures: Mapping[str, go.Figu
 
 
 def write_report(
-    path: str | Path, datasets: Datasets, *, title: str = "", figures: Mapping[str, go.Figure] | None = None
+    path: str | Path,
+    datasets: Datasets,
+    *,
+    title: str = "",
+    figures: Mapping[str, go.Figure] | None = None,
+    each: Each | None = None,
 ) -> Path:
     """Write the page of `report`; the file appears whole or not at all.
 
@@ -63,8 +79,15 @@ def write_report(
     ------
     ModelError : the file cannot be written.
     """
-    write_text(path, report(datasets, title=title, figures=figures))
+    write_text(path, report(datasets, title=title, figures=figures, each=each))
     return Path(path)
+
+
+def _drawn(datasets: Datasets, each: Each | None) -> list[Section]:
+    """Sections of all results, their figures as text where `each` may draw them in another process."""
+    if each is None:
+        return sections_of(datasets)
+    return sections_of(datasets, each=lambda work, items: each(lambda item: list(map(printed, work(item))), items))
 
 
 def variants_report(variants: Variants, *, title: str = "", compared: xr.Dataset | None = None) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..errors import ConvergenceError, ModelError
 from ..warning_codes import CodedText, coded, placed
@@ -21,9 +21,11 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-__all__ = ["STUDIES", "TO_MODES", "report_sections", "report_verbs", "run_report"]
+__all__ = ["STUDIES", "TO_MODES", "report_sections", "report_verbs", "run_report", "side_by_side"]
 
 STUDIES = ("support stiffness", "run-out")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 TO_MODES = "sweep to the modes"
 # Speeds of the sweeps of a report, about operation and to the modes: with several mesh frequencies, whose balance takes
 # 20 ms a speed and more, a second each.
@@ -119,11 +121,10 @@ def run_report(
 def _run_steps(
     steps: Mapping[str, Callable[[], xr.Dataset]], place: Path | None, progress: Callable[[str], None] | None
 ) -> list[xr.Dataset | str]:
-    """The result of every section, or why it has none; on several cores where workers are forked.
-
-    Workers that are not forked would need the sections pickled, which share one System.
-    """
+    """The result of every section, or why it has none; where forked on several cores."""
     names = list(steps)
+    # what takes longest begins first, after the one that says what the train is: no core waits for it at the end
+    order = sorted(range(len(names)), key=lambda at: (at > 0, names[at] not in STUDIES))
     done: set[int] = set()
 
     def made(name: str) -> xr.Dataset | str:
@@ -132,22 +133,34 @@ def _run_steps(
         except (ModelError, ConvergenceError) as error:
             return str(error)
 
-    def arrived(at: int, _: xr.Dataset | str) -> None:
+    def arrived(turn: int, _: xr.Dataset | str) -> None:
         before = next((i for i in range(len(names)) if i not in done), len(names))
-        done.add(at)
+        done.add(order[turn])
         after = next((i for i in range(len(names)) if i not in done), len(names))
         for name in names[before:after]:
             if progress is not None:
                 progress(name)
 
+    found = side_by_side(made, [names[at] for at in order], arrived=arrived)
+    return [one for _, one in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
+
+
+def side_by_side(
+    work: Callable[[Item], Result], items: Sequence[Item], *, arrived: Callable[[int, Result], None] | None = None
+) -> list[Result]:
+    """work(item) of every item, in order; on several cores where workers are forked, so that nothing is pickled.
+
+    arrived : called here with the place and the result of every item, as they arrive.
+    """
     if sys.platform == "linux":
         from ..analyses.parallel import each
 
-        return each(made, names, arrived=arrived)
+        return each(work, items, arrived=arrived)
     found = []
-    for at, name in enumerate(names):
-        found.append(made(name))
-        arrived(at, found[-1])
+    for at, item in enumerate(items):
+        found.append(work(item))
+        if arrived is not None:
+            arrived(at, found[-1])
     return found
 
 

@@ -19,7 +19,7 @@ Depends on: results (as Datasets only).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pkgutil import iter_modules
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "Each",
     "brief_of",
     "company_of",
     "findings_of",
@@ -44,6 +45,7 @@ __all__ = [
 ]
 
 Datasets = Mapping[str, "xr.Dataset"]
+Each = Callable[[Callable[[tuple[str, "xr.Dataset"]], Sequence[Section]], Sequence[tuple[str, "xr.Dataset"]]], Any]
 _TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
 
 
@@ -65,19 +67,24 @@ def brief_of(result: xr.Dataset) -> Sequence[Table]:
     return found
 
 
-def sections_of(results: Datasets) -> list[Section]:
+def sections_of(results: Datasets, *, each: Each | None = None) -> list[Section]:
     """Sections of a report, in the order of their views; of one kind and title each with its name.
 
     Parameters
     ----------
-    results : name -> Dataset.
+    results : name -> Dataset.  each : each(work, items) gives work(item) of every item in order, perhaps elsewhere.
     """
     company = company_of(results)
-    made: list[tuple[str, str, Section]] = []
-    for name, result in _ordered(results):
-        kind = kind_of(result, name)
-        own: Sequence[Section] = _function(kind, "sections")(result, company)
-        made += [(name, kind, one) for one in own]
+
+    def sections(item: tuple[str, xr.Dataset]) -> Sequence[Section]:
+        own: Sequence[Section] = _function(kind_of(item[1], item[0]), "sections")(item[1], company)
+        return own
+
+    ordered = _ordered(results)
+    every = [sections(item) for item in ordered] if each is None else each(sections, ordered)
+    made = [
+        (name, kind_of(result, name), one) for (name, result), own in zip(ordered, every, strict=True) for one in own
+    ]
     count = Counter((kind, one.title) for _, kind, one in made)
     return [
         replace(one, title=f"{one.title}: {name}") if count[kind, one.title] > 1 and has_view(kind) else one

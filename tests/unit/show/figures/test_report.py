@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -104,6 +105,17 @@ def test_the_page_asks_for_nothing_outside(ren: Datasets) -> None:
     rest = re.sub(r'(<script type="text/plain"[^>]*>)[^<]*', r"\1", html) + json.dumps(drawn)
     assert re.findall(r"(?:https?:)?//[a-z]+\.[a-z]+", rest) == []
     assert len(html) < 3e6
+
+
+def test_sections_drawn_in_other_processes_make_the_same_page(ren: Datasets) -> None:
+    items: list[str] = []
+
+    def elsewhere(work: Any, given: Any) -> Any:
+        items.extend(name for name, _ in given)
+        return [pickle.loads(pickle.dumps(work(item))) for item in given]
+
+    assert report(ren, each=elsewhere) == report(ren)
+    assert set(items) == set(ren)
 
 
 def test_warnings_key_figures_and_tables_are_there(ren: Datasets) -> None:
