@@ -13,7 +13,8 @@ import epicyclic
 STATIC = Path(epicyclic.__file__).parent / "cockpit" / "canvas" / "static"
 ORIGIN = "http://cockpit.test"
 PAGE = """<!doctype html><html><head><meta charset="utf-8"><style>
- body { margin: 8px; display: grid; grid-template-columns: 424px 592px; gap: 8px; font: 13px sans-serif; background: #eee }
+ body { margin: 8px; display: grid; grid-template-columns: 424px 592px; gap: 8px; font: 13px sans-serif;
+   background: #eee }
  .body--dark { background: #000 }
  #train { grid-row: 1 / 3; height: 568px } #sweep { height: 290px } #evidence { height: 270px }
 </style></head><body class="body--light"><div id="train"></div><div id="sweep"></div><div id="evidence"></div>
@@ -40,7 +41,9 @@ def opened(browser: Any, *, width: int = 1048, height: int = 590, **options: Any
     page.on("console", lambda said: page.problems.append(said.text) if said.type == "error" else None)
     page.route(f"{ORIGIN}/**", _serve)
     page.goto(f"{ORIGIN}/")
-    page.wait_for_function("window.ready === true && getComputedStyle(document.body).getPropertyValue('--ck-ink') !== ''")
+    page.wait_for_function(
+        "window.ready === true && getComputedStyle(document.body).getPropertyValue('--ck-ink') !== ''"
+    )
     return page
 
 

@@ -61,7 +61,9 @@ def train(planets: int = 3, *, title: str = "a planetary set", herringbone: bool
                 )
                 meshes.append({"name": name, "label": name, "bodies": sides, "pair": pair, "branch": number, **where})
     links = [{"body": "main/sun", "to": None, "z": -60.0, "kind": "spline"}]
-    links += [{"body": f"main/planet {i + 1}", "to": "main/carrier", "z": 100.0, "kind": "bearing"} for i in range(planets)]
+    links += [
+        {"body": f"main/planet {i + 1}", "to": "main/carrier", "z": 100.0, "kind": "bearing"} for i in range(planets)
+    ]
     links += [{"body": "main/carrier", "to": None, "z": 250.0, "kind": "bearing"}]
     return {"title": title, "bodies": bodies, "meshes": meshes, "links": links}
 
@@ -76,13 +78,24 @@ def live(rev: int, *, scale: float = 1.0, planets: int = 3, seed: int = 1, title
     shape = rng.uniform(-1, 1, (14, bodies, 6)) * rng.choice([0.02, 1], (14, bodies, 1))
     shape /= np.abs(shape).max(axis=(1, 2), keepdims=True)
     modes = [
-        {"index": i, "frequency": float(f), "label": f"planets 1-{planets} rotate against the sun", "body": "", "met_by": ""}
+        {
+            "index": i,
+            "frequency": float(f),
+            "label": f"planets 1-{planets} rotate against the sun",
+            "body": "",
+            "met_by": "",
+        }
         for i, f in enumerate(frequency)
     ]
     return packed(
         rev,
         "live",
-        {"train": drawn, "modes": modes, "sweep": sweep_head(drawn, 120, scale)[0], "sharing": sharing_head(drawn, "at rest", load)},
+        {
+            "train": drawn,
+            "modes": modes,
+            "sweep": sweep_head(drawn, 120, scale)[0],
+            "sharing": sharing_head(drawn, "at rest", load),
+        },
         {
             "meshes/load": load,
             "modes/frequency": frequency,
@@ -98,24 +111,50 @@ def sweep_head(drawn: Mapping[str, Any], points: int, scale: float) -> tuple[dic
     """A sweep of so many speeds with five peaks."""
     x = np.linspace(50, 1600, points)
     centres, heights = np.array([180, 420, 520, 760, 1230.0]), np.array([90, 140, 60, 210, 120.0])
-    rise = [70 + 0.8 * i + sum(h * (1 - 0.07 * i) / (1 + ((x - c) / 24) ** 2) for h, c in zip(heights, centres, strict=True)) for i in range(len(drawn["meshes"]))]
+    rise = [
+        70
+        + 0.8 * i
+        + sum(h * (1 - 0.07 * i) / (1 + ((x - c) / 24) ** 2) for h, c in zip(heights, centres, strict=True))
+        for i in range(len(drawn["meshes"]))
+    ]
     y = scale * np.array(rise)
     y[0, 3] = np.nan
     curves = [{"label": mesh["label"], "mesh": i, "strong": i < 4} for i, mesh in enumerate(drawn["meshes"])]
-    names = ["sun moves, planet 2", "planets 1-3 rotate", "ring moves", "sun against carrier, all planets", "planets swing"]
+    names = [
+        "sun moves, planet 2",
+        "planets 1-3 rotate",
+        "ring moves",
+        "sun against carrier, all planets",
+        "planets swing",
+    ]
     peaks = [
         {"x": float(c), "y": float(scale * (h + 74)), "label": name, "mode": i}
         for i, (c, h, name) in enumerate(zip(centres, heights, names, strict=True))
     ]
-    head = {"x_label": "speed of the sun [rpm]", "y_label": "largest mesh force [kN]", "operating": 1000.0, "stage": "mesh orders"}
-    return {**head, "curves": curves, "peaks": peaks, "range": [50, 1600], "to_relative": 1e-3}, {"sweep/x": x, "sweep/y": y}
+    head = {
+        "x_label": "speed of the sun [rpm]",
+        "y_label": "largest mesh force [kN]",
+        "operating": 1000.0,
+        "stage": "mesh orders",
+    }
+    return {**head, "curves": curves, "peaks": peaks, "range": [50, 1600], "to_relative": 1e-3}, {
+        "sweep/x": x,
+        "sweep/y": y,
+    }
 
 
 def sharing_head(drawn: Mapping[str, Any], stage: str, load: Numbers) -> dict[str, Any]:
     """The head of load sharing."""
     rows = [{"label": mesh["label"], "mesh": i, "pair": mesh["pair"]} for i, mesh in enumerate(drawn["meshes"])]
     twin = {"label": "with a floating sun", "k_gamma": float(1 + (load.max() - 1) / 4)}
-    return {"definition": "mean load", "stage": stage, "rows": rows, "k_gamma": float(load.max()), "cycles": 1287, "twin": twin}
+    return {
+        "definition": "mean load",
+        "stage": stage,
+        "rows": rows,
+        "k_gamma": float(load.max()),
+        "cycles": 1287,
+        "twin": twin,
+    }
 
 
 def full(rev: int, *, planets: int = 3, seed: int = 1) -> list[bytes]:
@@ -126,7 +165,12 @@ def full(rev: int, *, planets: int = 3, seed: int = 1) -> list[bytes]:
     cycle = np.arange(256)
     period = load[:, None] * (1 + 0.06 * np.sin(2 * np.pi * cycle / 64 + np.arange(load.size)[:, None]))
     head, arrays = sweep_head(drawn, 60, 1.0)
-    names = ["pin of planet 1, 20 um", "run-out of the sun, 18 um", "run-out of planet 2, 22 um", "run-out of the ring, 50 um"]
+    names = [
+        "pin of planet 1, 20 um",
+        "run-out of the sun, 18 um",
+        "run-out of planet 2, 22 um",
+        "run-out of the ring, 50 um",
+    ]
     share = np.array([46.0, 31.0, 14.0, 9.0])
     rows = [{"label": name, "path": "deviations", "share": float(one)} for name, one in zip(names, share, strict=True)]
     sharing = {"sharing/coefficient": load, "sharing/twin": 1 + (load - 1) / 4, "sharing/over_period": period}
