@@ -1,11 +1,11 @@
-"""The cockpit in a real browser: from the event of a slider to the painted figure, drags, memory, pictures of all states.
+"""The cockpit in a real browser: from the event of a slider to the painted figure, drags, memory, pictures.
 
 python benchmarks/cockpit_page.py [DRIVE ...] [--moves 50] [--long 500] [--pictures FOLDER] [--numpy]
 
-Prints a table for each drive: median and 95 % of 50 moves [ms], of them spent computing, updates a second in a drag,
+Prints a row for each drive: median and 95 % of 50 moves [ms], of them spent computing, updates a second in a drag,
 growth of the heap of the page and of the server's memory over 500 moves.  `run-outs` behind the name of a drive, say
-``xu2020+run-outs``, adds run-outs of 10 um to all gears and a pin error of 20 um.  With --pictures it writes one PNG for
-each state of the page, three sizes, light and dark, into a folder.
+``xu2020+run-outs``, adds run-outs of 10 um to all gears.  With --pictures it writes one PNG for each state of the page,
+three sizes, light and dark, into a folder.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ WATCH = """
 NEXT = """
 ([rev]) => window.cockpit?.painted && window.cockpit.painted.rev > rev && window.cockpit.painted.frame === 'live'
   ? {rev: window.cockpit.painted.rev, late: window.cockpit.painted.time - window.benchmark.pressed,
-     ms: window.cockpit.parts?.state?.head?.state?.computed_ms ?? window.cockpit.parts?.state?.computed_ms ?? null} : null
+     ms: window.cockpit.parts?.state?.head?.state?.computed_ms ?? window.cockpit.parts?.state?.computed_ms} : null
 """
 
 
