@@ -35,7 +35,7 @@ from .worst_case import worst_case
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["sharing"]
+__all__ = ["record_samples", "sharing", "solved_by_tone"]
 
 # Numbers worked on at once (8 bytes each): about 2 MB.
 _PIECE = 250_000
@@ -86,9 +86,9 @@ def sharing(
     ModelError : an option out of range, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
-    if method == "static" and (turns is not None or of is not None or not _by_tone(system)):
+    if method == "static" and (turns is not None or of is not None or not solved_by_tone(system)):
         require_speed(relative_speed)
-        count = positive_count("samples", samples, _record_samples(system))
+        count = positive_count("samples", samples, record_samples(system))
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
         return sharing_of_record(
             system,
@@ -168,7 +168,7 @@ def sharing(
     )
 
 
-def _by_tone(system: System) -> bool:
+def solved_by_tone(system: System) -> bool:
     """Whether static mesh forces are sought by mesh frequency, linear in the lines while all loaded flanks press.
 
     Not where a law of a link or a mesh is not linear, nor where the mean load of a group is on its far flanks.
@@ -183,7 +183,7 @@ def _by_tone(system: System) -> bool:
     return all(mean[group].sum() >= least for group in parallel_meshes(system.meshes))
 
 
-def _record_samples(system: System) -> int:
+def record_samples(system: System) -> int:
     """Instants per mesh cycle or turn of a record that is solved instant by instant.
 
     Where tables follow the mesh cycle equal branches get equal peaks.

@@ -1,0 +1,105 @@
+"""What bodies, meshes and speeds are called on the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...train.bodies import Body
+from ...train.train import Train
+
+__all__ = [
+    "SpeedAxis",
+    "body_labels",
+    "counted",
+    "listed",
+    "mesh_labels",
+    "ordinal",
+    "rounded",
+    "speed_axis",
+]
+
+SpeedAxis = tuple[str, float]
+"""Label of an axis of speeds with its unit, and how much of that is the operating speed."""
+
+
+def body_labels(train: Train) -> dict[str, str]:
+    """Label of every body by its name: ``planet 1 left``; with the stage before it where there are several."""
+    several = len(train.planets) > 1
+    return {body.name: _body_label(body, several=several and body.frame in train.planets) for body in train.bodies}
+
+
+def _body_label(body: Body, *, several: bool) -> str:
+    """Label of one body."""
+    words = [body.member.rpartition(".")[2], str(body.branch or ""), body.side or ""]
+    label = " ".join(filter(None, words))
+    return f"{body.frame}: {label}" if several else label
+
+
+def mesh_labels(train: Train) -> dict[str, str]:
+    """Label of every whole mesh by its name: ``sun, planet 1 left``; ``sun, planet 1`` where no side is needed."""
+    bodies = {body.name: body for body in train.bodies}
+    several = len(train.planets) > 1
+    found = {}
+    for mesh in train.meshes:
+        words = [_unsided(bodies[name]) for name in (mesh.a, mesh.b)]
+        label = ", ".join(words) + (f" {mesh.side}" if mesh.side else "")
+        found[mesh.name] = f"{mesh.stage}: {label}" if several else label
+    return found
+
+
+def _unsided(body: Body) -> str:
+    """Member and branch of a body."""
+    return " ".join(filter(None, [body.member.rpartition(".")[2], str(body.branch or "")]))
+
+
+def speed_axis(train: Train) -> SpeedAxis | None:
+    """The axis on which speeds of a train are shown; None without a member that turns.
+
+    It is that of the member whose rpm the verbs take: the first of `operation.speed` that turns; else the first that
+    turns at all.
+    """
+    speed = train.kinematics.speed or {}
+    operation: Any = train.document.get("operation")
+    stated = _leaves(operation.get("speed") if isinstance(operation, Mapping) else None)
+    for member in (*stated, *speed):
+        if speed.get(member):
+            stage, _, name = member.rpartition(".")
+            words = f"{name} of stage {stage}" if len(train.planets) > 1 and stage else name
+            return f"speed of the {words} [rpm]", abs(float(speed[member]))
+    return None
+
+
+def _leaves(table: object, before: str = "") -> list[str]:
+    """Dotted paths of the values of nested tables, in order."""
+    if not isinstance(table, Mapping):
+        return [before.rstrip(".")] if before else []
+    return [path for key, value in table.items() for path in _leaves(value, f"{before}{key}.")]
+
+
+def ordinal(number: int) -> str:
+    """``1st``, ``2nd``, ``11th``."""
+    last = {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th") if number % 100 not in (11, 12, 13) else "th"
+    return f"{number}{last}"
+
+
+def counted(words: Sequence[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
+
+
+def listed(numbers: Sequence[int]) -> str:
+    """Rising whole numbers in short: ``1-3, 5``."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
+
+
+def rounded(value: float, digits: int = 3) -> str:
+    """A number of so many digits, without an exponent where it has none of its own."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.10g}" if "e" in text and 1e-4 <= abs(value) < 1e9 else text
