@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ConvergenceError, ModelError
+from ...errors import ModelError
 from ...system.faces import Faces, faces
 from ...system.system import Array, System
 from ..static.both_flanks import held_train

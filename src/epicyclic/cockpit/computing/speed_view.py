@@ -23,7 +23,7 @@ from ...system.system import Array, System
 from .mode_view import ModeView
 from .names import SpeedAxis, ordinal, rounded
 
-__all__ = ["Effort", "Efforts", "ForceCurves", "efforts", "SpeedModel", "force_curves", "speed_head", "speed_model"]
+__all__ = ["Effort", "Efforts", "ForceCurves", "SpeedModel", "efforts", "force_curves", "speed_head", "speed_model"]
 
 # Residual per tolerance that is accepted, as of the verb `sweep`.
 _ACCEPTED = 100.0

@@ -114,7 +114,10 @@ def _geometry(train: Train) -> str:
         (mesh.name, mesh.a, mesh.b, mesh.direction, mesh.pressure_angle, mesh.flank, mesh.lead) for mesh in train.meshes
     ]
     links = [
-        (*(link.name, link.kind, link.first, link.second, link.station), *(_sign(k) + math.isinf(k) for k in link.stiffness))
+        (
+            *(link.name, link.kind, link.first, link.second, link.station),
+            *(_sign(k) + math.isinf(k) for k in link.stiffness),
+        )
         for link in train.links
     ]
     return repr((bodies, meshes, links))
