@@ -10,7 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 import epicyclic
+from epicyclic.analyses.sharing.definitions import DEFINITIONS
 from epicyclic.cli.main import app
+from epicyclic.model.distributions import FORMS
 from epicyclic.model.document import read, ready_drives
 from epicyclic.results.variables import VARIABLES
 from epicyclic.show.plot import figure_names
@@ -117,6 +119,12 @@ def test_verbs_and_figures_are_explained() -> None:
         assert any(one.kind == "figure" for one in epicyclic.explain(name))
     pages = {one.page for name in ("modes", "frequencies") for one in epicyclic.explain(name)}
     assert "verbs.md" in pages
+
+
+def test_words_of_tables_are_explained() -> None:
+    for word in (*DEFINITIONS, *FORMS, "K_v", "k_gamma"):
+        found = epicyclic.explain(word)
+        assert [one.name.casefold() for one in found if one.kind == "word"] == [word.casefold()]
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,7 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
     require_stdout()
     from ..model.document import read
     from ..rexs.import_train import read_rexs, traced
+    from ..studies.rexs_text import rexs_model_text
 
     found = read_rexs(file, load_case=load_case)
     try:
@@ -57,25 +58,13 @@ def _import(file: str, load_case: int | None, *, as_json: bool, output: Path | N
     except ModelError as error:
         raise traced(error, found) from None
     if output is not None:
-        write_text(output, _model_text(found, file))
+        write_text(output, rexs_model_text(found, file))
         complain(f"written: {output}")
     with on_stdout():
         if as_json:
             typer.echo(json.dumps(_as_tables(found)))
         else:
             _print(found)
-
-
-def _model_text(found: RexsImport, file: str) -> str:
-    from ..model.commented_writer import commented_text
-
-    date = f", of {found.file.date}" if found.file.date else ""
-    head = (
-        f"From the REXS file {Path(file).name}{date}.",
-        f"{len(found.read)} values read, {len(found.assumed)} assumed, {len(found.dropped)} dropped: the numbers in",
-        "brackets are ids of components of that file; [assumed] at the end has what it does not say.",
-    )
-    return commented_text(found.document, head=head, comments=found.comments)
 
 
 def _as_tables(found: RexsImport) -> dict[str, Any]:

@@ -250,6 +250,5 @@ def _check_count(path: str, value: object, count: int) -> None:
         given = list(value)
         if not count:
             raise ModelError("a list where one number stands", path=path, given=given, allowed="one number")
-        raise ModelError(
-            f"a list of {len(value)}", path=path, given=given, allowed=f"one number, or {count}, one per planet"
-        )
+        allowed = f"one number, or {count}, one per planet; with other planets, set it beside them"
+        raise ModelError(f"a list of {len(value)}", path=path, given=given, allowed=allowed)

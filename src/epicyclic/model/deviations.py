@@ -37,6 +37,7 @@ __all__ = [
     "TurningErrorTable",
     "UnbalanceTable",
     "bare_keys",
+    "is_file_name",
     "kind_of",
 ]
 
@@ -144,11 +145,11 @@ def _read_files(value: Any, member: str, folder: Path | None) -> Any:
     """Return a list of pitch deviations, or a list of such lists, with CSV files read. Raises ModelError."""
     path = f"deviations.{member}.pitch"
     if isinstance(value, list) and value and all(isinstance(v, (list, str)) for v in value):
-        return [_read_csv(v, path, folder) if _is_file(v) else v for v in value]
-    return _read_csv(value, path, folder) if _is_file(value) else value
+        return [_read_csv(v, path, folder) if is_file_name(v) else v for v in value]
+    return _read_csv(value, path, folder) if is_file_name(value) else value
 
 
-def _is_file(value: object) -> bool:
+def is_file_name(value: object) -> bool:
     """Return whether a text is the name of a file: neither a list nor a number with its unit."""
     return isinstance(value, str) and not value.lstrip().startswith("[") and not _QUANTITY.match(value)
 

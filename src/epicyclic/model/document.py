@@ -25,7 +25,7 @@ from .tables import PlainTable, clean, dotted_line, leaves, merge
 from .tolerances import still_toleranced
 from .unit_rule import WrittenLayers, checked_model
 
-__all__ = ["Document", "Source", "read", "ready_drives"]
+__all__ = ["MAX_BYTES", "Document", "Source", "decoded", "file_text", "parse_text", "read", "ready_drives"]
 
 FORMAT = 2
 MAX_BYTES = 4_000_000
@@ -117,13 +117,13 @@ def _open(source: object) -> tuple[PlainTable, str, Path | None]:
         return clean(source), "dict", None
     if isinstance(source, str) and source in ready_drives():
         text = resources.files("epicyclic.systems").joinpath(f"{source}.toml").read_text(encoding="utf-8")
-        return _parse(text, source), source, None
+        return parse_text(text, source), source, None
     if not isinstance(source, (str, Path)):
         raise ModelError(
             "not a model", path=type(source).__name__, allowed="a path, the name of a ready drive, or a dict"
         )
     path = Path(source)
-    return _parse(_text(path), str(source)), str(source), path.parent
+    return parse_text(file_text(path), str(source)), str(source), path.parent
 
 
 def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Document:
@@ -143,7 +143,7 @@ def _read_rexs(path: str | Path, overrides: Mapping[str, object] | None) -> Docu
     return replace(document, source=str(path), warnings=(told, *document.warnings))
 
 
-def _text(path: Path) -> str:
+def file_text(path: Path) -> str:
     """Return the text of a file. Raises ModelError where there is none."""
     name = str(path)
     drives = ready_drives()
@@ -157,10 +157,10 @@ def _text(path: Path) -> str:
         if isinstance(error, ModelError):
             raise
         raise ModelError(f"cannot be read ({error})", path=name[:80], allowed=allowed) from None
-    return _decoded(read_bytes(path, most=MAX_BYTES, allowed=allowed), name)
+    return decoded(read_bytes(path, most=MAX_BYTES, allowed=allowed), name)
 
 
-def _decoded(raw: bytes, name: str) -> str:
+def decoded(raw: bytes, name: str) -> str:
     """Return bytes as text. Raises ModelError for an empty or binary file, and for another encoding than UTF-8."""
     allowed = f"a TOML text in UTF-8 that begins with `format = {FORMAT}`"
     if not raw.strip():
@@ -174,7 +174,7 @@ def _decoded(raw: bytes, name: str) -> str:
         raise ModelError(f"not UTF-8 (line {line})", path=name, allowed=allowed) from None
 
 
-def _parse(text: str, name: str) -> PlainTable:
+def parse_text(text: str, name: str) -> PlainTable:
     """Return the tables of a TOML text. Raises ModelError with the line."""
     if (line := dotted_line(text)) is not None:
         raise ModelError(f"nested too deeply (line {line})", path=name, allowed="tables a few levels deep")

@@ -14,6 +14,7 @@ from ..verbs.record import help_of, keywords, verbs
 from ..warning_codes import WARNING_CODES
 from .explanation import Explanation
 from .file_paths import explained_paths, mended_paths, path_words
+from .words import WORDS, word_of
 
 __all__ = ["explain", "known_words"]
 
@@ -27,7 +28,8 @@ def explain(text: str) -> tuple[Explanation, ...]:
     Parameters
     ----------
     text : a path of the model file (``stages.main.sun.support.radial``, without the stage, with ``*`` for a name, or
-        its last keys), a variable of a result, the code of a warning, a verb or a figure.
+        its last keys), a variable of a result, a word of a table (``mean-load``, ``disc``), the code of a warning, a
+        verb or a figure.
 
     Returns
     -------
@@ -38,7 +40,7 @@ def explain(text: str) -> tuple[Explanation, ...]:
     ModelError : nothing of that name; the nearest ones are told.
     """
     word = text.strip().strip("[]")
-    found = [*_warning(word), *_verb(word), *_variable(word), *_figure(word), *explained_paths(word)]
+    found = [*_warning(word), *_verb(word), *_variable(word), *_figure(word), *word_of(word), *explained_paths(word)]
     if not found:
         near = [*mended_paths(word), *get_close_matches(word[:80], known_words(), n=_NEAREST, cutoff=0.6)]
         near = list(dict.fromkeys(near))[:_NEAREST]
@@ -50,10 +52,12 @@ def explain(text: str) -> tuple[Explanation, ...]:
 
 @cache
 def known_words() -> tuple[str, ...]:
-    """All codes, verbs, variables, figures and keys of the model file."""
+    """All codes, verbs, variables, figures, words of tables and keys of the model file."""
     figures = (name for names in FIGURES.values() for name in names)
     own = (name for _, name in OF_KIND)
-    return tuple(dict.fromkeys([*WARNING_CODES, *map(_flat, verbs()), *VARIABLES, *own, *figures, *path_words()]))
+    return tuple(
+        dict.fromkeys([*WARNING_CODES, *map(_flat, verbs()), *VARIABLES, *own, *figures, *WORDS, *path_words()])
+    )
 
 
 def _flat(name: str) -> str:

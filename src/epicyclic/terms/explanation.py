@@ -24,7 +24,7 @@ _LABELS = {
 class Explanation:
     """One word explained; what it has not is empty.
 
-    kind : path, variable, warning, verb or figure.  name : in full.  unit, default, allowed, example : of a path.
+    kind : path, variable, word, warning, verb or figure.  name : in full.  unit, default, allowed, example : of a path.
     dims, given_by : of a variable and a figure, the kinds of result that have it.  cure : of a warning.
     options : of a verb.  page : of the documentation, a file name.
     """

@@ -9,6 +9,8 @@ the range in powers of ten.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import scipy.linalg
 
@@ -56,20 +58,25 @@ def stiffness_rows(system: System) -> Array | None:
 def all_free(system: System, shapes: Array) -> bool:
     """Whether mass-normalised shapes (n, r) strain no row, where that shows without a decomposition of the rows.
 
-    False also where M is not diagonal, or K holds more than links: `free_motions` has the answer.
+    False also where M is not diagonal, or what K holds beside links strains: `free_motions` has the answer.
     """
     mass, links, meshes = system.M.diagonal(), system.links, system.meshes
     if np.count_nonzero(system.M) > mass.size:
         return False
-    linear = np.isfinite(links.stiffness) & (links.stiffness != 0)
-    held = links.B[:, linear]
-    rest = np.abs(system.K - (held * links.stiffness[linear]) @ held.T)
-    size = np.sqrt(np.maximum(system.K.diagonal(), 0.0))
-    if (rest > _REST * size[:, None] * size).any():
+    held, stiffness, driven = links.B, links.stiffness, meshes.B
+    # columns are chosen only where some are left out: the copy takes as long as the products
+    if np.count_nonzero(stiffness) < stiffness.size or not math.isfinite(stiffness @ stiffness):
+        linear = np.isfinite(stiffness) & (stiffness != 0)
+        held, stiffness = held[:, linear], stiffness[linear]
+    if np.count_nonzero(meshes.stiffness) < meshes.stiffness.size:
+        driven = driven[:, meshes.stiffness != 0]
+    rows = np.concatenate([driven, held], axis=1)
+    strain = rows.T @ shapes
+    rest = system.K @ shapes - held @ (stiffness[:, None] * strain[driven.shape[1] :])
+    size = system.K.diagonal()
+    if np.count_nonzero(rest * rest > (_REST**2 * size)[:, None] * (size @ (shapes * shapes))):
         return False
-    rows = np.concatenate([meshes.B[:, meshes.stiffness != 0], held], axis=1)
-    limit = _STRAIN * np.sqrt((1 / mass) @ (rows * rows))
-    return not (np.abs(rows.T @ shapes) > limit[:, None]).any()
+    return not np.count_nonzero(strain * strain > (_STRAIN**2 / mass @ (rows * rows))[:, None])
 
 
 def _factor(matrix: Array) -> Array | None:

@@ -2,7 +2,8 @@
 // which lies in its session storage; a tab that is open holds a lock of that name. An entry without a lock belongs to a
 // tab that is gone: if it has changes that were not saved, the next tab offers it.
 window.cockpitRecovery = (() => {
-  const PREFIX = 'epicyclic.tab.', MOST_LEFT = 8;  // entries of tabs that are gone, the newest
+  const PREFIX = 'epicyclic.tab.', LINK = 'epicyclic.link', MOST_LEFT = 8;  // entries of tabs that are gone, the newest
+  const MOST_LINK = 100000;  // a longer one is refused anyhow, and need not be sent
   let own = null;
   const names = () => Object.keys(localStorage)
     .filter(key => key.startsWith(PREFIX)).map(key => key.slice(PREFIX.length));
@@ -37,11 +38,13 @@ window.cockpitRecovery = (() => {
     take: name => entry(name)?.snapshot ?? null,
     keep: (snapshot, title, unsaved) => {
       if (own === null) return;
+      sessionStorage.removeItem(LINK);
       try { localStorage.setItem(PREFIX + own, JSON.stringify({snapshot, title, unsaved, time: Date.now()})); }
       catch { drop(own); }  // an old state would come back for the new one
     },
     begin: async () => {
-      const link = location.hash.slice(1);
+      const link = location.hash.slice(1, MOST_LINK) || sessionStorage.getItem(LINK) || '';
+      if (link) sessionStorage.setItem(LINK, link);  // until what it opens is kept
       history.replaceState(null, '', '/');
       const [name, former] = await named();
       own = name;

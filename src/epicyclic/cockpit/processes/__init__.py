@@ -1,0 +1,1 @@
+"""What computes: the live process, jobs, and the session of one page that asks them."""

@@ -1,0 +1,67 @@
+"""Undo and redo over states; a drag is one step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from .state import State
+
+__all__ = ["History", "Step"]
+
+# Steps kept: more than anybody takes back, some kB each since the model text is shared.
+_MOST = 300
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """A state, what led to it, and the key under which changes that follow each other are one."""
+
+    state: State
+    label: str = ""
+    key: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class History:
+    """Steps behind, the present one, and those taken back, the next one first."""
+
+    now: Step
+    behind: tuple[Step, ...] = ()
+    ahead: tuple[Step, ...] = ()
+
+    @property
+    def present(self) -> State:
+        return self.now.state
+
+    @property
+    def undo_label(self) -> str:
+        """What undo takes back; empty where there is nothing."""
+        return self.now.label if self.behind else ""
+
+    @property
+    def redo_label(self) -> str:
+        """What redo does again; empty where there is nothing."""
+        return self.ahead[0].label if self.ahead else ""
+
+    def push(self, state: State, label: str, key: str | None = None) -> History:
+        """The history with a new state; one of the same key as the last replaces it, an equal one changes nothing."""
+        if state == self.present:
+            return self
+        step = Step(state=state, label=label, key=key)
+        if key is not None and key == self.now.key and self.behind:
+            return replace(self, now=step, ahead=())
+        return History(now=step, behind=(*self.behind, self.now)[-_MOST:])
+
+    def closed(self) -> History:
+        """The history whose next change is a step of its own, whatever its key: a drag has ended."""
+        return self if self.now.key is None else replace(self, now=replace(self.now, key=None))
+
+    def undo(self) -> History:
+        if not self.behind:
+            return self
+        return History(now=self.behind[-1], behind=self.behind[:-1], ahead=(self.now, *self.ahead)).closed()
+
+    def redo(self) -> History:
+        if not self.ahead:
+            return self
+        return History(now=self.ahead[0], behind=(*self.behind, self.now), ahead=self.ahead[1:]).closed()

@@ -1,0 +1,90 @@
+"""A state as the fragment of a link, which no server sees, and back."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import zlib
+from collections.abc import Mapping
+
+from ...errors import ModelError
+from ...model.document import ready_drives
+from .state import State, from_text, opened, request_of, with_values
+
+__all__ = ["MOST_LINK", "fragment_of", "from_fragment"]
+
+MOST_LINK = 64_000
+"""Characters of a fragment: browsers and mail programs take as many."""
+# Bytes of what a fragment holds, unpacked: a long model file has 30 kB.
+_MOST_UNPACKED = 1_000_000
+_PREFIX = "state="
+
+
+def fragment_of(state: State) -> str:
+    """The fragment ``state=...`` of a link that opens the state anew: ready drives by name, else the whole text.
+
+    Raises
+    ------
+    ModelError : it is too long for a link.
+    """
+    content: dict[str, object] = {
+        "name": state.name,
+        "overrides": [[path, one] for path, one in state.overrides.items()],
+    }
+    content |= {"drive": state.drive} if state.drive is not None else {"base": state.base}
+    packed = zlib.compress(json.dumps(content, ensure_ascii=False, separators=(",", ":")).encode(), 9)
+    text = _PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
+    if len(text) > MOST_LINK:
+        allowed = f"at most {MOST_LINK}: download the model file instead"
+        raise ModelError("too long for a link", path="link", given=f"{len(text)} characters", allowed=allowed)
+    return text
+
+
+def from_fragment(text: str) -> State:
+    """The state of a fragment of anybody; it names no file of this machine.
+
+    Raises
+    ------
+    ModelError : no link of this program, too long, or its model cannot be one.
+    """
+    content = _unpacked(text)
+    overrides, drive, base = content.get("overrides", []), content.get("drive"), content.get("base")
+    pairs = isinstance(overrides, list) and all(
+        isinstance(one, list) and len(one) == 2 and isinstance(one[0], str) for one in overrides
+    )
+    if not pairs:
+        raise _damaged("overrides that are no pairs")
+    if isinstance(drive, str) and drive in ready_drives():
+        state = opened(drive)
+    elif isinstance(base, str):
+        state = from_text(str(content.get("name", "")), base)
+    else:
+        raise _damaged("neither a ready drive nor a model")
+    state = with_values(state, {path: value for path, value in overrides})
+    request_of(state)  # overrides may name no file either
+    return state
+
+
+def _unpacked(text: str) -> Mapping[str, object]:
+    body = text.removeprefix("#").removeprefix(_PREFIX)
+    if len(body) > MOST_LINK:
+        raise ModelError("too long", path="link", given=f"{len(body)} characters", allowed=f"at most {MOST_LINK}")
+    try:
+        packed = base64.b64decode(body + "=" * (-len(body) % 4), altchars=b"-_", validate=True)
+        unpack = zlib.decompressobj()
+        raw = unpack.decompress(packed, _MOST_UNPACKED)
+        if unpack.unconsumed_tail or not unpack.eof:
+            raise _damaged("cut off, or too large when unpacked")
+        content = json.loads(raw)
+    except (binascii.Error, zlib.error, ValueError, RecursionError) as error:
+        if isinstance(error, ModelError):
+            raise
+        raise _damaged(type(error).__name__) from None
+    if not isinstance(content, dict):
+        raise _damaged("no table")
+    return content
+
+
+def _damaged(how: str) -> ModelError:
+    return ModelError(f"no link of this page ({how})", path="link", allowed="a link copied from this page, whole")

@@ -1,0 +1,66 @@
+"""A state as a command line and as a Python script that give the same numbers."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from pprint import pformat
+
+from ...model.overrides import parse_setting
+from ...model.toml_writer import value_text
+from .state import State
+
+__all__ = ["command_line", "file_name_of", "script", "setting"]
+
+
+def setting(path: str, value: object) -> str:
+    """``PATH=VALUE`` as `--set` takes it: a text that would be read as another value is quoted."""
+    if value is None:
+        return f"{path}="
+    if isinstance(value, str) and value.strip() and parse_setting(f"{path}={value}") == (path, value):
+        return f"{path}={value}"
+    return f"{path}={value_text(value)}"
+
+
+def command_line(state: State, verb: str = "report", options: Mapping[str, object] | None = None) -> str:
+    """The command that computes the same from the ready drive, the file, or a download of it.
+
+    verb : a command.  options : further ones by their names without dashes; None is left out.
+    """
+    words = ["epicyclic", verb.replace("_", "-"), _source(state)]
+    for name, value in (options or {}).items():
+        if value is not None and value is not False:
+            words += [f"--{name}"] if value is True else [f"--{name}", str(value)]
+    for path, value in state.overrides.items():
+        words += ["--set", setting(path, value)]
+    return shlex.join(words)
+
+
+def script(state: State) -> str:
+    """A Python script that loads the same train and prints what the page answers."""
+    overrides = pformat(dict(state.overrides), sort_dicts=False, width=100)
+    given = f", overrides={overrides}" if state.overrides else ""
+    return (
+        "import epicyclic\n\n"
+        f"train = epicyclic.load({_source(state)!r}{given})\n"
+        "system = epicyclic.assemble(train)\n\n"
+        "modes = epicyclic.modes(system)\n"
+        "print(modes.frequency.to_series())\n\n"
+        "sharing = epicyclic.sharing(system)\n"
+        "print(sharing.system_load_sharing.to_series())\n\n"
+        "sweep = epicyclic.sweep(system)\n"
+        'epicyclic.save_result(sweep, "sweep.nc")  # epicyclic show sweep.nc\n'
+    )
+
+
+def file_name_of(state: State, suffix: str = ".toml") -> str:
+    """A file name for a download of the state: letters, digits, dot, dash and underscore of its name."""
+    stem = state.name.removesuffix(".toml")
+    plain = "".join(letter if letter.isalnum() or letter in "-_." else "-" for letter in stem).strip("-.")
+    return f"{plain or 'model'}{suffix}"
+
+
+def _source(state: State) -> str:
+    if state.drive is not None:
+        return state.drive
+    return str(state.path) if state.path is not None else file_name_of(state)

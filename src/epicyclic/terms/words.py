@@ -1,0 +1,50 @@
+"""Words that are no path, variable or code: coefficients, definitions of load sharing, distributions."""
+
+from __future__ import annotations
+
+from .explanation import Explanation
+
+__all__ = ["WORDS", "word_of"]
+
+_SHARING, _TOLERANCE, _RESPONSE, _FILE = "sharing.md", "tolerance.md", "response.md", "model-file.md"
+
+WORDS: dict[str, tuple[str, str]] = {
+    "K_gamma": ("mesh-load factor: the largest share of the load that one of the planets carries, per mean share; "
+                "the definition mean-load", _SHARING),
+    "K_v": ("dynamic factor: largest mesh force with vibration per the force at rest, at one speed", _RESPONSE),
+    "cycle-peak": ("load-sharing coefficient from the peak of each mesh in one mesh cycle: 1 + the largest deviation "
+                   "of a peak from the mean of the parallel meshes", _SHARING),
+    "simultaneous": ("load-sharing coefficient from forces at one instant: the largest force per mean of the parallel "
+                     "meshes at that instant", _SHARING),
+    "record-peak": ("load-sharing coefficient from the peak of each mesh over the whole record, per mean of those "
+                    "peaks", _SHARING),
+    "signed-overload": ("cycle-peak without the absolute value: only meshes that carry more than their share count",
+                        _SHARING),
+    "worst-case": ("cycle-peak over the whole hunting period", _SHARING),
+    "mean-load": ("load-sharing coefficient without mesh-frequency content: quasi-static forces at mean mesh stiffness "
+                  "with the errors that stand still; this is K_gamma", _SHARING),
+    "mean-load-turning": ("mean-load with the errors that turn, run-outs, at their worst phase of a revolution",
+                          _SHARING),
+    "normal": ("distribution of a tolerance: mean, standard deviation", _TOLERANCE),
+    "uniform": ("distribution of a tolerance: every value between two ends alike", _TOLERANCE),
+    "truncated": ("normal distribution cut at two ends: mean, standard deviation, low, high", _TOLERANCE),
+    "triangular": ("distribution of a tolerance: low, most frequent value, high", _TOLERANCE),
+    "rayleigh": ("length of a vector across the axis whose two components are normal with this standard deviation; "
+                 "its phase is uniform", _TOLERANCE),
+    "disc": ("vector across the axis, every point within a circle of this diameter alike: a position tolerance of a "
+             "drawing", _TOLERANCE),
+    "grade": ("tolerance by a standard: the size from ISO 1328-1 or ISO 286 (IT), read as so many standard deviations",
+              _TOLERANCE),
+    "iso6336": ("mean mesh stiffness by ISO 6336-1, method B", _FILE),
+}  # fmt: skip
+"""word -> (meaning, page)."""
+
+
+def word_of(word: str) -> list[Explanation]:
+    """What a word of a table means; its case does not count.  Empty where it is none."""
+    known = {name.casefold(): name for name in WORDS}
+    name = known.get(word.casefold())
+    if name is None:
+        return []
+    meaning, page = WORDS[name]
+    return [Explanation(kind="word", name=name, meaning=meaning, page=page)]
