@@ -29,6 +29,7 @@ _TYPES = {
 }
 # [px] of a picture, as the figures of `--figure` have; raster with two dots a point
 _WIDTH, _HEIGHT, _DOTS = 900, 420, 2
+_CODE = "font-family: monospace; white-space: pre-wrap; overflow-wrap: anywhere; overflow: auto; max-height: 6rem"
 # [s] a browser may take to draw a large figure
 _DRAWN = 30.0
 
@@ -93,9 +94,14 @@ def _results(session: Session, state: State) -> None:
 def _figures(session: Session, state: State) -> None:
     """A figure of the report, drawn by the browser."""
     options = {f"{verb}/{name}": f"{verb}: {name}" for verb, names in figures().items() for name in names}
+    media = {"svg": "image/svg+xml", "png": "image/png"}
     with _line("Figure"):
-        chosen = ui.select(options, value="sweep/sweep").props('dense options-dense aria-label="Figure"').style("width: 14rem")
-        for kind in ("svg", "png"):
+        chosen = (
+            ui.select(options, value="sweep/sweep")
+            .props('dense options-dense aria-label="Figure"')
+            .style("width: 14rem")
+        )
+        for kind in media:
 
             async def save(kind: str = kind) -> None:
                 verb, _, name = str(chosen.value).partition("/")
@@ -103,10 +109,13 @@ def _figures(session: Session, state: State) -> None:
                 if figure is not None:
                     content = await _drawn(figure, kind)
                     if content is not None:
-                        give(content, safe_name(f"{_stem(state)}-{name}", f".{kind}"), f"image/{kind}{'+xml' * (kind == 'svg')}")
+                        give(
+                            content,
+                            safe_name(f"{_stem(state)}-{name}", f".{kind}"),
+                            media[kind],
+                        )
 
             _busy(kind.upper(), save)
-    ui.label("").classes("hidden")
 
 
 async def _drawn(figure: dict[str, Any], kind: str) -> bytes | None:
@@ -146,7 +155,11 @@ def _report(session: Session, state: State) -> None:
     """The HTML report, a job with its progress."""
     with _line("Report") as row:
         start = plain_button("HTML report", lambda: None, icon="article")
-        bar = ui.linear_progress(0, show_value=False, size="8px").classes("col").props('aria-label="Progress of the report"')
+        bar = (
+            ui.linear_progress(0, show_value=False, size="8px")
+            .classes("col")
+            .props('aria-label="Progress of the report"')
+        )
         words = ui.label("all that the model allows, in one file; a minute or so").classes("text-caption")
         cancel = plain_button("Cancel", lambda: None)
     running: dict[str, Any] = {}
@@ -177,7 +190,7 @@ def _report(session: Session, state: State) -> None:
 
     def stop() -> None:
         if (job := running.get("job")) is not None:
-            job.cancel()
+            session.jobs.cancel(job)
 
     start.on_click(begin)
     cancel.on_click(stop)
@@ -190,13 +203,14 @@ def _words(heading: str, label: str, text: str, state: State) -> None:
     with _line(heading):
         verb = ui.select(["report", *VERBS], value="report").props(f'dense options-dense aria-label="{label}"')
         verb.style("width: 8rem")
-        shown = ui.code(text, language="bash").classes("col cockpit-command")
+        # a label, since what shows code with colours goes through Markdown, and a model may hold anything
+        shown = ui.label(text).classes("col cockpit-command").style(_CODE)
 
         def change() -> None:
-            shown.set_content(command_line(state, verb=str(verb.value)))
+            shown.set_text(command_line(state, verb=str(verb.value)))
 
         verb.on_value_change(change)
-        icon_button("content_copy", "Copy the command line", lambda: copy(shown.content, "Command line"))
+        icon_button("content_copy", "Copy the command line", lambda: copy(shown.text, "Command line"))
 
 
 def _script(state: State) -> None:
@@ -204,7 +218,7 @@ def _script(state: State) -> None:
     text = script(state)
     with _line("Python"):
         with ui.expansion("Script").classes("col").props("dense"):
-            ui.code(text, language="python").classes("w-full").style("max-height: 16rem; overflow: auto")
+            ui.label(text).classes("w-full").style(f"{_CODE}; max-height: 16rem")
         icon_button("content_copy", "Copy the script", lambda: copy(text, "Script"))
         icon_button(
             "download", "Download the script", lambda: give(text, safe_name(_stem(state), ".py"), "text/x-python")
