@@ -11,6 +11,8 @@ pytest.importorskip("nicegui")
 
 from nicegui import ui
 from nicegui.testing.user import User
+from tests.unit.cockpit.dialog_session import FakeSession
+from tests.unit.cockpit.visit import put, visit
 
 from epicyclic.cockpit.dialogs.field_list import (
     all_fields,
@@ -26,8 +28,6 @@ from epicyclic.cockpit.state.replay import command_line
 from epicyclic.cockpit.state.state import opened, with_value
 from epicyclic.model.document import read, ready_drives
 from epicyclic.model.overrides import parse_setting
-from tests.unit.cockpit.dialog_session import FakeSession
-from tests.unit.cockpit.visit import put, visit
 
 
 @pytest.mark.parametrize("drive", ready_drives())

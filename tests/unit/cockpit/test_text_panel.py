@@ -10,13 +10,13 @@ pytest.importorskip("nicegui")
 
 from nicegui import ui
 from nicegui.testing.user import User
+from tests.unit.cockpit.dialog_session import FakeSession
+from tests.unit.cockpit.visit import visit
 
 from epicyclic.cockpit.dialogs.line_of import line_of, line_of_error
 from epicyclic.cockpit.dialogs.text_panel import text_panel
 from epicyclic.cockpit.state.state import from_text, opened
 from epicyclic.studies.drives import drive_text
-from tests.unit.cockpit.dialog_session import FakeSession
-from tests.unit.cockpit.visit import visit
 
 TEXT = """format = 2
 [stages.main]  # with a comment

@@ -9,6 +9,8 @@ import pytest
 pytest.importorskip("nicegui")
 
 from nicegui.testing.user import User
+from tests.unit.cockpit.dialog_session import FakeSession
+from tests.unit.cockpit.visit import put, visit
 
 from epicyclic.cockpit.dialogs.new_train_words import BESIDE, needed, preview_of, sets_in
 from epicyclic.cockpit.dialogs.wizard import new_button
@@ -16,8 +18,6 @@ from epicyclic.cockpit.state.state import request_of, tables_of
 from epicyclic.errors import ModelError
 from epicyclic.resolve import load
 from epicyclic.studies.new_train.new_train import new_train
-from tests.unit.cockpit.dialog_session import FakeSession
-from tests.unit.cockpit.visit import put, visit
 
 OWN = {
     "teeth": "21/39/99",

@@ -8,9 +8,9 @@ from typing import Any
 
 from nicegui.testing.user import User
 from nicegui.testing.user_simulation import user_simulation
+from tests.unit.cockpit.dialog_session import FakeSession
 
 from epicyclic.cockpit.state.state import opened
-from tests.unit.cockpit.dialog_session import FakeSession
 
 Talk = Callable[[User, FakeSession], Awaitable[None]]
 

@@ -95,7 +95,7 @@ def _drive(session: Session, dialog: ui.dialog, name: str, title: str) -> ui.ite
             return refused(error)
         dialog.close()
 
-    with ui.item(on_click=take) as row, ui.item_section():
+    with ui.item(on_click=take).mark(f"drive-{name}") as row, ui.item_section():
         ui.item_label(name)
         ui.item_label(title).props("caption")
     return row

@@ -14,13 +14,14 @@ from ..state.replay import command_line, file_name_of, script
 from ..state.state import request_of
 from ..state.written_text import text_of
 from .figure_of import VERBS, figure_of, figures
-from .parts import copy, give, heard, icon_button, plain_button, present, refused, safe_name, window
+from .parts import copy, give, icon_button, plain_button, present, refused, safe_name, window
+from .report_job import ReportJob, line
 
 if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import State
 
-__all__ = ["take_away_button"]
+__all__ = ["bytes_of_picture", "take_away_button"]
 
 _TYPES = {
     "nc": "application/x-netcdf",
@@ -45,21 +46,13 @@ def take_away_button(session: Session) -> None:
             _model(state)
             _results(session, state)
             _figures(session, state)
-            _report(session, state)
+            report.line()
             _words("Command line", "verb", command_line(state), state)
             _script(state)
         dialog.on("hide", dialog.delete)
         dialog.open()
 
-    plain_button("Take away", show, icon="download")
-
-
-def _line(heading: str) -> ui.row:
-    """A line of the window with its heading."""
-    row = ui.row().classes("w-full items-center no-wrap")
-    with row:
-        ui.label(heading).classes("text-subtitle2").style("width: 7.5rem; flex: none")
-    return row
+    report = ReportJob(session, plain_button("Take away", show, icon="download"))
 
 
 def _model(state: State) -> None:
@@ -70,14 +63,14 @@ def _model(state: State) -> None:
             return refused(error)
         give(text, file_name_of(state), "application/toml")
 
-    with _line("Model"):
+    with line("Model"):
         plain_button("Model file (.toml)", save, icon="description")
         ui.label("with comments, and with what was set on the page").classes("text-caption")
 
 
 def _results(session: Session, state: State) -> None:
     """Dataset of a verb in three formats."""
-    with _line("Results"):
+    with line("Results"):
         verb = ui.select(list(VERBS), value="sharing", label="of").props("dense options-dense").style("width: 9rem")
         for kind in _TYPES:
 
@@ -95,7 +88,7 @@ def _figures(session: Session, state: State) -> None:
     """A figure of the report, drawn by the browser."""
     options = {f"{verb}/{name}": f"{verb}: {name}" for verb, names in figures().items() for name in names}
     media = {"svg": "image/svg+xml", "png": "image/png"}
-    with _line("Figure"):
+    with line("Figure"):
         chosen = (
             ui.select(options, value="sweep/sweep")
             .props('dense options-dense aria-label="Figure"')
@@ -137,10 +130,10 @@ async def _drawn(figure: dict[str, Any], kind: str) -> bytes | None:
         return None
     finally:
         hidden.delete()
-    return _bytes_of(str(uri))
+    return bytes_of_picture(str(uri))
 
 
-def _bytes_of(uri: str) -> bytes | None:
+def bytes_of_picture(uri: str) -> bytes | None:
     """Content of a data URI of a picture; None where it is none."""
     from urllib.parse import unquote_to_bytes
 
@@ -151,56 +144,9 @@ def _bytes_of(uri: str) -> bytes | None:
     return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
 
 
-def _report(session: Session, state: State) -> None:
-    """The HTML report, a job with its progress."""
-    with _line("Report") as row:
-        start = plain_button("HTML report", lambda: None, icon="article")
-        bar = (
-            ui.linear_progress(0, show_value=False, size="8px")
-            .classes("col")
-            .props('aria-label="Progress of the report"')
-        )
-        words = ui.label("all that the model allows, in one file; a minute or so").classes("text-caption")
-        cancel = plain_button("Cancel", lambda: None)
-    running: dict[str, Any] = {}
-
-    def show(_: object = None) -> None:
-        job = running.get("job")
-        busy = job is not None and job.status in ("waits", "runs")
-        start.set_visibility(not busy)
-        bar.set_visibility(busy)
-        cancel.set_visibility(busy)
-        if job is None:
-            return
-        if busy:
-            bar.set_value(job.progress)
-            left = f", {job.remaining:.0f} s left" if job.remaining is not None else ""
-            words.set_text(f"{job.progress:.0%}{left}" if job.status == "runs" else "waits for another job")
-        elif running.pop("job", None) is not None:
-            words.set_text(job.message or {"done": "done", "cancelled": "cancelled"}.get(job.status, job.status))
-            if job.status == "done" and job.dataset_path is not None:
-                ui.download.file(job.dataset_path, safe_name(_stem(state), "-report.html"), "text/html")
-
-    def begin() -> None:
-        try:
-            running["job"] = session.jobs.start("html", {})
-        except ModelError as error:
-            return refused(error)
-        show()
-
-    def stop() -> None:
-        if (job := running.get("job")) is not None:
-            session.jobs.cancel(job)
-
-    start.on_click(begin)
-    cancel.on_click(stop)
-    heard(session, row, jobs=show)
-    show()
-
-
 def _words(heading: str, label: str, text: str, state: State) -> None:
     """The command line of a verb, with a button that copies it."""
-    with _line(heading):
+    with line(heading):
         verb = ui.select(["report", *VERBS], value="report").props(f'dense options-dense aria-label="{label}"')
         verb.style("width: 8rem")
         # a label, since what shows code with colours goes through Markdown, and a model may hold anything
@@ -216,7 +162,7 @@ def _words(heading: str, label: str, text: str, state: State) -> None:
 def _script(state: State) -> None:
     """The Python script that gives the same numbers."""
     text = script(state)
-    with _line("Python"):
+    with line("Python"):
         with ui.expansion("Script").classes("col").props("dense"):
             ui.label(text).classes("w-full").style(f"{_CODE}; max-height: 16rem")
         icon_button("content_copy", "Copy the script", lambda: copy(text, "Script"))
