@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ConvergenceError, ModelError
+from ...errors import ModelError
 from ...system.faces import Faces, faces
 from ...system.system import Array, System
 from ..static.both_flanks import held_train
@@ -125,9 +125,7 @@ def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1)
     )
 
 
-def _by_tones(
-    system: System, face: Faces, cycles: int, patience: float
-) -> tuple[Array, Array, Array, Array, int]:
+def _by_tones(system: System, face: Faces, cycles: int, patience: float) -> tuple[Array, Array, Array, Array, int]:
     """Mean and largest force (w,) [N], place in the period and ratio (w, c) [1], period; linear while flanks press."""
     parts, _ = tone_forces(system, "static", samples=None, relative_speed=1.0)
     # one number of cycles for all tones, so that the rows are of one length
@@ -176,9 +174,7 @@ def _by_record(
     return force.mean(axis=0), force.max(axis=0), *_cycle_ratios(system, members, record, force), record.period
 
 
-def _cycle_ratios(
-    system: System, members: list[MeshGroup], record: Record, force: Array
-) -> tuple[Array, Array]:
+def _cycle_ratios(system: System, members: list[MeshGroup], record: Record, force: Array) -> tuple[Array, Array]:
     """Place in the record and cycle-peak ratio (w, c) [1] of forces (T, w) [N]; of fewer cycles repeated."""
     starts = [cycle_starts(system, group, record) for group in members]
     count = max(len(start) for start in starts)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import time
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...analyses.sharing.sharing import sharing
-from ...analyses.steady.response import Response
 from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
 from ...resolve.resolve import load
@@ -25,7 +24,7 @@ from .mode_view import ModeView, mode_view
 from .names import SpeedAxis, body_labels, mesh_labels, speed_axis
 from .operation_view import operation_head
 from .sharing_view import SharingView, Twin, full_sharing, live_sharing, sharing_head, twin_of
-from .speed_view import ForceCurves, efforts, force_curves, ready_response, speed_head
+from .speed_view import ForceCurves, SpeedModel, efforts, force_curves, speed_head, speed_model
 from .train_view import train_head
 
 __all__ = ["compute", "warm_up"]
@@ -59,7 +58,7 @@ class _Parts:
     sharing: SharingView | None = None
     twin: Twin | None = None
     errors: ErrorView | None = None
-    ready: Response | None = None
+    ready: SpeedModel | None = None
     curves: ForceCurves | None = None
     missing: tuple[dict[str, str], ...] = ()
 
@@ -107,9 +106,7 @@ def _model(request: Request) -> _Model:
     )
 
 
-def _attempt(
-    what: str, compute_it: Callable[[], Found], missing: list[dict[str, str]]
-) -> Found | None:
+def _attempt(what: str, compute_it: Callable[[], Found], missing: list[dict[str, str]]) -> Found | None:
     """A result, or None and why it is missing: what cannot be computed leaves the rest of the page alone."""
     try:
         return compute_it()
@@ -117,7 +114,9 @@ def _attempt(
         problem = error.problem if isinstance(error, ModelError) else str(error)
         path = error.path if isinstance(error, ModelError) else ""
         allowed = f"; allowed: {error.allowed}" if isinstance(error, ModelError) and error.allowed else ""
-        missing.append({"level": "warn", "code": "not-computed", "text": f"no {what}: {problem}{allowed}", "path": path})
+        missing.append(
+            {"level": "warn", "code": "not-computed", "text": f"no {what}: {problem}{allowed}", "path": path}
+        )
         return None
 
 
@@ -130,9 +129,7 @@ def _live_parts(model: _Model) -> _Parts:
     shared = _attempt("load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
     twin = None if shared is None else twin_of(train, shared)
     errors = None if shared is None else _attempt("share of the errors", lambda: error_view(train, system), missing)
-    ready = _attempt(
-        "forces over speed", lambda: ready_response(system, compiled=model.request.compiled), missing
-    )
+    ready = _attempt("forces over speed", lambda: speed_model(system, compiled=model.request.compiled), missing)
     curves = None
     if ready is not None:
         effort = efforts(ready).live
@@ -155,7 +152,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
         arrays |= {"modes/frequency": parts.modes.frequency, "modes/shape": parts.modes.shape}
     if parts.sharing is not None:
         arrays["meshes/load"] = parts.sharing.load
-    for part in (_sharing_part(model, parts), _errors_part(parts), _sweep_part(model, parts)):
+    for part in (_sharing_part(model, parts), _errors_part(model, parts), _sweep_part(model, parts)):
         head |= part[0]
         arrays |= part[1]
     head["state"] = {
@@ -167,7 +164,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
 
 def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
     """The frames of a state at rest, after the live one."""
-    train, system, missing = model.train, model.system, list[dict[str, str]]()
+    system, missing = model.system, list[dict[str, str]]()
     if system is None:
         return
     ready = parts.ready
@@ -177,14 +174,14 @@ def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
         if curves is not None:
             parts = replace(parts, curves=curves)
             yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
-        if ready.lines.shaft and wanted.shafts is not None:
+        if wanted.shafts is not None:
             shafts = wanted.shafts
             curves = _attempt("forces over speed", lambda: force_curves(ready, shafts), missing)
             if curves is not None:
                 parts = replace(parts, curves=curves)
                 yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
     if parts.errors is not None:
-        yield _part_frame(model, parts, "errors", _errors_part(parts))
+        yield _part_frame(model, parts, "errors", _errors_part(model, parts))
     if parts.sharing is not None:
         shared = parts.sharing
         whole = _attempt("load sharing", lambda: _whole_sharing(system, shared), missing)
@@ -193,7 +190,7 @@ def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
 
 
 def _whole_sharing(system: System, live: SharingView) -> SharingView:
-    """Load sharing with the search over the hunting period, where that takes less than a second; else a longer record."""
+    """Load sharing with the search over the hunting period; a longer record where that takes more than a second."""
     if not live.quick:
         return live_sharing(system, patience=_FULL_PATIENCE)
     return full_sharing(sharing(system, method="static"), live)
@@ -226,11 +223,11 @@ def _sharing_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]
     return {"sharing": head}, _prefixed("sharing", arrays)
 
 
-def _errors_part(parts: _Parts) -> tuple[dict[str, Any], Arrays]:
+def _errors_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
     """Errors of a frame; nothing without deviations."""
     if parts.errors is None:
         return {}, {}
-    head, arrays = error_head(parts.errors)
+    head, arrays = error_head(parts.errors, model.request.overrides)
     return {"errors": head}, _prefixed("errors", arrays)
 
 
@@ -245,4 +242,38 @@ def _sweep_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
 
 def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
     """Answers and checks of a frame."""
-    return {"checks": list(parts.missing)}
+    try:
+        from ..answers import answers, checks
+    except ImportError:
+        return {"checks": list(parts.missing)}
+    given = _given(model, parts)
+    errors = {"errors": _with_arrays(_errors_part(model, parts), "errors")} if full else {}
+    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given, **errors)
+    stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
+    return {"answers": [_table(one) for one in found], "checks": [*stated, *parts.missing]}
+
+
+def _given(model: _Model, parts: _Parts) -> dict[str, Any]:
+    """What the answers are made of: heads with their arrays beside, None where there is none."""
+    modes = None
+    if parts.modes is not None:
+        rows = parts.modes.rows(model.axis, model.request.relative_speed, len(model.train.planets))
+        modes = {"rows": rows, "frequency": parts.modes.frequency, "shape": parts.modes.shape}
+    twin = None if parts.twin is None else {**parts.twin.head, "coefficient": parts.twin.coefficient}
+    return {
+        "modes": modes,
+        "sharing": _with_arrays(_sharing_part(model, parts), "sharing"),
+        "twin": twin,
+        "sweep": _with_arrays(_sweep_part(model, parts), "sweep"),
+    }
+
+
+def _with_arrays(part: tuple[dict[str, Any], Arrays], name: str) -> dict[str, Any] | None:
+    """A part of a frame as one table; None of an empty one."""
+    head, arrays = part
+    return {**head[name], **{key.partition("/")[2]: values for key, values in arrays.items()}} if head else None
+
+
+def _table(value: Any) -> dict[str, Any]:
+    """A record as a table."""
+    return dict(value) if isinstance(value, Mapping) else asdict(value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -16,7 +16,7 @@ from ...analyses.static.tangent import linear
 from ...assemble.unit_lines import unit_lines
 from ...system.system import Array, System
 from ...train.train import Displacement, MeshError, Train
-from .names import listed, rounded
+from .names import member_words, rounded
 
 __all__ = ["ErrorView", "error_head", "error_view"]
 
@@ -68,7 +68,8 @@ def error_view(train: Train, system: System) -> ErrorView | None:
     """
     tones = set(system.tones)
     found: dict[str, list[Displacement | MeshError]] = {}
-    for item in (*train.displacements, *train.mesh_errors):
+    deviations: list[Displacement | MeshError] = [*train.displacements, *train.mesh_errors]
+    for item in deviations:
         if item.cause != "contact" and not _at_mesh_order(item.frequency, tones) and _size(item) > 0:
             found.setdefault(item.path, []).append(item)
     if not found:
@@ -134,28 +135,22 @@ def _length(item: Displacement | MeshError) -> float:
 
 def _whose(train: Train, group: Sequence[Displacement | MeshError], word: str) -> str:
     """The kind of deviation with the bodies or the pair that have it."""
-    several = len(train.planets) > 1
     first = group[0]
     if isinstance(first, MeshError):
-        mesh = {one.name: one for one in train.meshes}
-        stage = f"{mesh[first.mesh].stage} " if several else ""
-        return f"{word} of {stage}{mesh[first.mesh].pair.rpartition('.')[2]}"
+        mesh = next(one for one in train.meshes if one.name == first.mesh)
+        stage = f"{mesh.stage} " if len(train.planets) > 1 else ""
+        return f"{word} of {stage}{mesh.pair.rpartition('.')[2]}"
     bodies = {body.name: body for body in train.bodies}
     own = [bodies[item.body] for item in group if isinstance(item, Displacement)]
-    stage, _, member = own[0].member.rpartition(".")
-    before = f"{stage} " if several and stage else ""
     branches = sorted({body.branch for body in own if body.branch is not None})
-    if not branches:
-        return f"{word} of the {before}{member}"
-    if own[0].kind == "planet" and first.cause == "position":
-        word = "pin position"
-    alike = {body.branch for body in train.bodies if body.member == own[0].member}
-    if len(branches) == len(alike):
-        return f"{word} of the {before}{member}s"
-    return f"{word} of {before}{member}{'s' if len(branches) > 1 else ''} {listed(branches)}"
+    pins = own[0].kind == "planet" and first.cause == "position"
+    whose = member_words(train, own[0].member, branches)
+    # all of a member are "the planets", some of them "planets 1, 2"
+    numbered = whose[-1].isdigit()
+    return f"{'pin ' if pins else ''}{word} of {'' if numbered else 'the '}{whose}"
 
 
-def error_head(view: ErrorView) -> tuple[dict[str, Any], dict[str, Array]]:
+def error_head(view: ErrorView, overrides: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, Array]]:
     """``head["errors"]`` and its arrays, those that cost most first: ``share`` (row,) of what K_gamma is above 1 that
     goes with the deviation [%], ``turning`` the same of the largest over the hunting period [%], ``without`` (row,)
     K_gamma without it [1].
@@ -167,7 +162,7 @@ def error_head(view: ErrorView) -> tuple[dict[str, Any], dict[str, Array]]:
         "rows": [
             {
                 "label": view.label[i],
-                "path": view.path[i],
+                "path": _as_overridden(view.path[i], overrides),
                 "share": float(share[i]),
                 "turning": float(turning[i]),
                 "without": float(without[i]),
@@ -189,3 +184,11 @@ def _share(k: float, without: Array) -> Array:
     share = np.nan_to_num((k - without) / above)
     result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
     return result
+
+
+def _as_overridden(path: str, overrides: Mapping[str, object]) -> str:
+    """A path of a deviation without the name of its stage, where overrides are written so."""
+    room, _, rest = path.partition(".")
+    short = f"{room}.{rest.partition('.')[2]}"
+    written = any(f"{key}.".startswith(f"{short}.") or f"{short}.".startswith(f"{key}.") for key in overrides)
+    return short if written else path

@@ -214,7 +214,9 @@ def twin_train(train: Train, stage: str) -> tuple[Train | None, bool]:
     stiffest = max((mesh.stiffness for mesh in train.meshes if mesh.stage == stage), default=1.0)
     floats = all(max(link.stiffness[:2]) <= _SOFT * stiffest for link in supports)
     names = {link.name for link in supports}
-    links = tuple(_with_radial(link, float("inf") if floats else 0.0) if link.name in names else link for link in train.links)
+    links = tuple(
+        _with_radial(link, float("inf") if floats else 0.0) if link.name in names else link for link in train.links
+    )
     return replace(train, links=links), floats
 
 

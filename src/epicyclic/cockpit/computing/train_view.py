@@ -101,17 +101,23 @@ def _geometry(train: Train) -> str:
     """What the drawing of a train depends on, as a text: numbers that are not given are equal to each other there."""
     speed, torque = train.kinematics.speed or {}, train.kinematics.torque or {}
     bodies = [
-        (body.name, body.member, body.kind, body.frame, body.carried_by, body.branch, body.side, body.centre)
-        + (body.station, body.angle, body.outer_radius, body.gear, _sign(float(speed.get(body.member, math.nan))))
-        + (_sign(torque.get(body.member, 0.0)), body.inertia / body.mass if body.gear is None and body.mass else 0.0)
+        (
+            *(body.name, body.member, body.kind, body.frame, body.carried_by, body.branch, body.side, body.centre),
+            *(body.station, body.angle, body.outer_radius, body.gear),
+            *(_sign(float(speed.get(body.member, math.nan))), _sign(torque.get(body.member, 0.0))),
+            # the size of a plain body is that of an equal disc
+            body.inertia / body.mass if body.gear is None and body.mass else 0.0,
+        )
         for body in train.bodies
     ]
     meshes = [
         (mesh.name, mesh.a, mesh.b, mesh.direction, mesh.pressure_angle, mesh.flank, mesh.lead) for mesh in train.meshes
     ]
     links = [
-        (link.name, link.kind, link.first, link.second, link.station)
-        + tuple(_sign(k) + math.isinf(k) for k in link.stiffness)
+        (
+            *(link.name, link.kind, link.first, link.second, link.station),
+            *(_sign(k) + math.isinf(k) for k in link.stiffness),
+        )
         for link in train.links
     ]
     return repr((bodies, meshes, links))
