@@ -231,7 +231,7 @@ def test_a_state_is_saved_downloaded_and_reopened(tmp_path: Path, browser: Any) 
     from epicyclic.cockpit.state.state import opened
 
     path = tmp_path / "box.toml"
-    path.write_text(opened("lin1999-n3").base, encoding="utf-8")
+    path.write_text(opened("ren2021").base, encoding="utf-8")
     with running(tmp_path, str(path)) as own:
         context = browser.new_context(viewport={"width": 1280, "height": 800}, accept_downloads=True)
         tab = Tab(context, own.address)
@@ -287,7 +287,7 @@ def test_a_closed_tab_stops_its_jobs(context: Any, cockpit: Cockpit) -> None:
 
 
 def test_a_restart_gives_the_state_back(tmp_path: Path, browser: Any) -> None:
-    server = start(tmp_path, "lin1999-n3")
+    server = start(tmp_path, "ren2021")
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     try:
         tab = Tab(context, server.address)
@@ -298,7 +298,7 @@ def test_a_restart_gives_the_state_back(tmp_path: Path, browser: Any) -> None:
         time.sleep(1.0)
     finally:
         server.stop()
-    again = start(tmp_path, "lin1999-n3", port=server.port)
+    again = start(tmp_path, "ren2021", port=server.port)
     try:
         tab.page.wait_for_function("window.cockpit?.painted?.rev >= 0", timeout=40_000)
         end = time.monotonic() + 20

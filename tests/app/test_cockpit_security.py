@@ -189,7 +189,7 @@ HOSTILE_LINKS = {
     "a bomb": fragment(b"0" * 20_000_000),
     "a script": "<img src=x onerror=window.hacked=1>",
     "a file": fragment(b'{"name": "x", "base": "[deviations]\\nsun.pitch = \'/etc/passwd\'", "overrides": []}'),
-    "longer than a message may be": "A" * 3_000_000,
+    "longer than a message may be": "A" * 1_500_000,
 }
 
 
