@@ -14,7 +14,17 @@ from ...model.tables import PlainTable
 from ...resolve import load
 from ...terms.explanation import Explanation
 from ..state.state import State, request_of
-from .field_list import Field, Group, all_fields, current_tables, explanation_of, field_at, file_value, group_at, typed_value
+from .field_list import (
+    Field,
+    Group,
+    all_fields,
+    current_tables,
+    explanation_of,
+    field_at,
+    file_value,
+    group_at,
+    typed_value,
+)
 from .parts import heard, icon_button, present
 
 if TYPE_CHECKING:
@@ -109,7 +119,9 @@ class _FieldsPanel:
         for key in group.tables:
             self._table(f"{prefix}{key}", key, stated=key in group.stated)
 
-    def _build_rows(self, fields: Sequence[Field], explained: Mapping[str, Explanation], *, whole: bool = False) -> None:
+    def _build_rows(
+        self, fields: Sequence[Field], explained: Mapping[str, Explanation], *, whole: bool = False
+    ) -> None:
         state = present(self.session)
         overrides = state.overrides if state is not None else {}
         for field in fields:

@@ -234,7 +234,7 @@ class _Wizard:
             return False
         self.ready = found
         self._mark(None)
-        self.status.set_text("Ready: Create opens the model")
+        self.status.set_text("Ready: a model that runs")
         self._tell(found)
         return True
 
@@ -309,7 +309,13 @@ class _Wizard:
 
     def _clear(self) -> None:
         """Empty fields again."""
-        first: Mapping[str, str] = {"kind": "planetary", "planets": "3", "by": "teeth", "load": "power", "load_member": "sun"}
+        first: Mapping[str, str] = {
+            "kind": "planetary",
+            "planets": "3",
+            "by": "teeth",
+            "load": "power",
+            "load_member": "sun",
+        }
         self.insists = False
         for name, field in self.fields.items():
             if name not in ("held", "driver"):
