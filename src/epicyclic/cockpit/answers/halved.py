@@ -65,7 +65,9 @@ def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
         return {} if half is None else {where: half}
     if isinstance(value, Mapping):
         changed = {
-            key: halved_text(one) or one if isinstance(one, str) and key in ("own", "common") and part in ("", key) else one
+            key: halved_text(one) or one
+            if isinstance(one, str) and key in ("own", "common") and part in ("", key)
+            else one
             for key, one in value.items()
         }
         return {} if changed == dict(value) else {where: changed}
