@@ -41,7 +41,11 @@ ALLOWED: dict[str, set[str]] = {
     "verbs": {"studies", "analyses", "assemble", "resolve", "model", "system", "train", "results"},
     "audits": {"verbs", "studies", "model", "train", "system", "results"},
     "terms": {"verbs", "show", "model", "results"},
-    "cli": {"terms", "verbs", "audits", "studies", "show", "resolve", "model", "rexs", "results"},
+    "cockpit": {
+        *("terms", "verbs", "audits", "studies", "show", "resolve", "model", "rexs", "results"),
+        *("analyses", "assemble", "system", "train", "gears"),
+    },
+    "cli": {"cockpit", "terms", "verbs", "audits", "studies", "show", "resolve", "model", "rexs", "results"},
 }
 
 

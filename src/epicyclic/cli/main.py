@@ -16,6 +16,7 @@ import typer
 
 from ..results.whole_file import write_text
 from ..verbs.record import verbs
+from .app import app as cockpit
 from .audit import audit
 from .command import Json, Model, Output, Sets, command, file_name
 from .compare import compare
@@ -116,6 +117,7 @@ app.command()(explain)
 app.command()(report)
 app.command()(show)
 app.command()(new)
+app.command()(cockpit)
 app.command()(systems)
 
 

@@ -13,6 +13,7 @@ __all__ = ["PANELS", "Panels", "panel_of"]
 PANELS: Mapping[str, Mapping[str, str]] = {
     "Where do I begin?": {
         "new": "Write a model file from teeth or ratio, power and speed.",
+        "app": "A page on this machine: sliders, and a train that answers.",
         "import": "Write a model file from a REXS file.",
         "systems": "The ready drives: names that stand for a model file.",
         "explain": "What a key, a variable or a warning means.",

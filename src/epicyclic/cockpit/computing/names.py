@@ -11,8 +11,8 @@ from ...train.train import Train
 __all__ = [
     "SpeedAxis",
     "body_labels",
-    "counted",
     "listed",
+    "member_words",
     "mesh_labels",
     "ordinal",
     "rounded",
@@ -53,6 +53,21 @@ def _unsided(body: Body) -> str:
     return " ".join(filter(None, [body.member.rpartition(".")[2], str(body.branch or "")]))
 
 
+def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
+    """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those branches are meant, ``planet star1 2``.
+
+    branches : those that are meant, rising; none of a member about the axis.
+    """
+    stage, _, word = member.rpartition(".")
+    before = f"{stage} " if len(train.planets) > 1 and stage else ""
+    own = {body.branch for body in train.bodies if body.member == member and body.branch is not None}
+    if not own:
+        return before + word
+    many = "planets" if len(branches) > 1 else "planet"
+    named = many if word == "planet" else f"{many} {word}"
+    return before + named + ("" if len(branches) == len(own) else f" {listed(branches)}")
+
+
 def speed_axis(train: Train) -> SpeedAxis | None:
     """The axis on which speeds of a train are shown; None without a member that turns.
 
@@ -81,11 +96,6 @@ def ordinal(number: int) -> str:
     """``1st``, ``2nd``, ``11th``."""
     last = {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th") if number % 100 not in (11, 12, 13) else "th"
     return f"{number}{last}"
-
-
-def counted(words: Sequence[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
-    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
 def listed(numbers: Sequence[int]) -> str:

@@ -1,0 +1,1 @@
+"""Panes drawn in the browser: the element, its JavaScript and its looks."""

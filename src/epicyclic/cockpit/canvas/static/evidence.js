@@ -1,0 +1,303 @@
+// What an answer rests on: load sharing, what each error costs, lines or bars of a job.
+import { look, roundUp, written } from "./look.js";
+import { make, Pane, Sheet } from "./pane.js";
+import { Colours, ghostCurve, plotOf, rowsOf } from "./plot.js";
+import { about1, drawBars, drawSharing, heightFor } from "./rows.js";
+
+const STALE = 0.4;
+const GAPS = { sharing: 0.05, period: 0.1 }; // least half width of the axes about 1: below, all is as good as equal
+const LINES = 8; // curves of a job that get a place in the key
+
+export class EvidencePane extends Pane {
+  constructor(...given) {
+    super(...given);
+    this.scroll = make("div", { class: "ck-scroll" });
+    this.body = make("div", { class: "ck-fill" });
+    this.keys = make("div", { class: "ck-keys" });
+    this.root.prepend(this.scroll, this.body, this.keys);
+    this.sheet = new Sheet(this.scroll);
+    this.colours = new Colours();
+    this.styles = [];
+    this.name = "sharing";
+    this.halves = {};
+    this.root.dataset.evidence = this.name;
+    this.root.addEventListener("pointermove", (event) => this.onPointer(event));
+  }
+
+  partNames() {
+    return [this.name === "sharing" || this.name === "errors" ? this.name : `job:${this.name}`];
+  }
+
+  /** What is shown: "sharing", "errors" or the name of a job. */
+  setEvidence(name) {
+    if (this.name === name) return;
+    this.name = name;
+    this.root.dataset.evidence = name;
+    this.root.dataset.rev = String(-1);
+    this.shown = null;
+    this.halves = {};
+    this.dropPlot();
+    this.hideTip();
+    this.schedule();
+  }
+
+  alsoHears() {
+    return ["ghost"];
+  }
+
+  emptyText() {
+    if (this.name === "sharing") return "Load sharing stands here as soon as it is computed.";
+    if (this.name === "errors") return "The errors are weighed when the slider is let go.";
+    return "Not computed for this train yet: start the job to see it here.";
+  }
+
+  clear() {
+    this.dropPlot();
+    this.sheet.fit(this.width, this.height);
+    this.sheet.begin();
+    this.keys.replaceChildren();
+  }
+
+  dropPlot() {
+    this.plot?.destroy();
+    this.plot = null;
+    this.keys.replaceChildren();
+  }
+
+  restyle() {
+    this.dropPlot();
+    this.schedule();
+  }
+
+  resized() {
+    if (this.plot && this.width && this.height) this.plot.setSize({ width: this.width, height: this.height });
+  }
+
+  ghostPart() {
+    return this.hub.pinned[this.partNames()[0]];
+  }
+
+  draw(part, _time, stale) {
+    const lines = part.head.lines;
+    this.scroll.hidden = Boolean(lines);
+    this.body.hidden = !lines;
+    this.hit = null;
+    if (lines) return this.drawLines(part, lines, stale);
+    this.dropPlot();
+    const data = this.name === "sharing" ? this.sharing(part) : this.name === "errors" ? this.errors(part) : this.bars(part);
+    if (!data.rows.length) {
+      this.clear();
+      this.empty.textContent = data.note || "There is nothing to show for this train.";
+      this.empty.hidden = false;
+      return;
+    }
+    const height = Math.max(this.height, heightFor(data.rows.length));
+    const width = this.width - (height > this.height ? 12 : 0); // of the scroll bar
+    this.sheet.fit(width, height);
+    const context = this.sheet.begin();
+    context.globalAlpha = stale ? STALE : 1;
+    const drawn = this.name === "sharing" ? drawSharing(context, width, height, data) : drawBars(context, width, height, data);
+    this.hit = { data, ...drawn };
+    this.describe(data.note, data.rows.map((row, i) => `${row} ${written((data.coefficient ?? data.values)[i])}`));
+  }
+
+  sharing(part) {
+    const { head, arrays } = part;
+    const rows = head.rows.map((row) => row.label);
+    const twin = head.twin && arrays.twin ? arrays.twin.data : null;
+    const pinned = this.ghostPart();
+    const ghost = pinned && byLabel(rows, pinned.head.rows.map((row) => row.label), pinned.arrays.coefficient.data);
+    const period = arrays.over_period?.shape[1] > 1 ? arrays.over_period : null;
+    const values = [...arrays.coefficient.data, ...(twin ?? []), ...(ghost ?? []).filter((value) => value != null)];
+    const isReleased = part.kind !== "live";
+    return {
+      rows, twin, ghost, period,
+      coefficient: arrays.coefficient.data,
+      cycles: head.cycles,
+      title: "load-sharing coefficient [1]",
+      twinLabel: head.twin ? `${head.twin.label}, ${written(head.twin.k_gamma, 4)}` : "",
+      note: `K_gamma ${written(head.k_gamma, 4)}${head.stage === "at rest" ? " at rest" : ""}${head.definition ? ` (${head.definition})` : ""}`,
+      half: this.half("sharing", about1(values, GAPS.sharing), isReleased),
+      periodHalf: period ? this.half("period", about1([...period.data], GAPS.period), isReleased) : 0,
+    };
+  }
+
+  /** Half width of an axis about 1: it grows at once and shrinks when the slider is let go. */
+  half(key, wanted, isReleased) {
+    const known = this.halves[key] ?? 0;
+    this.halves[key] = isReleased ? wanted : Math.max(known, wanted);
+    return this.halves[key];
+  }
+
+  errors(part) {
+    const { head, arrays } = part;
+    const rows = head.rows.map((row) => row.label);
+    const pinned = this.ghostPart();
+    return {
+      rows,
+      values: Array.from(arrays.share?.data ?? []),
+      ghost: pinned && byLabel(rows, pinned.head.rows.map((row) => row.label), pinned.arrays.share.data),
+      title: `share of the ${head.of} [%]`,
+      note: "What each error costs",
+      strong: 0,
+      ...asPercent,
+    };
+  }
+
+  bars(part) {
+    const { head, arrays } = part;
+    const bars = head.bars ?? { x_label: "", rows: [] };
+    const pinned = this.ghostPart();
+    return {
+      rows: bars.rows,
+      values: Array.from(arrays.bar?.data ?? []),
+      ghost: pinned?.head.bars && byLabel(bars.rows, pinned.head.bars.rows, pinned.arrays.bar.data),
+      title: bars.x_label,
+      note: head.title ?? head.text ?? "",
+      line: bars.line,
+      format: (value) => written(value, 4),
+    };
+  }
+
+  describe(title, texts) {
+    this.root.setAttribute("aria-label", `${this.options.label ?? "Evidence"}: ${title}. ${texts.slice(0, 12).join("; ")}`);
+  }
+
+  rangeX() {
+    return this.xRange ?? [0, 1];
+  }
+
+  rangeY() {
+    return this.yRange ?? [0, 1];
+  }
+
+  drawLines(part, lines, stale) {
+    if (this.taken !== part || !this.plot) this.takeLines(part, lines);
+    for (let i = 1; i < this.plot.series.length; i++) this.plot.series[i].alpha = stale ? STALE : 1;
+    this.plot.batch(() => {
+      this.plot.setData(this.data, true);
+      this.plot.redraw(true, true);
+    });
+  }
+
+  takeLines(part, lines) {
+    const rows = rowsOf(part.arrays.y);
+    const x = Array.from(part.arrays.x.data);
+    const pinned = this.ghostPart();
+    this.ghost = pinned?.head.lines
+      ? { x: Array.from(pinned.arrays.x.data), rows: rowsOf(pinned.arrays.y), labels: pinned.head.lines.curves.map((curve) => curve.label) }
+      : null;
+    const curves = lines.curves.map((curve, row) => ({ ...curve, row }));
+    const isFew = curves.length <= 4;
+    for (const curve of curves) curve.strong = isFew || Boolean(curve.strong);
+    curves.sort((a, b) => Number(a.strong) - Number(b.strong) || a.row - b.row);
+    const strong = curves.filter((curve) => curve.strong).slice(-4);
+    this.colours.take(strong.map((curve) => curve.label));
+    this.styles = curves.map((curve) => ({ colour: strong.includes(curve) ? this.colours.of(curve.label) : look().other }));
+    this.curves = curves;
+    this.data = [x, ...curves.map((curve) => rows[curve.row])];
+    this.xRange = [Math.min(...x), Math.max(...x)];
+    this.yRange = ends([...rows, ...(this.ghost?.rows ?? [])].flat());
+    this.dropPlot();
+    this.plot = plotOf(this.body, {
+      width: this.width, height: this.height, xLabel: lines.x_label, yLabel: lines.y_label, count: curves.length, owner: this, top: 26,
+      hooks: { drawAxes: [(plot) => this.drawGhost(plot)], setCursor: [(plot) => this.onCursor(plot)] },
+    });
+    this.plot.root.setAttribute("aria-hidden", "true");
+    curves.forEach((curve, i) => Object.assign(this.plot.series[i + 1], { width: curve.strong ? 2 : 1, label: curve.label }));
+    this.lines = lines;
+    this.lineKeys(part.head, strong);
+    this.taken = part;
+    this.describe(part.head.title ?? "", strong.map((curve) => curve.label));
+  }
+
+  lineKeys(head, strong) {
+    const key = (text, colour, name = "") => {
+      const mark = make("i", name ? { class: name } : {});
+      mark.style.borderTopColor = colour;
+      return make("span", {}, mark, text);
+    };
+    const title = make("b", {}, head.title ?? "");
+    title.style.color = "var(--ck-ink)";
+    const shown = strong.length > 1 || this.ghost ? strong.slice(0, LINES) : [];
+    const rows = shown.map((curve) => key(curve.label, this.colours.of(curve.label)));
+    if (this.curves.length > strong.length) rows.push(key(`${this.curves.length - strong.length} more`, look().other));
+    if (this.ghost) rows.push(key("A", look().pale, "ck-dashed"));
+    this.keys.replaceChildren(title, ...rows);
+  }
+
+  drawGhost(plot) {
+    if (!this.ghost) return;
+    this.ghost.rows.forEach((row, i) => {
+      const curve = this.curves.findIndex((one) => one.label === this.ghost.labels[i] && one.strong);
+      if (curve >= 0 || this.ghost.rows.length <= 4) ghostCurve(plot.ctx, plot, this.ghost.x, row, this.styles[curve]?.colour ?? look().pale);
+    });
+  }
+
+  onCursor(plot) {
+    const index = plot.cursor.idx;
+    if (index == null || plot.cursor.left < 0 || !this.data) return this.hideTip();
+    const ratio = window.devicePixelRatio || 1;
+    const unit = (label) => label.match(/\[(.*)\]/)?.[1] ?? "";
+    const rows = [[`${written(this.data[0][index], 4)} ${unit(this.lines.x_label)}`, null]];
+    this.curves.forEach((curve, i) => {
+      const value = this.data[i + 1][index];
+      if (curve.strong && value != null && rows.length < 10) rows.push([curve.label, `${written(value, 4)} ${unit(this.lines.y_label)}`, this.styles[i].colour]);
+    });
+    this.showTip(plot.bbox.left / ratio + plot.cursor.left, plot.bbox.top / ratio + Math.max(0, plot.cursor.top), rows);
+  }
+
+  onPointer(event) {
+    if (!this.hit || !this.hit.lines) return this.plot ? null : this.hideTip();
+    const edge = this.root.getBoundingClientRect();
+    const [x, y] = [event.clientX - edge.left, event.clientY - edge.top];
+    const { data, lines, strip } = this.hit;
+    const row = Math.floor((y + this.scroll.scrollTop - lines.top) / lines.tall);
+    if (row < 0 || row >= data.rows.length) return this.hideTip();
+    const rows = [[data.rows[row], null]];
+    if (data.coefficient) {
+      rows.push(["coefficient", written(data.coefficient[row], 4), look().accent]);
+      if (data.twin) rows.push([data.twinLabel.split(",")[0], written(data.twin[row], 4), look().strong[0]]);
+      if (strip && x >= strip.x0 && x < strip.x1) {
+        const column = Math.floor(((x - strip.x0) / (strip.x1 - strip.x0)) * strip.columns);
+        rows.push(["at this part of the period", written(data.period.data[row * strip.columns + column], 4)]);
+      }
+    } else rows.push([data.title, data.format(data.values[row])]);
+    if (data.ghost?.[row] != null) rows.push(["A", data.format ? data.format(data.ghost[row]) : written(data.ghost[row], 4), look().pale]);
+    this.showTip(x, y, rows);
+  }
+
+  onKey(event) {
+    const step = { ArrowDown: 40, ArrowUp: -40, PageDown: this.height, PageUp: -this.height }[event.key];
+    if (step && this.scroll.scrollHeight > this.height) {
+      event.preventDefault();
+      this.scroll.scrollTop += step;
+    }
+  }
+
+  destroy() {
+    this.plot?.destroy();
+    super.destroy();
+  }
+}
+
+const asPercent = { format: (value) => `${written(value, 3)} %` };
+
+/** Values of another list of rows by name, null where it has none of that name. */
+function byLabel(rows, labels, values) {
+  return rows.map((row) => {
+    const at = labels.indexOf(row);
+    return at < 0 || !Number.isFinite(values[at]) ? null : values[at];
+  });
+}
+
+/** Ends of an axis for lines: from 0 where that leaves the lines most of it, else about their own range. */
+function ends(values) {
+  const known = values.filter((value) => value !== null);
+  if (!known.length) return [0, 1];
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of known) [low, high] = [Math.min(low, value), Math.max(high, value)];
+  if (low >= 0 && low < 0.4 * high) return [0, roundUp(1.05 * high)];
+  const room = 0.08 * (high - low || Math.abs(high) || 1);
+  return [low - room, high + room];
+}

@@ -1,0 +1,87 @@
+// What all panes of a page share: the newest part of every kind, the ghost of pin A, the chosen mode, play or pause.
+import { decode } from "./frames.js";
+
+// Key of the head -> prefixes of the arrays that belong to it. A frame brings some; the others stay as they were.
+const PARTS = {
+  train: ["meshes/"],
+  modes: ["modes/"],
+  sweep: ["sweep/"],
+  sharing: ["sharing/"],
+  errors: ["errors/"],
+  job: ["job/"],
+};
+
+/** Parts of a frame by name: {rev, kind, head, arrays}; a job is named after itself. */
+export function partsOf(frame) {
+  const found = {};
+  for (const [key, prefixes] of Object.entries(PARTS)) {
+    if (frame.head[key] == null) continue;
+    const arrays = {};
+    for (const [name, array] of Object.entries(frame.arrays)) {
+      const prefix = prefixes.find((one) => name.startsWith(one));
+      if (prefix) arrays[name.slice(prefix.length)] = array;
+    }
+    const name = key === "job" ? `job:${frame.head.job.name}` : key;
+    found[name] = { rev: frame.rev, kind: frame.kind, head: frame.head[key], arrays };
+  }
+  return found;
+}
+
+export class Hub {
+  constructor() {
+    this.parts = {};
+    this.pinned = {};
+    this.rev = -1;
+    this.mode = null;
+    this.playing = true;
+    this.dropped = 0;
+    this.painted = { rev: -1, time: 0, kind: "" };
+    this.panes = new Set();
+  }
+
+  /** Take a packed frame; parts that are older than what is shown are dropped. */
+  frame(packed) {
+    const arrived = performance.now();
+    const frame = decode(packed);
+    const changed = [];
+    for (const [name, part] of Object.entries(partsOf(frame))) {
+      if (this.parts[name] && this.parts[name].rev > part.rev) {
+        this.dropped += 1;
+        continue;
+      }
+      this.parts[name] = { ...part, arrived };
+      changed.push(name);
+    }
+    this.rev = Math.max(this.rev, frame.rev);
+    // A job belongs to the state it was started in; it does not make what is shown of the present one older.
+    const modes = this.parts.modes?.head;
+    if (this.mode !== null && modes && !modes.some((mode) => mode.index === this.mode)) this.mode = null;
+    this.tell(changed);
+  }
+
+  /** Add the parts of a packed frame to the ghost; null takes it away. */
+  ghost(packed) {
+    this.pinned = packed == null ? {} : { ...this.pinned, ...partsOf(decode(packed)) };
+    this.tell(["ghost"]);
+  }
+
+  chooseMode(index) {
+    if (this.mode === index) return;
+    this.mode = index;
+    this.tell(["mode"]);
+  }
+
+  setPlaying(isPlaying) {
+    this.playing = isPlaying;
+    this.tell(["playing"]);
+  }
+
+  /** Whether the part of this name is older than the newest frame. */
+  isOld(name) {
+    return this.parts[name] != null && this.parts[name].rev < this.rev;
+  }
+
+  tell(changed) {
+    for (const pane of this.panes) pane.hear(changed);
+  }
+}

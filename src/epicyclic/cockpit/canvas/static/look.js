@@ -1,0 +1,76 @@
+// Colours from the CSS variables of the page, read once a theme; numbers as people read them.
+
+let cached = null;
+
+/** Colours of the present theme. */
+export function look() {
+  if (cached) return cached;
+  const style = getComputedStyle(document.body);
+  const of = (name) => style.getPropertyValue(`--ck-${name}`).trim();
+  cached = {
+    surface: of("surface"), raised: of("raised"), ink: of("ink"), pale: of("pale"), grid: of("grid"), edge: of("edge"),
+    other: of("other"), accent: of("accent"), font: of("font"),
+    strong: [1, 2, 3, 4].map((i) => of(`strong-${i}`)),
+    kinds: Object.fromEntries(["sun", "planet", "ring", "carrier", "shaft", "gear"].map((kind) => [kind, of(kind)])),
+    load: [1, 2, 3, 4, 5].map((i) => rgb(of(`load-${i}`))),
+    dark: document.body.classList.contains("body--dark"),
+  };
+  return cached;
+}
+
+/** Read the colours again: the style sheet has come. */
+export function forget() {
+  cached = null;
+}
+
+/** Call back when the theme of the page changes; returns what stops it. */
+export function watchTheme(callback) {
+  const observer = new MutationObserver(() => {
+    const isDark = document.body.classList.contains("body--dark");
+    if (cached && cached.dark === isDark) return;
+    cached = null;
+    callback();
+  });
+  observer.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+  return () => observer.disconnect();
+}
+
+function rgb(hex) {
+  return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+}
+
+/** Colour of a load whose place between the ends of the scale is 0..1, as CSS. */
+export function loadColour(place) {
+  const stops = look().load;
+  const at = Math.min(Math.max(place, 0), 1) * (stops.length - 1);
+  const low = Math.min(Math.floor(at), stops.length - 2);
+  const mixed = stops[low].map((value, i) => Math.round(value + (stops[low + 1][i] - value) * (at - low)));
+  return `rgb(${mixed.join(",")})`;
+}
+
+/** A colour with an opacity, as CSS. */
+export function translucent(colour, alpha) {
+  return `color-mix(in srgb, ${colour} ${Math.round(100 * alpha)}%, transparent)`;
+}
+
+/** A number with so many significant digits, without an exponent; a thin space between thousands. */
+export function written(value, digits = 3) {
+  if (!Number.isFinite(value)) return "n/a";
+  if (value === 0) return "0";
+  const size = Math.floor(Math.log10(Math.abs(value)));
+  const text = value.toFixed(Math.min(Math.max(digits - 1 - size, 0), 8));
+  const [whole, part] = text.split(".");
+  const minus = whole.startsWith("-") ? "−" : "";
+  const spaced = whole.replace("-", "").replace(/\B(?=(\d{3})+$)/g, "\u2009");
+  return minus + spaced + (part ? `.${part}` : "");
+}
+
+/** The next 1, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten at or above a positive number. */
+export function roundUp(value) {
+  if (!(value > 0) || !Number.isFinite(value)) return 1;
+  const power = 10 ** Math.floor(Math.log10(value));
+  const step = [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].find((one) => one * power >= value * (1 - 1e-9));
+  return step * power;
+}
+
+export const calm = () => window.matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -1,0 +1,270 @@
+// Plots whose rows have names: dots about the fair share with a strip over the hunting period, and bars from zero.
+import { loadColour, look, roundUp, translucent, written } from "./look.js";
+
+export const ROW = { least: 15, most: 30 }; // [px]
+const HEAD = 24;
+const FOOT = 36;
+const GAP = 14;
+
+export const heightFor = (rows) => HEAD + FOOT + rows * ROW.least;
+
+function labelWidth(context, labels, most) {
+  context.font = `11px ${look().font}`;
+  return Math.min(most, Math.max(30, ...labels.map((label) => context.measureText(label).width)) + 4);
+}
+
+function cut(context, text, width) {
+  if (context.measureText(text).width <= width) return text;
+  let end = text.length;
+  while (end > 1 && context.measureText(`${text.slice(0, end)}…`).width > width) end -= 1;
+  return `${text.slice(0, end)}…`;
+}
+
+/** Places of the rows: {y, tall, top, bottom}. */
+function spread(count, height) {
+  const tall = Math.min(ROW.most, (height - HEAD - FOOT) / Math.max(count, 1));
+  return { tall, top: HEAD, bottom: HEAD + tall * count, y: (row) => HEAD + tall * (row + 0.5) };
+}
+
+function labels(context, rows, lines, width) {
+  context.font = `11px ${look().font}`;
+  context.textAlign = "right";
+  context.fillStyle = look().ink;
+  rows.forEach((label, row) => context.fillText(cut(context, label, width), 6 + width, lines.y(row)));
+}
+
+/** Ticks of an axis from `low` to `high`, four to seven of them. */
+export function ticks(low, high, most = 6) {
+  const raw = (high - low) / most;
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 2.5, 5, 10].find((one) => one * power >= raw * (1 - 1e-9)) * power;
+  const found = [];
+  for (let value = Math.ceil(low / step - 1e-9) * step; value <= high + 1e-9 * step; value += step) found.push(Math.abs(value) < 1e-12 * step ? 0 : value);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9) + (power * 2.5 === step ? 1 : 0));
+  return found.map((value) => ({ value, text: value.toFixed(Math.min(8, decimals)).replace("-", "−") }));
+}
+
+function axis(context, { x0, x1, low, high, title }, lines) {
+  const place = (value) => x0 + ((value - low) / (high - low)) * (x1 - x0);
+  context.font = `11px ${look().font}`;
+  context.textAlign = "center";
+  context.lineWidth = 1;
+  for (const { value, text } of ticks(low, high, Math.max(2, Math.min(6, Math.floor((x1 - x0) / 52))))) {
+    const x = Math.round(place(value)) + 0.5;
+    context.strokeStyle = look().grid;
+    context.beginPath();
+    context.moveTo(x, lines.top - 2);
+    context.lineTo(x, lines.bottom + 3);
+    context.stroke();
+    context.fillStyle = look().ink;
+    context.fillText(text, x, lines.bottom + 11);
+  }
+  context.font = `12px ${look().font}`;
+  context.fillText(cut(context, title, x1 - x0 + 40), (x0 + x1) / 2, lines.bottom + 26);
+  return place;
+}
+
+/** The line that a value is measured against, as the fair share of 1. */
+function reference(context, x, lines) {
+  context.beginPath();
+  context.moveTo(x, lines.top - 4);
+  context.lineTo(x, lines.bottom + 3);
+  context.lineWidth = 1.4;
+  context.strokeStyle = look().pale;
+  context.stroke();
+}
+
+/** Marks of a legend from right to left within the head: {text, draw(x, y)}. */
+function legend(context, right, marks) {
+  let x = right;
+  context.font = `11px ${look().font}`;
+  context.textAlign = "left";
+  for (const { text, draw } of [...marks].reverse()) {
+    x -= context.measureText(text).width;
+    context.fillStyle = look().pale;
+    context.fillText(text, x, 12);
+    x -= 10;
+    draw(x, 12);
+    x -= 16;
+  }
+  return x;
+}
+
+function dot(context, x, y, colour) {
+  context.beginPath();
+  context.arc(x, y, 4, 0, 2 * Math.PI);
+  context.fillStyle = colour;
+  context.fill();
+}
+
+function openDot(context, x, y, colour) {
+  context.beginPath();
+  context.arc(x, y, 4, 0, 2 * Math.PI);
+  context.lineWidth = 1.6;
+  context.strokeStyle = colour;
+  context.stroke();
+}
+
+function dashedDiamond(context, x, y) {
+  context.beginPath();
+  context.moveTo(x, y - 5);
+  context.lineTo(x + 5, y);
+  context.lineTo(x, y + 5);
+  context.lineTo(x - 5, y);
+  context.closePath();
+  context.setLineDash([2.5, 1.8]);
+  context.lineWidth = 1.3;
+  context.strokeStyle = look().pale;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** Ends of an axis about 1 that hold all the values; `least` half its width. */
+export function about1(values, least) {
+  const away = Math.max(least, ...values.filter(Number.isFinite).map((value) => Math.abs(value - 1)));
+  return roundUp(1.05 * away);
+}
+
+/**
+ * Load sharing: coefficients as dots with a line at 1, the twin as open dots, pin A as dashed diamonds, beside them
+ * the rows over the hunting period. `data` {rows, coefficient, twin, ghost, period, title, twinLabel, note, half, periodHalf}.
+ */
+export function drawSharing(context, width, height, data) {
+  const lines = spread(data.rows.length, height);
+  const names = labelWidth(context, data.rows, 0.26 * width);
+  const value = 40;
+  const x0 = names + 22;
+  const x1 = data.period ? Math.round(x0 + 0.46 * (width - x0 - value)) : width - value - 16;
+  labels(context, data.rows, lines, names);
+  const [low, high] = [Math.max(0, 1 - data.half), 1 + data.half];
+  const place = axis(context, { x0, x1, low, high, title: data.title }, lines);
+  reference(context, place(1), lines);
+  context.textBaseline = "middle";
+  data.rows.forEach((_, row) => {
+    const [y, at] = [lines.y(row), data.coefficient[row]];
+    if (!Number.isFinite(at)) return;
+    context.beginPath();
+    context.moveTo(place(1), y);
+    context.lineTo(place(at), y);
+    context.lineWidth = 1.5;
+    context.strokeStyle = translucent(look().accent, 0.45);
+    context.stroke();
+    if (data.ghost?.[row] != null) dashedDiamond(context, place(data.ghost[row]), y);
+    if (Number.isFinite(data.twin?.[row])) openDot(context, place(data.twin[row]), y, look().strong[0]);
+    dot(context, place(at), y, look().accent);
+    context.font = `11px ${look().font}`;
+    context.textAlign = "left";
+    context.fillStyle = look().ink;
+    context.fillText(at.toFixed(3), x1 + 8, y);
+  });
+  const strip = data.period ? drawStrip(context, x1 + value + 14, width - 10, lines, data) : null;
+  const marks = [{ text: "as it is", draw: (x, y) => dot(context, x, y, look().accent) }];
+  if (data.twin) marks.push({ text: data.twinLabel, draw: (x, y) => openDot(context, x, y, look().strong[0]) });
+  if (data.ghost) marks.push({ text: "A", draw: (x, y) => dashedDiamond(context, x, y) });
+  const left = legend(context, width - 10, marks);
+  context.font = `600 12px ${look().font}`;
+  context.textAlign = "left";
+  context.fillStyle = look().ink;
+  context.fillText(cut(context, data.note, left - 8), 8, 12);
+  return { lines, strip };
+}
+
+/** Rows over the hunting period, coloured by load. */
+function drawStrip(context, x0, x1, lines, { period, periodHalf, cycles }) {
+  const [rows, columns] = period.shape;
+  if (!columns || x1 - x0 < 30) return null;
+  const picture = document.createElement("canvas");
+  Object.assign(picture, { width: columns, height: rows });
+  const paint = picture.getContext("2d");
+  const image = paint.createImageData(columns, rows);
+  const [low, high] = [Math.max(0, 1 - periodHalf), 1 + periodHalf];
+  for (let i = 0; i < rows * columns; i++) {
+    const value = period.data[i];
+    const [r, g, b] = Number.isFinite(value) ? loadColour((value - low) / (high - low)).match(/\d+/g) : [0, 0, 0];
+    image.data.set([r, g, b, Number.isFinite(value) ? 255 : 0], 4 * i);
+  }
+  paint.putImageData(image, 0, 0);
+  context.imageSmoothingEnabled = false;
+  for (let row = 0; row < rows; row++) {
+    context.drawImage(picture, 0, row, columns, 1, x0, lines.y(row) - 0.41 * lines.tall, x1 - x0, 0.82 * lines.tall);
+  }
+  context.font = `11px ${look().font}`;
+  context.fillStyle = look().ink;
+  context.textAlign = "left";
+  context.fillText("0", x0, lines.bottom + 11);
+  context.textAlign = "right";
+  const spaced = String(cycles ?? columns).replace(/\B(?=(\d{3})+$)/g, "\u2009");
+  context.fillText(spaced, x1, lines.bottom + 11);
+  context.textAlign = "center";
+  context.font = `12px ${look().font}`;
+  context.fillText(cut(context, "hunting period [mesh cycles]", x1 - x0 - 4), (x0 + x1) / 2, lines.bottom + 26);
+  drawScale(context, x0, x1, lines.bottom + 11, low, high);
+  return { x0, x1, columns };
+}
+
+/** Colours of the strip, between the ends of its axis. */
+function drawScale(context, x0, x1, y, low, high) {
+  const width = 60;
+  const middle = (x0 + x1) / 2;
+  if (x1 - x0 < width + 130) return;
+  for (let i = 0; i < width; i++) {
+    context.fillStyle = loadColour(i / (width - 1));
+    context.fillRect(middle - width / 2 + i, y - 4, 1.5, 7);
+  }
+  context.font = `10px ${look().font}`;
+  context.fillStyle = look().pale;
+  context.textAlign = "right";
+  context.fillText(written(low, 2), middle - width / 2 - 4, y);
+  context.textAlign = "left";
+  context.fillText(written(high, 2), middle + width / 2 + 5, y);
+}
+
+/** Bars from zero, named: `data` {rows, values, ghost, title, note, line, format}. */
+export function drawBars(context, width, height, data) {
+  const lines = spread(data.rows.length, height);
+  const names = labelWidth(context, data.rows, 0.42 * width);
+  const x0 = names + 18;
+  const x1 = width - 62;
+  const known = [...data.values, ...(data.ghost ?? []).filter((value) => value != null), ...(data.line == null ? [] : [data.line])].filter(Number.isFinite);
+  const most = Math.max(0, ...known);
+  const least = Math.min(0, ...known);
+  const high = data.high ?? (most > 0 ? roundUp(most) : 0);
+  const low = least < 0 ? -roundUp(-least) : 0;
+  labels(context, data.rows, lines, names);
+  const place = axis(context, { x0, x1, low, high: high > low ? high : 1, title: data.title }, lines);
+  data.rows.forEach((_, row) => {
+    const [y, at] = [lines.y(row), data.values[row]];
+    const thick = Math.min(16, 0.66 * lines.tall);
+    if (Number.isFinite(at)) {
+      context.fillStyle = row === data.strong ? look().strong[0] : look().accent;
+      context.fillRect(Math.min(place(0), place(at)), y - thick / 2, Math.max(1, Math.abs(place(at) - place(0))), thick);
+    }
+    if (data.ghost?.[row] != null) ghostBar(context, place(0), place(data.ghost[row]), y, thick + 3);
+    context.font = `11px ${look().font}`;
+    context.textAlign = "left";
+    context.fillStyle = look().ink;
+    const end = Math.max(place(0), Number.isFinite(at) ? place(at) : 0, data.ghost?.[row] != null ? place(data.ghost[row]) : 0);
+    context.fillText(Number.isFinite(at) ? data.format(at) : "n/a", end + 6, y);
+  });
+  reference(context, place(0), lines);
+  if (data.line != null) {
+    context.setLineDash([5, 3]);
+    reference(context, place(data.line), lines);
+    context.setLineDash([]);
+  }
+  let left = width;
+  if (data.ghost) left = legend(context, width - 10, [{ text: "A", draw: (x, y) => ghostBar(context, x - 8, x + 4, y, 8) }]);
+  context.font = `600 12px ${look().font}`;
+  context.textAlign = "left";
+  context.fillStyle = look().ink;
+  context.fillText(cut(context, data.note, left - 16), 8, 12);
+  return { lines };
+}
+
+function ghostBar(context, x0, x1, y, thick) {
+  context.setLineDash([3, 2.5]);
+  context.lineWidth = 1.2;
+  context.strokeStyle = look().pale;
+  context.strokeRect(Math.min(x0, x1), y - thick / 2, Math.abs(x1 - x0), thick);
+  context.setLineDash([]);
+}

@@ -1,0 +1,355 @@
+// Mesh forces over speed: the worst curves strong, peaks named after their modes, the operating speed, pin A dashed.
+import { nearestOf, placed } from "./labels.js";
+import { look, written } from "./look.js";
+import { make, Pane } from "./pane.js";
+import { axisFont, Colours, ghostCurve, largest, plotOf, rowsOf, steadyTop } from "./plot.js";
+
+const STALE = 0.4; // opacity of what is older than the state
+const LABEL = { height: 16, pad: 8, most: 210 }; // [px] of the name of a peak; longer ones are cut
+const NEAR = 11; // [px] from a peak within which a click means its mode
+
+export class SweepPane extends Pane {
+  constructor(...given) {
+    super(...given);
+    this.body = make("div", { class: "ck-fill" });
+    this.keys = make("div", { class: "ck-keys" });
+    this.peaks = make("div", { class: "ck-peaks" });
+    this.note = make("div", { class: "ck-note" });
+    this.root.prepend(this.body, this.keys, this.note, this.peaks);
+    this.colours = new Colours();
+    this.styles = [];
+    this.top = 0;
+    this.range = null;
+    this.cursor = -1;
+    this.measured = new Map();
+    this.measurer = document.createElement("canvas").getContext("2d");
+  }
+
+  emptyText() {
+    return "Mesh forces over speed stand here as soon as they are computed.";
+  }
+
+  rangeX() {
+    return this.range ?? [0, 1];
+  }
+
+  rangeY() {
+    return [0, this.top || 1];
+  }
+
+  clear() {
+    this.plot?.destroy();
+    this.plot = null;
+    this.keys.replaceChildren();
+    this.note.textContent = "";
+    this.peaks.replaceChildren();
+  }
+
+  resized() {
+    if (this.plot && this.width && this.height) this.plot.setSize({ width: this.width, height: this.height });
+  }
+
+  restyle() {
+    this.measured.clear();
+    this.plot?.destroy();
+    this.plot = null;
+    this.schedule();
+  }
+
+  hear(changed) {
+    super.hear(changed);
+    if (changed.includes("ghost")) this.pinned = this.ghostOf();
+  }
+
+  ghostOf() {
+    const part = this.hub.pinned.sweep;
+    if (!part) return null;
+    const curves = part.head.curves.map((curve, i) => ({ ...curve, row: i })).filter((curve) => curve.strong);
+    const rows = rowsOf(part.arrays.y);
+    return { head: part.head, x: Array.from(part.arrays.x.data), curves: curves.map((curve) => ({ ...curve, y: rows[curve.row] })) };
+  }
+
+  draw(part, _time, stale) {
+    const { head, arrays } = part;
+    if (this.taken !== part || !this.plot) this.take(part, head, arrays);
+    this.plot.root.classList.toggle("ck-stale", stale);
+    for (let i = 1; i < this.plot.series.length; i++) this.plot.series[i].alpha = stale ? STALE : 1;
+    // Both only queue; uPlot draws once, before this frame is painted.
+    this.plot.batch(() => {
+      this.plot.setData(this.data, true);
+      this.plot.redraw(true, true);
+    });
+    this.drawKeys(head);
+  }
+
+  /** A new sweep: curves in the order of painting, strong ones last, their colours kept. */
+  take(part, head, arrays) {
+    const isReleased = part.kind !== "live";
+    const isOther = this.head?.x_label !== head.x_label || this.head?.y_label !== head.y_label;
+    const rows = rowsOf(arrays.y);
+    this.pinned = this.ghostOf();
+    const most = Math.max(largest(rows), ...(this.pinned?.curves ?? []).map((curve) => largest([curve.y])), ...head.peaks.map((peak) => peak.y), 0);
+    this.top = isOther ? steadyTop(0, most, true) : steadyTop(this.top, most, isReleased);
+    const range = head.range ?? [arrays.x.data[0], arrays.x.data[arrays.x.data.length - 1]];
+    this.range = isOther || isReleased || !this.range ? range : [Math.min(range[0], this.range[0]), Math.max(range[1], this.range[1])];
+    const order = head.curves.map((curve, i) => ({ ...curve, row: i }));
+    order.sort((a, b) => Number(a.strong) - Number(b.strong) || a.row - b.row);
+    this.colours.take(order.filter((curve) => curve.strong).map((curve) => curve.label).sort());
+    this.order = order;
+    this.styleCurves();
+    this.data = [Array.from(arrays.x.data), ...order.map((curve) => rows[curve.row])];
+    if (!this.plot || isOther || this.plot.series.length !== order.length + 1) this.build(head, order.length);
+    order.forEach((curve, i) => {
+      this.plot.series[i + 1].width = curve.strong ? 2 : 1;
+      this.plot.series[i + 1].label = curve.label;
+    });
+    this.head = head;
+    this.taken = part;
+    this.describe(head);
+  }
+
+  styleCurves() {
+    this.styles = this.order.map((curve) => ({ colour: curve.strong ? this.colours.of(curve.label) : look().other }));
+  }
+
+  build(head, count) {
+    this.plot?.destroy();
+    this.plot = plotOf(this.body, {
+      width: this.width, height: this.height, xLabel: head.x_label, yLabel: head.y_label, count, owner: this, top: 26,
+      hooks: { drawAxes: [(plot) => this.drawBehind(plot)], draw: [(plot) => this.drawOver(plot)], setCursor: [(plot) => this.onCursor(plot)] },
+    });
+    this.plot.over.addEventListener("click", (event) => this.onClick(event));
+    this.plot.root.setAttribute("aria-hidden", "true");
+  }
+
+  drawBehind(plot) {
+    const context = plot.ctx;
+    for (const curve of this.pinned?.curves ?? []) {
+      const same = this.order.find((one) => one.strong && one.label === curve.label);
+      ghostCurve(context, plot, this.pinned.x, curve.y, same ? this.colours.of(curve.label) : look().pale);
+    }
+  }
+
+  drawOver(plot) {
+    const ratio = window.devicePixelRatio || 1;
+    const context = plot.ctx;
+    const { left, top, width, height } = plot.bbox;
+    context.save();
+    const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
+    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, operating);
+    context.lineWidth = ratio;
+    for (const peak of this.shownPeaks) {
+      context.beginPath();
+      context.arc(peak.x * ratio, peak.y * ratio, 3.2 * ratio, 0, 2 * Math.PI);
+      context.fillStyle = look().surface;
+      context.strokeStyle = look().ink;
+      context.lineWidth = 1.4 * ratio;
+      context.fill();
+      context.stroke();
+      if (peak.box) leader(context, peak, ratio);
+    }
+    context.restore();
+  }
+
+  drawOperating(context, plot, ratio, { left, top, width, height }) {
+    const at = this.head.operating;
+    if (!Number.isFinite(at)) return null;
+    const x = plot.valToPos(at, "x", true);
+    if (x < left - 1 || x > left + width + 1) return null;
+    context.beginPath();
+    context.moveTo(x, top);
+    context.lineTo(x, top + height);
+    context.lineWidth = 1.5 * ratio;
+    context.strokeStyle = look().accent;
+    context.stroke();
+    context.font = `600 ${10.5 * ratio}px ${look().font}`;
+    context.fillStyle = look().accent;
+    context.textBaseline = "top";
+    const text = `operating, ${written(at, 4)}`;
+    const wide = context.measureText(text).width;
+    const isRight = x + wide + 8 * ratio < left + width;
+    context.textAlign = isRight ? "left" : "right";
+    context.fillText(text, x + (isRight ? 5 : -5) * ratio, top + 2 * ratio);
+    const start = isRight ? x : x - wide - 8 * ratio;
+    return { x: start / ratio, y: top / ratio, w: wide / ratio + 8, h: 15 };
+  }
+
+  /** Names of the peaks as buttons, the highest first; where there is no room the point alone stays. */
+  placePeaks(plot, ratio, bounds, operating) {
+    const known = this.head.peaks.filter((peak) => peak.x >= this.range[0] && peak.x <= this.range[1]);
+    const sorted = [...known].sort((a, b) => b.y - a.y);
+    const items = sorted.map((peak) => {
+      const at = { x: plot.valToPos(peak.x, "x", true) / ratio, y: plot.valToPos(peak.y, "y", true) / ratio };
+      return { ...at, w: this.widthOf(peak.label), h: LABEL.height, peak };
+    });
+    const points = this.curvePoints(plot, ratio);
+    const dots = items.map(({ x, y }) => ({ x: x - 4, y: y - 4, w: 8, h: 8 }));
+    const boxes = placed(items, bounds, [...(operating ? [operating] : []), ...dots], points);
+    this.shownPeaks = items.map((item, i) => ({ ...item, box: boxes[i] }));
+    const shown = this.shownPeaks.filter((item) => item.box);
+    while (this.peaks.children.length > shown.length) this.peaks.lastChild.remove();
+    while (this.peaks.children.length < shown.length) this.peaks.append(this.peakButton());
+    shown.forEach(({ peak, box }, i) => {
+      const button = this.peaks.children[i];
+      if (button.textContent !== peak.label) button.textContent = peak.label;
+      button.dataset.mode = String(peak.mode);
+      button.title = `${peak.label}: ${written(peak.y, 4)} at ${written(peak.x, 4)}`;
+      button.setAttribute("aria-label", `Show the mode of this peak: ${button.title}`);
+      button.setAttribute("aria-pressed", String(this.hub.mode !== null && this.hub.mode === peak.mode));
+      Object.assign(button.style, { left: `${box.x.toFixed(1)}px`, top: `${box.y.toFixed(1)}px`, width: `${box.w}px` });
+    });
+  }
+
+  peakButton() {
+    const button = make("button", { class: "ck-peak", type: "button" });
+    button.addEventListener("click", () => this.chooseMode(Number(button.dataset.mode)));
+    return button;
+  }
+
+  chooseMode(index) {
+    if (!Number.isInteger(index) || index < 0) return;
+    this.hub.chooseMode(index);
+    this.options.onMode?.(index);
+  }
+
+  widthOf(text) {
+    if (!this.measured.has(text)) {
+      if (this.measured.size > 400) this.measured.clear();
+      this.measurer.font = axisFont();
+      this.measured.set(text, Math.min(LABEL.most, Math.ceil(this.measurer.measureText(text).width) + LABEL.pad + 2));
+    }
+    return this.measured.get(text);
+  }
+
+  /** Points along the strong curves in pixels, close to each other, which names of peaks do not cover. */
+  curvePoints(plot, ratio) {
+    const points = [];
+    const speeds = this.data[0].map((value) => plot.valToPos(value, "x", true) / ratio);
+    this.order.forEach((curve, i) => {
+      if (!curve.strong) return;
+      let last = null;
+      this.data[i + 1].forEach((value, j) => {
+        const point = value === null ? null : [speeds[j], plot.valToPos(value, "y", true) / ratio];
+        if (point && last) points.push(...between(last, point));
+        last = point;
+      });
+    });
+    return points;
+  }
+
+  drawKeys(head) {
+    const strong = this.order.filter((curve) => curve.strong);
+    const key = (text, colour, dashed) => {
+      const mark = make("i", dashed ? { class: "ck-dashed" } : {});
+      mark.style.borderTopColor = colour;
+      return make("span", {}, mark, text);
+    };
+    const rows = strong.map((curve) => key(curve.label, this.colours.of(curve.label)));
+    const others = this.order.length - strong.length;
+    if (others) rows.push(key(`${others} more`, look().other));
+    if (this.pinned) rows.push(key("A", look().pale, true));
+    this.note.textContent = head.stage ?? "";
+    const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colours.of(curve.label)).join();
+    if (text === this.keyText) return;
+    this.keyText = text;
+    this.keys.replaceChildren(...rows);
+  }
+
+  describe(head) {
+    const peaks = head.peaks.map((peak) => `${peak.label} at ${written(peak.x)}`).slice(0, 5).join("; ");
+    this.root.setAttribute("aria-label", `${this.options.label ?? "Sweep"}: ${head.y_label} over ${head.x_label}${peaks ? `; peaks: ${peaks}` : ""}. Arrow keys move along the speeds, Enter operates there.`);
+  }
+
+  alsoHears() {
+    return ["ghost", "mode"];
+  }
+
+  onCursor(plot) {
+    const index = plot.cursor.idx;
+    if (index == null || plot.cursor.left < 0 || !this.head) {
+      this.cursor = -1;
+      return this.hideTip();
+    }
+    this.cursor = index;
+    const ratio = window.devicePixelRatio || 1;
+    const x = plot.bbox.left / ratio + plot.cursor.left;
+    const y = plot.bbox.top / ratio + Math.max(0, plot.cursor.top);
+    this.showTip(x, y, this.rowsAt(index));
+  }
+
+  rowsAt(index) {
+    const unit = (label) => label.match(/\[(.*)\]/)?.[1] ?? "";
+    const at = this.data[0][index];
+    const rows = [[`${written(at, 4)} ${unit(this.head.x_label)}`, null]];
+    const strong = this.order.map((curve, i) => ({ ...curve, value: this.data[i + 1][index] })).filter((curve) => curve.strong && curve.value != null);
+    strong.sort((a, b) => b.value - a.value);
+    for (const curve of strong) rows.push([curve.label, `${written(curve.value, 4)} ${unit(this.head.y_label)}`, this.colours.of(curve.label)]);
+    if (this.pinned) {
+      const near = nearest(this.pinned.x, at);
+      const most = Math.max(...this.pinned.curves.map((curve) => curve.y[near] ?? -Infinity));
+      if (Number.isFinite(most)) rows.push(["A, largest", `${written(most, 4)} ${unit(this.head.y_label)}`, look().pale]);
+    }
+    return rows;
+  }
+
+  onClick(event) {
+    const edge = this.plot.over.getBoundingClientRect();
+    const [x, y] = [event.clientX - edge.left, event.clientY - edge.top];
+    const ratio = window.devicePixelRatio || 1;
+    const [left, top] = [this.plot.bbox.left / ratio, this.plot.bbox.top / ratio];
+    const hit = this.shownPeaks.find((peak) => Math.hypot(peak.x - left - x, peak.y - top - y) <= NEAR);
+    if (hit) this.chooseMode(hit.peak.mode);
+    else this.operateAt(this.plot.posToVal(x, "x"));
+  }
+
+  operateAt(speed) {
+    const relative = speed * (this.head.to_relative ?? 1);
+    if (relative > 0 && Number.isFinite(relative)) this.options.onSpeed?.(relative);
+  }
+
+  onKey(event) {
+    if (event.target !== this.root || !this.plot || !this.data) return;
+    const last = this.data[0].length - 1;
+    const step = event.shiftKey ? 10 : 1;
+    const to = { ArrowRight: this.cursor + step, ArrowLeft: this.cursor - step, Home: 0, End: last }[event.key];
+    if (to !== undefined) {
+      event.preventDefault();
+      const start = this.cursor < 0 ? nearest(this.data[0], this.head.operating ?? 0) : Math.max(0, Math.min(last, to));
+      this.plot.setCursor({ left: this.plot.valToPos(this.data[0][start], "x"), top: 20 });
+      this.say(this.rowsAt(start).map(([text, value]) => (value ? `${text} ${value}` : text)).join(", "));
+    } else if (event.key === "Enter" && this.cursor >= 0) this.operateAt(this.data[0][this.cursor]);
+    else if (event.key === "Escape") {
+      this.cursor = -1;
+      this.plot.setCursor({ left: -10, top: -10 });
+      this.hideTip();
+    }
+  }
+
+  destroy() {
+    this.plot?.destroy();
+    super.destroy();
+  }
+}
+
+function leader(context, { x, y, box }, ratio) {
+  const [nx, ny] = nearestOf(box, { x, y });
+  if (Math.hypot(nx - x, ny - y) < 10) return;
+  context.beginPath();
+  context.moveTo(x * ratio, y * ratio);
+  context.lineTo(nx * ratio, ny * ratio);
+  context.lineWidth = ratio;
+  context.strokeStyle = look().pale;
+  context.stroke();
+}
+
+/** Points from one to the other, at most so many pixels apart, the last left out. */
+function between([x0, y0], [x1, y1]) {
+  const count = Math.max(1, Math.ceil(Math.hypot(x1 - x0, y1 - y0) / 5));
+  return Array.from({ length: count }, (_, i) => [x0 + ((x1 - x0) * i) / count, y0 + ((y1 - y0) * i) / count]);
+}
+
+function nearest(values, wanted) {
+  let best = 0;
+  for (let i = 1; i < values.length; i++) if (Math.abs(values[i] - wanted) < Math.abs(values[best] - wanted)) best = i;
+  return best;
+}

@@ -1,0 +1,1 @@
+"""The server of the cockpit: on this machine alone, behind a guard, a session for each tab of a browser."""

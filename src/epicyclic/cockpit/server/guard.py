@@ -1,0 +1,215 @@
+"""What stands before the server: an ASGI application that lets nothing of another site or machine through.
+
+A page of another site can make a browser send requests to this machine, and by a name that it lets point to 127.0.0.1
+it can read the answers too.  So the host, the origin and the kind of fetch are asked, of every request and websocket,
+before anything reads them, and then the cookie.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from typing import Any
+from urllib.parse import parse_qs
+
+from .passes import Passes
+from .shell_page import MARK, SHELL, SHELL_POLICY, refusal
+
+__all__ = ["MOST_BODY", "Guard"]
+
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+Application = Callable[[Message, Receive, Send], Awaitable[None]]
+
+# a model file of the largest size, 4 MB, and what a form wraps around it
+MOST_BODY = 4_000_000 + 10_000
+# what a page is made of; nothing else of a folder of the package is given out
+_STATIC = re.compile(r"\.(js|mjs|css|map|woff2?|svg|png|ico|txt)\Z|/LICEN[CS]E[\w.-]*\Z", re.IGNORECASE)
+_FRAMEWORK = "/_nicegui/"
+_NO_FILES = ("/_nicegui/client/", "/_nicegui/auto/")  # uploads of a client, downloads of one file
+_STRANGE = re.compile(r"(^|/)\.\.?(/|$)|[\\\x00-\x1f\x7f]|//")
+_METHODS = {"GET", "HEAD", "POST"}
+_PAGE = "/"
+_MOST_FIELDS = 20  # of a query; the page has two
+_TEXT = (b"content-type", b"text/html; charset=utf-8")
+
+
+class Guard:
+    """The application behind it, for the browser of this user on this machine alone.
+
+    Parameters
+    ----------
+    app : ASGI application.  port : the server listens on.  passes : what lets a browser in.
+    """
+
+    def __init__(self, app: Application, *, port: int, passes: Passes) -> None:
+        self._app = app
+        self._passes = passes
+        self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+        sockets = " ".join(f"ws://{host}" for host in sorted(self._hosts))
+        self._headers = [(name.encode(), value.encode()) for name, value in _headers(sockets)]
+
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        """Answer a request or pass it on."""
+        if scope["type"] == "websocket":
+            await self._websocket(scope, receive, send)
+        elif scope["type"] == "http":
+            await self._http(scope, receive, self._with_headers(send))
+        else:
+            await self._app(scope, receive, send)
+
+    async def _websocket(self, scope: Message, receive: Receive, send: Send) -> None:
+        if self._foreign(scope) or self._other_site(scope) or not self._has_cookie(scope):
+            await receive()
+            await send({"type": "websocket.close", "code": 1008})  # before it is accepted: 403
+        else:
+            await self._app(_direct(scope), receive, send)
+
+    async def _http(self, scope: Message, receive: Receive, send: Send) -> None:
+        if (problem := self._foreign(scope)) or (problem := _malformed(scope)):
+            await _answer(send, *problem)
+        elif self._other_site(scope):
+            if _is_visit(scope):
+                await _page(send, 200, SHELL)
+            else:
+                await _answer(send, 403, "asked for by another site")
+        elif scope["path"] == _PAGE and (token := _query(scope).get("token")):
+            await self._enter(token[0], scope, send)
+        elif not self._has_cookie(scope):
+            await self._without_cookie(scope, send)
+        elif _no_static_file(scope["path"]):
+            await _answer(send, 404, "not here")
+        else:
+            await self._app(_direct(scope), receive, send)
+
+    async def _enter(self, token: str, scope: Message, send: Send) -> None:
+        """The address that was printed: a cookie, and on to the page without the token in its address."""
+        if self._passes.admits_token(token):
+            headers = [(b"location", b"/"), (b"set-cookie", self._passes.set_cookie().encode())]
+            await _respond(send, 303, headers, b"")
+        elif self._has_cookie(scope):  # a bookmark of an earlier run, in a browser that is known
+            await _respond(send, 303, [(b"location", b"/")], b"")
+        else:
+            await self._without_cookie(scope, send)
+
+    async def _without_cookie(self, scope: Message, send: Send) -> None:
+        if scope["path"] == _PAGE and scope["method"] == "GET":
+            if MARK in _query(scope) or _header(scope, b"sec-fetch-site"):
+                words = "Open the address that `epicyclic app` has printed: it lets this browser in."
+                await _page(send, 403, refusal("This browser is not known here", words))
+            else:  # a browser that does not say who asked may have held its cookie back
+                await _page(send, 200, SHELL)
+        else:
+            await _answer(send, 403, "no cookie of this server")
+
+    def _foreign(self, scope: Message) -> tuple[int, str] | None:
+        """A request for another name than this machine's, which points here, or of another origin."""
+        hosts = _all(scope, b"host")
+        if len(hosts) != 1 or hosts[0].lower() not in self._hosts:
+            return 421, "no such host here"
+        origins = _all(scope, b"origin")
+        if not origins or origins == [f"http://{hosts[0].lower()}"]:
+            return None
+        return 403, "of another origin"
+
+    def _other_site(self, scope: Message) -> bool:
+        """Whether a page of another site has asked; another port of this machine is another site too."""
+        return any(value not in ("same-origin", "none") for value in _all(scope, b"sec-fetch-site"))
+
+    def _has_cookie(self, scope: Message) -> bool:
+        return self._passes.admits_cookies("; ".join(_all(scope, b"cookie")))
+
+    def _with_headers(self, send: Send) -> Send:
+        """Send with the headers that each answer has; one that an answer has already stays."""
+
+        async def sender(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                own = list(message.get("headers", []))
+                named = {name.lower() for name, _ in own}
+                message = {**message, "headers": own + [pair for pair in self._headers if pair[0] not in named]}
+            await send(message)
+
+        return sender
+
+
+def _headers(sockets: str) -> Iterable[tuple[str, str]]:
+    """Headers of each answer.  Scripts come from here alone; the framework needs those in the page and `eval`."""
+    policy = (
+        "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+        "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; frame-src 'none'; "
+        f"connect-src 'self' {sockets} data: blob:; object-src 'none'; base-uri 'none'; form-action 'self'; "
+        "frame-ancestors 'none'"
+    )
+    yield "content-security-policy", policy
+    yield "x-content-type-options", "nosniff"
+    yield "x-frame-options", "DENY"
+    yield "referrer-policy", "no-referrer"
+    yield "cross-origin-opener-policy", "same-origin"
+    yield "cross-origin-resource-policy", "same-origin"
+
+
+def _malformed(scope: Message) -> tuple[int, str] | None:
+    """A method, a path or a body that no page of the cockpit sends."""
+    method = scope["method"]
+    if method not in _METHODS:
+        return 405, "GET, HEAD or POST"
+    if _STRANGE.search(scope["path"]):
+        return 400, "no such path"
+    lengths = _all(scope, b"content-length")
+    if _all(scope, b"transfer-encoding") or (method == "POST" and not lengths):
+        return 411, "say how long it is"  # an upload without end would fill the memory before it is refused
+    if any(not length.isascii() or not length.isdigit() or int(length[:20]) > MOST_BODY for length in lengths):
+        return 413, f"at most {MOST_BODY} bytes"
+    return None
+
+
+def _is_visit(scope: Message) -> bool:
+    """Whether a person has followed a link to the page: shown in a tab of its own, not in a part of another page."""
+    kind = _all(scope, b"sec-fetch-mode"), _all(scope, b"sec-fetch-dest")
+    return scope["method"] == "GET" and scope["path"] == _PAGE and kind == (["navigate"], ["document"])
+
+
+def _no_static_file(path: str) -> bool:
+    inside = path.startswith(_FRAMEWORK) and not path.startswith(_NO_FILES)
+    return inside and "/dynamic_resources/" not in path and _STATIC.search(path) is None
+
+
+def _direct(scope: Message) -> Message:
+    """Without headers of a proxy, of which there is none: the page would be built for the address that they say."""
+    kept = [(name, value) for name, value in scope["headers"] if not name.startswith((b"x-forwarded", b"forwarded"))]
+    return {**scope, "headers": kept}
+
+
+def _query(scope: Message) -> dict[str, list[str]]:
+    text = scope.get("query_string", b"").decode("latin-1")
+    try:
+        return parse_qs(text, keep_blank_values=True, max_num_fields=_MOST_FIELDS)
+    except ValueError:
+        return {}
+
+
+def _all(scope: Message, name: bytes) -> list[str]:
+    """Values of a header, in latin-1 as HTTP has them."""
+    return [value.decode("latin-1").strip() for key, value in scope["headers"] if key.lower() == name]
+
+
+def _header(scope: Message, name: bytes) -> str:
+    return next(iter(_all(scope, name)), "")
+
+
+async def _page(send: Send, status: int, body: bytes) -> None:
+    policy = (b"content-security-policy", SHELL_POLICY.encode())
+    await _respond(send, status, [_TEXT, policy, (b"cache-control", b"no-store")], body)
+
+
+async def _answer(send: Send, status: int, text: str) -> None:
+    await _respond(send, status, [(b"content-type", b"text/plain; charset=utf-8")], f"{text}\n".encode())
+
+
+async def _respond(send: Send, status: int, headers: list[tuple[bytes, bytes]], body: bytes) -> None:
+    length = (b"content-length", str(len(body)).encode())
+    # a refused body is not read: the connection cannot be used again
+    closing = [(b"connection", b"close")] if status in (411, 413) else []
+    await send({"type": "http.response.start", "status": status, "headers": [*headers, length, *closing]})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,194 @@
+"""Frames for the panes without computing anything: a planetary set, its modes, a sweep, sharing, errors and jobs."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
+SUN, PLANET, RING = 21, 39, 99
+
+
+def packed(rev: int, kind: str, head: Mapping[str, Any], arrays: Mapping[str, Numbers]) -> bytes:
+    """A frame as it travels, written here a second time from its definition."""
+    table, numbers, offset = [], b"", 0
+    for name, array in arrays.items():
+        table.append([name, list(array.shape), offset])
+        numbers += array.astype("<f4").tobytes()
+        offset += array.size
+    text = json.dumps({"rev": rev, "kind": kind, "head": head, "arrays": table}).encode()
+    text += b" " * (-len(text) % 4)
+    return struct.pack("<I", len(text)) + text + numbers
+
+
+def train(planets: int = 3, *, title: str = "a planetary set", herringbone: bool = False) -> dict[str, Any]:
+    """Bodies and meshes of a planetary set of module 10, its ring held and its sun floating [mm]."""
+    module, face = 10.0, 200.0
+    radius = module * (SUN + PLANET) / 2
+    sun_speed = 1000 * math.pi / 30
+    carrier_speed = sun_speed / (1 + RING / SUN)
+    spin = carrier_speed - (sun_speed - carrier_speed) * SUN / PLANET
+
+    def gear(name: str, kind: str, teeth: int, **more: Any) -> dict[str, Any]:
+        pitch = module * teeth / 2
+        inner = -1 if kind == "ring" else 1
+        at = {"x": 0.0, "y": 0.0, "z": [0.0, face], "pitch": pitch, "tip": pitch + inner * module}
+        at |= {"root": pitch - 1.25 * inner * module, "hand": "left", "speed": 0.0, "orbit": 0.0}
+        plain = {"name": f"main/{name}", "label": name, "kind": kind, "stage": "main", "number": None, "teeth": teeth}
+        return {**plain, **at, "floating": False, "held": False, **more}
+
+    bodies = [gear("sun", "sun", SUN, speed=sun_speed, floating=True), gear("ring", "ring", RING, held=True)]
+    plate = {"pitch": None, "tip": None, "root": None, "hand": "", "speed": carrier_speed}
+    bodies.append({**gear("carrier", "carrier", 0), **plate, "z": [-40.0, face + 40.0]})
+    meshes = []
+    for number in range(planets):
+        angle = 2 * math.pi * number / planets
+        x, y = math.cos(angle), math.sin(angle)
+        turning = {"number": number + 1, "speed": spin, "orbit": carrier_speed, "hand": "right"}
+        bodies.append(gear(f"planet {number + 1}", "planet", PLANET, x=radius * x, y=radius * y, **turning))
+        for pair, other, reach in (("sun-planet", 0, SUN), ("planet-ring", 1, RING)):
+            for side in (-1, 1) if herringbone else (0,):
+                sides = [other, len(bodies) - 1] if pair == "sun-planet" else [len(bodies) - 1, other]
+                where = {"x": module * reach / 2 * x, "y": module * reach / 2 * y, "z": [face / 2 + side * face / 4]}
+                name = f"{'sun' if other == 0 else 'ring'}, planet {number + 1}" + (
+                    {-1: ", left", 1: ", right"}.get(side, "")
+                )
+                meshes.append({"name": name, "label": name, "bodies": sides, "pair": pair, "branch": number, **where})
+    links = [{"body": "main/sun", "to": None, "z": -60.0, "kind": "spline"}]
+    links += [
+        {"body": f"main/planet {i + 1}", "to": "main/carrier", "z": 100.0, "kind": "bearing"} for i in range(planets)
+    ]
+    links += [{"body": "main/carrier", "to": None, "z": 250.0, "kind": "bearing"}]
+    return {"title": title, "bodies": bodies, "meshes": meshes, "links": links}
+
+
+def live(rev: int, *, scale: float = 1.0, planets: int = 3, seed: int = 1, title: str = "a planetary set") -> bytes:
+    """A frame of the live set; `scale` multiplies the forces of the sweep."""
+    drawn = train(planets, title=title)
+    rng = np.random.default_rng(seed)
+    count, bodies = len(drawn["meshes"]), len(drawn["bodies"])
+    load = 1 + 0.12 * rng.standard_normal(count)
+    frequency = np.sort(rng.uniform(90, 2400, 14))
+    shape = rng.uniform(-1, 1, (14, bodies, 6)) * rng.choice([0.02, 1], (14, bodies, 1))
+    shape /= np.abs(shape).max(axis=(1, 2), keepdims=True)
+    modes = [
+        {
+            "index": i,
+            "frequency": float(f),
+            "label": f"planets 1-{planets} rotate against the sun",
+            "body": "",
+            "met_by": "",
+        }
+        for i, f in enumerate(frequency)
+    ]
+    return packed(
+        rev,
+        "live",
+        {
+            "train": drawn,
+            "modes": modes,
+            "sweep": sweep_head(drawn, 120, scale)[0],
+            "sharing": sharing_head(drawn, "at rest", load),
+        },
+        {
+            "meshes/load": load,
+            "modes/frequency": frequency,
+            "modes/shape": shape,
+            **sweep_head(drawn, 120, scale)[1],
+            "sharing/coefficient": load,
+            "sharing/twin": 1 + (load - 1) / 4,
+        },
+    )
+
+
+def sweep_head(drawn: Mapping[str, Any], points: int, scale: float) -> tuple[dict[str, Any], dict[str, Numbers]]:
+    """A sweep of so many speeds with five peaks."""
+    x = np.linspace(50, 1600, points)
+    centres, heights = np.array([180, 420, 520, 760, 1230.0]), np.array([90, 140, 60, 210, 120.0])
+    rise = [
+        70
+        + 0.8 * i
+        + sum(h * (1 - 0.07 * i) / (1 + ((x - c) / 24) ** 2) for h, c in zip(heights, centres, strict=True))
+        for i in range(len(drawn["meshes"]))
+    ]
+    y = scale * np.array(rise)
+    y[0, 3] = np.nan
+    curves = [{"label": mesh["label"], "mesh": i, "strong": i < 4} for i, mesh in enumerate(drawn["meshes"])]
+    names = [
+        "sun moves, planet 2",
+        "planets 1-3 rotate",
+        "ring moves",
+        "sun against carrier, all planets",
+        "planets swing",
+    ]
+    peaks = [
+        {"x": float(c), "y": float(scale * (h + 74)), "label": name, "mode": i}
+        for i, (c, h, name) in enumerate(zip(centres, heights, names, strict=True))
+    ]
+    head = {
+        "x_label": "speed of the sun [rpm]",
+        "y_label": "largest mesh force [kN]",
+        "operating": 1000.0,
+        "stage": "mesh orders",
+    }
+    return {**head, "curves": curves, "peaks": peaks, "range": [50, 1600], "to_relative": 1e-3}, {
+        "sweep/x": x,
+        "sweep/y": y,
+    }
+
+
+def sharing_head(drawn: Mapping[str, Any], stage: str, load: Numbers) -> dict[str, Any]:
+    """The head of load sharing."""
+    rows = [{"label": mesh["label"], "mesh": i, "pair": mesh["pair"]} for i, mesh in enumerate(drawn["meshes"])]
+    twin = {"label": "with a floating sun", "k_gamma": float(1 + (load.max() - 1) / 4)}
+    return {
+        "definition": "mean load",
+        "stage": stage,
+        "rows": rows,
+        "k_gamma": float(load.max()),
+        "cycles": 1287,
+        "twin": twin,
+    }
+
+
+def full(rev: int, *, planets: int = 3, seed: int = 1) -> list[bytes]:
+    """The frames after a slider is let go: sweep, sharing and errors."""
+    drawn = train(planets)
+    rng = np.random.default_rng(seed)
+    load = 1 + 0.12 * rng.standard_normal(len(drawn["meshes"]))
+    cycle = np.arange(256)
+    period = load[:, None] * (1 + 0.06 * np.sin(2 * np.pi * cycle / 64 + np.arange(load.size)[:, None]))
+    head, arrays = sweep_head(drawn, 60, 1.0)
+    names = [
+        "pin of planet 1, 20 um",
+        "run-out of the sun, 18 um",
+        "run-out of planet 2, 22 um",
+        "run-out of the ring, 50 um",
+    ]
+    share = np.array([46.0, 31.0, 14.0, 9.0])
+    rows = [{"label": name, "path": "deviations", "share": float(one)} for name, one in zip(names, share, strict=True)]
+    sharing = {"sharing/coefficient": load, "sharing/twin": 1 + (load - 1) / 4, "sharing/over_period": period}
+    return [
+        packed(rev, "sweep", {"sweep": {**head, "stage": "with shaft orders"}}, arrays),
+        packed(rev, "sharing", {"sharing": sharing_head(drawn, "whole", load)}, sharing),
+        packed(rev, "errors", {"errors": {"rows": rows, "of": "mean-load K_gamma"}}, {"errors/share": share}),
+    ]
+
+
+def job(rev: int, name: str) -> bytes:
+    """A frame of a job: lines for ``contact``, bars for every other name."""
+    plain = {"name": name, "title": "Transmission error under load", "text": "", "apply": None, "apply_label": ""}
+    if name == "contact":
+        x = np.linspace(0, 1, 64)
+        curves = [{"label": label, "strong": True} for label in ("as it is", "with tip relief")]
+        lines = {"x_label": "mesh cycle [1]", "y_label": "transmission error [um]", "curves": curves}
+        y = np.array([12 + 3 * np.sin(2 * np.pi * x), 11 + 0.8 * np.sin(2 * np.pi * x)])
+        return packed(rev, "job", {"job": {**plain, "lines": lines}}, {"job/x": x, "job/y": y})
+    bars = {"x_label": "share of the variance [%]", "rows": [f"pin of planet {i + 1}" for i in range(5)], "line": 20.0}
+    return packed(rev, "job", {"job": {**plain, "bars": bars}}, {"job/bar": np.array([38, 25, 17, 12, 8.0])})
