@@ -162,9 +162,7 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
         problem = error.problem if isinstance(error, ModelError) else str(error)
         path = error.path if isinstance(error, ModelError) else ""
         allowed = f"; allowed: {error.allowed}" if isinstance(error, ModelError) and error.allowed else ""
-        missing.append(
-            {"level": "warn", "code": "not-computed", "text": f"no {what}: {problem}{allowed}", "path": path}
-        )
+        missing.append(_Missing(pane=pane, text=f"no {what}: {problem}{allowed}", path=path))
         return None
 
 
@@ -239,7 +237,7 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
     if parts.sharing is not None:
         shared = parts.sharing
         whole = _attempt("sharing", "load sharing", lambda: _whole_sharing(system, shared, pause), missing)
-        parts = replace(parts, sharing=whole or shared)
+        parts = replace(parts, sharing=whole or shared, missing=(*parts.missing, *missing))
         yield _part_frame(model, parts, "sharing", _sharing_part(model, parts), full=True)
 
 
