@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from epicyclic.show.figures import contact_map, style
 from tests.app.canvas_page import STATIC, opened, painted, show
 from tests.unit.cockpit import canvas_frames as frames
+
+from epicyclic.show.figures import contact_map, style
 
 browsing = pytest.mark.browser
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--enable-precise-memory-info"]

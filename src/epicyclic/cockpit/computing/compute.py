@@ -21,7 +21,7 @@ from ...train.train import Train
 from .error_view import ErrorView, error_head, error_view
 from .frames import PageFrame, Request, failed_frame
 from .mode_view import ModeView, mode_view
-from .names import SpeedAxis, body_labels, mesh_labels, speed_axis
+from .names import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
 from .operation_view import operation_head
 from .sharing_view import SharingView, Twin, full_sharing, live_sharing, sharing_head, twin_of
 from .speed_view import ForceCurves, SpeedModel, efforts, force_curves, speed_head, speed_model
@@ -79,7 +79,8 @@ def compute(request: Request) -> Iterator[PageFrame]:
         if request.kind == "full":
             yield from _further_frames(model, parts)
     except (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError) as error:
-        yield failed_frame(request.rev, error)
+        frame = failed_frame(request.rev, error)
+        yield replace(frame, head={**frame.head, "path": override_at(frame.head["path"], request.overrides)})
 
 
 def warm_up() -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nicegui import events, ui
@@ -21,29 +22,33 @@ if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import State
 
-__all__ = ["open_button"]
+__all__ = ["open_button", "open_window"]
 
 _SUFFIXES = ".toml,.rexs,.rexsj,.rexsz"
-_Opens = Callable[[], Awaitable[None]]
 
 
 def open_button(session: Session) -> None:
     """A button with all ways to open a model; a file may be dropped anywhere on the page."""
-    picked = _receiver(session)
+    picker = _receiver(session)
+    plain_button("Open", lambda: _show(session, picker), icon="folder_open").props('aria-label="Open a model"')
 
-    async def show() -> None:
-        with window("Open a model", width=760) as dialog:
-            _from_file(session, dialog, picked)
-            recent = ui.column().classes("w-full q-gutter-none")
-            _ready_drives(session, dialog)
-        dialog.on("hide", dialog.delete)
-        dialog.open()
-        paths = await recent_files()
-        if not dialog.is_deleted and paths:
-            with recent:
-                _recent(session, dialog, paths)
 
-    plain_button("Open", show, icon="folder_open").props('aria-label="Open a model"')
+async def open_window(session: Session) -> None:
+    """Open the window of `open_button` from another place of the page."""
+    await _show(session, _receiver(session, drops=False))
+
+
+async def _show(session: Session, picker: ui.upload) -> None:
+    with window("Open a model", width=760) as dialog:
+        _from_file(session, dialog, picker)
+        recent = ui.column().classes("w-full q-gutter-none")
+        _ready_drives(session, dialog)
+    dialog.on("hide", dialog.delete)
+    dialog.open()
+    paths = await recent_files()
+    if not dialog.is_deleted and paths:
+        with recent:
+            _recent(session, dialog, paths)
 
 
 async def _open(session: Session, make: Callable[[], State], what: str) -> ModelError | None:
@@ -68,7 +73,10 @@ def _ready_drives(session: Session, dialog: ui.dialog) -> None:
     ui.label("Ready drives").classes("text-subtitle1")
     search = ui.input("Search").props("dense clearable").classes("w-full")
     rows: dict[str, ui.item] = {}
-    with ui.scroll_area().classes("w-full").style("height: 320px"), ui.list().props("dense separator").classes("w-full"):
+    with (
+        ui.scroll_area().classes("w-full").style("height: 320px"),
+        ui.list().props("dense separator").classes("w-full"),
+    ):
         for name, title in titles.items():
             rows[name] = _drive(session, dialog, name, title)
 
@@ -87,7 +95,7 @@ def _drive(session: Session, dialog: ui.dialog, name: str, title: str) -> ui.ite
             return refused(error)
         dialog.close()
 
-    with ui.item(on_click=take) as row, ui.item_section():
+    with ui.item(on_click=take).mark(f"drive-{name}") as row, ui.item_section():
         ui.item_label(name)
         ui.item_label(title).props("caption")
     return row
@@ -116,11 +124,13 @@ def _from_file(session: Session, dialog: ui.dialog, picker: ui.upload) -> None:
             dialog.close()
             picker.run_method("pickFiles")
 
-        plain_button("Choose ...", pick, icon="upload_file").tooltip("The browser's window of files; a drop does as well")
+        plain_button("Choose ...", pick, icon="upload_file").tooltip(
+            "The browser's window of files; a drop does as well"
+        )
 
 
 async def _open_path(session: Session, text: str, field: ui.input | None = None) -> bool:
-    """Open a file at a path as it was typed; whether it is open. The message stands beside the field, if there is one."""
+    """Open a file at a path as it was typed; whether it is open. A message stands beside the field, if there is one."""
     error = await _open(session, lambda: opened(_expanded(text)), f"{text} is open")
     if error is None:
         return True
@@ -132,8 +142,6 @@ async def _open_path(session: Session, text: str, field: ui.input | None = None)
 
 
 def _expanded(text: str) -> str:
-    from pathlib import Path
-
     path = Path(text)
     try:
         path = path.expanduser()
@@ -141,7 +149,7 @@ def _expanded(text: str) -> str:
         raise ModelError("no such user", path=text, allowed="a whole path") from None
     if not path.is_absolute():
         raise ModelError("is no whole path", path=text, allowed="a path from the root on, or from ~")
-    return str(path) if path.suffix else text
+    return str(path)
 
 
 def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
@@ -160,7 +168,7 @@ def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
 # files of the browser -------------------------------------------------------------------------------------------------
 
 
-def _receiver(session: Session) -> ui.upload:
+def _receiver(session: Session, *, drops: bool = True) -> ui.upload:
     """What takes a file that was picked or dropped on the page; not seen itself."""
 
     async def take(event: events.UploadEventArguments) -> None:
@@ -178,7 +186,8 @@ def _receiver(session: Session) -> ui.upload:
     picker = ui.upload(on_upload=take, on_rejected=too_large, max_file_size=MAX_BYTES, auto_upload=True)
     picker.classes("hidden").props(f'accept="{_SUFFIXES}" aria-hidden=true')
     picker.on("failed", lambda: ui.notify("The file did not arrive: too large, or the server is gone", type="negative"))
-    ui.add_head_html(_DROP % picker.id)
+    if drops:
+        ui.add_head_html(_DROP % picker.id)
     return picker
 
 

@@ -13,7 +13,19 @@ if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import State
 
-__all__ = ["copy", "give", "heard", "icon_button", "on_key", "plain_button", "present", "refused", "rename", "safe_name", "window"]
+__all__ = [
+    "copy",
+    "give",
+    "heard",
+    "icon_button",
+    "on_key",
+    "plain_button",
+    "present",
+    "refused",
+    "rename",
+    "safe_name",
+    "window",
+]
 
 # Characters of a file name: file systems take 255 bytes, and a suffix and a number of the browser's come behind.
 _MOST_NAME = 100

@@ -124,7 +124,9 @@ class _TextPanel:
         if self.edited:
             words = "Changed here, not applied"
         else:
-            words = "" if state is None else f"{state.name}{', with what was set on the page' if state.overrides else ''}"
+            words = (
+                "" if state is None else f"{state.name}{', with what was set on the page' if state.overrides else ''}"
+            )
         if self.status.text != words:
             self.status.set_text(words)
         self.apply.set_enabled(self.edited)
