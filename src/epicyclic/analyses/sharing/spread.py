@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ConvergenceError, ModelError
+from ...errors import ModelError
 from ...system.faces import Faces, faces
 from ...system.system import Array, System
 from ..static.both_flanks import held_train
@@ -150,9 +150,7 @@ def _peaks(part: ToneForces, index: NDArray[np.int64]) -> tuple[Array, Array]:
     return total / (len(index) * part.samples), np.concatenate(peaks)
 
 
-def _by_record(
-    system: System, face: Faces, members: list[MeshGroup]
-) -> tuple[Array, Array, Array, Array, int]:
+def _by_record(system: System, face: Faces, members: list[MeshGroup]) -> tuple[Array, Array, Array, Array, int]:
     """The same of a short record of instants solved one by one, (w,) and (w, c); its place is that in the record."""
     samples = record_samples(system)
     record = record_of(system, cycles=max(1, _LAW_INSTANTS // samples), turns=None, of=None, samples=samples, most=1)
@@ -167,9 +165,7 @@ def _by_record(
     return force.mean(axis=0), force.max(axis=0), *_cycle_ratios(system, members, record, force), record.period
 
 
-def _cycle_ratios(
-    system: System, members: list[MeshGroup], record: Record, force: Array
-) -> tuple[Array, Array]:
+def _cycle_ratios(system: System, members: list[MeshGroup], record: Record, force: Array) -> tuple[Array, Array]:
     """Place in the record and cycle-peak ratio (w, c) [1] of forces (T, w) [N]; of fewer cycles repeated."""
     starts = [cycle_starts(system, group, record) for group in members]
     count = max(len(start) for start in starts)

@@ -1,9 +1,9 @@
 """What travels between the computing process, the page and its drawings: requests, and frames of results.
 
-    uint32 little-endian   bytes of the JSON
-    JSON, UTF-8            {"rev", "kind", "head", "arrays": [[name, [shape], offset in float32], ...]}, padded with
-                           spaces so that the numbers begin at a multiple of four bytes
-    float32 little-endian  the arrays one behind the other
+uint32 little-endian   bytes of the JSON
+JSON, UTF-8            {"rev", "kind", "head", "arrays": [[name, [shape], offset in float32], ...]}, padded with
+                       spaces so that the numbers begin at a multiple of four bytes
+float32 little-endian  the arrays one behind the other
 """
 
 from __future__ import annotations

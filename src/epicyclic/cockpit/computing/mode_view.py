@@ -171,9 +171,7 @@ def _labels(
     motions[:, central, 0] += motions[:, central, 1]
     motions[:, central, 1] = 0.0
     pairs, of_body = _member_pairs(train), energy.sum(axis=2)
-    words = [
-        _sentence(_Movement(train, members, central, motions[i], of_body[i]), pairs) for i in range(len(full))
-    ]
+    words = [_sentence(_Movement(train, members, central, motions[i], of_body[i]), pairs) for i in range(len(full))]
     names = [labels[body.name] for body in train.bodies]
     return tuple(words), tuple(names[int(one.argmax())] for one in of_body)
 

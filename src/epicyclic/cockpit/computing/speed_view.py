@@ -80,9 +80,7 @@ def force_curves(ready: Response, effort: Effort) -> ForceCurves:
     wanted, accepted = speed[places], _ACCEPTED * effort.tolerance
     ready, parts = response_parts(ready, wanted, shaft_orders=effort.shaft_orders)
     for part in parts:
-        for block in respond_part(
-            ready, wanted, part, tolerance=effort.tolerance, shaft_orders=effort.shaft_orders
-        ):
+        for block in respond_part(ready, wanted, part, tolerance=effort.tolerance, shaft_orders=effort.shaft_orders):
             with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
                 signal = whole_mesh_signal(force_signal(ready, block), face)
                 largest = force_extremes(signal, axis=ready.lines.axis[face.first])[1]

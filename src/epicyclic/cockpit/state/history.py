@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from .state import State
 
@@ -14,9 +14,9 @@ _MOST = 300
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """A state, what led to it, and the key under which changes that follow each other are one."""
+    """A state, None of a page without a model; what led to it, and the key under which changes that follow are one."""
 
-    state: State
+    state: State | None = None
     label: str = ""
     key: str | None = None
 
@@ -25,12 +25,12 @@ class Step:
 class History:
     """Steps behind, the present one, and those taken back, the next one first."""
 
-    now: Step
+    now: Step = field(default_factory=Step)
     behind: tuple[Step, ...] = ()
     ahead: tuple[Step, ...] = ()
 
     @property
-    def present(self) -> State:
+    def present(self) -> State | None:
         return self.now.state
 
     @property

@@ -12,7 +12,7 @@ from ...errors import ModelError
 from ...model.document import ready_drives
 from .state import State, from_text, opened, request_of, with_values
 
-__all__ = ["MOST_LINK", "fragment_of", "from_fragment"]
+__all__ = ["MOST_LINK", "fragment_of", "from_fragment", "snapshot_text"]
 
 MOST_LINK = 64_000
 """Characters of a fragment: browsers and mail programs take as many."""
@@ -28,48 +28,55 @@ def fragment_of(state: State) -> str:
     ------
     ModelError : it is too long for a link.
     """
-    content: dict[str, object] = {
-        "name": state.name,
-        "overrides": [[path, one] for path, one in state.overrides.items()],
-    }
-    content |= {"drive": state.drive} if state.drive is not None else {"base": state.base}
-    packed = zlib.compress(json.dumps(content, ensure_ascii=False, separators=(",", ":")).encode(), 9)
-    text = _PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
+    text = snapshot_text(state)
     if len(text) > MOST_LINK:
         allowed = f"at most {MOST_LINK}: download the model file instead"
         raise ModelError("too long for a link", path="link", given=f"{len(text)} characters", allowed=allowed)
     return text
 
 
-def from_fragment(text: str) -> State:
+def snapshot_text(state: State) -> str:
+    """The same of any length, for the browser to keep."""
+    content: dict[str, object] = {
+        "name": state.name,
+        "overrides": [[path, one] for path, one in state.overrides.items()],
+    }
+    content |= {"drive": state.drive} if state.drive is not None else {"base": state.base}
+    packed = zlib.compress(json.dumps(content, ensure_ascii=False, separators=(",", ":")).encode(), 9)
+    return _PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
+
+
+def from_fragment(text: str, *, most: int | None = MOST_LINK) -> State:
     """The state of a fragment of anybody; it names no file of this machine.
+
+    most : characters that it may have; None: as many as unpack to `_MOST_UNPACKED`.
 
     Raises
     ------
     ModelError : no link of this program, too long, or its model cannot be one.
     """
-    content = _unpacked(text)
-    overrides, drive, base = content.get("overrides", []), content.get("drive"), content.get("base")
-    pairs = isinstance(overrides, list) and all(
-        isinstance(one, list) and len(one) == 2 and isinstance(one[0], str) for one in overrides
-    )
-    if not pairs:
-        raise _damaged("overrides that are no pairs")
+    content = _unpacked(text, _MOST_UNPACKED if most is None else most)
+    pairs, drive, base = content.get("overrides", []), content.get("drive"), content.get("base")
+    overrides: dict[str, object] = {}
+    for pair in pairs if isinstance(pairs, list) else [None]:
+        if not (isinstance(pair, list) and len(pair) == 2 and isinstance(pair[0], str)):
+            raise _damaged("overrides that are no pairs")
+        overrides[pair[0]] = pair[1]
     if isinstance(drive, str) and drive in ready_drives():
         state = opened(drive)
     elif isinstance(base, str):
         state = from_text(str(content.get("name", "")), base)
     else:
         raise _damaged("neither a ready drive nor a model")
-    state = with_values(state, {path: value for path, value in overrides})
+    state = with_values(state, overrides)
     request_of(state)  # overrides may name no file either
     return state
 
 
-def _unpacked(text: str) -> Mapping[str, object]:
+def _unpacked(text: str, most: int) -> Mapping[str, object]:
     body = text.removeprefix("#").removeprefix(_PREFIX)
-    if len(body) > MOST_LINK:
-        raise ModelError("too long", path="link", given=f"{len(body)} characters", allowed=f"at most {MOST_LINK}")
+    if len(body) > most:
+        raise ModelError("too long", path="link", given=f"{len(body)} characters", allowed=f"at most {most}")
     try:
         packed = base64.b64decode(body + "=" * (-len(body) % 4), altchars=b"-_", validate=True)
         unpack = zlib.decompressobj()

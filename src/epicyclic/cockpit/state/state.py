@@ -205,7 +205,7 @@ def _forces(value: Any, path: str, folder: Path | None) -> Any:
 def _pitches(value: Any, path: str, folder: Path | None) -> Any:
     if not isinstance(value, Mapping):
         return value
-    found = {}
+    found: PlainTable = {}
     for key, one in value.items():
         where = f"{path}.{key}"
         if key == "pitch" and isinstance(one, list):

@@ -32,12 +32,19 @@ def text_of(state: State) -> str:
 
     Raises
     ------
-    ModelError : the text or an override is wrong.
+    ModelError : the text is no TOML, or an override cannot be written into it.
     """
     if not state.overrides:
         return state.base
     tables, overrides = request_of(state)
-    aim = read(tables, overrides).data
+    try:
+        aim = read(tables, overrides).data
+    except ModelError:
+        # what is wrong is the model's; its text can be shown, mended and saved all the same
+        edited = _edited(state.base, overrides, None)
+        if edited is None:
+            raise
+        return edited
     edited = _edited(state.base, overrides, aim)
     if edited is not None:
         return edited
@@ -45,19 +52,24 @@ def text_of(state: State) -> str:
     return commented_text(aim, head=head)
 
 
-def _edited(text: str, overrides: Mapping[str, object], aim: PlainTable) -> str | None:
-    """The text with values changed in place until it reads as the aim; None where it does not come to that."""
+def _edited(text: str, overrides: Mapping[str, object], aim: PlainTable | None) -> str | None:
+    """The text with values changed in place until it reads as the aim; None where it does not come to that.
+
+    aim : None: the overrides are written in and nothing is compared.
+    """
     try:
         document = tomlkit.parse(text)
         for path, value in overrides.items():
             _put(document, split_path(path, path=path), value)
         for _ in range(_ROUNDS):
             written = tomlkit.dumps(document)
+            if aim is None:
+                return written
             found = read(tables_of(written)).data
             if found == aim:
                 return written
-            for path, value in _differences(found, aim):
-                _put(document, path, value)
+            for keys, wanted in _differences(found, aim):
+                _put(document, keys, wanted)
     except (ModelError, TOMLKitError, ValueError, TypeError, KeyError, AttributeError):
         return None  # spelled in another way, or two spellings in one: the document is written anew
     return None

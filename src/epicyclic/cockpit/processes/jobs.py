@@ -1,0 +1,252 @@
+"""Long work of one page: a process for each job, with progress, time left, and an end on request."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from typing import Any, Literal
+
+from ...errors import ModelError
+from ..computing.frames import Frame, pack, unpack
+from .channel import Channel
+from .spawned import kill_group, spawned
+from .tasks import Task, task_of
+
+__all__ = ["Job", "Jobs"]
+
+# Jobs that run at once: the machine has live work too.
+_MOST_AT_ONCE = 2
+# Jobs of a page that are kept with their results, the oldest ended ones forgotten first.
+_MOST_KEPT = 24
+# [s] that a job may take to end politely before its process is killed.
+_POLITE = 1.0
+# Share done below which the time left is not told: the first parts say little of the rest.
+_TELLING = 0.02
+
+Status = Literal["waits", "runs", "done", "cancelled", "failed"]
+ENDED = ("done", "cancelled", "failed")
+
+
+@dataclass(slots=True, eq=False)
+class Job:
+    """One job.  rev : state it belongs to.  progress : 0..1.  remaining : [s], None where it is not known yet.
+
+    message : why it failed.  frame, packed : its result for the page.  value : another result.
+    dataset_path : file of its Dataset, or the file it was asked for, in a folder that goes with the page.
+    """
+
+    id: int
+    name: str
+    label: str
+    rev: int
+    progress: float = 0.0
+    remaining: float | None = None
+    status: Status = "waits"
+    message: str = ""
+    frame: Frame | None = None
+    packed: bytes | None = None
+    dataset_path: Path | None = None
+    value: Any = None
+    error: ModelError | None = None
+    hidden: bool = False
+    seconds: float = 0.0
+    _task: Task | None = None
+    _process: SpawnProcess | None = None
+    _channel: Channel | None = None
+    _begun: float = 0.0
+    _over: asyncio.Event = field(default_factory=asyncio.Event)
+
+    @property
+    def ended(self) -> bool:
+        return self.status in ENDED
+
+    async def wait(self) -> None:
+        """Wait until it has ended."""
+        await self._over.wait()
+
+
+class Jobs:
+    """The jobs of a page, oldest first.  changed : called in the event loop after each change."""
+
+    def __init__(self, changed: Callable[[Job], None]) -> None:
+        self.all: list[Job] = []
+        self._changed = changed
+        self._numbers = itertools.count(1)
+        self._folder: Path | None = None
+        self._closed = False
+
+    @property
+    def folder(self) -> Path:
+        """A folder of this page alone (mode 0700), which goes with it."""
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix="epicyclic-"))
+        return self._folder
+
+    def visible(self) -> list[Job]:
+        """Those a person has started."""
+        return [job for job in self.all if not job.hidden]
+
+    def begin(
+        self,
+        name: str,
+        options: Mapping[str, Any],
+        *,
+        source: Any,
+        overrides: Mapping[str, Any],
+        rev: int,
+        label: str = "",
+        hidden: bool = False,
+    ) -> Job:
+        """Start a job of that name, or have it wait for its turn.
+
+        Raises
+        ------
+        ModelError : no such job.
+        """
+        number = next(self._numbers)
+        task = task_of(name, dict(options), source, dict(overrides), rev, self.folder / f"job-{number}")
+        job = Job(id=number, name=name, label=label or task.label, rev=rev, hidden=hidden, _task=task)
+        self.all.append(job)
+        ended = [one for one in self.all if one.ended]
+        for old in ended[: max(0, len(self.all) - _MOST_KEPT)]:
+            self.all.remove(old)
+            if old.dataset_path is not None:
+                old.dataset_path.unlink(missing_ok=True)
+        self._changed(job)
+        self._pump()
+        return job
+
+    def cancel(self, job: Job) -> None:
+        """Ask a job to end; its process is killed where it does not."""
+        if job.status == "waits":
+            self._end(job, "cancelled")
+        elif job.status == "runs" and job._channel is not None:
+            job._channel.send("cancel")
+            asyncio.get_running_loop().call_later(_POLITE, self._kill, job)
+
+    async def close(self) -> None:
+        """Kill all, and remove their files."""
+        self._closed = True
+        processes = [job._process for job in self.all if job._process is not None]
+        for job in self.all:
+            if not job.ended:
+                self._end(job, "cancelled")
+        for process in processes:
+            kill_group(process)
+        for process in processes:
+            await asyncio.to_thread(process.join)
+        if self._folder is not None:
+            await asyncio.to_thread(shutil.rmtree, self._folder, True)
+
+    def _pump(self) -> None:
+        running = sum(job.status == "runs" for job in self.all)
+        for job in [one for one in self.all if one.status == "waits"][: max(0, _MOST_AT_ONCE - running)]:
+            self._start(job)
+
+    def _start(self, job: Job) -> None:
+        job.status, job._begun = "runs", time.monotonic()
+        try:
+            job._process, connection = spawned(work, job._task)
+        except OSError as error:
+            job.message = f"no process can be started: {error}"
+            self._end(job, "failed")
+            return
+        job._channel = Channel(
+            connection,
+            arrived=lambda message: self._arrived(job, message),
+            ended=lambda: self._died(job),
+        )
+        self._changed(job)
+
+    def _arrived(self, job: Job, message: tuple[str, Any]) -> None:
+        if job.ended:
+            return
+        kind, content = message
+        if kind == "progress":
+            spent = time.monotonic() - job._begun
+            job.progress = max(job.progress, min(1.0, float(content)))
+            job.remaining = spent * (1 / job.progress - 1) if job.progress > _TELLING else None
+            self._changed(job)
+        elif kind == "done":
+            job.packed, job.dataset_path, job.value = content
+            job.frame = None if job.packed is None else unpack(job.packed)
+            job.progress = 1.0
+            self._end(job, "done")
+        elif kind == "failed":
+            job.message, job.error = str(content), content
+            self._end(job, "failed")
+        else:
+            self._end(job, "cancelled")
+
+    def _died(self, job: Job) -> None:
+        if not job.ended:
+            job.message = "its process ended by itself"
+            self._end(job, "failed")
+
+    def _kill(self, job: Job) -> None:
+        if not job.ended and job._process is not None:
+            kill_group(job._process)
+            self._end(job, "cancelled")
+
+    def _end(self, job: Job, status: Status) -> None:
+        job.status, job.remaining = status, None
+        job.seconds = time.monotonic() - job._begun if job._begun else 0.0
+        if job._channel is not None:
+            job._channel.close()
+        if job._process is not None:
+            process, job._process = job._process, None
+            kill = asyncio.get_running_loop().call_later
+            kill(0.0 if status == "cancelled" else _POLITE, _reap, process)
+        job._task, job._channel = None, None
+        job._over.set()
+        self._changed(job)
+        if not self._closed:
+            self._pump()
+
+
+def _reap(process: SpawnProcess) -> None:
+    """Take the exit status of a process that is done, so that it does not stay as a zombie."""
+    kill_group(process)
+    process.join(timeout=0.01)
+
+
+def work(connection: Connection, task: Task) -> None:
+    """What the process of a job does: run the task, tell its progress, send its result or its error."""
+    last = 0.0
+
+    def progress(*done: float) -> None:
+        nonlocal last
+        while connection.poll():
+            if connection.recv() == "cancel":
+                raise _Stopped
+        now = time.monotonic()
+        if now - last > 0.1:
+            last = now
+            # a share, or points done of points
+            connection.send(("progress", done[0] if len(done) == 1 else done[0] / max(1.0, done[1])))
+
+    try:
+        progress(0.0)
+        frame, path, value = task.run(progress)
+        connection.send(("done", (None if frame is None else pack(frame), path, value)))
+    except _Stopped:
+        connection.send(("cancelled", None))
+    except ModelError as error:
+        connection.send(("failed", error))
+    except Exception as error:
+        connection.send(("failed", ModelError(f"{type(error).__name__}: {error}", path=task.name)))
+    with suppress(OSError, EOFError):
+        connection.close()
+
+
+class _Stopped(BaseException):
+    """Raised in the progress of a job that is to end; no handler of errors takes it for one."""

@@ -1,0 +1,241 @@
+"""The live process: one for all pages of a server, warm, one frame at a time, in turns."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+
+from ...errors import ModelError
+from ..computing.frames import Frame, Request, failed_frame, pack
+from .channel import Channel
+from .spawned import kill_group, spawned
+
+__all__ = ["Client", "Worker", "start_worker", "stop_worker"]
+
+# [s] that one frame may take: the slowest, a sweep with shaft orders of a train of several stages, takes some 20 s on a
+# slow machine; what takes longer would keep every page waiting.
+_LONGEST = 120.0
+# Deaths in a row without a frame between them, after which the process is not started again for the same request.
+_MOST_DEATHS = 2
+
+Compute = Callable[[Request], Iterator[Frame]]
+
+
+@dataclass(slots=True, eq=False)
+class _Task:
+    """A request that the process works at."""
+
+    number: int
+    request: Request
+
+
+@dataclass(slots=True, eq=False)
+class Client:
+    """One page: what it waits for, and what of it runs.  deliver : called with each packed frame.
+
+    idle : called when nothing of it is left.
+    """
+
+    deliver: Callable[[bytes], None]
+    idle: Callable[[], None]
+    waiting: Request | None = None
+    task: _Task | None = None
+    deaths: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class Worker:
+    """Frames for all clients from one process: each frame is finished and shown; then the next client has its turn.
+
+    Of one client the newest request counts: it begins when the frame at work is done, and the rest of what ran before
+    is dropped.
+    target : what the process runs; None: `serve`.
+    """
+
+    target: Callable[[Connection], None] | None = None
+    clients: list[Client] = field(default_factory=list)
+    ready: asyncio.Event = field(default_factory=asyncio.Event)
+    _process: SpawnProcess | None = None
+    _channel: Channel | None = None
+    _busy: Client | None = None
+    _timer: asyncio.TimerHandle | None = None
+    _numbers: Iterator[int] = field(default_factory=itertools.count)
+
+    def start(self) -> None:
+        """Start the process; it says by itself when it is warm.  Needs a running event loop."""
+        if self._process is None:
+            self._process, connection = spawned(self.target or serve)
+            self._channel = Channel(connection, arrived=self._arrived, ended=self._died)
+
+    def join(self, client: Client) -> None:
+        self.clients.append(client)
+
+    def leave(self, client: Client) -> None:
+        """Forget a client; what it runs is dropped after the frame at work."""
+        client.waiting = None
+        if client in self.clients:
+            self.clients.remove(client)
+        if client.task is not None and self._busy is not client:
+            self._send(("drop", client.task.number))
+            client.task = None
+
+    def ask(self, client: Client, request: Request) -> None:
+        """Have a request computed next; it takes the place of one that waits."""
+        client.waiting = request
+        self._pump()
+
+    async def stop(self) -> None:
+        """End the process at once."""
+        process, self._process = self._process, None
+        self._quiet()
+        if self._channel is not None:
+            self._channel.close()
+            self._channel = None
+        if process is not None:
+            kill_group(process)
+            await asyncio.to_thread(process.join)
+        self.ready.clear()
+
+    def _pump(self) -> None:
+        """Have the process compute the next frame, of the client whose turn it is."""
+        if self._busy is not None or not self.ready.is_set():
+            return
+        client = next((one for one in self.clients if one.waiting is not None or one.task is not None), None)
+        if client is None:
+            return
+        self.clients.remove(client)
+        self.clients.append(client)
+        self._busy = client
+        if client.waiting is not None:
+            if client.task is not None:
+                self._send(("drop", client.task.number))
+            client.task = _Task(next(self._numbers), client.waiting)
+            client.waiting = None
+            self._send(("run", client.task.number, client.task.request))
+        elif client.task is not None:
+            self._send(("next", client.task.number))
+        self._timer = asyncio.get_running_loop().call_later(_LONGEST, self._too_long)
+
+    def _arrived(self, message: tuple[str, int, bytes | None]) -> None:
+        kind, number, data = message
+        if kind == "ready":
+            self.ready.set()
+            self._pump()
+            return
+        client = self._busy
+        if client is None or client.task is None or client.task.number != number:
+            return
+        self._quiet()
+        client.deaths = 0
+        left = client not in self.clients
+        if kind == "end" or left:
+            if left and kind != "end":
+                self._send(("drop", number))
+            client.task = None
+        if data is not None and not left:
+            client.deliver(data)
+        if client.task is None and client.waiting is None and not left:
+            client.idle()
+        self._pump()
+
+    def _died(self) -> None:
+        """Start the process again; what was lost is asked for once more, then said to fail."""
+        self._process = self._channel = None
+        self.ready.clear()
+        busy = self._busy
+        self._quiet()
+        for client in self.clients:
+            task, client.task = client.task, None
+            if task is None:
+                continue
+            client.deaths += client is busy
+            if client.deaths < _MOST_DEATHS:
+                client.waiting = client.waiting or task.request
+            else:
+                client.deaths = 0
+                _fail(client, task.request, "the computing process ended by itself twice")
+        self.start()
+
+    def _too_long(self) -> None:
+        client = self._busy
+        if client is not None and client.task is not None:
+            client.deaths = _MOST_DEATHS  # the same again would take as long
+            _fail(client, client.task.request, f"takes longer than {_LONGEST:g} s")
+            client.task = None
+        if self._process is not None:
+            kill_group(self._process)
+
+    def _quiet(self) -> None:
+        self._busy = None
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _send(self, message: object) -> None:
+        if self._channel is not None:
+            self._channel.send(message)
+
+
+def _fail(client: Client, request: Request, why: str) -> None:
+    client.deliver(pack(failed_frame(request.rev, ModelError(why, path="model"))))
+    if client.waiting is None:
+        client.idle()
+
+
+def serve(connection: Connection) -> None:
+    """What the process does: frames of several requests, one when it is asked for."""
+    from ..computing.compute import compute, warm_up
+
+    warm_up()
+    serve_with(connection, compute)
+
+
+def serve_with(connection: Connection, compute: Compute) -> None:
+    """The same with another function that computes."""
+    connection.send(("ready", 0, None))
+    running: dict[int, tuple[Request, Iterator[Frame]]] = {}
+    while True:
+        try:
+            kind, number, *rest = connection.recv()
+        except (EOFError, OSError):
+            return
+        if kind == "drop":
+            running.pop(number, None)
+            continue
+        if kind == "run":
+            running[number] = (rest[0], iter(compute(rest[0])))
+        data = _next_frame(*running[number]) if number in running else None
+        last = data is None or running[number][0].kind == "live"
+        if last:
+            running.pop(number, None)
+        connection.send(("end" if last else "frame", number, data))
+
+
+def _next_frame(request: Request, frames: Iterator[Frame]) -> bytes | None:
+    """The next frame, packed; None after the last one.  A fault of ours becomes a frame too: nobody sees a terminal."""
+    try:
+        frame = next(frames, None)
+        return None if frame is None else pack(frame)
+    except Exception as error:
+        return pack(failed_frame(request.rev, error))
+
+
+_shared: list[Worker] = []
+
+
+def start_worker() -> Worker:
+    """The worker of this server, started when first asked for.  Needs a running event loop."""
+    if not _shared:
+        _shared.append(Worker())
+    _shared[0].start()
+    return _shared[0]
+
+
+async def stop_worker() -> None:
+    """End the worker of this server."""
+    while _shared:
+        await _shared.pop().stop()

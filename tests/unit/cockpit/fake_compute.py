@@ -1,0 +1,53 @@
+"""Processes for the tests of the worker: what they compute is known, slow on purpose, or fatal."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from multiprocessing.connection import Connection
+
+import numpy as np
+
+from epicyclic.cockpit.computing.frames import Frame, Request
+from epicyclic.cockpit.processes.worker import serve_with
+from epicyclic.errors import ModelError
+
+LIVE, PART, PARTS = 0.02, 0.03, 4
+
+
+def compute(request: Request) -> Iterator[Frame]:
+    """Frames that say which request they are of; a source names what goes wrong."""
+    source = request.source if isinstance(request.source, dict) else {}
+    if source.get("title") == "refuse":
+        raise ModelError("too small", path="stages.main.sun.teeth", given=1, allowed="5 or more")
+    if source.get("title") == "die":
+        os._exit(3)
+    if source.get("title") == "die once" and not os.path.exists(str(source["doi"])):
+        open(str(source["doi"]), "w").close()
+        os._exit(3)
+    time.sleep(LIVE)
+    big = np.zeros(20_000, np.float32)
+    yield Frame(rev=request.rev, kind="live", head={"title": source.get("title", "")}, arrays={"big": big})
+    for part in range(PARTS):
+        time.sleep(PART)
+        yield Frame(rev=request.rev, kind="sweep" if part < 2 else "sharing", head={"part": part})
+
+
+def serve(connection: Connection) -> None:
+    serve_with(connection, compute)
+
+
+def sleep_for(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
+def burn(seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        pass
+
+
+def refuse() -> None:
+    raise ModelError("not so", path="a.b", given=3, allowed="4")

@@ -1,0 +1,278 @@
+"""The live process, its turns and its death; sessions on it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from tests.unit.cockpit import fake_compute
+
+from epicyclic.cockpit.computing.frames import Frame
+from epicyclic.cockpit.processes.session import Session
+from epicyclic.cockpit.processes.worker import Worker
+from epicyclic.cockpit.state.state import State
+from epicyclic.errors import ModelError
+
+TEXT = 'format = 2\ntitle = "{}"\n'
+
+
+def run(test: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(test, 60))
+
+
+@asynccontextmanager
+async def worker() -> AsyncIterator[Worker]:
+    one = Worker(target=fake_compute.serve)
+    one.start()
+    await asyncio.wait_for(one.ready.wait(), 30)
+    try:
+        yield one
+    finally:
+        await one.stop()
+
+
+async def until(found: Callable[[], object], seconds: float = 20.0) -> None:
+    end = time.monotonic() + seconds
+    while not found():
+        assert time.monotonic() < end, "never"
+        await asyncio.sleep(0.005)
+
+
+class Seen:
+    """Frames and failures of a session, in the order in which they came."""
+
+    def __init__(self, session: Session) -> None:
+        self.frames: list[Frame] = []
+        self.failed: list[Any] = []
+        session.listen(frame=lambda _, frame: self.frames.append(frame), failed=self.failed.append)
+
+
+async def begun(one: Worker, title: str = "a") -> tuple[Session, Seen]:
+    session = Session(one)
+    seen = Seen(session)
+
+    async def no_levers() -> None:
+        return None
+
+    session.renew_levers = no_levers  # type: ignore[method-assign]
+    await session.start(State(name=title, base=TEXT.format(title)))
+    return session, seen
+
+
+def test_a_full_request_gives_all_its_frames() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            await until(lambda: not session.busy)
+            assert [frame.kind for frame in seen.frames] == ["live", "sweep", "sweep", "sharing", "sharing"]
+            assert {frame.rev for frame in seen.frames} == {1}
+            assert session.frames["sharing"].head["part"] == 3
+            await session.close()
+
+    run(test())
+
+
+def test_a_drag_does_not_starve_the_picture() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            await until(lambda: not session.busy)
+            seen.frames.clear()
+            for step in range(60):
+                session.set("damping.modal", step / 1000, released=False)
+                await asyncio.sleep(0.01)
+            last = session.rev
+            await until(lambda: not session.busy)
+            revs = [frame.rev for frame in seen.frames]
+            assert all(frame.kind == "live" for frame in seen.frames)
+            assert revs == sorted(set(revs))
+            assert revs[-1] == last
+            # 0.6 s of a drag, 0.02 s a frame: some 25 pictures, with a slow machine in mind
+            assert len(revs) >= 8
+            assert len(session.history.behind) == 1
+            session.undo()
+            assert session.state is not None
+            assert not session.state.overrides
+            await session.close()
+
+    run(test())
+
+
+def test_what_is_newer_takes_the_place_of_the_rest() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            await until(lambda: len(seen.frames) == 2)
+            session.set("damping.modal", 0.5, released=False)
+            await until(lambda: not session.busy)
+            kinds = [(frame.rev, frame.kind) for frame in seen.frames]
+            assert kinds[:2] == [(1, "live"), (1, "sweep")]
+            # the frame at work is finished and shown, the rest of state 1 is not
+            assert kinds[-1] == (2, "live")
+            assert len(kinds) <= 4
+            await session.close()
+
+    run(test())
+
+
+def test_two_sessions_take_turns_and_see_their_own() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            (first, one_seen), (second, two_seen) = await begun(one, "a"), await begun(one, "b")
+            await until(lambda: not first.busy and not second.busy)
+            assert [len(one_seen.frames), len(two_seen.frames)] == [5, 5]
+            assert {frame.head.get("title", "a") for frame in one_seen.frames} == {"a"}
+            assert {frame.head.get("title", "b") for frame in two_seen.frames} == {"b"}
+            first.set("damping.modal", 0.1, released=False)
+            assert second.rev == 1
+            await first.close()
+            await second.close()
+
+    run(test())
+
+
+def test_a_wrong_value_is_told_and_the_last_picture_stays() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            await until(lambda: not session.busy)
+            session.set_text(TEXT.format("refuse"))
+            await until(lambda: session.failed is not None)
+            assert session.failed is not None
+            assert session.failed["path"] == "stages.main.sun.teeth"
+            assert session.frames["live"].rev == 1
+            session.undo()
+            await until(lambda: session.failed is None)
+            assert seen.failed[-1] is None
+            await session.close()
+
+    run(test())
+
+
+def test_a_process_that_dies_is_started_again(tmp_path: Path) -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            await until(lambda: not session.busy)
+            session.set_text(TEXT.format("die once") + f'doi = "{tmp_path / "died"}"\n')
+            await until(lambda: seen.frames[-1].rev == 2)
+            session.set_text(TEXT.format("die"))
+            await until(lambda: session.failed is not None)
+            assert session.failed is not None
+            assert "ended" in session.failed["message"]
+            session.undo()
+            await until(lambda: seen.frames[-1].rev == session.rev)
+            await session.close()
+
+    run(test())
+
+
+def test_a_session_that_is_closed_hears_nothing() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            await until(lambda: len(seen.frames) == 1)
+            await session.close()
+            other, other_seen = await begun(one, "b")
+            await until(lambda: not other.busy)
+            assert len(seen.frames) == 1
+            assert len(other_seen.frames) == 5
+            await other.close()
+
+    run(test())
+
+
+def test_calls_come_back_and_go_with_their_session() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, _ = await begun(one)
+            assert await session.call(fake_compute.sleep_for, 0.01) == 0.01
+            with pytest.raises(ModelError, match=r"a\.b = 3: not so; allowed: 4"):
+                await session.call(fake_compute.refuse)
+            job = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (60.0,)})
+            await until(lambda: job.status == "runs")
+            before = time.monotonic()
+            session.jobs.cancel(job)
+            await asyncio.wait_for(job.wait(), 10)
+            assert (job.status, time.monotonic() - before < 3) == ("cancelled", True)
+            again = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (60.0,)})
+            third = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (60.0,)})
+            waits = session.jobs.start("call", {"function": fake_compute.burn, "arguments": (60.0,)})
+            await until(lambda: again.status == third.status == "runs")
+            assert waits.status == "waits"
+            folder = session.jobs.folder
+            assert folder.stat().st_mode & 0o777 == 0o700
+            await session.close()
+            assert not folder.exists()
+            assert {job.status for job in (again, third, waits)} == {"cancelled"}
+
+    run(test())
+    busy = [one for one in psutil.Process(os.getpid()).children(recursive=True) if one.status() != psutil.STATUS_ZOMBIE]
+    names = [" ".join(one.cmdline()) for one in busy]
+    assert not [name for name in names if "spawn_main" in name], names
+
+
+def test_save_asks_before_it_overwrites(tmp_path: Path) -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, _ = await begun(one)
+            assert not session.unsaved
+            session.set("damping.modal", 0.25, released=True)
+            assert session.unsaved
+            file = tmp_path / "a.toml"
+            with pytest.raises(ModelError, match="no file yet"):
+                await session.save()
+            await session.save(file)
+            assert "0.25" in file.read_text()
+            assert not session.unsaved
+            assert session.state is not None
+            assert session.state.path == file
+            other = tmp_path / "b.toml"
+            other.write_text("mine")
+            with pytest.raises(ModelError, match="is there already"):
+                await session.save(other)
+            assert other.read_text() == "mine"
+            file.write_text(file.read_text() + "# by another program\n")
+            assert session.changed_on_disk()
+            session.set("damping.modal", 0.5, released=True)
+            with pytest.raises(ModelError, match="changed on disk"):
+                await session.save()
+            assert "another program" in file.read_text()
+            await session.save(force=True)
+            assert "0.5" in file.read_text()
+            await session.close()
+
+    run(test())
+
+
+def test_a_snapshot_restores_the_state_without_its_path(tmp_path: Path) -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, _ = await begun(one)
+            session.set("damping.modal", 0.25, released=True)
+            await session.save(tmp_path / "a.toml")
+            session.set("damping.modal", 0.125, released=True)
+            snapshot = session.snapshot()
+            assert str(tmp_path) not in str(snapshot)
+            other = Session(one)
+            await other.restore(snapshot)
+            assert other.state is not None
+            assert session.state is not None
+            assert dict(other.state.overrides) == {"damping.modal": 0.125}
+            assert other.state.base == session.state.base
+            assert other.state.path is None
+            assert other.unsaved
+            for wrong in ({}, {"state": 3}, {"state": "state=x"}):
+                with pytest.raises(ModelError):
+                    await other.restore(wrong)
+            await session.close()
+            await other.close()
+
+    run(test())
