@@ -36,6 +36,7 @@ def opened(browser: Any, *, width: int = 1048, height: int = 590, **options: Any
     """The page in a new context of the browser, its panes made; errors of the page are collected in `page.problems`."""
     context = browser.new_context(viewport={"width": width, "height": height}, **options)
     page = context.new_page()
+    page.set_default_timeout(8000)
     page.problems = []
     page.on("pageerror", lambda error: page.problems.append(str(error)))
     page.on("console", lambda said: page.problems.append(said.text) if said.type == "error" else None)

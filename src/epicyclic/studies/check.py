@@ -24,7 +24,7 @@ from .choices import choices
 from .mesh_deviations import mesh_deviations
 from .readiness import Readiness
 
-__all__ = ["check", "train_provenance"]
+__all__ = ["check", "drawing", "train_provenance"]
 
 Columns = dict[str, tuple[str, NDArray[np.generic]]]
 _NAN = float("nan")
@@ -60,17 +60,12 @@ def check(train: Train) -> xr.Dataset:
     }
     variables = {name: column for name, column in columns.items() if name != column[0]}
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
-    links, ready = train.links, Readiness(train)
+    ready = Readiness(train)
     lacking, chosen = ready.lacking(), choices(train)
     result = dataset(
         {
             **variables,
-            "link_first": ("link", _texts(link.first for link in links)),
-            "link_second": ("link", _texts(link.second or "" for link in links)),
-            "link_kind": ("link", _texts(link.kind for link in links)),
-            "link_station": ("link", _numbers(link.station for link in links)),
-            "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
-            "link_clearance": ("link", _numbers(link.clearance for link in links)),
+            **_link_columns(train),
             "choice_value": ("choice", _texts(choice.value for choice in chosen)),
             "choice_origin": ("choice", _texts(choice.origin for choice in chosen)),
             "choice_effect": ("choice", _texts(choice.effect for choice in chosen)),
@@ -78,7 +73,7 @@ def check(train: Train) -> xr.Dataset:
         },
         coords={
             **coords,
-            "link": ("link", _texts(link.name for link in links)),
+            "link": ("link", _texts(link.name for link in train.links)),
             "direction": list(DIRECTIONS),
             "choice": ("choice", _texts(choice.path for choice in chosen)),
             "verb_name": ("verb_name", _texts(lacking)),
@@ -89,6 +84,13 @@ def check(train: Train) -> xr.Dataset:
     )
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
     return result.assign_attrs(values=json.dumps(values, default=str))
+
+
+def drawing(train: Train) -> xr.Dataset:
+    """What the drawings of a train read of the Dataset of `check`: its columns over bodies, gears, meshes and links."""
+    columns = {**_body_columns(train), **_gear_columns(train), **_mesh_columns(train)}
+    links = {"link": ("link", _texts(link.name for link in train.links)), **_link_columns(train)}
+    return xr.Dataset({**columns, **links}, coords={"direction": list(DIRECTIONS)})
 
 
 def train_provenance(train: Train) -> dict[str, str]:
@@ -228,6 +230,18 @@ def _mesh_columns(train: Train) -> Columns:
         "mesh_slices": ("mesh", _whole(max(len(mesh.slices), 1) for mesh in meshes)),
         "mesh_station": column(lambda mesh: mesh.station),
         "mesh_direction": column(lambda mesh: mesh.direction),
+    }
+
+
+def _link_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArray[np.generic]]]:
+    links = train.links
+    return {
+        "link_first": ("link", _texts(link.first for link in links)),
+        "link_second": ("link", _texts(link.second or "" for link in links)),
+        "link_kind": ("link", _texts(link.kind for link in links)),
+        "link_station": ("link", _numbers(link.station for link in links)),
+        "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
+        "link_clearance": ("link", _numbers(link.clearance for link in links)),
     }
 
 

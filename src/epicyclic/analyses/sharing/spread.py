@@ -30,10 +30,10 @@ from .tone_forces import ToneForces, tone_forces
 __all__ = ["SpreadSharing", "spread_cycles", "spread_sharing"]
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
-# A record of default length takes some 5 s where instants are solved one by one; a fiftieth of it may be waited for.
-_SHARE = 50
-# Instants with laws, each some 50 us, with tables some 300 us.
-_LAW_INSTANTS = 128
+# Seconds that a record of the length affordable by default takes where instants are solved one by one.
+_AFFORDABLE = 5.0
+# Instants with laws solved in a second: each takes some 50 us, with tables some 300 us.
+_LAWS = 2500.0
 # Forces worked on at once (8 bytes each): about 2 MB.
 _PIECE = 250_000
 
@@ -46,7 +46,7 @@ class SpreadSharing:
     mean : (w,) mean force [N].  mean_load : (2, w) by `MEAN_LOADS` [1], as `sharing` gives them; nan where unknown.
     peak : (w,) largest force [N].  cycle_peak : (w,) 1 + max abs(b - 1) over the cycles [1], at most that of `sharing`.
     place : (w, c) where each cycle is in the hunting period, 0 .. 1, rising.  ratio : (w, c) cycle-peak ratio b [1].
-    period : hunting period [mesh cycles of the first mesh].
+    period : hunting period [mesh cycles of the first mesh].  quick : whether no instant had to be solved by itself.
     """
 
     mesh: tuple[str, ...]
@@ -59,6 +59,7 @@ class SpreadSharing:
     place: Array
     ratio: Array
     period: int
+    quick: bool
 
     def over_period(self, parts: int) -> Array:
         """Largest ratio b in each of so many parts of the hunting period, (w, parts) [1]; nan of parts without one."""
@@ -80,14 +81,15 @@ def spread_cycles(period: int, count: int) -> NDArray[np.int64]:
     return np.array(sorted(place * step % period for place in range(count)), dtype=np.int64)
 
 
-def spread_sharing(system: System, *, cycles: int = 1024) -> SpreadSharing:
+def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1) -> SpreadSharing:
     """Load sharing of a train at rest from mesh cycles spread over the hunting period.
 
     Where laws of links or meshes have to be asked the record is short and begins at its first cycle.
 
     Parameters
     ----------
-    cycles : of each mesh frequency, at most.
+    cycles : of each mesh frequency, at most.  patience : time that may be taken where instants have to be solved one
+        by one, about [s].
 
     Raises
     ------
@@ -95,12 +97,15 @@ def spread_sharing(system: System, *, cycles: int = 1024) -> SpreadSharing:
     """
     if cycles < 1:
         raise ModelError("must be at least 1", path="cycles", given=cycles, allowed=">= 1")
+    if not 0 < patience < math.inf:
+        raise ModelError("must be above zero", path="patience", given=patience, allowed="> 0")
     mean_load, _ = known_mean_loads(system)
     face, members = faces(system.meshes), parallel_meshes(system.meshes)
-    if solved_by_tone(system):
-        mean, peak, place, ratio, period = _by_tones(system, face, cycles)
+    quick = solved_by_tone(system)
+    if quick:
+        mean, peak, place, ratio, period = _by_tones(system, face, cycles, patience)
     else:
-        mean, peak, place, ratio, period = _by_record(system, face, members)
+        mean, peak, place, ratio, period = _by_record(system, face, members, patience)
     loaded = loaded_meshes(mean, members, most=np.abs(peak), rounding=rounding_of(system))
     ratio = np.where(loaded[:, None], ratio, np.nan)
     with np.errstate(invalid="ignore"):
@@ -116,14 +121,15 @@ def spread_sharing(system: System, *, cycles: int = 1024) -> SpreadSharing:
         place=place,
         ratio=ratio,
         period=period,
+        quick=quick and ratio.shape[1] == cycles,
     )
 
 
-def _by_tones(system: System, face: Faces, cycles: int) -> tuple[Array, Array, Array, Array, int]:
+def _by_tones(system: System, face: Faces, cycles: int, patience: float) -> tuple[Array, Array, Array, Array, int]:
     """Mean and largest force (w,) [N], place in the period and ratio (w, c) [1], period; linear while flanks press."""
     parts, _ = tone_forces(system, "static", samples=None, relative_speed=1.0)
     # one number of cycles for all tones, so that the rows are of one length
-    count = min(cycles, *(max(1, part.affordable // _SHARE) for part in parts))
+    count = min(cycles, *(max(1, int(part.affordable * patience / _AFFORDABLE)) for part in parts))
     w = len(face.name)
     mean, peak = np.empty(w), np.empty(w)
     place, ratio = np.empty((w, count)), np.empty((w, count))
@@ -150,10 +156,13 @@ def _peaks(part: ToneForces, index: NDArray[np.int64]) -> tuple[Array, Array]:
     return total / (len(index) * part.samples), np.concatenate(peaks)
 
 
-def _by_record(system: System, face: Faces, members: list[MeshGroup]) -> tuple[Array, Array, Array, Array, int]:
+def _by_record(
+    system: System, face: Faces, members: list[MeshGroup], patience: float
+) -> tuple[Array, Array, Array, Array, int]:
     """The same of a short record of instants solved one by one, (w,) and (w, c); its place is that in the record."""
     samples = record_samples(system)
-    record = record_of(system, cycles=max(1, _LAW_INSTANTS // samples), turns=None, of=None, samples=samples, most=1)
+    cycles = max(1, int(patience * _LAWS) // samples)
+    record = record_of(system, cycles=cycles, turns=None, of=None, samples=samples, most=1)
     train = held_train(system)
     pieces = list(quasi_static(system, train, record))
     contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])

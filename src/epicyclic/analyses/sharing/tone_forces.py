@@ -97,7 +97,9 @@ def tone_forces(
     require_speed(relative_speed)
     train = held_train(system)
     tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
-    varying = {system.tones[i] for i, v in zip(system.meshes.tone, system.meshes.variation, strict=True) if v.any()}
+    # without a speed time is counted in mesh cycles, and all meshes follow the one tone of that
+    moving = zip(system.meshes.tone, system.meshes.variation, strict=True) if system.tones else ()
+    varying = {system.tones[i] for i, variation in moving if variation.any()}
     found = []
     for tone in tones or (reference_tone(system),):
         build = _static_by_lines if len(tones) < 2 or varying <= {tone} else _static_by_instants

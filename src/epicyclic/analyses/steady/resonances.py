@@ -18,7 +18,7 @@ from ..modes.mesh_crossings import MESH_ORDERS, OPERATION, MeshCrossings, mesh_c
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["BAND", "with_resonances"]
+__all__ = ["BAND", "of_one_tone", "with_resonances"]
 
 # Dynamic factors that differ by less are equal: the tolerance of the response, with a margin.
 _EQUAL = 1e-4
@@ -151,7 +151,7 @@ def _enter_forces(
     places = np.flatnonzero(found.tone == place_of_tone)
     speeds, at = np.unique(found.relative_speed[places], return_inverse=True)
     own = np.array([system.tones[i] == tone for i in system.meshes.tone])
-    excited = system if one else _of_one_tone(system, tone, own)
+    excited = system if one else of_one_tone(system, tone, own)
     swept = sweep(excited, relative_speed=speeds, orders=MESH_ORDERS, shaft_orders=one, forces_alone=True)
     factor = swept["dynamic_factor"].transpose("mesh", "speed").values[:, at]
     amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values
@@ -167,7 +167,7 @@ def _enter_forces(
             forces.factor[place], forces.mesh[place] = values.max(), str(swept["mesh"].values[most])
 
 
-def _of_one_tone(system: System, tone: Fraction, own: NDArray[np.bool_]) -> System:
+def of_one_tone(system: System, tone: Fraction, own: NDArray[np.bool_]) -> System:
     """A System of one mesh frequency: the meshes (m,) that do not have it keep their mean stiffness."""
     meshes = system.meshes
     variation = np.where(own[:, None], meshes.variation, 0)

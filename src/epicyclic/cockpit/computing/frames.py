@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ...errors import ModelError
 from ...model.tables import PlainTable
 
-__all__ = ["Frame", "Request", "failed_frame", "pack", "unpack"]
+__all__ = ["Frame", "PageFrame", "Request", "failed_frame", "pack", "unpack"]
 
 Numbers = NDArray[np.float32]
 _LENGTH = struct.Struct("<I")
@@ -46,7 +46,7 @@ class Request:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Frame:
+class PageFrame:
     """One message of results.
 
     rev : of the state it belongs to.  kind : live, sweep, sharing, errors, job or failed.
@@ -59,17 +59,21 @@ class Frame:
     arrays: Mapping[str, Numbers] = field(default_factory=dict)
 
 
-def failed_frame(rev: int, error: Exception) -> Frame:
+# TODO: the pieces of the page still say Frame
+Frame = PageFrame
+
+
+def failed_frame(rev: int, error: Exception) -> PageFrame:
     """The frame of what cannot be computed: ``message``, ``path``, ``given`` and ``allowed`` of the head, all texts."""
     head = {"message": str(error), "path": "", "given": "", "allowed": ""}
     if isinstance(error, ModelError):
         head |= {"message": error.problem, "path": error.path, "allowed": error.allowed}
         # an error whose path has no value gives a bare object there
         head["given"] = "" if type(error.given) is object else str(error.given)[:200]
-    return Frame(rev=rev, kind="failed", head=head)
+    return PageFrame(rev=rev, kind="failed", head=head)
 
 
-def pack(frame: Frame) -> bytes:
+def pack(frame: PageFrame) -> bytes:
     """A frame as bytes; numbers of the head that are not finite become null.
 
     Raises
@@ -88,7 +92,7 @@ def pack(frame: Frame) -> bytes:
     return b"".join([_LENGTH.pack(len(text)), text, *parts])
 
 
-def unpack(data: bytes) -> Frame:
+def unpack(data: bytes) -> PageFrame:
     """The frame of `pack`.
 
     Raises
@@ -103,7 +107,7 @@ def unpack(data: bytes) -> Frame:
             str(name): numbers[start : start + math.prod(shape)].reshape(shape).astype(np.float32)
             for name, shape, start in content["arrays"]
         }
-        return Frame(rev=int(content["rev"]), kind=str(content["kind"]), head=content["head"], arrays=arrays)
+        return PageFrame(rev=int(content["rev"]), kind=str(content["kind"]), head=content["head"], arrays=arrays)
     except (struct.error, KeyError, TypeError, UnicodeDecodeError) as error:
         raise ValueError(f"not a frame: {error}") from error
 

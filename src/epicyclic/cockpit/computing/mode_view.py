@@ -17,7 +17,7 @@ from ...analyses.static.tangent import linear
 from ...analyses.steady.resonances import BAND
 from ...system.system import Array, System
 from ...train.train import Train
-from .names import SpeedAxis, listed, ordinal, rounded
+from .names import SpeedAxis, member_words, ordinal, rounded
 
 __all__ = ["ModeView", "mode_view"]
 
@@ -184,7 +184,10 @@ def _member_pairs(train: Train) -> set[frozenset[str]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Movement:
-    """Shares of the kinetic energy of one mode: (members, motions) and of the bodies (nb,); which members are central."""
+    """Shares of the kinetic energy of one mode.
+
+    central : (members,) which turn about the axis.  shares : (members, motions).  of_body : (nb,).
+    """
 
     train: Train
     members: Sequence[str]
@@ -204,20 +207,14 @@ class _Movement:
     def subject(self, member: int) -> tuple[str, bool]:
         """A member in words, its branches numbered where not all take part; and whether it is several bodies."""
         name = self.members[member]
-        stage, _, word = name.rpartition(".")
-        before = f"{stage} " if len(self.train.planets) > 1 and stage else ""
         branches: dict[int, float] = {}
         for energy, body in zip(self.of_body, self.train.bodies, strict=True):
             if body.member == name and body.branch is not None:
                 branches[body.branch] = branches.get(body.branch, 0.0) + float(energy)
-        if not branches:
-            return before + word, False
         # energies are squares of motions
-        least = _TAKES_PART**2 * max(branches.values())
+        least = _TAKES_PART**2 * max(branches.values(), default=0.0)
         moving = sorted(branch for branch, value in branches.items() if value >= least)
-        many = len(moving) > 1
-        plural = ("planets" if many else "planet") + ("" if word == "planet" else f" {word}")
-        return before + plural + ("" if len(moving) == len(branches) else f" {listed(moving)}"), many
+        return member_words(self.train, name, moving), len(moving) > 1
 
 
 def _sentence(moved: _Movement, meshing: set[frozenset[str]]) -> str:

@@ -10,11 +10,13 @@ from ...train.train import Train
 
 __all__ = [
     "SpeedAxis",
+    "as_overridden",
     "body_labels",
-    "counted",
     "listed",
+    "member_words",
     "mesh_labels",
     "ordinal",
+    "override_at",
     "rounded",
     "speed_axis",
 ]
@@ -53,6 +55,21 @@ def _unsided(body: Body) -> str:
     return " ".join(filter(None, [body.member.rpartition(".")[2], str(body.branch or "")]))
 
 
+def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
+    """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those are meant, ``planet star1 2``.
+
+    branches : those that are meant, rising; none of a member about the axis.
+    """
+    stage, _, word = member.rpartition(".")
+    before = f"{stage} " if len(train.planets) > 1 and stage else ""
+    own = {body.branch for body in train.bodies if body.member == member and body.branch is not None}
+    if not own:
+        return before + word
+    many = "planets" if len(branches) > 1 else "planet"
+    named = many if word == "planet" else f"{many} {word}"
+    return before + named + ("" if len(branches) == len(own) else f" {listed(branches)}")
+
+
 def speed_axis(train: Train) -> SpeedAxis | None:
     """The axis on which speeds of a train are shown; None without a member that turns.
 
@@ -77,15 +94,41 @@ def _leaves(table: object, before: str = "") -> list[str]:
     return [path for key, value in table.items() for path in _leaves(value, f"{before}{key}.")]
 
 
+def as_overridden(path: str, overrides: Mapping[str, object]) -> str:
+    """A path without the name of its stage, where an override at it, above or beneath it is written so.
+
+    A model of one stage takes ``deviations.sun.run_out`` for ``deviations.main.sun.run_out``, but not both.
+    """
+    for short in _without_stage(path):
+        if any(_within(short, key) or _within(key, short) for key in overrides):
+            return short
+    return path
+
+
+def override_at(path: str, overrides: Mapping[str, object]) -> str:
+    """The override that a path of a message is at or beneath, with or without the name of its stage; else the path."""
+    for one in (path, *_without_stage(path)):
+        for key in overrides:
+            if _within(one, key):
+                return key
+    return path
+
+
+def _without_stage(path: str) -> list[str]:
+    """A path without one of its inner words: any of them may be the stage."""
+    words = path.split(".")
+    return [".".join(words[:place] + words[place + 1 :]) for place in range(1, len(words) - 1)]
+
+
+def _within(path: str, other: str) -> bool:
+    """Whether a path is another or stands beneath it."""
+    return f"{path}.".startswith(f"{other}.")
+
+
 def ordinal(number: int) -> str:
     """``1st``, ``2nd``, ``11th``."""
     last = {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th") if number % 100 not in (11, 12, 13) else "th"
     return f"{number}{last}"
-
-
-def counted(words: Sequence[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
-    return " and ".join(filter(None, [", ".join(words[:-1]), *words[-1:]]))
 
 
 def listed(numbers: Sequence[int]) -> str:

@@ -28,6 +28,8 @@ MOST_BODY = 4_000_000 + 10_000
 _STATIC = re.compile(r"\.(js|mjs|css|map|woff2?|svg|png|ico|txt)\Z|/LICEN[CS]E[\w.-]*\Z", re.IGNORECASE)
 _FRAMEWORK = "/_nicegui/"
 _NO_FILES = ("/_nicegui/client/", "/_nicegui/auto/")  # uploads of a client, downloads of one file
+_FOLDERS = (_FRAMEWORK, "/_nicegui_ws/")
+_ICON = "/favicon.ico"
 _STRANGE = re.compile(r"(^|/)\.\.?(/|$)|[\\\x00-\x1f\x7f]|//")
 _METHODS = {"GET", "HEAD", "POST"}
 _PAGE = "/"
@@ -78,7 +80,7 @@ class Guard:
             await self._enter(token[0], scope, send)
         elif not self._has_cookie(scope):
             await self._without_cookie(scope, send)
-        elif _no_static_file(scope["path"]):
+        elif not _is_served(scope["path"]):
             await _answer(send, 404, "not here")
         else:
             await self._app(_direct(scope), receive, send)
@@ -170,9 +172,14 @@ def _is_visit(scope: Message) -> bool:
     return scope["method"] == "GET" and scope["path"] == _PAGE and kind == (["navigate"], ["document"])
 
 
-def _no_static_file(path: str) -> bool:
-    inside = path.startswith(_FRAMEWORK) and not path.startswith(_NO_FILES)
-    return inside and "/dynamic_resources/" not in path and _STATIC.search(path) is None
+def _is_served(path: str) -> bool:
+    """Whether the page or a part of it lies there."""
+    if path in (_PAGE, _ICON):
+        return True
+    if not path.startswith(_FOLDERS):
+        return False
+    file = path.startswith(_FRAMEWORK) and not path.startswith(_NO_FILES) and "/dynamic_resources/" not in path
+    return not file or _STATIC.search(path) is not None
 
 
 def _direct(scope: Message) -> Message:

@@ -3,6 +3,7 @@
 // tab that is gone: if it has changes that were not saved, the next tab offers it.
 window.cockpitRecovery = (() => {
   const PREFIX = 'epicyclic.tab.', LINK = 'epicyclic.link', MOST_LEFT = 8;  // entries of tabs that are gone, the newest
+  const MOST_LINK = 100000;  // a longer one is refused anyhow, and need not be sent
   let own = null;
   const names = () => Object.keys(localStorage)
     .filter(key => key.startsWith(PREFIX)).map(key => key.slice(PREFIX.length));
@@ -42,7 +43,7 @@ window.cockpitRecovery = (() => {
       catch { drop(own); }  // an old state would come back for the new one
     },
     begin: async () => {
-      const link = location.hash.slice(1) || sessionStorage.getItem(LINK) || '';
+      const link = location.hash.slice(1, MOST_LINK) || sessionStorage.getItem(LINK) || '';
       if (link) sessionStorage.setItem(LINK, link);  // until what it opens is kept
       history.replaceState(null, '', '/');
       const [name, former] = await named();

@@ -14,6 +14,7 @@ from nicegui import Client, background_tasks, ui
 from ...errors import ModelError
 from ..page.page import cockpit_page
 from ..processes.session import Session
+from ..processes.worker import start_worker, stop_worker
 from ..state.links import from_fragment
 from ..state.state import State
 from .recovery import KEEP_SECONDS, MOST_KEPT, recovery_script
@@ -53,9 +54,13 @@ def mount(state: State | None) -> Callable[[Any], AbstractAsyncContextManager[No
 
     @asynccontextmanager
     async def lifespan(_: Any) -> AsyncIterator[None]:
-        yield
-        for name in list(live):
-            await _end(live, name)
+        start_worker()  # it is warm when the first page asks
+        try:
+            yield
+        finally:
+            for name in list(live):
+                await _end(live, name)
+            await stop_worker()
 
     return lifespan
 
@@ -140,7 +145,7 @@ def _keep(session: Session, client: Client) -> None:
         text = json.dumps(session.snapshot())
         if client.is_deleted or len(text) > MOST_KEPT:
             return
-        title = session.history.present.name
+        title = session.state.name if session.state is not None else ""
         client.run_javascript(f"cockpitRecovery.keep({_literal(text)}, {_literal(title)}, {_literal(session.unsaved)})")
 
     async def soon() -> None:

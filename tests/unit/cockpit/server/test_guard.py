@@ -96,6 +96,8 @@ ATTACKS: dict[str, tuple[int, str, str, dict[str, str], Any]] = {
     "a folder up, backslash": (400, "GET", "/", {**COOKIE, "raw": "/_nicegui/3.0/static/..%5Cpasses.js"}, None),
     "the end of a name": (400, "GET", "/", {**COOKIE, "raw": "/_nicegui/3.0/static/a.js%00.png"}, None),
     "the source of a module": (404, "GET", "/_nicegui/3.0/resources/key/element.py", COOKIE, None),
+    "no part of the page": (404, "GET", "/etc/passwd", COOKIE, None),
+    "what the framework might offer": (404, "GET", "/openapi.json", COOKIE, None),
     "a hidden file": (404, "GET", "/_nicegui/3.0/resources/key/.env", COOKIE, None),
 }
 

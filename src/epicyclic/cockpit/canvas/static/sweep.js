@@ -266,7 +266,10 @@ export class SweepPane extends Pane {
 
   onCursor(plot) {
     const index = plot.cursor.idx;
-    if (index == null || plot.cursor.left < 0 || !this.head) return this.hideTip();
+    if (index == null || plot.cursor.left < 0 || !this.head) {
+      this.cursor = -1;
+      return this.hideTip();
+    }
     this.cursor = index;
     const ratio = window.devicePixelRatio || 1;
     const x = plot.bbox.left / ratio + plot.cursor.left;

@@ -1,0 +1,301 @@
+"""What a state of the cockpit shows, computed: the live set of a lever that moves, and all of a state at rest."""
+
+from __future__ import annotations
+
+import time
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...analyses.sharing.sharing import sharing
+from ...assemble.assembly import assemble
+from ...errors import ConvergenceError, ModelError
+from ...resolve.resolve import load
+from ...studies.drives import drive_text
+from ...system.system import System
+from ...train.train import Train
+from .error_view import ErrorView, error_head, error_view
+from .frames import PageFrame, Request, failed_frame
+from .mode_view import ModeView, mode_view
+from .names import SpeedAxis, body_labels, mesh_labels, override_at, speed_axis
+from .operation_view import operation_head
+from .sharing_view import SharingView, Twin, full_sharing, live_sharing, sharing_head, twin_of
+from .speed_view import ForceCurves, SpeedModel, efforts, force_curves, speed_head, speed_model
+from .train_view import train_head
+
+__all__ = ["compute", "warm_up"]
+
+Arrays = dict[str, NDArray[Any]]
+Found = TypeVar("Found")
+
+# Time for load sharing where instants have to be solved one by one, while a lever moves and at rest [s].
+_LIVE_PATIENCE, _FULL_PATIENCE = 0.05, 0.5
+# A small drive with every kind of result, for the first run of everything.
+_WARM = "ren2021"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Model:
+    """A train with what follows from it for every frame.  system : None where the train cannot be assembled."""
+
+    request: Request
+    train: Train
+    system: System | None
+    labels: Mapping[str, str]
+    meshes: Mapping[str, str]
+    axis: SpeedAxis | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Parts:
+    """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks."""
+
+    modes: ModeView | None = None
+    sharing: SharingView | None = None
+    twin: Twin | None = None
+    errors: ErrorView | None = None
+    ready: SpeedModel | None = None
+    curves: ForceCurves | None = None
+    missing: tuple[dict[str, str], ...] = ()
+
+
+class _Stopped(Exception):
+    """Somebody waits for something newer."""
+
+
+def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iterator[PageFrame]:
+    """Frames of a state, the first within a tenth of a second or two; the caller may stop between any two.
+
+    ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
+    answers, checks.  ``full``: that, then frames ``sweep`` (200 speeds, then 60 with shaft orders), ``errors`` and
+    ``sharing`` (the whole hunting period), each with the answers as they then are.  A model that is wrong gives one
+    frame ``failed`` with the problem, its path, what was given and what is allowed.
+
+    Parameters
+    ----------
+    stop : asked every few milliseconds while frames after the first are computed, which take up to a second; when it is
+        true, the frame at work is given up and no other follows.
+    """
+    start = time.perf_counter()
+    try:
+        model = _model(request)
+        parts = _live_parts(model)
+        yield _live_frame(model, parts, start)
+        if request.kind == "full":
+            yield from _further_frames(model, parts, _pause_of(stop))
+    except _Stopped:
+        return
+    except (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError) as error:
+        frame = failed_frame(request.rev, error)
+        yield replace(frame, head={**frame.head, "path": override_at(frame.head["path"], request.overrides)})
+
+
+def _pause_of(stop: Callable[[], bool] | None) -> Callable[[], None]:
+    """What is called between two pieces of work: raises _Stopped where somebody waits."""
+
+    def pause() -> None:
+        if stop is not None and stop():
+            raise _Stopped
+
+    return pause
+
+
+def warm_up() -> None:
+    """Import, and compile where numba is installed, what `compute` needs, so that no lever waits for it."""
+    for _ in compute(Request(rev=0, kind="full", source=tomllib.loads(drive_text(_WARM)))):
+        pass
+
+
+def _model(request: Request) -> _Model:
+    """The train of a request, assembled where it can be.
+
+    Raises
+    ------
+    ModelError : the model is wrong.
+    """
+    train = load(request.source, dict(request.overrides))
+    return _Model(
+        request=request,
+        train=train,
+        system=assemble(train),
+        labels=body_labels(train),
+        meshes=mesh_labels(train),
+        axis=speed_axis(train),
+    )
+
+
+def _attempt(what: str, compute_it: Callable[[], Found], missing: list[dict[str, str]]) -> Found | None:
+    """A result, or None and why it is missing: what cannot be computed leaves the rest of the page alone."""
+    try:
+        return compute_it()
+    except (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError) as error:
+        problem = error.problem if isinstance(error, ModelError) else str(error)
+        path = error.path if isinstance(error, ModelError) else ""
+        allowed = f"; allowed: {error.allowed}" if isinstance(error, ModelError) and error.allowed else ""
+        missing.append(
+            {"level": "warn", "code": "not-computed", "text": f"no {what}: {problem}{allowed}", "path": path}
+        )
+        return None
+
+
+def _live_parts(model: _Model) -> _Parts:
+    """The live set."""
+    train, system, missing = model.train, model.system, list[dict[str, str]]()
+    if system is None:
+        return _Parts()
+    modes = _attempt("modes", lambda: mode_view(train, system, model.labels), missing)
+    shared = _attempt("load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
+    twin = None if shared is None else twin_of(train, shared)
+    errors = None if shared is None else _attempt("share of the errors", lambda: error_view(train, system), missing)
+    ready = _attempt("forces over speed", lambda: speed_model(system, compiled=model.request.compiled), missing)
+    curves = None
+    if ready is not None:
+        effort = efforts(ready).live
+        curves = _attempt("forces over speed", lambda: force_curves(ready, effort), missing)
+    return _Parts(
+        modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
+    )
+
+
+def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
+    """The frame of the live set."""
+    relative_speed = model.request.relative_speed
+    head: dict[str, Any] = {
+        "train": train_head(model.train, model.labels, model.meshes, relative_speed=relative_speed),
+        **_answers(model, parts, full=False),
+    }
+    arrays: Arrays = {}
+    if parts.modes is not None:
+        head["modes"] = parts.modes.rows(model.axis, relative_speed, len(model.train.planets))
+        arrays |= {"modes/frequency": parts.modes.frequency, "modes/shape": parts.modes.shape}
+    if parts.sharing is not None:
+        arrays["meshes/load"] = parts.sharing.load
+    for part in (_sharing_part(model, parts), _errors_part(model, parts), _sweep_part(model, parts)):
+        head |= part[0]
+        arrays |= part[1]
+    head["state"] = {
+        **operation_head(model.train, relative_speed=relative_speed),
+        "computed_ms": 1e3 * (time.perf_counter() - start),
+    }
+    return _frame(model, "live", head, arrays)
+
+
+def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
+    """The frames of a state at rest, after the live one."""
+    system, missing = model.system, list[dict[str, str]]()
+    if system is None:
+        return
+    ready = parts.ready
+    if ready is not None and parts.curves is not None:
+        wanted = efforts(ready)
+        curves = _attempt("forces over speed", lambda: force_curves(ready, wanted.full, pause=pause), missing)
+        if curves is not None:
+            parts = replace(parts, curves=curves)
+            yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
+        if wanted.shafts is not None:
+            shafts = wanted.shafts
+            curves = _attempt("forces over speed", lambda: force_curves(ready, shafts, pause=pause), missing)
+            if curves is not None:
+                parts = replace(parts, curves=curves)
+                yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
+    if parts.errors is not None:
+        yield _part_frame(model, parts, "errors", _errors_part(model, parts))
+    if parts.sharing is not None:
+        shared = parts.sharing
+        whole = _attempt("load sharing", lambda: _whole_sharing(system, shared, pause), missing)
+        parts = replace(parts, sharing=whole or shared)
+        yield _part_frame(model, parts, "sharing", _sharing_part(model, parts), full=True)
+
+
+def _whole_sharing(system: System, live: SharingView, pause: Callable[[], None]) -> SharingView:
+    """Load sharing with the search over the hunting period; a longer record where that takes more than a second."""
+    if not live.quick:
+        return live_sharing(system, patience=_FULL_PATIENCE)
+    return full_sharing(sharing(system, method="static", progress=lambda _: pause()), live)
+
+
+def _part_frame(
+    model: _Model, parts: _Parts, kind: str, part: tuple[dict[str, Any], Arrays], *, full: bool = False
+) -> PageFrame:
+    """A frame of one part, with the answers as they now are."""
+    return _frame(model, kind, {**part[0], **_answers(model, parts, full=full)}, part[1])
+
+
+def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) -> PageFrame:
+    """A frame of float32."""
+    with np.errstate(over="ignore"):
+        small = {name: np.asarray(values, dtype=np.float32) for name, values in arrays.items()}
+    return PageFrame(rev=model.request.rev, kind=kind, head=head, arrays=small)
+
+
+def _prefixed(name: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
+    """Arrays by their names in a frame."""
+    return {f"{name}/{key}": values for key, values in arrays.items()}
+
+
+def _sharing_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
+    """Load sharing of a frame; nothing without it."""
+    if parts.sharing is None:
+        return {}, {}
+    head, arrays = sharing_head(parts.sharing, parts.twin, model.train, model.meshes)
+    return {"sharing": head}, _prefixed("sharing", arrays)
+
+
+def _errors_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
+    """Errors of a frame; nothing without deviations."""
+    if parts.errors is None:
+        return {}, {}
+    head, arrays = error_head(parts.errors, model.request.overrides)
+    return {"errors": head}, _prefixed("errors", arrays)
+
+
+def _sweep_part(model: _Model, parts: _Parts) -> tuple[dict[str, Any], Arrays]:
+    """Forces over speed of a frame; nothing where there are none."""
+    if parts.curves is None or model.axis is None:
+        return {}, {}
+    head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
+    head["operating"] = model.axis[1] * model.request.relative_speed
+    return {"sweep": head}, _prefixed("sweep", arrays)
+
+
+def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
+    """Answers and checks of a frame."""
+    try:
+        from ..answers import answers, checks
+    except ImportError:
+        return {"checks": list(parts.missing)}
+    given = _given(model, parts)
+    errors = {"errors": _with_arrays(_errors_part(model, parts), "errors")} if full else {}
+    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given, **errors)
+    stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
+    return {"answers": [_table(one) for one in found], "checks": [*stated, *parts.missing]}
+
+
+def _given(model: _Model, parts: _Parts) -> dict[str, Any]:
+    """What the answers are made of: heads with their arrays beside, None where there is none."""
+    modes = None
+    if parts.modes is not None:
+        rows = parts.modes.rows(model.axis, model.request.relative_speed, len(model.train.planets))
+        modes = {"rows": rows, "frequency": parts.modes.frequency, "shape": parts.modes.shape}
+    twin = None if parts.twin is None else {**parts.twin.head, "coefficient": parts.twin.coefficient}
+    return {
+        "modes": modes,
+        "sharing": _with_arrays(_sharing_part(model, parts), "sharing"),
+        "twin": twin,
+        "sweep": _with_arrays(_sweep_part(model, parts), "sweep"),
+    }
+
+
+def _with_arrays(part: tuple[dict[str, Any], Arrays], name: str) -> dict[str, Any] | None:
+    """A part of a frame as one table; None of an empty one."""
+    head, arrays = part
+    return {**head[name], **{key.partition("/")[2]: values for key, values in arrays.items()}} if head else None
+
+
+def _table(value: Any) -> dict[str, Any]:
+    """A record as a table."""
+    return dict(value) if isinstance(value, Mapping) else asdict(value)

@@ -1,0 +1,246 @@
+"""The train as the page draws it from the front and in axial section, turning: places, radii, speeds."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...show.figures.parts import Part, faces, parts, turns
+from ...show.figures.section_layout import BODY, PLATE, SectionLayout, layout_of
+from ...studies.check import drawing
+from ...train.bodies import Body
+from ...train.train import Train
+
+__all__ = ["train_head"]
+
+# Drawings of the last trains that were asked for: the geometry stays while most levers move, and takes some 10 ms.
+_KEPT = 8
+# A radial support below this is none [N/m]; the softest gear coupling is a hundred thousand times stiffer.
+_FLOATS = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Drawing:
+    """Places of the bodies of a train, of the figures of the report."""
+
+    part: Mapping[str, Part]
+    turn: Mapping[str, float]
+    layout: SectionLayout
+    shift: Mapping[str, float]
+
+
+_drawings: OrderedDict[str, _Drawing] = OrderedDict()
+
+
+def train_head(
+    train: Train, labels: Mapping[str, str], mesh_labels: Mapping[str, str], *, relative_speed: float = 1.0
+) -> dict[str, Any]:
+    """``head["train"]``: every body, mesh and link with its place [mm] and speed [rad/s].
+
+    Parameters
+    ----------
+    labels : of the bodies.  mesh_labels : of the meshes.  relative_speed : speed per operating speed [1].
+    """
+    drawn = _drawing(train)
+    place = {body.name: i for i, body in enumerate(train.bodies)}
+    return {
+        "title": train.title,
+        "stages": _stages(train, drawn, relative_speed),
+        "bodies": [_body(train, body, drawn, labels[body.name], relative_speed) for body in train.bodies],
+        "meshes": [
+            {
+                "name": mesh.name,
+                "label": mesh_labels[mesh.name],
+                "bodies": [place[mesh.a], place[mesh.b]],
+                **_contact(drawn, mesh.a, mesh.direction, mesh.radius_a),
+                "z": _mesh_width(drawn, mesh.a, mesh.b, mesh.station),
+                "pair": mesh.pair.rpartition(".")[2],
+                "branch": (mesh.branch or 1) - 1,
+                "side": mesh.side or "",
+            }
+            for mesh in train.meshes
+        ],
+        "links": [
+            {
+                "body": link.first,
+                "to": link.second,
+                "z": _mm(link.station + drawn.shift[link.first]),
+                "kind": link.kind,
+                "label": link.name,
+            }
+            for link in train.links
+        ],
+    }
+
+
+def _drawing(train: Train) -> _Drawing:
+    """The drawing of a train, kept while its geometry stays."""
+    key = _geometry(train)
+    if key in _drawings:
+        _drawings.move_to_end(key)
+        return _drawings[key]
+    table = drawing(train)
+    found, layout = parts(table), layout_of(table)
+    column = {column.place: column.shift for column in layout.columns}
+    made = _Drawing(
+        part={part.name: part for part in found},
+        turn=turns(table, found),
+        layout=layout,
+        shift={part.name: column[part.place] for part in found},
+    )
+    _drawings[key] = made
+    while len(_drawings) > _KEPT:
+        _drawings.popitem(last=False)
+    return made
+
+
+def _geometry(train: Train) -> str:
+    """What the drawing of a train depends on, as a text: numbers that are not given are equal to each other there."""
+    speed, torque = train.kinematics.speed or {}, train.kinematics.torque or {}
+    bodies = [
+        (
+            *(body.name, body.member, body.kind, body.frame, body.carried_by, body.branch, body.side, body.centre),
+            *(body.station, body.angle, body.outer_radius, body.gear),
+            *(_sign(float(speed.get(body.member, math.nan))), _sign(torque.get(body.member, 0.0))),
+            # the size of a plain body is that of an equal disc
+            body.inertia / body.mass if body.gear is None and body.mass else 0.0,
+        )
+        for body in train.bodies
+    ]
+    meshes = [
+        (mesh.name, mesh.a, mesh.b, mesh.direction, mesh.pressure_angle, mesh.flank, mesh.lead) for mesh in train.meshes
+    ]
+    links = [
+        (
+            *(link.name, link.kind, link.first, link.second, link.station),
+            *(_sign(k) + math.isinf(k) for k in link.stiffness),
+        )
+        for link in train.links
+    ]
+    return repr((bodies, meshes, links))
+
+
+def _sign(value: float) -> int:
+    """-1, 0 or 1; 0 of what is not a number."""
+    return (value > 0) - (value < 0)
+
+
+def _mm(value: float) -> float:
+    """A length in [mm], rounded to what a screen shows."""
+    return round(1e3 * value, 4)
+
+
+def _stages(train: Train, drawn: _Drawing, relative_speed: float) -> list[dict[str, Any]]:
+    """Axis of every stage in the front view [mm] and its mesh frequency [Hz]."""
+    rate = train.kinematics.mesh_frequency or {}
+    return [
+        {
+            "name": stage,
+            "x": next((_mm(part.offset) for part in drawn.part.values() if part.stage == stage), 0.0),
+            "mesh_frequency": None if rate.get(stage) is None else relative_speed * float(rate[stage]),
+        }
+        for stage in train.planets
+    ]
+
+
+def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed: float) -> dict[str, Any]:
+    """One body of the drawing."""
+    part, kinematics = drawn.part[body.name], train.kinematics
+    form = part.form
+    shown = _faces(drawn, part)
+    rpm = (kinematics.speed or {}).get(body.member)
+    return {
+        "name": body.name,
+        "label": label,
+        "kind": _kind(body),
+        "stage": part.place if part.kind == "body" else part.stage,
+        "number": body.branch,
+        "side": body.side or "",
+        "teeth": form.teeth if form else None,
+        "x": _mm(part.x + part.offset),
+        "y": _mm(part.y),
+        "z": [min(one[0] for one in shown), max(one[1] for one in shown)],
+        "faces": shown,
+        "pitch": None if form is None else _mm(_pitch(train, body.name, form.reference_radius)),
+        "tip": None if form is None else _mm(form.tip_radius),
+        "root": None if form is None else _mm(form.root_radius),
+        "outer": _mm(part.outer),
+        "internal": bool(form and form.internal),
+        "hand": {1: "right", -1: "left"}.get(part.hand, "") if form else "",
+        "turn": round(drawn.turn.get(body.name, 0.0), 6),
+        "speed": 0.0 if rpm is None else relative_speed * float(rpm) * math.pi / 30,
+        "orbit": relative_speed * _orbit(train, body),
+        "floating": _floats(train, body),
+        "held": body.member in kinematics.held,
+        "pins": [other.name for other in train.bodies if other.carried_by == body.name],
+    }
+
+
+def _kind(body: Body) -> str:
+    """Kind of a body among those that are drawn: a gear of no member of a stage is a sun or ring by its teeth."""
+    if body.kind in ("sun", "planet", "ring", "carrier"):
+        return body.kind
+    if body.gear is None:
+        return "shaft"
+    if body.branch is not None:
+        return "planet"
+    return "ring" if body.gear.internal else "sun"
+
+
+def _pitch(train: Train, name: str, otherwise: float) -> float:
+    """Working pitch radius of a gear in its first mesh [m]."""
+    for mesh in train.meshes:
+        if name in (mesh.a, mesh.b):
+            radius = mesh.radius_a if name == mesh.a else mesh.radius_b
+            return radius if math.isfinite(radius) else otherwise
+    return otherwise
+
+
+def _orbit(train: Train, body: Body) -> float:
+    """Angular speed of the centre of a carried body about the axis of its stage [rad/s]."""
+    rate = (train.kinematics.frame_speed or {}).get(body.frame)
+    return float(rate) * math.pi / 30 if rate is not None and body.carried_by else 0.0
+
+
+def _floats(train: Train, body: Body) -> bool:
+    """Whether nothing but meshes holds a central gear radially."""
+    supports = [link for link in train.links if link.kind == "support" and link.first == body.name]
+    free = all(max(link.stiffness[:2]) <= _FLOATS for link in supports)
+    return body.gear is not None and body.branch is None and bool(supports) and free
+
+
+def _faces(drawn: _Drawing, part: Part) -> list[list[Any]]:
+    """Axial extent of each helix and its hand; of a carrier from cheek to cheek, of a plain body its disc [mm]."""
+    shift = drawn.shift[part.name]
+    if part.form is not None:
+        return [
+            [_mm(low + shift), _mm(high + shift), {1: "right", -1: "left"}.get(hand, "")]
+            for low, high, hand in faces(part)
+        ]
+    pins = [other for other in drawn.part.values() if other.carried_by == part.name]
+    ends = [end for pin in pins for low, high, _ in faces(pin) for end in (low, high)]
+    beside = drawn.layout.length(2 * PLATE if ends else BODY / 2)
+    low, high = (min(ends), max(ends)) if ends else (part.station, part.station)
+    # halves of a split carrier end at the middle, where they meet
+    left = low if ends and part.side == "right" else low - beside
+    right = high if ends and part.side == "left" else high + beside
+    return [[_mm(left + shift), _mm(right + shift), ""]]
+
+
+def _contact(drawn: _Drawing, gear: str, direction: float, radius: float) -> dict[str, float]:
+    """Pitch point of a mesh [mm]; radius : working pitch radius of the first gear [m]."""
+    part = drawn.part[gear]
+    own = radius if math.isfinite(radius) else part.form.reference_radius if part.form else 0.0
+    return {
+        "x": _mm(part.x + part.offset + own * math.cos(direction)),
+        "y": _mm(part.y + own * math.sin(direction)),
+    }
+
+
+def _mesh_width(drawn: _Drawing, a: str, b: str, station: float) -> list[float]:
+    """Axial extent of a mesh [mm]: the narrower face about its station."""
+    half, shift = min(drawn.part[a].width, drawn.part[b].width) / 2, drawn.shift[a]
+    return [_mm(station - half + shift), _mm(station + half + shift)]

@@ -1,0 +1,294 @@
+"""Fields of a model: keys that it has or may have, by table, from the schema of the model file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from typing import Any
+
+from ...errors import ModelError
+from ...model.json_schema import json_schema
+from ...model.overrides import layer_of, parse_setting, replace_alternatives, stepwise
+from ...model.tables import PlainTable, merge, split_path, union
+from ...model.toml_writer import value_text
+from ...terms.explanation import Explanation
+from ...terms.file_paths import explained_paths
+from ..state.state import State, tables_of
+
+__all__ = [
+    "Field",
+    "Group",
+    "all_fields",
+    "current_tables",
+    "explanation_of",
+    "field_at",
+    "file_value",
+    "group_at",
+    "typed_text",
+    "typed_value",
+]
+
+Schema = Mapping[str, Any]
+# The version of the format, which nobody sets by hand; tables that say why, not what; tables whose keys are texts of
+# distributions, which no path names.
+_LEFT_OUT = ("format", "assumed", "tolerance.cost", "tolerance.correlation")
+_SIDES = ("left", "right")  # of a member; a side has none
+# Tables by member, or by stage and member where there are several stages.
+_BY_MEMBER = (("deviations",), ("operation", "speed"), ("operation", "torque"), ("operation", "power"))
+# Tables within tables that a search goes into at most: members, their links, laws of these.
+_DEEPEST = 8
+# ... and into those that the model does not state: seven hundred fields in all, in some milliseconds
+_UNSTATED = 4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field:
+    """One key.  path : as `--set` takes it.  text : its value as it is typed; "" where the model does not state it.
+
+    choices : words that may stand there, where nothing else may.
+    """
+
+    path: str
+    key: str
+    text: str = ""
+    choices: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """One table.  tables : keys of the tables within it; `stated` those that the model has."""
+
+    path: str
+    fields: tuple[Field, ...]
+    tables: tuple[str, ...]
+    stated: frozenset[str]
+
+
+# the model as it is ---------------------------------------------------------------------------------------------------
+
+
+def current_tables(state: State) -> PlainTable:
+    """Tables of the model as they are written, with what was set laid over them; keys with points are tables.
+
+    An override that the file does not take is left out: the failed state says so.
+    """
+    tables = _unfolded(tables_of(state.base, state.name))
+    for part in stepwise(state.overrides):
+        for path, value in part.items():
+            try:
+                layer = layer_of({path: value}, tables)
+                tables = merge(replace_alternatives(tables, layer), layer)
+            except ModelError:
+                continue
+    return tables
+
+
+def _unfolded(table: Mapping[str, Any]) -> PlainTable:
+    """Tables in which a key `a.b`, in quotes, is a table `a` with `b`."""
+    found: PlainTable = {}
+    for key, value in table.items():
+        inner: Any = _unfolded(value) if isinstance(value, Mapping) else value
+        for part in reversed(key.split(".")):
+            inner = {part: inner}
+        try:
+            found = union(found, inner, "")
+        except ModelError:
+            found |= inner
+    return found
+
+
+# the schema -----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def _schema() -> Schema:
+    return json_schema()
+
+
+def _forms(node: Schema) -> Iterator[Schema]:
+    """What a node may be, references followed."""
+    for form in (node, *node.get("anyOf", ())):
+        if "$ref" in form:
+            yield from _forms(_schema()["$defs"][form["$ref"].rpartition("/")[2]])
+        else:
+            yield form
+
+
+def _children(node: Schema) -> dict[str, Schema]:
+    """Keys of a table with a meaning of their own."""
+    return {key: entry for form in _forms(node) for key, entry in form.get("properties", {}).items()}
+
+
+def _named(node: Schema) -> Schema | None:
+    """What stands behind a name of the user's; None where there is none."""
+    found = (
+        form["additionalProperties"] for form in _forms(node) if isinstance(form.get("additionalProperties"), dict)
+    )
+    return next(found, None)
+
+
+def _is_leaf(node: Schema) -> bool:
+    """Whether a value that is no table may stand there."""
+    return any(
+        form.get("type") in ("string", "number", "integer", "boolean", "array") or "enum" in form or "const" in form
+        for form in _forms(node)
+    )
+
+
+def _is_table(node: Schema) -> bool:
+    return any("properties" in form or isinstance(form.get("additionalProperties"), dict) for form in _forms(node))
+
+
+def _choices(node: Schema) -> tuple[str, ...]:
+    """Words that may stand there, where nothing but words and truth values may."""
+    words: dict[str, None] = {}
+    for form in _forms(node):
+        if form.get("type") == "boolean":
+            words |= {"true": None, "false": None}
+        elif "enum" in form and all(isinstance(word, str) for word in form["enum"]):
+            words |= dict.fromkeys(form["enum"])
+        elif "const" in form and isinstance(form["const"], str):
+            words[form["const"]] = None
+        elif form.get("type") is not None or "enum" in form:
+            return ()
+    return tuple(words)
+
+
+def _node(path: tuple[str, ...]) -> Schema | None:
+    node: Schema | None = _schema()
+    for key in path:
+        assert node is not None
+        node = _children(node).get(key) or _named(node)
+        if node is None:
+            return None
+    return node
+
+
+# groups and fields ----------------------------------------------------------------------------------------------------
+
+
+def group_at(tables: Mapping[str, Any], path: str = "") -> Group:
+    """Fields and tables of the table at a path; nothing where the schema has no such table.
+
+    tables : of `current_tables`.
+    """
+    words = tuple(path.split(".")) if path else ()
+    node = _node(words)
+    table = _at(tables, words)
+    if node is None:
+        return Group(path=path, fields=(), tables=(), stated=frozenset())
+    own = table if isinstance(table, Mapping) else {}
+    entries = _children(node)
+    if (named := _named(node)) is not None:
+        names = dict.fromkeys([*own, *_names_of(tables, words)])
+        entries = entries | {name: named for name in names if name not in entries}
+    fields, inner = [], []
+    for key, entry in entries.items():
+        where = f"{path}.{key}" if path else key
+        if where in _LEFT_OUT or (key in _SIDES and set(words) & set(_SIDES)):
+            continue
+        # a member that the stage does not have is a topology of another kind: the text, not a field
+        if len(words) == 2 and words[0] == "stages" and _is_member(entry) and key not in own:
+            continue
+        value = own.get(key)
+        if _is_table(entry) and (isinstance(value, Mapping) or not _is_leaf(entry)):
+            inner.append(key)
+        elif _is_leaf(entry):
+            text = "" if value is None else typed_text(where, value)
+            fields.append(Field(path=where, key=key, text=text, choices=_choices(entry)))
+    stated = frozenset(key for key in inner if key in own)
+    order = {key: place for place, key in enumerate(own)}
+    inner.sort(key=lambda key: order.get(key, len(order)))
+    fields.sort(key=lambda field: not field.text)
+    return Group(path=path, fields=tuple(fields), tables=tuple(inner), stated=stated)
+
+
+def field_at(tables: Mapping[str, Any], path: str) -> Field:
+    """One field by its path, as the model has it now."""
+    value = _at(tables, tuple(path.split(".")))
+    text = "" if value is None or isinstance(value, Mapping) else typed_text(path, value)
+    return Field(path=path, key=path.rpartition(".")[2], text=text)
+
+
+def file_value(state: State, path: str) -> object:
+    """What the file itself states at a path; None where it states nothing."""
+    return _at(_unfolded(tables_of(state.base, state.name)), tuple(path.split(".")))
+
+
+def _is_member(node: Schema) -> bool:
+    return "$ref" in node and str(node["$ref"]).rpartition("/")[2] in ("Member", "NamedMember")
+
+
+def _names_of(tables: Mapping[str, Any], words: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of the user's that a table may have although the file does not state them there: members of the stage."""
+    stages = tables.get("stages")
+    if not isinstance(stages, Mapping):
+        return ()
+    if (len(words) == 1 and words[0] in ("deviations",)) or words in (
+        ("operation", "speed"),
+        ("operation", "torque"),
+        ("operation", "power"),
+    ):
+        return _members(next(iter(stages.values()))) if len(stages) == 1 else tuple(stages)
+    stage = stages.get(words[-1]) if words and len(stages) > 1 else None
+    if stage is not None and words[0] in ("deviations", "operation"):
+        return _members(stage)
+    return ()
+
+
+def _members(stage: object) -> tuple[str, ...]:
+    """Members of a stage as the file names them."""
+    if not isinstance(stage, Mapping):
+        return ()
+    known = {key for key, entry in _children(_schema()["$defs"]["Stage"]).items() if not _is_member(entry)}
+    return tuple(key for key, value in stage.items() if isinstance(value, Mapping) and key not in known)
+
+
+def all_fields(tables: Mapping[str, Any], path: str = "", deep: int = 0) -> Iterator[Field]:
+    """Fields of the table at a path and of the tables within it that the model has, or could have below its own."""
+    group = group_at(tables, path)
+    yield from group.fields
+    for key in group.tables:
+        if deep < (_DEEPEST if key in group.stated else _UNSTATED):
+            yield from all_fields(tables, f"{path}.{key}" if path else key, deep + 1)
+
+
+@lru_cache(maxsize=4096)
+def explanation_of(path: str) -> Explanation | None:
+    """Meaning, unit, default and what is allowed of a field; None where the schema says nothing of it."""
+    found = explained_paths(path)
+    if not found and path.startswith("tolerance."):
+        found = explained_paths(path.partition(".")[2])
+    if not found:  # of a side the same holds as of the whole
+        found = explained_paths(".".join(word for word in path.split(".") if word not in _SIDES))
+    return found[0] if found else None
+
+
+def _at(tables: Any, words: tuple[str, ...]) -> Any:
+    for word in words:
+        if not isinstance(tables, Mapping):
+            return None
+        tables = tables.get(word)
+    return tables
+
+
+# values ---------------------------------------------------------------------------------------------------------------
+
+
+def typed_text(path: str, value: object) -> str:
+    """A value as a person types it, so that `typed_value` gives it back: a text without quotes where that is clear."""
+    if isinstance(value, str) and value.strip() == value and parse_setting(f"{path}={value}")[1] == value:
+        return value
+    return value_text(value)
+
+
+def typed_value(path: str, text: str) -> object:
+    """The value of what was typed, as `--set` reads it; None, which removes the key, where nothing was.
+
+    Raises
+    ------
+    ModelError : no path.
+    """
+    split_path(path, path=path)
+    return parse_setting(f"{path}={text}")[1]

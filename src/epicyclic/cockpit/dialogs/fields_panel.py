@@ -1,0 +1,324 @@
+"""All fields of the model by table, from the schema of the model file; a table is built when it is opened."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from nicegui import background_tasks, events, ui
+from nicegui.element import Element
+
+from ...errors import ModelError
+from ...model.tables import PlainTable
+from ...resolve import load
+from ...terms.explanation import Explanation
+from ..state.state import State, request_of
+from .field_list import (
+    Field,
+    Group,
+    all_fields,
+    current_tables,
+    explanation_of,
+    field_at,
+    file_value,
+    group_at,
+    typed_value,
+)
+from .parts import heard, icon_button, present
+
+if TYPE_CHECKING:
+    from ..processes.session import Session
+
+__all__ = ["fields_panel"]
+
+# Fields that a search shows: more nobody reads, and every one is a control.
+_MOST = 40
+# [s] after a change elsewhere until the fields follow, and after a key of the search: a drag writes them once.
+_FOLLOWS = 0.25
+# Characters of a default beside a field: the rest stands in its explanation.
+_SHORT = 28
+
+
+def fields_panel(session: Session) -> None:
+    """The fields of the model by table, with a search over all of them and a message beside each that is refused."""
+    _FieldsPanel(session)
+
+
+class _FieldsPanel:
+    """The tables and the rows of those that have been opened."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.tables: PlainTable = {}
+        self.base: str | None = None
+        self.rows: dict[str, list[_Row]] = {}
+        self.waiting = False
+        self.searches = 0
+        with ui.column().classes("w-full q-gutter-none cockpit-fields") as self.root:
+            self.search = ui.input("Search all fields", on_change=self._typed)
+            self.search.props("dense clearable spellcheck=false").classes("w-full").mark("fields-search")
+            self.found = ui.column().classes("w-full q-gutter-none")
+            self.tree = ui.column().classes("w-full q-gutter-none")
+        heard(session, self.root, state=self._changed, failed=self._failed)
+        self._changed()
+
+    # in step with the state -------------------------------------------------------------------------------------------
+
+    def _changed(self, _: object = None) -> None:
+        if not self.waiting and present(self.session) is not None:
+            self.waiting = True
+            background_tasks.create(self._follow())
+
+    async def _follow(self) -> None:
+        await asyncio.sleep(_FOLLOWS if self.base is not None else 0)
+        self.waiting = False
+        state = present(self.session)
+        if state is None or self.root.is_deleted:
+            return
+        self.tables = current_tables(state)
+        with self.root:
+            if state.base != self.base:
+                await self._renew(state)
+            else:
+                for path, rows in self.rows.items():
+                    for row in rows:
+                        row.follow(field_at(self.tables, path), is_set=path in state.overrides)
+
+    async def _renew(self, state: State) -> None:
+        """Another model: build its tables anew, all closed."""
+        self.base = state.base
+        group = await asyncio.to_thread(group_at, self.tables)
+        if self.root.is_deleted:
+            return
+        self.rows.clear()
+        self.found.clear()
+        self.tree.clear()
+        with self.tree:
+            await self._fill(group)
+        if self.search.value:
+            self._typed()
+
+    def _failed(self, head: Mapping[str, Any] | None) -> None:
+        """Say beside its field why the state does not compute; nothing where it does again."""
+        path = str(head.get("path", "")) if head else ""
+        words = ""
+        if head:
+            words = f"{head.get('message', '')}{'; allowed: ' if head.get('allowed') else ''}{head.get('allowed', '')}"
+        for own, rows in self.rows.items():
+            for row in rows:
+                row.tell(words if path and _is_of(path, own) else "")
+
+    # tables -----------------------------------------------------------------------------------------------------------
+
+    async def _fill(self, group: Group) -> None:
+        """Build the rows and the closed tables of one table into the present slot."""
+        explained = await asyncio.to_thread(_explained, [field.path for field in group.fields])
+        self._build_rows(group.fields, explained)
+        prefix = f"{group.path}." if group.path else ""
+        for key in group.tables:
+            self._table(f"{prefix}{key}", key, stated=key in group.stated)
+
+    def _build_rows(
+        self, fields: Sequence[Field], explained: Mapping[str, Explanation], *, whole: bool = False
+    ) -> None:
+        state = present(self.session)
+        overrides = state.overrides if state is not None else {}
+        for field in fields:
+            row = _Row(self, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
+            self.rows.setdefault(field.path, []).append(row)
+
+    def _table(self, path: str, key: str, *, stated: bool) -> None:
+        """One table, closed; its content is built when it is opened first."""
+        built = False
+
+        async def opened(event: events.ValueChangeEventArguments[bool]) -> None:
+            nonlocal built
+            if event.value and not built:
+                built = True
+                with expansion:
+                    await self._fill(group_at(self.tables, path))
+
+        expansion = ui.expansion(key, caption=None if stated else "not stated", on_value_change=opened)
+        expansion.props("dense dense-toggle expand-separator").classes("w-full").mark(f"table-{path}")
+
+    # search -----------------------------------------------------------------------------------------------------------
+
+    def _typed(self) -> None:
+        self.searches += 1
+        background_tasks.create(self._search(self.searches))
+
+    async def _search(self, number: int) -> None:
+        await asyncio.sleep(_FOLLOWS)
+        if number != self.searches or self.root.is_deleted:
+            return
+        words = str(self.search.value or "").lower().split()
+        fields = await asyncio.to_thread(_matching, self.tables, words) if words else []
+        shown = fields[:_MOST]
+        explained = await asyncio.to_thread(_explained, [field.path for field in shown])
+        if number != self.searches or self.root.is_deleted:
+            return
+        for rows in self.rows.values():
+            rows[:] = [row for row in rows if not row.whole]
+        self.found.clear()
+        self.tree.set_visibility(not words)
+        with self.root, self.found:
+            self._build_rows(shown, explained, whole=True)
+            if words and not shown:
+                ui.label("No field has these words in its path or its meaning.").classes("text-caption")
+            elif len(fields) > _MOST:
+                ui.label(f"{len(fields) - _MOST} more: one more word narrows it.").classes("text-caption")
+
+    # values -----------------------------------------------------------------------------------------------------------
+
+    async def commit(self, path: str, text: str) -> str:
+        """Set what was typed; the message where it is refused. What is wrong elsewhere because of it is no refusal."""
+        state = present(self.session)
+        if state is None:
+            return ""
+        try:
+            value = typed_value(path, text)
+            await asyncio.to_thread(_checked, state, path, value)
+            self.session.set(path, value, released=True)
+        except ModelError as error:
+            return f"{error.problem}; allowed: {error.allowed}" if error.allowed else error.problem
+        return ""
+
+    def reset(self, path: str) -> None:
+        """Take the value of the file again, which may be none."""
+        state = present(self.session)
+        if state is not None:
+            self.session.set(path, file_value(state, path), released=True)
+
+
+class _Row:
+    """One field: its name, its value as text, its message, and a button that takes the file's value again.
+
+    shown : the text of the model that the control was given.  whole : with its whole path, in a search.
+    """
+
+    def __init__(
+        self, panel: _FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
+    ) -> None:
+        self.panel, self.path, self.whole, self.shown = panel, field.path, whole, field.text
+        name = field.path if whole else field.key
+        with ui.row().classes("w-full items-start no-wrap cockpit-field"):
+            self.control: ui.select | ui.input = self._control(field, name, explained)
+            self.undo = icon_button("settings_backup_restore", f"{field.path}: back to the file's value", self._reset)
+        self.undo.set_visibility(is_set)
+
+    def _control(self, field: Field, name: str, explained: Explanation | None) -> ui.select | ui.input:
+        control: ui.select | ui.input
+        default = explained.default if explained else ""
+        if field.choices and field.text in ("", *field.choices):
+            control = ui.select(list(field.choices), value=field.text or None, label=name, clearable=True)
+            control.on_value_change(self._chosen)
+        else:
+            control = ui.input(name, value=field.text, placeholder=default[:_SHORT])
+            control.on("blur", self._left).on("keydown.enter", self._left).on("keydown.esc", self._escape)
+            if explained and explained.unit:
+                control.props["suffix"] = f"[{explained.unit.partition(', ')[0]}]" if not field.text else ""
+        control.props("dense options-dense stack-label hide-bottom-space spellcheck=false").classes("col")
+        control.mark(f"field-{field.path}")
+        control.props["aria-label"] = field.path
+        if explained:
+            _explain(control, field.path, explained)
+        return control
+
+    @property
+    def text(self) -> str:
+        return str(self.control.value or "").strip()
+
+    def follow(self, field: Field | None, *, is_set: bool) -> None:
+        """Show what the model says now, unless something else is being typed here."""
+        text = field.text if field is not None else ""
+        if self.undo.visible != is_set:
+            self.undo.set_visibility(is_set)
+        if text == self.shown:
+            return
+        if self.text == self.shown:
+            self.shown = text
+            self._write(text)
+        else:
+            self.shown = text
+
+    def tell(self, words: str) -> None:
+        if self.control.error != (words or None):
+            self.control.error = words or None
+
+    def _write(self, text: str) -> None:
+        if isinstance(self.control, ui.select):
+            self.control.set_value(text if text in self.control.options else None)
+        else:
+            self.control.set_value(text)
+
+    def _escape(self) -> None:
+        self.tell("")
+        self._write(self.shown)
+
+    async def _chosen(self) -> None:
+        if self.text != self.shown:
+            await self._commit()
+
+    async def _left(self) -> None:
+        if self.text != self.shown:
+            await self._commit()
+        else:
+            self.tell("")
+
+    async def _commit(self) -> None:
+        before, text = self.shown, self.text
+        self.shown = text  # the state follows by itself; leaving the field twice is one change
+        words = await self.panel.commit(self.path, text)
+        if words:
+            self.shown = before
+        self.tell(words)
+
+    def _reset(self) -> None:
+        self.tell("")
+        self._write(self.shown)
+        self.panel.reset(self.path)
+
+
+def _explain(control: Element, path: str, explained: Explanation) -> None:
+    """What the field means, as a text beside the pointer; never markup."""
+    rows = explained.rows()
+    with control, ui.tooltip().props("max-width=420px delay=400"):
+        ui.label(path).classes("text-weight-bold")
+        for label in ("meaning", "unit", "default", "allowed", "example"):
+            if label in rows:
+                ui.label(rows[label] if label == "meaning" else f"{label}: {rows[label]}")
+
+
+def _explained(paths: Sequence[str]) -> dict[str, Explanation]:
+    return {path: found for path in paths if (found := explanation_of(path)) is not None}
+
+
+def _matching(tables: PlainTable, words: Sequence[str]) -> list[Field]:
+    """Fields with all the words in their path, then those with them in path and meaning; stated ones first."""
+    fields = list(all_fields(tables))
+    by_path = [field for field in fields if all(word in field.path.lower() for word in words)]
+    if len(by_path) < _MOST:
+        known = {field.path for field in by_path}
+        for field in fields:
+            if field.path not in known and (found := explanation_of(field.path)) is not None:
+                text = f"{field.path} {found.meaning}".lower()
+                by_path += [field] if all(word in text for word in words) else []
+    return sorted(by_path, key=lambda field: not field.text)
+
+
+def _checked(state: State, path: str, value: object) -> None:
+    """Raise ModelError where the value itself is wrong, also for a number without its unit."""
+    source, overrides = request_of(state)
+    try:
+        load(source, overrides={**{k: v for k, v in overrides.items() if k != path}, path: value})
+    except ModelError as error:
+        if _is_of(error.path, path) or path.startswith(f"{error.path}."):
+            raise
+
+
+def _is_of(path: str, own: str) -> bool:
+    """Whether a message at `path` is of the field `own`: its own, one within it, or of what it is a shorthand for."""
+    table = own.rpartition(".")[0]
+    shorthand = own.rpartition(".")[2] in ("radial", "tilt") and path.rpartition(".")[0] == table
+    return path == own or path.startswith(f"{own}.") or shorthand

@@ -1,0 +1,132 @@
+"""What all dialogs share: windows with a title, small buttons with a name, downloads, callbacks of a session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+from nicegui.element import Element
+
+if TYPE_CHECKING:
+    from ..processes.session import Session
+    from ..state.state import State
+
+__all__ = [
+    "copy",
+    "give",
+    "heard",
+    "icon_button",
+    "on_key",
+    "plain_button",
+    "present",
+    "refused",
+    "rename",
+    "safe_name",
+    "window",
+]
+
+# Characters of a file name: file systems take 255 bytes, and a suffix and a number of the browser's come behind.
+_MOST_NAME = 100
+# [ms] a message of an error stays: time to read two lines.
+_SHOWN = 12_000
+
+
+def present(session: Session) -> State | None:
+    """The state that a session shows; None before a model is open."""
+    history = getattr(session, "history", None)
+    return getattr(history, "present", None)
+
+
+@contextmanager
+def window(title: str, *, width: int = 640) -> Iterator[ui.dialog]:
+    """A dialog with a title and a button that closes it; what is built inside stands below.
+
+    width : [px] where the page has room.
+    """
+    dialog = ui.dialog().props(f'aria-label="{title}"')
+    with dialog, ui.card().classes("cockpit-window").style(f"width: {width}px; max-width: 96vw; max-height: 92vh"):
+        with ui.row().classes("w-full items-center no-wrap"):
+            ui.label(title).classes("text-h6 col").props('role="heading" aria-level="2"')
+            icon_button("close", "Close", dialog.close)
+        yield dialog
+
+
+def icon_button(icon: str, label: str, on_click: Callable[..., Any]) -> ui.button:
+    """A small button with a picture; its name is read out and shown beside the pointer."""
+    button = ui.button(icon=icon, on_click=on_click).props("flat dense round size=sm")
+    button.props["aria-label"] = label
+    with button:
+        ui.tooltip(label)
+    return button
+
+
+def rename(button: ui.button, label: str) -> None:
+    """Give an `icon_button` another name; nothing is sent where it has it already."""
+    if button.props.get("aria-label") != label:
+        button.props["aria-label"] = label
+        button.update()
+        for tip in button:
+            if isinstance(tip, ui.tooltip):
+                tip.set_text(label)
+
+
+def on_key(key: str, handler: Callable[[], Any], *, shift: bool = False, in_text: bool = False) -> None:
+    """Call a handler on Ctrl (or Cmd) with a letter; in a text field only with `in_text`, which has keys of its own."""
+    name = f"cockpit-key-{key}{'-shift' * shift}"
+    text = "false" if in_text else "event.target.closest?.('input, textarea, select, [contenteditable=true]')"
+    ui.on(name, handler)
+    ui.add_head_html(
+        f"""<script>document.addEventListener("keydown", (event) => {{
+            if (!(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey !== {str(shift).lower()}) return;
+            if (event.key.toLowerCase() !== "{key}" || {text}) return;
+            event.preventDefault();
+            emitEvent("{name}");
+        }});</script>"""
+    )
+
+
+def plain_button(text: str, on_click: Callable[..., Any], *, icon: str | None = None, main: bool = False) -> ui.button:
+    """A button with words; the main one of a dialog is filled."""
+    return ui.button(text, icon=icon, on_click=on_click).props(f"no-caps dense {'unelevated' if main else 'flat'}")
+
+
+def refused(error: Exception, what: str = "") -> None:
+    """Tell of an error where no field shows it."""
+    ui.notify(f"{what}{error}", type="negative", multi_line=True, timeout=_SHOWN, close_button="Close")
+
+
+def safe_name(name: str, suffix: str) -> str:
+    """A file name of letters, digits, point, dash and underscore that every system takes."""
+    plain = "".join(letter if letter.isascii() and (letter.isalnum() or letter in "-_.") else "-" for letter in name)
+    return f"{plain.strip('-.')[:_MOST_NAME] or 'model'}{suffix}"
+
+
+def give(content: bytes | str, name: str, media_type: str = "application/octet-stream") -> None:
+    """Have the browser save a file; nothing is written on the machine of the server."""
+    raw = content.encode("utf-8") if isinstance(content, str) else content
+    ui.download.content(raw, name, media_type)
+
+
+def copy(text: str, what: str) -> None:
+    """Put a text on the clipboard and say so."""
+    ui.clipboard.write(text)
+    ui.notify(f"{what} copied", type="positive", timeout=2000)
+
+
+def heard(session: Session, element: Element, **callbacks: Callable[..., Any]) -> None:
+    """Listen to a session as long as an element is there; callbacks run in its slot.
+
+    callbacks : as of `Session.listen`.
+    """
+
+    def within(callback: Callable[..., Any]) -> Callable[..., None]:
+        def call(*arguments: Any) -> None:
+            if not element.is_deleted:
+                with element:
+                    callback(*arguments)
+
+        return call
+
+    session.listen(**{name: within(callback) for name, callback in callbacks.items()})

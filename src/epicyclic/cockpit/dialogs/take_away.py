@@ -1,0 +1,198 @@
+"""Take away: the model, results as Datasets, figures of the report, the report, a command line and a script."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from ...errors import ConvergenceError, ModelError
+from ..state.replay import command_line, file_name_of, script
+from ..state.state import request_of
+from ..state.written_text import text_of
+from .figure_of import VERBS, figure_of, figures
+from .parts import copy, give, icon_button, plain_button, present, refused, safe_name, window
+from .report_job import ReportJob, line
+
+if TYPE_CHECKING:
+    from ..processes.session import Session
+    from ..state.state import State
+
+__all__ = ["bytes_of_picture", "take_away_button"]
+
+_TYPES = {
+    "nc": "application/x-netcdf",
+    "csv": "text/csv",
+    "xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+}
+# [px] of a picture, as the figures of `--figure` have; raster with two dots a point
+_WIDTH, _HEIGHT, _DOTS = 900, 420, 2
+_CODE = "font-family: monospace; white-space: pre-wrap; overflow-wrap: anywhere; overflow: auto; max-height: 6rem"
+# [s] a browser may take to draw a large figure
+_DRAWN = 30.0
+
+
+def take_away_button(session: Session) -> None:
+    """A button with all that leaves the page; nothing is written on the machine of the server."""
+
+    def show() -> None:
+        state = present(session)
+        if state is None:
+            return
+        with window("Take away", width=720) as dialog:
+            _model(state)
+            _results(session, state)
+            _figures(session, state)
+            report.line()
+            _words("Command line", "verb", command_line(state), state)
+            _script(state)
+        dialog.on("hide", dialog.delete)
+        dialog.open()
+
+    report = ReportJob(session, plain_button("Take away", show, icon="download"))
+
+
+def _model(state: State) -> None:
+    async def save() -> None:
+        try:
+            text = await asyncio.to_thread(text_of, state)
+        except ModelError as error:
+            return refused(error)
+        give(text, file_name_of(state), "application/toml")
+
+    with line("Model"):
+        plain_button("Model file (.toml)", save, icon="description")
+        ui.label("with comments, and with what was set on the page").classes("text-caption")
+
+
+def _results(session: Session, state: State) -> None:
+    """Dataset of a verb in three formats."""
+    with line("Results"):
+        verb = ui.select(list(VERBS), value="sharing", label="of").props("dense options-dense").style("width: 9rem")
+        for kind in _TYPES:
+
+            async def save(kind: str = kind) -> None:
+                name = str(verb.value)
+                content = await _computed(session.take(kind, name))
+                if content is not None:
+                    give(content, safe_name(f"{_stem(state)}-{name}", f".{kind}"), _TYPES[kind])
+
+            _busy(f".{kind}", save)
+        ui.label("with units and the whole model").classes("text-caption")
+
+
+def _figures(session: Session, state: State) -> None:
+    """A figure of the report, drawn by the browser."""
+    options = {f"{verb}/{name}": f"{verb}: {name}" for verb, names in figures().items() for name in names}
+    media = {"svg": "image/svg+xml", "png": "image/png"}
+    with line("Figure"):
+        chosen = (
+            ui.select(options, value="sweep/sweep")
+            .props('dense options-dense aria-label="Figure"')
+            .style("width: 14rem")
+        )
+        for kind in media:
+
+            async def save(kind: str = kind) -> None:
+                verb, _, name = str(chosen.value).partition("/")
+                figure = await _computed(session.call(figure_of, request_of(state), verb, name))
+                if figure is not None:
+                    content = await _drawn(figure, kind)
+                    if content is not None:
+                        give(
+                            content,
+                            safe_name(f"{_stem(state)}-{name}", f".{kind}"),
+                            media[kind],
+                        )
+
+            _busy(kind.upper(), save)
+
+
+async def _drawn(figure: dict[str, Any], kind: str) -> bytes | None:
+    """Bytes of a figure as the browser draws it, on white and of the size of the report's."""
+    layout = {key: value for key, value in figure.get("layout", {}).items() if key != "updatemenus"}
+    layout |= {"paper_bgcolor": "white"}
+    height = int(layout.get("height") or _HEIGHT)
+    with ui.element("div").style("position: fixed; left: -9999px; width: 900px") as hidden:
+        plotted = ui.plotly({"data": figure.get("data", []), "layout": layout, "config": {"responsive": False}})
+        options = {"format": kind, "width": _WIDTH, "height": height, "scale": _DOTS if kind == "png" else 1}
+    try:
+        uri = await ui.run_javascript(
+            f"""const {{ Plotly }} = await import("nicegui-plotly");
+            return await Plotly.toImage(getElement({plotted.id}).$el, {options!r});""",
+            timeout=_DRAWN,
+        )
+    except TimeoutError:
+        ui.notify("The browser has not drawn the figure in half a minute", type="negative")
+        return None
+    finally:
+        hidden.delete()
+    return bytes_of_picture(str(uri))
+
+
+def bytes_of_picture(uri: str) -> bytes | None:
+    """Content of a data URI of a picture; None where it is none."""
+    from urllib.parse import unquote_to_bytes
+
+    head, comma, body = uri.partition(",")
+    if not comma or not head.startswith("data:image/"):
+        ui.notify("The browser gave no picture", type="negative")
+        return None
+    return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
+
+
+def _words(heading: str, label: str, text: str, state: State) -> None:
+    """The command line of a verb, with a button that copies it."""
+    with line(heading):
+        verb = ui.select(["report", *VERBS], value="report").props(f'dense options-dense aria-label="{label}"')
+        verb.style("width: 8rem")
+        # a label, since what shows code with colours goes through Markdown, and a model may hold anything
+        shown = ui.label(text).classes("col cockpit-command").style(_CODE)
+
+        def change() -> None:
+            shown.set_text(command_line(state, verb=str(verb.value)))
+
+        verb.on_value_change(change)
+        icon_button("content_copy", "Copy the command line", lambda: copy(shown.text, "Command line"))
+
+
+def _script(state: State) -> None:
+    """The Python script that gives the same numbers."""
+    text = script(state)
+    with line("Python"):
+        with ui.expansion("Script").classes("col").props("dense"):
+            ui.label(text).classes("w-full").style(f"{_CODE}; max-height: 16rem")
+        icon_button("content_copy", "Copy the script", lambda: copy(text, "Script"))
+        icon_button(
+            "download", "Download the script", lambda: give(text, safe_name(_stem(state), ".py"), "text/x-python")
+        )
+
+
+def _stem(state: State) -> str:
+    return file_name_of(state, "")
+
+
+async def _computed(work: Awaitable[Any]) -> Any:
+    """The result of what a process computes; None where it cannot, which is said."""
+    try:
+        return await work
+    except (ModelError, ConvergenceError) as error:
+        refused(error)
+        return None
+
+
+def _busy(text: str, work: Callable[[], Awaitable[None]]) -> None:
+    """A button that turns while its work is under way."""
+
+    async def run() -> None:
+        button.props("loading")
+        try:
+            await work()
+        finally:
+            if not button.is_deleted:
+                button.props(remove="loading")
+
+    button = plain_button(text, run)

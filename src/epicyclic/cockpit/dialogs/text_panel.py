@@ -1,0 +1,173 @@
+"""The model as TOML, in step with everything else; what a person types here is never thrown away."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import TYPE_CHECKING
+
+from nicegui import background_tasks, ui
+
+from ...errors import ModelError
+from ...resolve import load
+from ..state.state import request_of, with_text
+from ..state.written_text import text_of
+from .line_of import line_of_error
+from .parts import heard, plain_button, present
+
+if TYPE_CHECKING:
+    from ..processes.session import Session
+    from ..state.state import State
+
+__all__ = ["text_panel"]
+
+# [s] after a change elsewhere until the text follows: a drag writes it once, not at every move.
+_FOLLOWS = 0.25
+
+
+def text_panel(session: Session) -> None:
+    """An editor of the model text, with apply (Ctrl+Enter), the line of an error, and both texts where both changed."""
+    _TextPanel(session)
+
+
+class _TextPanel:
+    """One editor and what it knows.
+
+    shown : the text that the editor was given last.  kept : a text of the user's that gave way to that of the model.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.shown = ""
+        self.kept: str | None = None
+        self.waiting = False
+        self.newest: State | None = None
+        with ui.column().classes("w-full q-gutter-none cockpit-text") as self.root:
+            with ui.row().classes("w-full items-center"):
+                self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
+                self.back = plain_button("Bring back my text", self._bring_back)
+                self.drop = plain_button("Discard my changes", self._take_theirs)
+                self.apply = plain_button("Apply", self._apply, main=True).tooltip("Ctrl+Enter")
+            with ui.row().classes("w-full items-center cockpit-conflict") as self.conflict:
+                ui.label("The model has changed elsewhere since you began to type here.").classes("col")
+                plain_button("Show the model's text", self._take_theirs).tooltip("Yours can be brought back")
+                plain_button("Keep mine", self._keep_mine).tooltip("Apply then replaces the model by your text")
+            self.message = ui.label("").classes("w-full text-negative").props('role="alert"')
+            self.editor = ui.codemirror(
+                language="TOML", on_change=self._typed, keymap={"Mod-Enter": self._apply}, line_wrapping=False
+            )
+            self.editor.classes("w-full cockpit-editor").style("height: 60vh").props('aria-label="Model as TOML"')
+        heard(session, self.root, state=self._changed)
+        self.conflict.set_visibility(False)
+        self._marks()
+        self._changed()
+
+    # text of the model ------------------------------------------------------------------------------------------------
+
+    def _changed(self, _: object = None) -> None:
+        """The state is another one: its text follows a moment later."""
+        if not self.waiting and present(self.session) is not None:
+            self.waiting = True
+            background_tasks.create(self._follow())
+
+    async def _follow(self) -> None:
+        await asyncio.sleep(_FOLLOWS if self.shown else 0)
+        self.waiting = False
+        state = present(self.session)
+        if state is None or state is self.newest or self.root.is_deleted:
+            return
+        try:
+            text = await asyncio.to_thread(text_of, state)
+        except ModelError as error:
+            text = None
+            problem = str(error)
+        if self.root.is_deleted:
+            return
+        with self.root:
+            if text is None:
+                self.message.set_text(problem)
+                return
+            self.newest = state
+            self._theirs(text)
+
+    def _theirs(self, text: str) -> None:
+        """The model says `text` now."""
+        mine = self.editor.value or ""
+        if text == self.shown:
+            return
+        if mine in (self.shown, text):
+            self._show(text)
+        else:
+            self.shown = text
+            self.conflict.set_visibility(True)
+            self._marks()
+
+    def _show(self, text: str) -> None:
+        self.shown = text
+        if self.editor.value != text:
+            self.editor.set_value(text)
+        self.conflict.set_visibility(False)
+        self.message.set_text("")
+        self._marks()
+
+    # text of the user -------------------------------------------------------------------------------------------------
+
+    @property
+    def edited(self) -> bool:
+        return (self.editor.value or "") != self.shown
+
+    def _typed(self) -> None:
+        self._marks()
+
+    def _marks(self) -> None:
+        """Say whether the editor shows the model, and what can be done."""
+        state = present(self.session)
+        if self.edited:
+            words = "Changed here, not applied"
+        else:
+            words = (
+                "" if state is None else f"{state.name}{', with what was set on the page' if state.overrides else ''}"
+            )
+        if self.status.text != words:
+            self.status.set_text(words)
+        self.apply.set_enabled(self.edited)
+        self.drop.set_visibility(self.edited)
+        self.back.set_visibility(self.kept is not None and not self.edited)
+
+    def _take_theirs(self) -> None:
+        self.kept = self.editor.value
+        self._show(self.shown)
+
+    def _keep_mine(self) -> None:
+        self.conflict.set_visibility(False)
+
+    def _bring_back(self) -> None:
+        if self.kept is not None:
+            text, self.kept = self.kept, None
+            self.editor.set_value(text)
+            self._marks()
+
+    async def _apply(self) -> None:
+        state, text = present(self.session), self.editor.value or ""
+        if state is None or not self.edited:
+            return
+        try:
+            await asyncio.to_thread(_checked, state, text)
+            self.session.set_text(text)
+        except ModelError as error:
+            self._tell(error, text)
+            return
+        self.kept = None
+        self._show(text)
+
+    def _tell(self, error: ModelError, text: str) -> None:
+        line = line_of_error(text, error.problem, error.path)
+        self.message.set_text(f"line {line}: {error}" if line and "line" not in error.problem else str(error))
+        if line:
+            self.editor.reveal_line(line)
+            self.editor.decorations[:] = [{"kind": "line", "line": line, "class": "cockpit-wrong"}]
+
+
+def _checked(state: State, text: str) -> None:
+    """Raise ModelError for a text that no train can be made of; the state is left as it is."""
+    tables, overrides = request_of(with_text(state, text))
+    load(tables, overrides=overrides)

@@ -1,0 +1,328 @@
+"""A new train without a model file: one page of fields, what comes out of them, and a model that runs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from nicegui import background_tasks, ui
+
+from ...errors import ModelError
+from ...studies.new_train.wishes import HELD, KINDS, MEMBERS
+from ..state.state import from_text
+from .new_train_words import BESIDE, UNITS, Preview, drivers_of, needed, preview_of, sets_in
+from .parts import plain_button, refused, safe_name, window
+
+if TYPE_CHECKING:
+    from ..processes.session import Session
+
+__all__ = ["new_button", "new_window"]
+
+# [s] after the last key until what comes out is worked out anew
+_PAUSE = 0.25
+_LABELS = {
+    "kind": "Kind",
+    "planets": "Planets",
+    "by": "Teeth",
+    "teeth": "Teeth sun/planet/ring",
+    "ratio": "Ratio, input to output speed",
+    "module": "Normal module",
+    "helix_angle": "Helix angle",
+    "face_width": "Face width",
+    "pressure_angle": "Normal pressure angle",
+    "held": "Held member",
+    "driver": "Driving member",
+    "speed": "Its speed",
+    "load": "Load",
+    "power": "Its power",
+    "torque": "Its torque",
+    "load_member": "Load of the",
+    "title": "Title",
+}
+_PLACEHOLDERS = {
+    "teeth": "21/39/99",
+    "ratio": "5.7",
+    "power": "750 kW",
+    "torque": "7.2 kN m",
+    "speed": "1000 rpm",
+    "helix_angle": "0 deg",
+    "pressure_angle": "20 deg",
+}
+# path of an error -> the field that shows it, where it is another one
+_SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
+
+
+def new_button(session: Session) -> None:
+    """A button that opens the wizard; what was typed stays there until a train is made of it."""
+    wizard = _Wizard(session)
+    plain_button("New", wizard.open, icon="add").props('aria-label="New train"')
+
+
+def new_window(session: Session) -> None:
+    """Open the wizard at once, from another place of the page."""
+    _Wizard(session).open()
+
+
+class _Wizard:
+    """The window; it is built when it is first opened, and keeps what was typed."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.slot = ui.element("div").classes("hidden")
+        self.window: ui.dialog | None = None
+        self.fields: dict[str, Any] = {}
+        self.asked = 0
+        self.insists = False  # create was pressed: what is missing is an error now
+        self.ready: Preview | None = None
+
+    def open(self) -> None:
+        if self.window is None:
+            with self.slot:
+                self._build()
+        assert self.window is not None
+        self.window.open()
+
+    # fields -----------------------------------------------------------------------------------------------------------
+
+    def _build(self) -> None:
+        with window("New train", width=1000) as self.window:
+            with ui.row().classes("w-full no-wrap items-start q-col-gutter-md"):
+                with ui.column().classes("q-gutter-none").style("flex: 3"):
+                    self._train_fields()
+                    self._load_fields()
+                    self._beside_fields()
+                with ui.column().classes("q-gutter-none").style("flex: 2; min-width: 280px"):
+                    self._outcome()
+            with ui.row().classes("w-full justify-end items-center"):
+                self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
+                plain_button("Start over", self._clear)
+                self.create = plain_button("Create", self._create, main=True)
+        self._arrange()
+        self._ask()
+
+    def _train_fields(self) -> None:
+        with ui.row().classes("w-full no-wrap items-start"):
+            self._choice("kind", {kind: kind for kind in KINDS}, "planetary")
+            self._text("planets", "3")
+            self._choice("held", {}, None)
+            self._choice("driver", {}, None)
+        with ui.row().classes("w-full no-wrap items-start"):
+            self._choice("by", {"teeth": "by their numbers", "ratio": "from a ratio"}, "teeth")
+            self._text("teeth").classes("col")
+            self._text("ratio").classes("col")
+        with ui.row().classes("w-full no-wrap items-start"):
+            for name in ("module", "face_width", "helix_angle", "pressure_angle"):
+                self._text(name)
+        self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
+
+    def _load_fields(self) -> None:
+        with ui.row().classes("w-full no-wrap items-start"):
+            self._text("speed")
+            for member in MEMBERS:
+                self._text(f"speed.{member}", label=f"Speed of the {member}")
+        with ui.row().classes("w-full no-wrap items-start"):
+            self._choice("load", {"power": "power", "torque": "torque"}, "power")
+            self._choice("load_member", {member: member for member in MEMBERS}, "sun")
+            self._text("power")
+            self._text("torque")
+            self._text("title").classes("col")
+
+    def _beside_fields(self) -> None:
+        words = "Damping, bearings, carrier: by rules unless said here"
+        with ui.expansion(words).classes("w-full").props("dense"), ui.grid(columns=2).classes("w-full"):
+            for path, label in BESIDE.items():
+                self._text(path, label=label)
+
+    def _outcome(self) -> None:
+        ui.label("What comes out").classes("text-subtitle2")
+        self.facts = ui.column().classes("w-full q-gutter-xs").props('aria-live="polite"')
+        self.message = ui.label("").classes("text-negative").props('role="alert"')
+        ui.label("A preselection to begin with: no strength rating.").classes("text-caption")
+
+    def _text(self, name: str, value: str = "", *, label: str = "") -> ui.input:
+        unit = UNITS.get("speed" if name.startswith("speed.") else name, "")
+        field = ui.input(
+            f"{label or _LABELS[name]}{f' [{unit}]' if unit else ''}",
+            value=value,
+            placeholder=_PLACEHOLDERS.get(name, ""),
+            on_change=self._ask,
+        )
+        field.props("dense stack-label hide-bottom-space autocomplete=off spellcheck=false").mark(f"new-{name}")
+        field.on("keydown.enter", self._create)
+        self.fields[name] = field
+        return field
+
+    def _choice(self, name: str, options: dict[str, str], value: str | None) -> None:
+        field = ui.select(options, value=value, label=_LABELS[name], on_change=self._rearrange)
+        field.props("dense options-dense stack-label hide-bottom-space").style("min-width: 8rem").mark(f"new-{name}")
+        self.fields[name] = field
+
+    def values(self) -> dict[str, Any]:
+        """What stands in the fields."""
+        return {name: field.value for name, field in self.fields.items()}
+
+    def _rearrange(self) -> None:
+        if self.window is not None and "title" in self.fields:
+            self._arrange()
+            self._ask()
+
+    def _arrange(self) -> None:
+        """Show the fields that the kind and the choices ask for; those hidden keep what was typed."""
+        values = self.values()
+        kind = str(values["kind"])
+        sides = HELD["planetary"] if kind == "planetary" else ()
+        self._offer("held", sides)
+        self._offer("driver", drivers_of(kind, str(values["held"] or "")))
+        several = kind == "differential"
+        by, load = values["by"], values["load"]
+        shown = {
+            "held": bool(sides),
+            "driver": not several,
+            "by": not several,
+            "teeth": several or by == "teeth",
+            "ratio": not several and by == "ratio",
+            "speed": not several,
+            "load_member": several,
+            "power": load == "power",
+            "torque": load == "torque",
+            **{f"speed.{member}": several for member in MEMBERS},
+        }
+        for name, visible in shown.items():
+            self.fields[name].set_visibility(visible)
+
+    def _offer(self, name: str, members: tuple[str, ...]) -> None:
+        """Options of a choice of members; what was chosen stays where it may."""
+        field = self.fields[name]
+        if list(field.options) != list(members):
+            chosen = field.value if field.value in members else next(iter(members), None)
+            field.set_options(dict(zip(members, members, strict=True)), value=chosen)
+
+    # what comes out ---------------------------------------------------------------------------------------------------
+
+    def _ask(self) -> None:
+        """Work out what comes out, a moment after the last key."""
+        self.asked += 1
+        self.ready = None
+        if self.window is not None and "title" in self.fields and hasattr(self, "facts"):
+            background_tasks.create(self._work_out(self.asked))
+
+    async def _work_out(self, number: int) -> None:
+        await asyncio.sleep(_PAUSE)
+        if number == self.asked and not self.slot.is_deleted:
+            with self.slot:
+                await self._show(number)
+
+    async def _show(self, number: int) -> bool:
+        """Show what comes out of the fields; whether a train does."""
+        fields = self.values()
+        missing = needed(fields)
+        if missing and not self.insists:
+            self._mark(None)
+            self.status.set_text(f"Still needed: {', '.join(self._label(name) for name in missing)}")
+            return False
+        found: Preview | ModelError
+        try:
+            found = await asyncio.to_thread(preview_of, fields)
+        except ModelError as error:
+            found = error
+        if number != self.asked or self.slot.is_deleted:
+            return False
+        if isinstance(found, ModelError):
+            self._mark(found)
+            self.status.set_text("")
+            return False
+        self.ready = found
+        self._mark(None)
+        self.status.set_text("Ready: a model that runs")
+        self._tell(found)
+        return True
+
+    def _label(self, name: str) -> str:
+        return {"speed": "speed", "teeth": "teeth", "ratio": "ratio"}.get(name, _LABELS.get(name, name).lower())
+
+    def _tell(self, found: Preview) -> None:
+        self.facts.clear()
+        with self.facts:
+            for fact in found.facts:
+                ui.label(fact)
+        self._propose(sets_in(" ".join(found.facts)))
+        for name, value in found.by_rule.items():
+            self.fields[name].props["placeholder"] = value
+            self.fields[name].update()
+
+    def _mark(self, error: ModelError | None) -> None:
+        """Put the message beside the field that it is of, and take it from all others."""
+        place = None if error is None else self._place(error.path)
+        for name, field in self.fields.items():
+            if isinstance(field, ui.input):
+                field.error = _message(error) if error is not None and name == place else None
+        self.message.set_text("" if error is None or isinstance(self.fields.get(place or ""), ui.input) else str(error))
+        if error is not None:
+            self._propose(sets_in(error.allowed))
+
+    def _place(self, path: str) -> str | None:
+        """The field of a path: its own, or that of the table that the path is in."""
+        known = _SHOWN_AT.get(path, path)
+        if known == "speed" and self.fields["kind"].value == "differential":
+            return "speed.sun"
+        if known in self.fields:
+            return known
+        table = known.rpartition(".")[0]
+        return next((name for name in BESIDE if table and name.rpartition(".")[0] == table), None)
+
+    def _propose(self, sets: tuple[str, ...]) -> None:
+        """Buttons that take other tooth counts."""
+        own = str(self.fields["teeth"].value or "").strip()
+        self.proposals.clear()
+        with self.proposals:
+            for teeth in sets:
+                if teeth == own:
+                    continue
+
+                def take(teeth: str = teeth) -> None:
+                    self.fields["by"].set_value("teeth")
+                    self.fields["teeth"].set_value(teeth)
+
+                plain_button(teeth, take).tooltip("Take these teeth")
+
+    # end --------------------------------------------------------------------------------------------------------------
+
+    async def _create(self) -> None:
+        """Open the model of the fields; the window stays, with all that was typed, where there is none."""
+        self.insists = True
+        self.asked += 1
+        self.create.props("loading")
+        try:
+            if not await self._show(self.asked) or self.ready is None:
+                return
+            try:
+                state = from_text(safe_name(self.ready.title, ".toml"), self.ready.text)
+                await self.session.open(state)
+            except ModelError as error:
+                return refused(error)
+        finally:
+            self.create.props(remove="loading")
+        assert self.window is not None
+        self.window.close()
+        ui.notify("A new train. What its drawing does not say yet is assumed; save keeps it.", timeout=5000)
+
+    def _clear(self) -> None:
+        """Empty fields again."""
+        first: Mapping[str, str] = {
+            "kind": "planetary",
+            "planets": "3",
+            "by": "teeth",
+            "load": "power",
+            "load_member": "sun",
+        }
+        self.insists = False
+        for name, field in self.fields.items():
+            if name not in ("held", "driver"):
+                field.set_value(first.get(name, ""))
+        self.facts.clear()
+        self.proposals.clear()
+
+
+def _message(error: ModelError) -> str:
+    return f"{error.problem}; allowed: {error.allowed}" if error.allowed else error.problem

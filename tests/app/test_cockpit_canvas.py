@@ -1,0 +1,302 @@
+"""The panes of the cockpit in a real browser: what arrives is what is drawn, in time, apart, in both themes."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.app.canvas_page import STATIC, opened, painted, show
+from tests.unit.cockpit import canvas_frames as frames
+
+from epicyclic.show.figures import contact_map, style
+
+browsing = pytest.mark.browser
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--enable-precise-memory-info"]
+# [ms] from the arrival of a frame to its paint: one picture of a screen of 60 Hz, and the drawing itself.
+PAINTED_WITHIN = 20.0
+
+
+def absent(reason: str) -> None:
+    """Skip, but not where continuous integration has to provide the browser."""
+    if os.environ.get("CI"):
+        pytest.fail(reason)
+    pytest.skip(reason)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    path = next(
+        (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), ""
+    )
+    if not path:
+        absent("no Chromium here")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Any]:
+    found = opened(browser)
+    yield found
+    assert found.problems == []
+    found.context.close()
+
+
+@browsing
+def test_numbers_arrive_as_they_were_packed(page: Any) -> None:
+    rng = np.random.default_rng(3)
+    arrays = {"sweep/x": rng.normal(size=7), "sweep/y": rng.normal(size=(3, 7)), "empty": np.zeros((0, 2))}
+    arrays["sweep/y"][1, 2] = np.nan
+    head = {"title": "Ölwanne ↺ “quoted”", "nested": {"list": [1, 2.5, None, True]}}
+    text = base64.b64encode(frames.packed(9, "live", head, arrays)).decode()
+    said = page.evaluate(
+        """text => { const {rev, kind, head, arrays} = frames.decode(text);
+        const plain = Object.entries(arrays).map(([name, {shape, data}]) => [name, shape, [...data].map(String)]);
+        return {rev, kind, head, arrays: plain}; }""",
+        text,
+    )
+    assert (said["rev"], said["kind"], said["head"]) == (9, "live", head)
+    for (name, array), (read_name, shape, values) in zip(arrays.items(), said["arrays"], strict=True):
+        assert (read_name, tuple(shape)) == (name, array.shape)
+        read = np.array([float(value) for value in values], dtype=np.float32)
+        np.testing.assert_array_equal(read, array.astype(np.float32).ravel())
+
+
+@browsing
+def test_a_late_frame_is_dropped(page: Any) -> None:
+    show(page, frames.live(5, scale=1.0))
+    painted(page, "sweep", 5)
+    show(page, frames.live(4, scale=3.0))
+    page.wait_for_timeout(80)
+    assert page.evaluate("[cockpit.dropped, cockpit.rev, panes.sweep.root.dataset.rev]") == [4, 5, "5"]
+    assert page.evaluate("Math.max(...cockpit.parts.sweep.arrays.y.data.filter(Number.isFinite))") < 400
+
+
+@browsing
+def test_what_a_newer_frame_does_not_bring_is_marked_old(page: Any) -> None:
+    page.evaluate("panes.evidence.setEvidence('errors')")
+    show(page, frames.live(1), *frames.full(1))
+    painted(page, "evidence", 1)
+    stale = "Object.values(panes).map(pane => pane.root.dataset.stale)"
+    assert page.evaluate(stale) == ["false", "false", "false"]
+    show(page, frames.live(2))
+    painted(page, "sweep", 2)
+    assert page.evaluate(stale) == ["false", "false", "true"]
+    assert page.evaluate("panes.evidence.root.dataset.rev") == "1"
+
+
+APART = """() => {
+  const boxes = [...document.querySelectorAll('.ck-peak')].map(e => e.getBoundingClientRect());
+  const meet = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  const pane = document.getElementById('sweep').getBoundingClientRect();
+  const out = boxes.filter(b => b.left < pane.left || b.right > pane.right || b.top < pane.top || b.bottom > pane.bottom);
+  return {count: boxes.length, over: boxes.flatMap((a, i) => boxes.slice(i + 1).filter(b => meet(a, b))).length, out: out.length};
+}"""
+
+
+@browsing
+def test_names_of_peaks_stand_apart(page: Any) -> None:
+    show(page, frames.live(1))
+    painted(page, "sweep", 1)
+    assert page.evaluate(APART) == {"count": 5, "over": 0, "out": 0}
+
+
+@browsing
+def test_names_stand_apart_wherever_the_peaks_are(page: Any) -> None:
+    found = page.evaluate(
+        """() => {
+        let seed = 7; const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+        const meet = (a, b) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
+        let over = 0, shown = 0, asked = 0; const bounds = {x: 58, y: 26, w: 518, h: 220};
+        for (let trial = 0; trial < 150; trial++) {
+          const items = Array.from({length: 9}, () => ({x: 60 + 510 * random(), y: 60 + 180 * random(), w: 60 + 140 * random(), h: 16}));
+          const dots = items.map(({x, y}) => ({x: x - 4, y: y - 4, w: 8, h: 8}));
+          const boxes = labels.placed(items, bounds, dots, []).filter(Boolean);
+          asked += items.length; shown += boxes.length;
+          boxes.forEach((a, i) => boxes.slice(i + 1).concat(dots).forEach(b => { if (meet(a, b)) over += 1; }));
+          over += boxes.filter(b => b.x < bounds.x || b.y < bounds.y || b.x + b.w > 576 || b.y + b.h > 246).length;
+        }
+        return {over, share: shown / asked};
+        }"""
+    )
+    assert found["over"] == 0
+    assert found["share"] > 0.9
+
+
+INK = """kind => {
+  const canvas = document.querySelector(`#${kind} canvas`), {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  const [r, g, b] = look.look().ink.match(/[0-9a-f]{2}/gi).map(x => parseInt(x, 16));
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) if (data[i + 3] > 200 && Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 30) count += 1;
+  return count;
+}"""
+
+
+@browsing
+def test_both_themes_draw_with_their_own_ink(page: Any) -> None:
+    show(page, frames.live(1), *frames.full(1))
+    painted(page, "evidence", 1)
+    light = {kind: page.evaluate(INK, kind) for kind in ("train", "sweep", "evidence")}
+    page.evaluate("document.body.className = 'body--dark'")
+    page.wait_for_timeout(150)
+    assert page.evaluate("look.look().dark") is True
+    dark = {kind: page.evaluate(INK, kind) for kind in ("train", "sweep", "evidence")}
+    assert all(count > 40 for count in [*light.values(), *dark.values()]), (light, dark)
+
+
+@browsing
+def test_the_axis_grows_at_once_and_shrinks_only_when_let_go(page: Any) -> None:
+    def top_after(*sent: bytes) -> float:
+        show(page, *sent)
+        page.wait_for_timeout(60)
+        return float(page.evaluate("panes.sweep.plot.scales.y.max"))
+
+    first = top_after(frames.live(1))
+    assert top_after(frames.live(2, scale=2.0)) > 1.5 * first
+    grown = top_after(frames.live(3, scale=0.5))
+    assert grown > 1.5 * first
+    assert top_after(frames.live(4), frames.full(4)[0]) < grown
+
+
+@browsing
+def test_clicks_and_keys_say_the_speed_and_the_mode(page: Any) -> None:
+    show(page, frames.live(1))
+    painted(page, "sweep", 1)
+    over = page.locator("#sweep .u-over").bounding_box()
+    page.mouse.click(over["x"] + over["width"] / 2, over["y"] + over["height"] - 8)
+    page.locator(".ck-peak").first.click()
+    (kind, speed), (mode_kind, mode) = page.evaluate("heard")
+    assert (kind, mode_kind) == ("speed", "mode")
+    assert speed == pytest.approx((50 + 1600) / 2 * 1e-3, rel=0.01)
+    assert mode == 3  # the highest peak comes first
+    assert page.evaluate("cockpit.mode") == 3
+    page.focus("#sweep")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    assert page.evaluate("heard.at(-1)") == ["speed", pytest.approx(1.0, abs=0.02)]  # starts at the operating speed
+    page.focus("#train")
+    page.keyboard.press("ArrowDown")
+    assert page.evaluate("heard.at(-1)") == ["mode", 4]
+    page.keyboard.press("Escape")
+    assert page.evaluate("[heard.at(-1), cockpit.mode]") == [["mode", None], None]
+
+
+@browsing
+def test_texts_of_a_model_are_never_markup(page: Any) -> None:
+    hostile = "<img src=x onerror=\"document.title='run'\">"
+    show(page, frames.live(1, title=hostile))
+    page.evaluate(
+        """hostile => { const part = cockpit.parts.sweep; part.head.peaks.forEach(p => p.label = hostile);
+        part.head.curves.forEach(c => c.label = hostile); cockpit.parts.train.head.bodies.forEach(b => b.label = hostile);
+        cockpit.parts.sweep = {...part}; cockpit.tell(['sweep', 'train']); }""",
+        hostile,
+    )
+    page.wait_for_timeout(100)
+    # the sun stands still in the middle of its view; its tooltip is open while we look
+    page.hover("#train", position={"x": 212, "y": 206})
+    assert hostile in page.locator("#train .ck-tip").text_content()
+    page.hover("#sweep", position={"x": 300, "y": 200})
+    assert hostile in page.locator("#sweep .ck-tip").text_content()
+    assert page.evaluate("document.querySelectorAll('img').length") == 0
+    assert page.title() != "run"
+    assert hostile in page.locator(".ck-peak").first.text_content()
+
+
+TEETH = """planets => {
+  const front = geometry.frontView(cockpit.parts.train.head), context = document.createElement('canvas').getContext('2d');
+  const inside = (body, x, y, seconds) => {
+    const at = geometry.placeAt(body, seconds), c = Math.cos(-at.angle), s = Math.sin(-at.angle);
+    const [u, v] = [c * (x - at.x) - s * (y - at.y), s * (x - at.x) + c * (y - at.y)];
+    const within = context.isPointInPath(body.path, u, v);
+    return geometry.isInternal(body) ? !within && Math.hypot(u, v) < body.outer : within;
+  };
+  let both = 0, one = 0;
+  for (const seconds of [0, 0.0131, 0.07]) for (const mesh of front.meshes) {
+    const {x, y} = geometry.meshAt(mesh, front.bodies, seconds), [a, b] = mesh.bodies.map(i => front.bodies[i]);
+    for (let dx = -16; dx <= 16; dx++) for (let dy = -16; dy <= 16; dy++) {
+      const [in_a, in_b] = [inside(a, x + dx, y + dy, seconds), inside(b, x + dx, y + dy, seconds)];
+      both += in_a && in_b; one += in_a || in_b;
+    }
+  }
+  return both / one;
+}"""
+
+
+@browsing
+@pytest.mark.parametrize("planets", [3, 4, 5])
+def test_teeth_stand_in_each_others_gaps_while_they_turn(page: Any, planets: int) -> None:
+    show(page, frames.live(1, planets=planets))
+    assert page.evaluate(TEETH, planets) < 0.02
+
+
+@browsing
+def test_nothing_moves_for_who_wants_no_motion(browser: Any) -> None:
+    page = opened(browser, reduced_motion="reduce")
+    show(page, frames.live(1))
+    painted(page, "train", 1)
+    page.evaluate("cockpit.chooseMode(2)")
+    page.wait_for_timeout(150)
+    assert page.evaluate("[panes.train.frameAsked, panes.train.seconds]") == [0, 0]
+    page.context.close()
+
+
+@browsing
+def test_five_hundred_frames_are_painted_in_time_and_leave_nothing_behind(page: Any) -> None:
+    sent = [frames.live(rev, planets=4, scale=1 + 0.1 * np.sin(rev), seed=rev) for rev in range(1, 501)]
+    texts = [base64.b64encode(frame).decode() for frame in sent]
+    page.evaluate("texts => { window.texts = texts; }", texts)
+    run = """async ([from, to]) => { const waits = [];
+      for (let i = from; i < to; i++) {
+        cockpit.frame(texts[i]);
+        while (panes.sweep.root.dataset.rev !== String(i + 1)) await new Promise(done => setTimeout(done, 1));
+        waits.push(cockpit.painted.waited);
+      }
+      return waits; }"""
+    client = page.context.new_cdp_session(page)
+
+    def heap() -> float:
+        client.send("HeapProfiler.collectGarbage")
+        return float(client.send("Runtime.getHeapUsage")["usedSize"])
+
+    waits = page.evaluate(run, [0, 100])
+    early = heap()
+    waits += page.evaluate(run, [100, 500])
+    late = heap()
+    assert late < early + 1.0e6, (early, late)
+    assert np.median(waits) < PAINTED_WITHIN, np.percentile(waits, [50, 95])
+
+
+def test_colours_are_those_of_the_figures() -> None:
+    css = (STATIC / "board.css").read_text(encoding="utf-8")
+    light = dict(re.findall(r"--ck-([\w-]+): (#\w+);", css[: css.index(".body--dark")]))
+    assert {name: light[name] for name in ("ink", "pale", "grid")} == {
+        "ink": style.INK,
+        "pale": style.PALE,
+        "grid": style.GRID,
+    }
+    kinds = {name: light[name] for name in ("sun", "planet", "ring", "carrier", "gear")}
+    assert kinds == {name: style.KIND_COLOURS[name] for name in kinds}
+    assert {light[f"strong-{i}"] for i in range(1, 5)} <= set(style.PALETTE)
+    assert [light[f"load-{i}"] for i in range(1, 6)] == [colour for _, colour in contact_map._SCALE]
+    assert f"--ck-font: {style.FONT};" in css
+
+
+def test_uplot_is_what_its_authors_published() -> None:
+    ours = (STATIC / "uPlot.min.js").read_bytes()
+    published, added = ours.removesuffix(b"export default uPlot;\n"), b"export default uPlot;\n"
+    assert ours == published + added
+    digest = hashlib.sha256(published).hexdigest()
+    assert digest == "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f"
+    assert b"(v1.6.32)" in published
+    assert b"MIT" in (STATIC / "LICENSE-uPlot").read_bytes()
