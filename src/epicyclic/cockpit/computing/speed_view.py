@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ...analyses.fast import numba_available
 from ...analyses.modes.mesh_crossings import OPERATION
 from ...analyses.steady.mean_stability import unstable_speeds
 from ...analyses.steady.measures import force_extremes, mean
@@ -29,7 +28,7 @@ __all__ = ["Effort", "Efforts", "ForceCurves", "SpeedModel", "efforts", "force_c
 _ACCEPTED = 100.0
 # Speeds while a lever moves, at rest and with shaft orders, by the number of mesh frequencies that combine: with two
 # a speed takes 2 ms and with shaft orders 20 ms.
-_POINTS = {1: (120, 200, 60), 2: (40, 120, 24), 3: (120, 200, 0)}
+_POINTS = {1: (120, 200, 60), 2: (48, 120, 60), 3: (120, 200, 0)}
 # Mesh frequencies that are solved together: with three a speed takes half a second, and they are solved one at a time.
 _TOGETHER = 2
 # Curves that are drawn strong: more are not told apart.  Curves that differ by less than this part of the largest
@@ -91,14 +90,13 @@ class SpeedModel:
         return self.solved[0] is not self.whole
 
 
-def speed_model(system: System, *, compiled: bool | None) -> SpeedModel:
-    """A System ready for its curves; compiled : by numba, None: where it is installed.
+def speed_model(system: System, *, compiled: bool) -> SpeedModel:
+    """A System ready for its curves; compiled : by numba.
 
     Raises
     ------
     ModelError : no damping, no mesh frequency, or torques that do not balance.
     """
-    compiled = numba_available() if compiled is None else compiled
     whole = response(system, compiled=compiled)
     tones = whole.lines.tones
     if len(tones) <= _TOGETHER or not whole.system.meshes.variation.any():
