@@ -201,7 +201,9 @@ class _Row:
         self, panel: _FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
     ) -> None:
         self.panel, self.path, self.whole, self.shown = panel, field.path, whole, field.text
-        name = field.path if whole else field.key
+        name = "" if whole else field.key
+        if whole:  # beside each other whole paths do not fit into a column
+            ui.label(field.path).classes("text-caption w-full").style("overflow-wrap: anywhere; line-height: 1.1")
         with ui.row().classes("w-full items-start no-wrap cockpit-field"):
             self.control: ui.select | ui.input = self._control(field, name, explained)
             self.undo = icon_button("settings_backup_restore", f"{field.path}: back to the file's value", self._reset)
@@ -211,10 +213,10 @@ class _Row:
         control: ui.select | ui.input
         default = explained.default if explained else ""
         if field.choices and field.text in ("", *field.choices):
-            control = ui.select(list(field.choices), value=field.text or None, label=name, clearable=True)
+            control = ui.select(list(field.choices), value=field.text or None, label=name or None, clearable=True)
             control.on_value_change(self._chosen)
         else:
-            control = ui.input(name, value=field.text, placeholder=default[:_SHORT])
+            control = ui.input(name or None, value=field.text, placeholder=default[:_SHORT])
             control.on("blur", self._left).on("keydown.enter", self._left).on("keydown.esc", self._escape)
             if explained and explained.unit:
                 control.props["suffix"] = f"[{explained.unit.partition(', ')[0]}]" if not field.text else ""

@@ -14,7 +14,7 @@ from ...model.document import MAX_BYTES
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded
-from .parts import plain_button, refused, window
+from .parts import plain_button, refused, show_model, window
 from .recent import recent_files, remember
 from .rexs_lists import show_rexs
 
@@ -55,9 +55,9 @@ async def _open(session: Session, make: Callable[[], State], what: str) -> Model
     """Make a state beside the event loop and open it; the error where it cannot be read."""
     try:
         state = await asyncio.to_thread(make)
-        await session.open(state)
     except ModelError as error:
         return error
+    show_model(session, state, ui.context.client.layout)
     if state.path is not None:
         remember(state.path)
     ui.notify(f"{what}. Undo brings the model back that was open.", timeout=3000)

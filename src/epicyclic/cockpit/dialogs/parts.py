@@ -6,8 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 from nicegui.element import Element
+
+from ...errors import ModelError
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -24,6 +26,7 @@ __all__ = [
     "refused",
     "rename",
     "safe_name",
+    "show_model",
     "window",
 ]
 
@@ -62,14 +65,31 @@ def icon_button(icon: str, label: str, on_click: Callable[..., Any]) -> ui.butto
     return button
 
 
-def rename(button: ui.button, label: str) -> None:
-    """Give an `icon_button` another name; nothing is sent where it has it already."""
+def rename(button: ui.button, label: str, tip: str = "") -> None:
+    """Give an `icon_button` another name, and another text beside the pointer; nothing is sent where it has them."""
     if button.props.get("aria-label") != label:
         button.props["aria-label"] = label
         button.update()
-        for tip in button:
-            if isinstance(tip, ui.tooltip):
-                tip.set_text(label)
+    for one in button:
+        if isinstance(one, ui.tooltip) and one.text != (tip or label):
+            one.set_text(tip or label)
+
+
+def show_model(session: Session, state: State, where: Element) -> None:
+    """Have the session show another model; the handler that asks does not wait until all about it is known.
+
+    where : element that stays, in whose slot an error is told.
+    """
+
+    async def work() -> None:
+        try:
+            await session.open(state)
+        except ModelError as error:
+            if not where.is_deleted:
+                with where:
+                    refused(error)
+
+    background_tasks.create(work())
 
 
 def on_key(key: str, handler: Callable[[], Any], *, shift: bool = False, in_text: bool = False) -> None:

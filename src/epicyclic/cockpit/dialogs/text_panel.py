@@ -24,6 +24,19 @@ __all__ = ["text_panel"]
 _FOLLOWS = 0.25
 
 
+# Colours of the line of an error; the editor is told whether the page is dark.
+_LOOK = """<style>.cockpit-wrong { background: rgb(220 60 60 / 25%); }</style><script>
+document.addEventListener("DOMContentLoaded", () => {
+  const tell = () => emitEvent("cockpit-dark", document.body.classList.contains("body--dark"));
+  let dark = null;
+  new MutationObserver(() => {
+    const now = document.body.classList.contains("body--dark");
+    if (now !== dark && window.socket?.connected) { dark = now; tell(); }
+  }).observe(document.body, {attributes: true, attributeFilter: ["class"]});
+  setTimeout(() => { dark = document.body.classList.contains("body--dark"); if (dark) tell(); }, 1000);
+});</script>"""
+
+
 def text_panel(session: Session) -> None:
     """An editor of the model text, with apply (Ctrl+Enter), the line of an error, and both texts where both changed."""
     _TextPanel(session)
@@ -56,6 +69,8 @@ class _TextPanel:
                 language="TOML", on_change=self._typed, keymap={"Mod-Enter": self._apply}, line_wrapping=False
             )
             self.editor.classes("w-full cockpit-editor").style("height: 60vh").props('aria-label="Model as TOML"')
+        ui.on("cockpit-dark", lambda event: self.editor.set_theme("vscodeDark" if event.args else "basicLight"))
+        ui.add_head_html(_LOOK)
         heard(session, self.root, state=self._changed)
         self.conflict.set_visibility(False)
         self._marks()
@@ -116,6 +131,8 @@ class _TextPanel:
         return (self.editor.value or "") != self.shown
 
     def _typed(self) -> None:
+        if self.editor.decorations:
+            self.editor.decorations.clear()
         self._marks()
 
     def _marks(self) -> None:
