@@ -105,7 +105,7 @@ def opened_page(browser: Browser, running: Running, size: tuple[int, int] = SIZE
 
 def slider(page: Page) -> Any:
     """The first lever."""
-    return page.locator("[data-lever] .q-slider__track-container").first
+    return page.locator("[data-lever] [role=slider]").first
 
 
 def moves(page: Page, count: int) -> list[tuple[float, float | None]]:
