@@ -47,7 +47,7 @@ export class EvidencePane extends Pane {
   }
 
   emptyText() {
-    const reason = ["sharing", "errors"].includes(this.name) && this.reason("load sharing");
+    const reason = this.reason(this.name);
     if (reason) return reason;
     if (this.name === "sharing") return "Load sharing stands here as soon as it is computed.";
     if (this.name === "errors") return "The errors are weighed when the slider is let go.";

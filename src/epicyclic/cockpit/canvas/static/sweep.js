@@ -27,7 +27,7 @@ export class SweepPane extends Pane {
   }
 
   emptyText() {
-    return this.reason("forces over speed") || "Mesh forces over speed stand here as soon as they are computed.";
+    return this.reason("sweep") || "Mesh forces over speed stand here as soon as they are computed.";
   }
 
   rangeX() {
