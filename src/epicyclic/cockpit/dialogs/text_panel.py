@@ -54,7 +54,7 @@ class _TextPanel:
         self.kept: str | None = None
         self.waiting = False
         self.newest: State | None = None
-        with ui.column().classes("w-full q-gutter-none cockpit-text") as self.root:
+        with ui.column().classes("w-full q-gutter-none cockpit-text").style("min-width: 0") as self.root:
             with ui.row().classes("w-full items-center"):
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
                 self.back = plain_button("Bring back my text", self._bring_back)
