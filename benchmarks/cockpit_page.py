@@ -105,7 +105,7 @@ def opened_page(browser: Browser, running: Running, size: tuple[int, int] = SIZE
 
 def slider(page: Page) -> Any:
     """The first lever."""
-    return page.locator(".q-slider [role=slider], .q-slider__track-container[tabindex]").first
+    return page.locator("[data-lever] .q-slider__track-container").first
 
 
 def moves(page: Page, count: int) -> list[tuple[float, float | None]]:

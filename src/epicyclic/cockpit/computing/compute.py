@@ -63,13 +63,22 @@ class _Parts:
     missing: tuple[dict[str, str], ...] = ()
 
 
-def compute(request: Request) -> Iterator[PageFrame]:
+class _Stopped(Exception):
+    """Somebody waits for something newer."""
+
+
+def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iterator[PageFrame]:
     """Frames of a state, the first within a tenth of a second or two; the caller may stop between any two.
 
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
     answers, checks.  ``full``: that, then frames ``sweep`` (200 speeds, then 60 with shaft orders), ``errors`` and
     ``sharing`` (the whole hunting period), each with the answers as they then are.  A model that is wrong gives one
     frame ``failed`` with the problem, its path, what was given and what is allowed.
+
+    Parameters
+    ----------
+    stop : asked every few milliseconds while frames after the first are computed, which take up to a second; when it is
+        true, the frame at work is given up and no other follows.
     """
     start = time.perf_counter()
     try:
@@ -77,10 +86,22 @@ def compute(request: Request) -> Iterator[PageFrame]:
         parts = _live_parts(model)
         yield _live_frame(model, parts, start)
         if request.kind == "full":
-            yield from _further_frames(model, parts)
+            yield from _further_frames(model, parts, _pause_of(stop))
+    except _Stopped:
+        return
     except (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError) as error:
         frame = failed_frame(request.rev, error)
         yield replace(frame, head={**frame.head, "path": override_at(frame.head["path"], request.overrides)})
+
+
+def _pause_of(stop: Callable[[], bool] | None) -> Callable[[], None]:
+    """What is called between two pieces of work: raises _Stopped where somebody waits."""
+
+    def pause() -> None:
+        if stop is not None and stop():
+            raise _Stopped
+
+    return pause
 
 
 def warm_up() -> None:
@@ -163,7 +184,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     return _frame(model, "live", head, arrays)
 
 
-def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
+def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
     """The frames of a state at rest, after the live one."""
     system, missing = model.system, list[dict[str, str]]()
     if system is None:
@@ -171,13 +192,13 @@ def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
     ready = parts.ready
     if ready is not None and parts.curves is not None:
         wanted = efforts(ready)
-        curves = _attempt("forces over speed", lambda: force_curves(ready, wanted.full), missing)
+        curves = _attempt("forces over speed", lambda: force_curves(ready, wanted.full, pause=pause), missing)
         if curves is not None:
             parts = replace(parts, curves=curves)
             yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
         if wanted.shafts is not None:
             shafts = wanted.shafts
-            curves = _attempt("forces over speed", lambda: force_curves(ready, shafts), missing)
+            curves = _attempt("forces over speed", lambda: force_curves(ready, shafts, pause=pause), missing)
             if curves is not None:
                 parts = replace(parts, curves=curves)
                 yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
@@ -185,16 +206,16 @@ def _further_frames(model: _Model, parts: _Parts) -> Iterator[PageFrame]:
         yield _part_frame(model, parts, "errors", _errors_part(model, parts))
     if parts.sharing is not None:
         shared = parts.sharing
-        whole = _attempt("load sharing", lambda: _whole_sharing(system, shared), missing)
+        whole = _attempt("load sharing", lambda: _whole_sharing(system, shared, pause), missing)
         parts = replace(parts, sharing=whole or shared)
         yield _part_frame(model, parts, "sharing", _sharing_part(model, parts), full=True)
 
 
-def _whole_sharing(system: System, live: SharingView) -> SharingView:
+def _whole_sharing(system: System, live: SharingView, pause: Callable[[], None]) -> SharingView:
     """Load sharing with the search over the hunting period; a longer record where that takes more than a second."""
     if not live.quick:
         return live_sharing(system, patience=_FULL_PATIENCE)
-    return full_sharing(sharing(system, method="static"), live)
+    return full_sharing(sharing(system, method="static", progress=lambda _: pause()), live)
 
 
 def _part_frame(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import time
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
@@ -103,6 +104,35 @@ def test_the_caller_may_stop_between_frames() -> None:
     assert list(running) == []
 
 
+def test_a_frame_at_work_is_given_up_when_somebody_waits() -> None:
+    request = Request(rev=1, kind="full", source=tomllib.loads(drive_text("wind-stage")), compiled=False)
+    for calls in (0, 5, 12):
+        asked = iter(range(1000))
+        frames = list(compute(request, stop=lambda asked=asked, calls=calls: next(asked) >= calls))
+        assert frames[0].kind == "live"
+        assert frames[-1].kind != "sharing"
+        assert next(asked) == calls + 1  # not asked again
+    # while a lever moves nothing is given up: what is at work is shown
+    live = list(compute(replace(request, kind="live"), stop=lambda: True))
+    assert [frame.kind for frame in live] == ["live"]
+
+
+def test_work_pauses_often() -> None:
+    request = Request(
+        rev=1, kind="full", source=tomllib.loads(drive_text("xu2020")), overrides=RUN_OUTS, compiled=False
+    )
+    clock: list[float] = []
+
+    def asked() -> bool:
+        clock.append(time.process_time())
+        return False
+
+    list(compute(request, stop=asked))
+    # of some 0.6 s; a busy machine may take several times as long
+    assert np.median(np.diff(clock)) < 0.1
+    assert len(clock) >= 15
+
+
 def test_peaks_are_where_orders_meet_the_modes_they_name() -> None:
     (frame,) = frames_of("ren2021")
     peaks, frequency = frame.head["sweep"]["peaks"], {row["index"]: row["frequency"] for row in frame.head["modes"]}
@@ -110,7 +140,7 @@ def test_peaks_are_where_orders_meet_the_modes_they_name() -> None:
     assert len(named) >= 4
     highest = np.nanmax(frame.arrays["sweep/y"], axis=0)
     for peak in named:
-        order = int(peak["label"].split(", ")[1].rstrip("stndrdth order"))
+        order = int(peak["label"].split(", ")[1].split()[0][:-2])
         met = 100 * frequency[peak["mode"]] / (order * 437 / 16)
         assert met == pytest.approx(peak["x"], rel=0.03)
         at = int(np.argmin(np.abs(frame.arrays["sweep/x"] - peak["x"])))

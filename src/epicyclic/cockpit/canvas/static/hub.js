@@ -11,6 +11,9 @@ const PARTS = {
   job: ["job/"],
 };
 
+// Parts that a model may lack, and the words with which the check says so.
+const REASONS = { sweep: "forces over speed", sharing: "load sharing", errors: "load sharing" };
+
 /** Parts of a frame by name: {rev, kind, head, arrays}; a job is named after itself. */
 export function partsOf(frame) {
   const found = {};
@@ -22,7 +25,7 @@ export function partsOf(frame) {
       if (prefix) arrays[name.slice(prefix.length)] = array;
     }
     const name = key === "job" ? `job:${frame.head.job.name}` : key;
-    found[name] = { rev: frame.rev, kind: frame.kind, head: frame.head[key], arrays };
+    found[name] = { rev: frame.rev, kind: frame.kind, head: frame.head[key], arrays, computed: frame.head.state?.computed_ms ?? null };
   }
   return found;
 }
@@ -31,6 +34,7 @@ export class Hub {
   constructor() {
     this.parts = {};
     this.pinned = {};
+    this.checks = [];
     this.rev = -1;
     this.mode = null;
     this.playing = true;
@@ -52,11 +56,24 @@ export class Hub {
       this.parts[name] = { ...part, arrived };
       changed.push(name);
     }
+    if (frame.rev >= this.rev && frame.head.checks) this.checks = frame.head.checks;
     this.rev = Math.max(this.rev, frame.rev);
     // A job belongs to the state it was started in; it does not make what is shown of the present one older.
     const modes = this.parts.modes?.head;
     if (this.mode !== null && modes && !modes.some((mode) => mode.index === this.mode)) this.mode = null;
+    // A part that the present state cannot have is not shown from an earlier one.
+    for (const [name, word] of Object.entries(REASONS)) {
+      if (this.parts[name]?.rev < this.rev && this.reasonFor(word)) {
+        delete this.parts[name];
+        changed.push(name);
+      }
+    }
     this.tell(changed);
+  }
+
+  /** Why something is not computed for the present state, "" where it is. */
+  reasonFor(word) {
+    return this.checks.find((one) => one.code === "not-computed" && one.text.startsWith(`no ${word}`))?.text ?? "";
   }
 
   /** Add the parts of a packed frame to the ghost; null takes it away. */
