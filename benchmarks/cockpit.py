@@ -20,7 +20,7 @@ from typing import Any
 
 from epicyclic.analyses.fast import numba_available
 from epicyclic.assemble.assembly import assemble
-from epicyclic.cockpit.computing.compute import compute, warm_up
+from epicyclic.cockpit.computing.compute import compile_all, compute
 from epicyclic.cockpit.computing.error_view import error_view
 from epicyclic.cockpit.computing.frames import Request, pack
 from epicyclic.cockpit.computing.mode_view import mode_view
@@ -31,7 +31,7 @@ from epicyclic.cockpit.computing.train_view import train_head
 from epicyclic.resolve.resolve import load
 from epicyclic.studies.drives import drive_text
 
-RUN_OUTS = {
+RUN_OUTS: dict[str, object] = {
     "deviations.sun.run_out": "20 um",
     "deviations.planet.run_out": "20 um",
     "deviations.ring.run_out": "20 um",
@@ -59,7 +59,8 @@ def main() -> None:
     parser.add_argument("--moves", type=int, default=50, help="moves of the lever")
     parser.add_argument("--drive", nargs="*", default=list(DRIVES), choices=list(DRIVES))
     chosen = parser.parse_args()
-    warm_up()
+    if numba_available():
+        compile_all()
     for name in chosen.drive:
         ways = (False, True) if numba_available() else (False,)
         show(name, [measured(*DRIVES[name], moves=chosen.moves, compiled=way) for way in ways])

@@ -50,7 +50,7 @@ def tab(context: Any, cockpit: Cockpit) -> Iterator[Tab]:
 
 def lever(tab: Tab, index: int = 0) -> Any:
     """A slider that takes keys."""
-    return tab.page.locator("[data-lever] .q-slider__track-container").nth(index)
+    return tab.page.locator("[data-lever] [role=slider]").nth(index)
 
 
 def box(tab: Tab, index: int = 0) -> Any:

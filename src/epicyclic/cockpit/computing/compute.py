@@ -18,6 +18,7 @@ from ...resolve.resolve import load
 from ...studies.drives import drive_text
 from ...system.system import System
 from ...train.train import Train
+from .compiler import compile_aside, compiler_ready
 from .error_view import ErrorView, error_head, error_view
 from .frames import PageFrame, Request, failed_frame
 from .mode_view import ModeView, mode_view
@@ -27,7 +28,7 @@ from .sharing_view import SharingView, Twin, full_sharing, live_sharing, sharing
 from .speed_view import ForceCurves, SpeedModel, efforts, force_curves, speed_head, speed_model
 from .train_view import train_head
 
-__all__ = ["compute", "warm_up"]
+__all__ = ["compile_all", "compute", "warm_up"]
 
 Arrays = dict[str, NDArray[Any]]
 Found = TypeVar("Found")
@@ -105,8 +106,19 @@ def _pause_of(stop: Callable[[], bool] | None) -> Callable[[], None]:
 
 
 def warm_up() -> None:
-    """Import, and compile where numba is installed, what `compute` needs, so that no lever waits for it."""
-    for _ in compute(Request(rev=0, kind="full", source=tomllib.loads(drive_text(_WARM)))):
+    """Import what `compute` needs, and begin to compile where numba is installed, so that no lever waits for it."""
+    _run_all(compiled=False)
+    compile_aside(__name__, "compile_all")
+
+
+def compile_all() -> None:
+    """Compile, or load from disk, all that `compute` needs; takes some 20 s the first time ever."""
+    _run_all(compiled=True)
+
+
+def _run_all(*, compiled: bool) -> None:
+    """All frames of a drive that has every kind of result."""
+    for _ in compute(Request(rev=0, kind="full", source=tomllib.loads(drive_text(_WARM)), compiled=compiled)):
         pass
 
 
@@ -151,7 +163,8 @@ def _live_parts(model: _Model) -> _Parts:
     shared = _attempt("load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
     twin = None if shared is None else twin_of(train, shared)
     errors = None if shared is None else _attempt("share of the errors", lambda: error_view(train, system), missing)
-    ready = _attempt("forces over speed", lambda: speed_model(system, compiled=model.request.compiled), missing)
+    compiled = compiler_ready() if model.request.compiled is None else model.request.compiled
+    ready = _attempt("forces over speed", lambda: speed_model(system, compiled=compiled), missing)
     curves = None
     if ready is not None:
         effort = efforts(ready).live

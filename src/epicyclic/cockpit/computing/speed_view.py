@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ...analyses.fast import numba_available
 from ...analyses.modes.mesh_crossings import OPERATION
 from ...analyses.steady.mean_stability import unstable_speeds
 from ...analyses.steady.measures import force_extremes, mean
@@ -91,14 +90,13 @@ class SpeedModel:
         return self.solved[0] is not self.whole
 
 
-def speed_model(system: System, *, compiled: bool | None) -> SpeedModel:
-    """A System ready for its curves; compiled : by numba, None: where it is installed.
+def speed_model(system: System, *, compiled: bool) -> SpeedModel:
+    """A System ready for its curves; compiled : by numba.
 
     Raises
     ------
     ModelError : no damping, no mesh frequency, or torques that do not balance.
     """
-    compiled = numba_available() if compiled is None else compiled
     whole = response(system, compiled=compiled)
     tones = whole.lines.tones
     if len(tones) <= _TOGETHER or not whole.system.meshes.variation.any():
