@@ -50,7 +50,7 @@ def tab(context: Any, cockpit: Cockpit) -> Iterator[Tab]:
 
 def lever(tab: Tab, index: int = 0) -> Any:
     """A slider that takes keys."""
-    return tab.page.locator("[data-lever] .q-slider__track-container").nth(index)
+    return tab.page.locator("[data-lever] [role=slider]").nth(index)
 
 
 def box(tab: Tab, index: int = 0) -> Any:
@@ -242,7 +242,7 @@ def test_a_state_is_saved_downloaded_and_reopened(tmp_path: Path, browser: Any) 
             tab.page.keyboard.press("ArrowRight")
         tab.painted(rev)
         time.sleep(0.5)
-        tab.page.get_by_label("Save", exact=True).click()
+        tab.page.get_by_label(re.compile("^Save to")).click()
         end = time.monotonic() + 10
         while path.read_text("utf-8") == before and time.monotonic() < end:
             time.sleep(0.05)
