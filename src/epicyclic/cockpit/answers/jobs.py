@@ -64,7 +64,7 @@ def _contact_loss(
     now = "" if not apart.any() else f", at operation {'too' if apart[at] else 'not'}"
     text = f"Between {speed[0]:.3g} and {speed[-1]:.3g} % of the operating speed {where}{now}."
     curves = [("run-up", peak.sel(direction="up")), ("coast-down", peak.sel(direction="down"))]
-    labels = {"x_label": "speed [% of operating]", "y_label": "largest mesh force [kN]"}
+    labels: dict[str, Any] = {"x_label": "speed [% of operating]", "y_label": "largest mesh force [kN]"}
     return lines("contact_loss", "Contact loss over speed", text, x=speed, curves=curves, **labels), result
 
 
@@ -102,7 +102,7 @@ def _relief(
         for state, words in (("before", "as drawn"), ("after", "relieved"))
     ]
     more = {"apply": apply, "apply_label": "Grind this relief"}
-    labels = {"x_label": "load [% of operating]", "y_label": "transmission error, peak to peak [um]"}
+    labels: dict[str, Any] = {"x_label": "load [% of operating]", "y_label": "transmission error, peak to peak [um]"}
     return lines("relief", "Tip relief", text, x=load, curves=curves, more=more, **labels), result
 
 
@@ -111,20 +111,20 @@ def _tolerance(
 ) -> tuple[PageFrame, xr.Dataset]:
     from ...verbs.tolerance import tolerance
 
-    more = {"samples": int(options["samples"])} if "samples" in options else {}
+    more: dict[str, Any] = {"samples": int(options["samples"])} if "samples" in options else {}
     result = tolerance(source, overrides=dict(overrides), progress=progress, **more)
     edge = result["bin_edge"].to_numpy()
     share = result["system_histogram"] / result["system_histogram"].sum("bin")
     above = 100 * (1 - share.cumsum("bin"))
     names = {"mean-load": "mean-load (K_gamma)", "mean-load-turning": "largest while turning"}
-    curves = [(names.get(str(one), str(one)), above.sel(definition=one)) for one in result["definition"].to_numpy()]
+    curves: list[tuple[str, Any]] = [(names.get(str(one), str(one)), above.sel(definition=one)) for one in result["definition"].to_numpy()]
     quantile = result["system_k_gamma_quantile"].sel(definition="mean-load").sel(probability=0.95, method="nearest")
     text = f"95 % of the trains stay below K_gamma {float(quantile):.3f}.{_largest_share(result)}"
     known = share.sum("definition").to_numpy() > 0
     last = int(np.flatnonzero(known)[-1]) + 2 if known.any() else None
     curves = [(label, curve.to_numpy()[:last]) for label, curve in curves]
     x = edge[1:][:last]
-    labels = {"x_label": "load-sharing coefficient [1]", "y_label": "trains above it [%]"}
+    labels: dict[str, Any] = {"x_label": "load-sharing coefficient [1]", "y_label": "trains above it [%]"}
     return lines("tolerance", "Tolerances", text, x=x, curves=curves, **labels), result
 
 
@@ -167,7 +167,7 @@ def _transient(
     text = (
         f"Run-up from {100 * _FROM:.0f} to {100 * _TO:.0f} %: largest mesh force {force.max():.3g} kN at {speed:.3g} %"
     )
-    labels = {"x_label": "time [s]", "y_label": "mesh force [kN]"}
+    labels: dict[str, Any] = {"x_label": "time [s]", "y_label": "mesh force [kN]"}
     curves = [("largest of all meshes", high), ("smallest of all meshes", low)]
     return lines("transient", "Run-up", f"{text}{apart}.", x=time[:cut:step], curves=curves, **labels), result
 
@@ -194,7 +194,7 @@ def _contact(
         f"{pressure:.0f} MPa, largest load over the face {factor:.2f} times its mean."
     )
     curves = [(f"{1e-3 * one:.3g} kN", error[place][order]) for place, one in enumerate(load)]
-    labels = {"x_label": "mesh cycle [1]", "y_label": "transmission error about its mean [um]"}
+    labels: dict[str, Any] = {"x_label": "mesh cycle [1]", "y_label": "transmission error about its mean [um]"}
     strong = sorted({here, 0, len(load) - 1})
     return lines("contact", "Loaded contact", text, x=phase[order], curves=curves, strong=strong, **labels), result
 
@@ -217,7 +217,7 @@ def _stiffness(
     alike = "all meshes of a pair are in phase" if np.ptp(lead) < 1e-6 else "the meshes are out of phase"
     text = f"Mesh stiffness varies by up to {100 * swing:.2g} % of its mean; {alike}."
     curves = [(_mesh(mesh), values.sel(mesh=mesh)) for mesh in result["mesh"].to_numpy()]
-    labels = {"x_label": "mesh cycle [1]", "y_label": "mesh stiffness [kN/um]"}
+    labels: dict[str, Any] = {"x_label": "mesh cycle [1]", "y_label": "mesh stiffness [kN/um]"}
     x = result["mesh_phase"].to_numpy()
     return lines("stiffness", "Stiffness and phases", text, x=x, curves=curves, **labels), result
 
