@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analyses.sharing.outputs import require_speed
 from ...analyses.sharing.sharing import sharing
 from ...assemble.assembly import assemble
 from ...errors import ConvergenceError, ModelError
@@ -141,8 +142,9 @@ def _model(request: Request) -> _Model:
 
     Raises
     ------
-    ModelError : the model is wrong.
+    ModelError : the model is wrong, or the speed not above zero.
     """
+    require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
     return _Model(
         request=request,
