@@ -27,7 +27,7 @@ from .field_list import (
     group_at,
     typed_value,
 )
-from .parts import heard, icon_button, present
+from .parts import enlarge_button, heard, icon_button, present
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -40,6 +40,15 @@ _MOST = 40
 _FOLLOWS = 0.25
 # Characters of a default beside a field: the rest stands in its explanation.
 _SHORT = 28
+
+# Tables within tables in a narrow column: little room to the left and between.
+_LOOK = """
+.cockpit-fields { gap: 0.25rem; }
+.cockpit-fields .nicegui-column { gap: 0.25rem; }
+.cockpit-fields .q-expansion-item__content { gap: 0.25rem !important; padding: 0 0 0.5rem 0.6rem !important; }
+.cockpit-fields .cockpit-field { max-width: 36rem; }
+.cockpit-fields .q-item { min-height: 28px; padding: 2px 4px; }
+"""
 
 
 def fields_panel(session: Session) -> None:
@@ -58,10 +67,13 @@ class _FieldsPanel:
         self.waiting = False
         self.searches = 0
         with ui.column().classes("w-full q-gutter-none cockpit-fields") as self.root:
-            self.search = ui.input("Search all fields", on_change=self._typed)
-            self.search.props("dense clearable spellcheck=false").classes("w-full").mark("fields-search")
+            with ui.row().classes("w-full items-center no-wrap"):
+                self.search = ui.input("Search all fields", on_change=self._typed)
+                self.search.props("dense clearable spellcheck=false").classes("col").mark("fields-search")
+                enlarge_button(self.root, "All fields")
             self.found = ui.column().classes("w-full q-gutter-none")
             self.tree = ui.column().classes("w-full q-gutter-none")
+        ui.add_css(_LOOK)
         heard(session, self.root, state=self._changed, failed=self._failed)
         self._changed()
 
