@@ -110,7 +110,7 @@ def test_sets_of_teeth_are_found_in_words() -> None:
 def test_the_window_makes_a_model_and_keeps_what_was_typed() -> None:
     async def talk(user: User, session: FakeSession) -> None:
         user.find("New").click()
-        await user.should_see("Still needed: teeth, its power, speed", retries=8)
+        await user.should_see("Still needed: teeth, power, speed", retries=8)
         put(user, "new-teeth", "21/39/98")
         for name, value in OWN.items():
             if name != "teeth":

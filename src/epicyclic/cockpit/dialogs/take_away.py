@@ -157,6 +157,10 @@ def _words(heading: str, label: str, text: str, state: State) -> None:
 
         verb.on_value_change(change)
         icon_button("content_copy", "Copy the command line", lambda: copy(shown.text, "Command line"))
+    if state.drive is None and state.path is None:
+        ui.label("The command and the script read the model file: download it into their folder.").classes(
+            "text-caption"
+        )
 
 
 def _script(state: State) -> None:
