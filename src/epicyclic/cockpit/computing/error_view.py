@@ -16,7 +16,7 @@ from ...analyses.static.tangent import linear
 from ...assemble.unit_lines import unit_lines
 from ...system.system import Array, System
 from ...train.train import Displacement, MeshError, Train
-from .names import member_words, rounded
+from .names import as_overridden, member_words, rounded
 
 __all__ = ["ErrorView", "error_head", "error_view"]
 
@@ -162,7 +162,7 @@ def error_head(view: ErrorView, overrides: Mapping[str, object]) -> tuple[dict[s
         "rows": [
             {
                 "label": view.label[i],
-                "path": _as_overridden(view.path[i], overrides),
+                "path": as_overridden(view.path[i], overrides),
                 "share": float(share[i]),
                 "turning": float(turning[i]),
                 "without": float(without[i]),
@@ -184,11 +184,3 @@ def _share(k: float, without: Array) -> Array:
     share = np.nan_to_num((k - without) / above)
     result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
     return result
-
-
-def _as_overridden(path: str, overrides: Mapping[str, object]) -> str:
-    """A path of a deviation without the name of its stage, where overrides are written so."""
-    room, _, rest = path.partition(".")
-    short = f"{room}.{rest.partition('.')[2]}"
-    written = any(f"{key}.".startswith(f"{short}.") or f"{short}.".startswith(f"{key}.") for key in overrides)
-    return short if written else path

@@ -10,11 +10,13 @@ from ...train.train import Train
 
 __all__ = [
     "SpeedAxis",
+    "as_overridden",
     "body_labels",
     "listed",
     "member_words",
     "mesh_labels",
     "ordinal",
+    "override_at",
     "rounded",
     "speed_axis",
 ]
@@ -54,7 +56,7 @@ def _unsided(body: Body) -> str:
 
 
 def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
-    """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those branches are meant, ``planet star1 2``.
+    """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those are meant, ``planet star1 2``.
 
     branches : those that are meant, rising; none of a member about the axis.
     """
@@ -90,6 +92,37 @@ def _leaves(table: object, before: str = "") -> list[str]:
     if not isinstance(table, Mapping):
         return [before.rstrip(".")] if before else []
     return [path for key, value in table.items() for path in _leaves(value, f"{before}{key}.")]
+
+
+def as_overridden(path: str, overrides: Mapping[str, object]) -> str:
+    """A path without the name of its stage, where an override at it, above or beneath it is written so.
+
+    A model of one stage takes ``deviations.sun.run_out`` for ``deviations.main.sun.run_out``, but not both.
+    """
+    for short in _without_stage(path):
+        if any(_within(short, key) or _within(key, short) for key in overrides):
+            return short
+    return path
+
+
+def override_at(path: str, overrides: Mapping[str, object]) -> str:
+    """The override that a path of a message is at or beneath, with or without the name of its stage; else the path."""
+    for one in (path, *_without_stage(path)):
+        for key in overrides:
+            if _within(one, key):
+                return key
+    return path
+
+
+def _without_stage(path: str) -> list[str]:
+    """A path without one of its inner words: any of them may be the stage."""
+    words = path.split(".")
+    return [".".join(words[:place] + words[place + 1 :]) for place in range(1, len(words) - 1)]
+
+
+def _within(path: str, other: str) -> bool:
+    """Whether a path is another or stands beneath it."""
+    return f"{path}.".startswith(f"{other}.")
 
 
 def ordinal(number: int) -> str:

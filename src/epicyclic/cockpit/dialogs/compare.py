@@ -10,7 +10,7 @@ from nicegui import ui
 from ...errors import ConvergenceError, ModelError
 from ..state.state import request_of
 from .compared_states import compared_states
-from .parts import heard, plain_button, present, refused, window
+from .parts import heard, plain_button, present, show_model, window
 
 if TYPE_CHECKING:
     from ..processes.session import Session
@@ -19,38 +19,32 @@ __all__ = ["compare_controls"]
 
 
 def compare_controls(session: Session) -> None:
-    """Buttons that pin the present state as A, swap it with the present one, unpin it, and open the comparison."""
+    """Buttons that pin the present state as A, unpin it, and open the comparison, where both can change places."""
     with ui.row().classes("items-center no-wrap q-gutter-xs") as root:
         pin = plain_button("Pin A", session.pin, icon="push_pin")
         with pin:
             ui.tooltip("Keep this state as A: its curves stay as dashed lines")
-        compare = plain_button("Compare with A", lambda: _show(session), icon="compare_arrows")
-        with plain_button("", lambda: None, icon="more_vert").props('aria-label="More of A"') as more, ui.menu().props("auto-close"):
-            ui.menu_item("Swap: A becomes the present state", lambda: _swap(session))
-            ui.menu_item("Pin the present state instead", session.pin)
-            ui.menu_item("Unpin A", session.unpin)
+        compare = plain_button("Compare", lambda: _show(session), icon="compare_arrows")
+        unpin = plain_button("Unpin A", session.unpin)
 
     def show(_: object = None) -> None:
         pinned = getattr(session, "pinned", None) is not None
         pin.set_visibility(not pinned)
         pin.set_enabled(present(session) is not None)
         compare.set_visibility(pinned)
-        more.set_visibility(pinned)
+        unpin.set_visibility(pinned)
 
     heard(session, root, state=show)
     show()
 
 
-async def _swap(session: Session) -> None:
+def _swap(session: Session) -> None:
     """A and the present state change places; undo takes back the change of the present one."""
     pinned = session.pinned
     if pinned is None:
         return
     session.pin()
-    try:
-        await session.open(pinned)
-    except ModelError as error:
-        refused(error)
+    show_model(session, pinned, ui.context.client.layout)
 
 
 async def _show(session: Session) -> None:
@@ -63,6 +57,19 @@ async def _show(session: Session) -> None:
         with place:
             ui.linear_progress(show_value=False).props("indeterminate").classes("w-full")
             ui.label("Both trains are computed: modes, sharing, forces.").props('role="status"')
+
+        def swap() -> None:
+            dialog.close()
+            _swap(session)
+
+        def renew() -> None:
+            dialog.close()
+            session.pin()
+
+        with ui.row().classes("w-full justify-end"):
+            plain_button("Swap A and B", swap).tooltip("A becomes the present state; undo takes it back")
+            plain_button("Pin the present state instead", renew)
+            plain_button("Close", dialog.close, main=True)
     dialog.on("hide", dialog.delete)
     dialog.open()
     try:

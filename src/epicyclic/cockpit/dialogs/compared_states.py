@@ -31,7 +31,7 @@ def compared_states(first: Loadable, second: Loadable, names: tuple[str, str]) -
     """
     trains = [load(source, overrides=overrides) for source, overrides in (first, second)]
     result = compare_of(trains)
-    result = result.assign_coords(train=[f"A, {names[0]}", f"B, {names[1]}"])
+    result = result.assign_coords(train=[f"{names[0]}, pinned", f"{names[1]}, present"])
     (table,) = tables(result)
     headings = list(table.columns)
     rows = [[str(cell) for cell in row] for row in zip(*table.columns.values(), strict=True)]

@@ -12,10 +12,7 @@ _SAID = re.compile(r"\bline (\d+)")
 
 
 def line_of(text: str, path: str) -> int | None:
-    """Number of the line, from 1, that states a path, or else the table that would hold it; None where neither does.
-
-    A path may leave out `stages.NAME`, as messages do where there is one stage.
-    """
+    """Number of the line, from 1, that states a path, or else the table that would hold it; None where neither does."""
     wanted = _words(path)
     best: tuple[int, int] | None = None
     heading: tuple[str, ...] = ()
@@ -44,7 +41,5 @@ def _words(path: str) -> tuple[str, ...]:
 
 
 def _shared(own: tuple[str, ...], wanted: tuple[str, ...]) -> int:
-    """Words that a line has of a path from its beginning on; 0 where the line says something else."""
-    if wanted[: len(own)] == own:
-        return len(own)
-    return len(wanted) if own[: len(wanted)] == wanted else 0
+    """Words that a line has in common with a path, from the beginning on."""
+    return next((i for i, (a, b) in enumerate(zip(own, wanted, strict=False)) if a != b), min(len(own), len(wanted)))

@@ -66,7 +66,9 @@ def drivers_of(kind: str, held: str) -> tuple[str, ...]:
     """Members that may drive; none of a differential, whose speeds are stated by member."""
     if kind == "differential":
         return ()
-    fixed = held if held in HELD.get("planetary", ()) and kind == "planetary" else "carrier" if kind == "star" else "ring"
+    fixed = (
+        held if held in HELD.get("planetary", ()) and kind == "planetary" else "carrier" if kind == "star" else "ring"
+    )
     return tuple(member for member in MEMBERS if member != fixed)
 
 

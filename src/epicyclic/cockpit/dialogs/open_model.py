@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nicegui import events, ui
@@ -13,7 +14,7 @@ from ...model.document import MAX_BYTES
 from ...rexs.names import is_rexs_name
 from ...studies.drives import drive_titles
 from ..state.state import opened, uploaded
-from .parts import plain_button, refused, window
+from .parts import plain_button, refused, show_model, window
 from .recent import recent_files, remember
 from .rexs_lists import show_rexs
 
@@ -21,38 +22,45 @@ if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import State
 
-__all__ = ["open_button"]
+__all__ = ["open_button", "open_window"]
 
 _SUFFIXES = ".toml,.rexs,.rexsj,.rexsz"
-_Opens = Callable[[], Awaitable[None]]
+
+# What takes the files of a page: one, so that a drop opens a model once.
+_RECEIVERS: dict[Session, ui.upload] = {}
 
 
 def open_button(session: Session) -> None:
     """A button with all ways to open a model; a file may be dropped anywhere on the page."""
-    picked = _receiver(session)
+    picker = _receiver_of(session)
+    plain_button("Open", lambda: _show(session, picker), icon="folder_open").props('aria-label="Open a model"')
 
-    async def show() -> None:
-        with window("Open a model", width=760) as dialog:
-            _from_file(session, dialog, picked)
-            recent = ui.column().classes("w-full q-gutter-none")
-            _ready_drives(session, dialog)
-        dialog.on("hide", dialog.delete)
-        dialog.open()
-        paths = await recent_files()
-        if not dialog.is_deleted and paths:
-            with recent:
-                _recent(session, dialog, paths)
 
-    plain_button("Open", show, icon="folder_open").props('aria-label="Open a model"')
+async def open_window(session: Session) -> None:
+    """Open the window of `open_button` from another place of the page."""
+    await _show(session, _receiver_of(session))
+
+
+async def _show(session: Session, picker: ui.upload) -> None:
+    with window("Open a model", width=760) as dialog:
+        _from_file(session, dialog, picker)
+        recent = ui.column().classes("w-full q-gutter-none")
+        _ready_drives(session, dialog)
+    dialog.on("hide", dialog.delete)
+    dialog.open()
+    paths = await recent_files()
+    if not dialog.is_deleted and paths:
+        with recent:
+            _recent(session, dialog, paths)
 
 
 async def _open(session: Session, make: Callable[[], State], what: str) -> ModelError | None:
     """Make a state beside the event loop and open it; the error where it cannot be read."""
     try:
         state = await asyncio.to_thread(make)
-        await session.open(state)
     except ModelError as error:
         return error
+    show_model(session, state, ui.context.client.layout)
     if state.path is not None:
         remember(state.path)
     ui.notify(f"{what}. Undo brings the model back that was open.", timeout=3000)
@@ -68,7 +76,10 @@ def _ready_drives(session: Session, dialog: ui.dialog) -> None:
     ui.label("Ready drives").classes("text-subtitle1")
     search = ui.input("Search").props("dense clearable").classes("w-full")
     rows: dict[str, ui.item] = {}
-    with ui.scroll_area().classes("w-full").style("height: 320px"), ui.list().props("dense separator").classes("w-full"):
+    with (
+        ui.scroll_area().classes("w-full").style("height: 320px"),
+        ui.list().props("dense separator").classes("w-full"),
+    ):
         for name, title in titles.items():
             rows[name] = _drive(session, dialog, name, title)
 
@@ -87,7 +98,7 @@ def _drive(session: Session, dialog: ui.dialog, name: str, title: str) -> ui.ite
             return refused(error)
         dialog.close()
 
-    with ui.item(on_click=take) as row, ui.item_section():
+    with ui.item(on_click=take).mark(f"drive-{name}") as row, ui.item_section():
         ui.item_label(name)
         ui.item_label(title).props("caption")
     return row
@@ -116,11 +127,13 @@ def _from_file(session: Session, dialog: ui.dialog, picker: ui.upload) -> None:
             dialog.close()
             picker.run_method("pickFiles")
 
-        plain_button("Choose ...", pick, icon="upload_file").tooltip("The browser's window of files; a drop does as well")
+        plain_button("Choose ...", pick, icon="upload_file").tooltip(
+            "The browser's window of files; a drop does as well"
+        )
 
 
 async def _open_path(session: Session, text: str, field: ui.input | None = None) -> bool:
-    """Open a file at a path as it was typed; whether it is open. The message stands beside the field, if there is one."""
+    """Open a file at a path as it was typed; whether it is open. A message stands beside the field, if there is one."""
     error = await _open(session, lambda: opened(_expanded(text)), f"{text} is open")
     if error is None:
         return True
@@ -132,8 +145,6 @@ async def _open_path(session: Session, text: str, field: ui.input | None = None)
 
 
 def _expanded(text: str) -> str:
-    from pathlib import Path
-
     path = Path(text)
     try:
         path = path.expanduser()
@@ -141,7 +152,7 @@ def _expanded(text: str) -> str:
         raise ModelError("no such user", path=text, allowed="a whole path") from None
     if not path.is_absolute():
         raise ModelError("is no whole path", path=text, allowed="a path from the root on, or from ~")
-    return str(path) if path.suffix else text
+    return str(path)
 
 
 def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
@@ -158,6 +169,13 @@ def _recent(session: Session, dialog: ui.dialog, paths: list[str]) -> None:
 
 
 # files of the browser -------------------------------------------------------------------------------------------------
+
+
+def _receiver_of(session: Session) -> ui.upload:
+    if session not in _RECEIVERS:
+        _RECEIVERS[session] = _receiver(session)
+        ui.context.client.on_delete(lambda: _RECEIVERS.pop(session, None))
+    return _RECEIVERS[session]
 
 
 def _receiver(session: Session) -> ui.upload:

@@ -30,7 +30,8 @@ async def recent_files() -> list[str]:
     """Paths of the list, the newest first; what is no text is left out."""
     try:
         found = await ui.run_javascript(
-            f"try {{ return JSON.parse(localStorage.getItem('{_KEY}') || '[]') }} catch {{ return [] }}", timeout=_ANSWER
+            f"try {{ return JSON.parse(localStorage.getItem('{_KEY}') || '[]') }} catch {{ return [] }}",
+            timeout=_ANSWER,
         )
     except TimeoutError:
         return []

@@ -65,5 +65,5 @@ def _table(lines: Sequence[tuple[str, str]]) -> None:
         {"name": "what", "label": "in the file", "field": "what", "align": "left"},
         {"name": "became", "label": "in the model", "field": "became", "align": "left"},
     ]
-    rows = [{"what": what, "became": became} for what, became in lines]
-    ui.table(columns=columns, rows=rows, row_key="what").props("dense flat wrap-cells hide-pagination").classes("w-full")
+    rows = [{"id": i, "what": what, "became": became} for i, (what, became) in enumerate(lines)]
+    ui.table(columns=columns, rows=rows, row_key="id").props("dense flat wrap-cells hide-pagination").classes("w-full")

@@ -1,8 +1,9 @@
-"""Save, save as and download: a file of this machine at a typed path, never lost and never half written."""
+"""Save and save as: a file of this machine at a typed path, never lost and never half written."""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,7 @@ from nicegui import ui
 from ...errors import ModelError
 from ..state.replay import file_name_of
 from ..state.state import opened
-from ..state.written_text import text_of
-from .parts import give, heard, icon_button, on_key, plain_button, present, refused, rename, window
+from .parts import heard, icon_button, on_key, plain_button, present, refused, rename, show_model, window
 from .recent import remember
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ __all__ = ["save_buttons"]
 
 
 def save_buttons(session: Session) -> None:
-    """A button that saves to the file that is open, and a menu: save as, download. Ctrl+S saves."""
+    """Buttons that save to the file that is open, or to another one. Ctrl+S saves."""
     save_as = _save_as(session)
 
     async def save() -> None:
@@ -38,15 +38,13 @@ def save_buttons(session: Session) -> None:
 
     with ui.row().classes("items-center no-wrap q-gutter-none"):
         button = icon_button("save", "Save", save)
-        with icon_button("arrow_drop_down", "Save as, download", lambda: None), ui.menu().props("auto-close"):
-            ui.menu_item("Save as ...", save_as)
-            ui.menu_item("Download the model (.toml)", lambda: _download(session))
+        icon_button("save_as", "Save as", save_as)
 
     def show(_: object = None) -> None:
         state = present(session)
         where = "Save as a file" if state is None or state.path is None else f"Save to {state.path}"
         unsaved = bool(getattr(session, "unsaved", False))
-        rename(button, f"{where}{': there are unsaved changes' if unsaved else ''}")
+        rename(button, "Save", f"{where}; there are unsaved changes" if unsaved else where)
         button.props(add="color=warning" if unsaved else "", remove="" if unsaved else "color")
 
     on_key("s", save, in_text=True)
@@ -66,17 +64,7 @@ async def _write(session: Session, path: Path, *, force: bool) -> bool:
     return True
 
 
-async def _download(session: Session) -> None:
-    state = present(session)
-    if state is not None:
-        try:
-            text = await asyncio.to_thread(text_of, state)
-        except ModelError as error:
-            return refused(error)
-        give(text, file_name_of(state), "application/toml")
-
-
-def _changed(session: Session, path: Path, save_as: object) -> None:
+def _changed(session: Session, path: Path, save_as: Callable[[], None]) -> None:
     """Ask what becomes of a file that somebody else has changed since it was opened."""
     with window("The file has changed on disk", width=560) as dialog:
         ui.label(f"{path} is not as it was opened or saved here: another program has written it.")
@@ -91,8 +79,7 @@ def _changed(session: Session, path: Path, save_as: object) -> None:
 
         def other() -> None:
             dialog.close()
-            if callable(save_as):
-                save_as()
+            save_as()
 
         with ui.row().classes("w-full justify-end"):
             plain_button("Save as another file", other)
@@ -107,11 +94,11 @@ async def _reopen(session: Session, path: Path) -> None:
         state: State = await asyncio.to_thread(opened, path)
     except ModelError as error:
         return refused(error)
-    await session.open(state)
+    show_model(session, state, ui.context.client.layout)
     ui.notify("The file is read again; undo brings your model back.")
 
 
-def _save_as(session: Session) -> object:
+def _save_as(session: Session) -> Callable[[], None]:
     """The window of save as; it is built when it is first asked for, and keeps what was typed."""
 
     def open_window() -> None:
@@ -120,7 +107,11 @@ def _save_as(session: Session) -> object:
             return
         with window("Save as", width=560) as dialog:
             proposed = state.path or Path.cwd() / file_name_of(state)
-            field = ui.input("File on this machine", value=str(proposed)).classes("w-full").props("autofocus spellcheck=false")
+            field = (
+                ui.input("File on this machine", value=str(proposed))
+                .classes("w-full")
+                .props("autofocus spellcheck=false")
+            )
             over = ui.checkbox("Overwrite the file that is there").classes("hidden")
 
             async def save() -> None:

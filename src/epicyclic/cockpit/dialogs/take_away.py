@@ -14,13 +14,14 @@ from ..state.replay import command_line, file_name_of, script
 from ..state.state import request_of
 from ..state.written_text import text_of
 from .figure_of import VERBS, figure_of, figures
-from .parts import copy, give, heard, icon_button, plain_button, present, refused, safe_name, window
+from .parts import copy, give, icon_button, plain_button, present, refused, safe_name, window
+from .report_job import ReportJob, line
 
 if TYPE_CHECKING:
     from ..processes.session import Session
     from ..state.state import State
 
-__all__ = ["take_away_button"]
+__all__ = ["bytes_of_picture", "take_away_button"]
 
 _TYPES = {
     "nc": "application/x-netcdf",
@@ -29,6 +30,7 @@ _TYPES = {
 }
 # [px] of a picture, as the figures of `--figure` have; raster with two dots a point
 _WIDTH, _HEIGHT, _DOTS = 900, 420, 2
+_CODE = "font-family: monospace; white-space: pre-wrap; overflow-wrap: anywhere; overflow: auto; max-height: 6rem"
 # [s] a browser may take to draw a large figure
 _DRAWN = 30.0
 
@@ -44,21 +46,13 @@ def take_away_button(session: Session) -> None:
             _model(state)
             _results(session, state)
             _figures(session, state)
-            _report(session, state)
+            report.line()
             _words("Command line", "verb", command_line(state), state)
             _script(state)
         dialog.on("hide", dialog.delete)
         dialog.open()
 
-    plain_button("Take away", show, icon="download")
-
-
-def _line(heading: str) -> ui.row:
-    """A line of the window with its heading."""
-    row = ui.row().classes("w-full items-center no-wrap")
-    with row:
-        ui.label(heading).classes("text-subtitle2").style("width: 7.5rem; flex: none")
-    return row
+    report = ReportJob(session, plain_button("Take away", show, icon="download"))
 
 
 def _model(state: State) -> None:
@@ -69,14 +63,14 @@ def _model(state: State) -> None:
             return refused(error)
         give(text, file_name_of(state), "application/toml")
 
-    with _line("Model"):
+    with line("Model"):
         plain_button("Model file (.toml)", save, icon="description")
         ui.label("with comments, and with what was set on the page").classes("text-caption")
 
 
 def _results(session: Session, state: State) -> None:
     """Dataset of a verb in three formats."""
-    with _line("Results"):
+    with line("Results"):
         verb = ui.select(list(VERBS), value="sharing", label="of").props("dense options-dense").style("width: 9rem")
         for kind in _TYPES:
 
@@ -93,9 +87,14 @@ def _results(session: Session, state: State) -> None:
 def _figures(session: Session, state: State) -> None:
     """A figure of the report, drawn by the browser."""
     options = {f"{verb}/{name}": f"{verb}: {name}" for verb, names in figures().items() for name in names}
-    with _line("Figure"):
-        chosen = ui.select(options, value="sweep/sweep").props('dense options-dense aria-label="Figure"').style("width: 14rem")
-        for kind in ("svg", "png"):
+    media = {"svg": "image/svg+xml", "png": "image/png"}
+    with line("Figure"):
+        chosen = (
+            ui.select(options, value="sweep/sweep")
+            .props('dense options-dense aria-label="Figure"')
+            .style("width: 14rem")
+        )
+        for kind in media:
 
             async def save(kind: str = kind) -> None:
                 verb, _, name = str(chosen.value).partition("/")
@@ -103,10 +102,13 @@ def _figures(session: Session, state: State) -> None:
                 if figure is not None:
                     content = await _drawn(figure, kind)
                     if content is not None:
-                        give(content, safe_name(f"{_stem(state)}-{name}", f".{kind}"), f"image/{kind}{'+xml' * (kind == 'svg')}")
+                        give(
+                            content,
+                            safe_name(f"{_stem(state)}-{name}", f".{kind}"),
+                            media[kind],
+                        )
 
             _busy(kind.upper(), save)
-    ui.label("").classes("hidden")
 
 
 async def _drawn(figure: dict[str, Any], kind: str) -> bytes | None:
@@ -128,10 +130,10 @@ async def _drawn(figure: dict[str, Any], kind: str) -> bytes | None:
         return None
     finally:
         hidden.delete()
-    return _bytes_of(str(uri))
+    return bytes_of_picture(str(uri))
 
 
-def _bytes_of(uri: str) -> bytes | None:
+def bytes_of_picture(uri: str) -> bytes | None:
     """Content of a data URI of a picture; None where it is none."""
     from urllib.parse import unquote_to_bytes
 
@@ -142,69 +144,31 @@ def _bytes_of(uri: str) -> bytes | None:
     return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
 
 
-def _report(session: Session, state: State) -> None:
-    """The HTML report, a job with its progress."""
-    with _line("Report") as row:
-        start = plain_button("HTML report", lambda: None, icon="article")
-        bar = ui.linear_progress(0, show_value=False, size="8px").classes("col").props('aria-label="Progress of the report"')
-        words = ui.label("all that the model allows, in one file; a minute or so").classes("text-caption")
-        cancel = plain_button("Cancel", lambda: None)
-    running: dict[str, Any] = {}
-
-    def show(_: object = None) -> None:
-        job = running.get("job")
-        busy = job is not None and job.status in ("waits", "runs")
-        start.set_visibility(not busy)
-        bar.set_visibility(busy)
-        cancel.set_visibility(busy)
-        if job is None:
-            return
-        if busy:
-            bar.set_value(job.progress)
-            left = f", {job.remaining:.0f} s left" if job.remaining is not None else ""
-            words.set_text(f"{job.progress:.0%}{left}" if job.status == "runs" else "waits for another job")
-        elif running.pop("job", None) is not None:
-            words.set_text(job.message or {"done": "done", "cancelled": "cancelled"}.get(job.status, job.status))
-            if job.status == "done" and job.dataset_path is not None:
-                ui.download.file(job.dataset_path, safe_name(_stem(state), "-report.html"), "text/html")
-
-    def begin() -> None:
-        try:
-            running["job"] = session.jobs.start("html", {})
-        except ModelError as error:
-            return refused(error)
-        show()
-
-    def stop() -> None:
-        if (job := running.get("job")) is not None:
-            job.cancel()
-
-    start.on_click(begin)
-    cancel.on_click(stop)
-    heard(session, row, jobs=show)
-    show()
-
-
 def _words(heading: str, label: str, text: str, state: State) -> None:
     """The command line of a verb, with a button that copies it."""
-    with _line(heading):
+    with line(heading):
         verb = ui.select(["report", *VERBS], value="report").props(f'dense options-dense aria-label="{label}"')
         verb.style("width: 8rem")
-        shown = ui.code(text, language="bash").classes("col cockpit-command")
+        # a label, since what shows code with colours goes through Markdown, and a model may hold anything
+        shown = ui.label(text).classes("col cockpit-command").style(_CODE)
 
         def change() -> None:
-            shown.set_content(command_line(state, verb=str(verb.value)))
+            shown.set_text(command_line(state, verb=str(verb.value)))
 
         verb.on_value_change(change)
-        icon_button("content_copy", "Copy the command line", lambda: copy(shown.content, "Command line"))
+        icon_button("content_copy", "Copy the command line", lambda: copy(shown.text, "Command line"))
+    if state.drive is None and state.path is None:
+        ui.label("The command and the script read the model file: download it into their folder.").classes(
+            "text-caption"
+        )
 
 
 def _script(state: State) -> None:
     """The Python script that gives the same numbers."""
     text = script(state)
-    with _line("Python"):
+    with line("Python"):
         with ui.expansion("Script").classes("col").props("dense"):
-            ui.code(text, language="python").classes("w-full").style("max-height: 16rem; overflow: auto")
+            ui.label(text).classes("w-full").style(f"{_CODE}; max-height: 16rem")
         icon_button("content_copy", "Copy the script", lambda: copy(text, "Script"))
         icon_button(
             "download", "Download the script", lambda: give(text, safe_name(_stem(state), ".py"), "text/x-python")

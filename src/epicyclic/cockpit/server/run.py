@@ -20,10 +20,12 @@ PORT = 8765  # 8080 and 8000 are what other development servers take first
 _MORE_PORTS = 20  # tried where the port is taken: as many cockpits at once
 _HOST = "127.0.0.1"
 _WAITING = 64  # connections that wait to be accepted: a page asks for some twenty files at once
-_LARGEST_MESSAGE = 4_500_000  # [byte] of a websocket: a model file of 4 MB as text in an editor
+# [byte] of a message of the page: a model file of 4 MB as text in an editor, a figure drawn for printing
+_LARGEST_MESSAGE = 8_000_000
 _LAST_WORDS = 2  # [s] that answers which are being sent have when the server ends
 # [s] a tab may be away before its session ends: a reload, a network that hiccups; a closed tab stops computing then
 _AWAY = 4.0
+_KEPT_MESSAGES = 200  # of a tab, sent again after a hiccup: what a drag says while it is away, not 25 MB of frames
 
 
 def serve(source: str | Path | None, *, port: int | None, browser: bool, tell: Callable[[str], None]) -> None:
@@ -101,7 +103,7 @@ def _serve_application(
     state: State | None, listening: socket.socket, passes: Passes, ready: Callable[[], None]
 ) -> None:
     from fastapi import FastAPI
-    from nicegui import ui
+    from nicegui import core, ui
     from uvicorn import Config, Server
 
     from .guard import Guard
@@ -121,9 +123,11 @@ def _serve_application(
         dark=None,
         language="en-US",
         reconnect_timeout=_AWAY,
+        message_history_length=_KEPT_MESSAGES,
         show_welcome_message=False,
         binding_refresh_interval=None,  # nothing of the page is bound: an idle page costs nothing
     )
+    core.sio.eio.max_http_buffer_size = _LARGEST_MESSAGE  # of websockets too, whatever its name
     config = Config(
         Guard(outer, port=int(listening.getsockname()[1]), passes=passes),
         ws="wsproto",

@@ -1,0 +1,331 @@
+"""The cockpit as a person uses it: one server in a process of its own, a real browser."""
+
+from __future__ import annotations
+
+import http.server
+import re
+import threading
+import time
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.app.cockpit_driver import Cockpit, Tab, launched, running, start
+
+pytestmark = pytest.mark.browser
+
+# [s] after which nothing of a closed tab may compute any more
+STOPPED = 10.0
+QUIET = 0.03  # share of a core that an idle server may take, its pings included
+
+
+@pytest.fixture(scope="module")
+def cockpit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
+    with running(tmp_path_factory.mktemp("cockpit"), "ren2021") as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with launched() as started:
+        yield started
+
+
+@pytest.fixture
+def context(browser: Any) -> Iterator[Any]:
+    made = browser.new_context(viewport={"width": 1280, "height": 800}, accept_downloads=True)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def tab(context: Any, cockpit: Cockpit) -> Iterator[Tab]:
+    opened = Tab(context, cockpit.address)
+    yield opened
+    assert opened.errors() == []
+
+
+def lever(tab: Tab, index: int = 0) -> Any:
+    """A slider that takes keys."""
+    return tab.page.locator("[data-lever] [role=slider]").nth(index)
+
+
+def nudge(tab: Tab, times: int = 8) -> None:
+    """Move a slider by so many keys."""
+    lever(tab).focus()
+    for _ in range(times):
+        tab.page.keyboard.press("ArrowRight")
+
+
+def box(tab: Tab, index: int = 0) -> Any:
+    """The number box of a lever."""
+    return tab.page.locator("[data-lever] input").nth(index)
+
+
+def answers(tab: Tab) -> dict[str, str]:
+    lines = tab.page.locator("[data-answer]")
+    return {lines.nth(i).get_attribute("data-answer"): lines.nth(i).inner_text() for i in range(lines.count())}
+
+
+def test_the_first_thing_on_the_page_is_the_answer(tab: Tab) -> None:
+    tab.page.locator("[data-answer]").nth(4).wait_for()
+    found = answers(tab)
+    assert list(found) == ["resonance", "planet", "float", "error", "relief"]
+    assert all(re.search(r"\d", found[key]) for key in ("resonance", "planet", "float", "error"))
+    assert tab.page.get_by_text("No strength rating").first.is_visible()
+    tab.page.locator("[data-lever]").nth(4).wait_for()
+    # without scrolling: answers, drawing and curve
+    for place in ("[data-answer=relief]", "[data-kind=train]", "[data-kind=sweep]"):
+        seen = tab.page.locator(place).first.bounding_box()
+        assert seen["y"] >= 0
+        assert seen["y"] + seen["height"] <= 800
+        assert seen["x"] + seen["width"] <= 1280
+
+
+def test_a_slider_moves_the_curve(tab: Tab) -> None:
+    curve = tab.page.locator("[data-kind=sweep]").first
+    before, rev, shown = curve.screenshot(), tab.rev, int(curve.get_attribute("data-rev"))
+    nudge(tab)
+    tab.painted(rev)
+    tab.page.wait_for_function(
+        "rev => Number(document.querySelector('[data-kind=sweep]').dataset.rev) > rev", arg=shown
+    )
+    assert curve.screenshot() != before
+
+
+def test_a_refused_value_leaves_the_curve_and_says_what_is_allowed(tab: Tab) -> None:
+    rev = tab.rev
+    good = box(tab).input_value()
+    box(tab).fill("-5")
+    box(tab).press("Enter")
+    message = tab.page.locator("[role=alert]:visible").filter(has_text=re.compile("allowed|above|least|positive"))
+    message.first.wait_for()
+    assert tab.page.locator("[data-kind=sweep]").first.is_visible()
+    assert tab.rev <= rev  # the last good curve stays
+    box(tab).fill(good)
+    box(tab).press("Enter")
+    tab.page.wait_for_function("() => [...document.querySelectorAll('[role=alert]')].every(e => !e.offsetParent)")
+    tab.painted(rev)
+
+
+def test_undo_goes_through_everything(tab: Tab) -> None:
+    undo, redo = tab.page.get_by_label(re.compile("^Undo")), tab.page.get_by_label(re.compile("^Redo"))
+    first = box(tab).input_value()
+    nudge(tab)
+    tab.painted(tab.rev - 1)
+    second = changed(tab, first)
+    undo.click()
+    assert changed(tab, second) == first
+    redo.click()
+    assert changed(tab, first) == second
+
+
+def changed(tab: Tab, before: str) -> str:
+    """Value of the first number box once it is another one."""
+    end = time.monotonic() + 10
+    while time.monotonic() < end:
+        now = str(box(tab).input_value())
+        if now != before:
+            return now
+        time.sleep(0.05)
+    raise AssertionError(f"still {before}")
+
+
+def test_a_job_runs_and_is_cancelled_while_a_slider_answers(tab: Tab) -> None:
+    job = tab.page.locator("[data-job=tolerance]")
+    reveal(tab, "tolerance")
+    job.get_by_role("button", name="Run").click()
+    cancel = job.get_by_role("button", name="Cancel")
+    cancel.wait_for()
+    rev = tab.rev
+    lever(tab).focus()
+    started = time.monotonic()
+    tab.page.keyboard.press("ArrowRight")
+    tab.painted(rev)
+    assert time.monotonic() - started < 3.0
+    cancel.click()
+    job.get_by_role("button", name="Run").wait_for()
+
+
+def reveal(tab: Tab, name: str) -> None:
+    """Open the part of the evidence in which a job stands."""
+    part = tab.page.get_by_role("tab", name=re.compile(name, re.IGNORECASE))
+    if part.count():
+        part.first.click()
+
+
+def test_pin_and_compare(tab: Tab) -> None:
+    tab.page.get_by_role("button", name="Pin A", exact=True).click()
+    rev = tab.rev
+    nudge(tab)
+    tab.painted(rev)
+    tab.page.get_by_role("button", name="Compare", exact=True).click()
+    table = tab.page.get_by_label("Differences of model and results")
+    table.wait_for()
+    assert table.get_by_role("row").count() > 1
+
+
+@contextmanager
+def another_site(link: str) -> Iterator[str]:
+    """A page of another origin with a link, a frame and a picture of the cockpit."""
+
+    class Handler(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            page = f"<a href='{link}'>the train</a><iframe src='{link}'></iframe><img src='{link}'>".encode()
+            self.send_response(200)
+            self.send_header("content-type", "text/html")
+            self.send_header("content-length", str(len(page)))
+            self.end_headers()
+            self.wfile.write(page)
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield f"http://localhost:{server.server_port}/"
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Cockpit, browser: Any) -> None:
+    from epicyclic.cockpit.state.links import fragment_of
+    from epicyclic.cockpit.state.state import opened, with_value
+
+    state = with_value(opened("lin1999-n4"), "title", "the linked train")
+    link = f"{cockpit.origin}/#{fragment_of(state)}"
+    with another_site(link) as address:
+        tab.page.goto(address)
+        frame = tab.page.frame_locator("iframe")
+        assert frame.locator("[data-kind]").count() == 0
+        tab.page.get_by_role("link").click()
+        tab.painted()
+        assert "#" not in tab.page.url
+        tab.page.get_by_text("lin1999-n4").first.wait_for()
+        stranger = browser.new_context()  # a browser that was never let in
+        page = stranger.new_page()
+        page.goto(address)
+        page.get_by_role("link").click()
+        page.get_by_text("not known here").wait_for()
+        stranger.close()
+    tab.said.clear()  # the frame was refused, as it should
+
+
+def test_two_tabs_are_apart(tab: Tab, context: Any, cockpit: Cockpit) -> None:
+    other = Tab(context, cockpit.address)
+    before = box(other).input_value()
+    rev, quiet = tab.rev, other.rev
+    nudge(tab)
+    tab.painted(rev)
+    time.sleep(0.5)
+    assert box(other).input_value() == before
+    assert other.rev == quiet
+    other.page.close()
+
+
+def test_a_state_is_saved_downloaded_and_reopened(tmp_path: Path, browser: Any) -> None:
+    from epicyclic.cockpit.state.state import opened
+
+    path = tmp_path / "box.toml"
+    path.write_text(opened("ren2021").base, encoding="utf-8")
+    with running(tmp_path, str(path)) as own:
+        context = browser.new_context(viewport={"width": 1280, "height": 800}, accept_downloads=True)
+        tab = Tab(context, own.address)
+        before = path.read_text("utf-8")
+        rev = tab.rev
+        nudge(tab)
+        tab.painted(rev)
+        time.sleep(0.5)
+        tab.page.get_by_role("button", name="Save", exact=True).click()
+        end = time.monotonic() + 10
+        while path.read_text("utf-8") == before and time.monotonic() < end:
+            time.sleep(0.05)
+        saved = path.read_text("utf-8")
+        assert tomllib.loads(saved) != tomllib.loads(before)
+        tab.page.get_by_role("button", name="Take away").click()
+        with tab.page.expect_download() as download:
+            tab.page.get_by_role("button", name="Model file (.toml)").click()
+        taken = tmp_path / "taken.toml"
+        download.value.save_as(taken)
+        assert tomllib.loads(taken.read_text("utf-8")) == tomllib.loads(saved)
+        tab.page.keyboard.press("Escape")
+        rev = tab.rev
+        tab.page.locator("input[type=file]").first.set_input_files(str(taken))
+        tab.painted(rev)
+        # what another program wrote meanwhile is not overwritten unasked
+        context.close()
+
+
+def test_an_upload_that_is_too_large_is_refused(tab: Tab, tmp_path: Path) -> None:
+    path = tmp_path / "large.toml"
+    path.write_bytes(b"#" * 5_000_000)
+    rev = tab.rev
+    tab.page.locator("input[type=file]").first.set_input_files(str(path))
+    tab.page.get_by_text(re.compile("^Not opened")).first.wait_for()
+    assert tab.rev == rev
+
+
+def test_a_closed_tab_stops_its_jobs(context: Any, cockpit: Cockpit) -> None:
+    tab = Tab(context, cockpit.address)
+    reveal(tab, "tolerance")
+    tab.page.locator("[data-job=tolerance]").get_by_role("button", name="Run").click()
+    tab.page.locator("[data-job=tolerance]").get_by_role("button", name="Cancel").wait_for()
+    time.sleep(1.0)
+    assert len(cockpit.processes()) > 2  # the server, the warm process, the job
+    tab.page.close()
+    time.sleep(STOPPED - 2.0)
+    before = cockpit.seconds()
+    time.sleep(2.0)
+    after = cockpit.seconds()
+    assert sum(after[pid] - before.get(pid, 0.0) for pid in after) < 2.0 * QUIET * 2
+
+
+def test_a_restart_gives_the_state_back(tmp_path: Path, browser: Any) -> None:
+    server = start(tmp_path, "ren2021")
+    context = browser.new_context(viewport={"width": 1280, "height": 800})
+    try:
+        tab = Tab(context, server.address)
+        first = box(tab).input_value()
+        nudge(tab)
+        value = changed(tab, first)
+        time.sleep(1.0)
+    finally:
+        server.stop()
+    again = start(tmp_path, "ren2021", port=server.port)
+    try:
+        tab.page.wait_for_function("window.cockpit?.painted?.rev >= 0", timeout=40_000)
+        end = time.monotonic() + 20
+        while box(tab).input_value() != value and time.monotonic() < end:
+            time.sleep(0.1)
+        assert box(tab).input_value() == value
+        context.close()
+    finally:
+        again.stop()
+
+
+def test_the_wizard_ends_in_a_curve(context: Any, tmp_path: Path) -> None:
+    with running(tmp_path, None) as server:
+        tab = Tab(context, server.address, wait=False)
+        tab.page.get_by_role("button", name="New train").first.click()
+        for label, text in {
+            "Teeth sun/planet/ring": "21/39/99",
+            "Planets": "3",
+            "Normal module": "10 mm",
+            "Helix angle": "7.5 deg",
+            "Face width": "200 mm",
+            "Power of the sun": "750 kW",
+            "Speed of the sun": "1000 rpm",
+        }.items():
+            field = tab.page.get_by_role("dialog").get_by_label(re.compile(rf"^{label}( \[.*)?$")).first
+            field.fill(text)
+            field.press("Tab")
+        tab.page.get_by_role("dialog").get_by_role("button", name="Create").click()
+        tab.painted()
+        curve = tab.page.locator("[data-kind=sweep]").first
+        assert int(curve.get_attribute("data-rev")) >= 0
+        assert tab.errors() == []
