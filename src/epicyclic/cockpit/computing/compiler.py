@@ -35,7 +35,9 @@ def compile_aside(module: str, function: str) -> threading.Thread | None:
         return None
     _started.set()
     load: Callable[[], None] = getattr(sys.modules[module], function)
-    thread = threading.Thread(target=_compile, args=(f"from {module} import {function}; {function}()", load), daemon=True)
+    thread = threading.Thread(
+        target=_compile, args=(f"from {module} import {function}; {function}()", load), daemon=True
+    )
     thread.start()
     return thread
 

@@ -51,6 +51,20 @@ class _Model:
     axis: SpeedAxis | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Missing:
+    """What is not computed: for which pane, why, and the path in the model file that it is about."""
+
+    pane: str
+    text: str
+    path: str
+
+    @property
+    def check(self) -> dict[str, str]:
+        """An entry of ``head["checks"]``."""
+        return {"level": "warn", "code": "not-computed", "text": self.text, "path": self.path}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Parts:
     """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks."""
@@ -61,7 +75,7 @@ class _Parts:
     errors: ErrorView | None = None
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
-    missing: tuple[dict[str, str], ...] = ()
+    missing: tuple[_Missing, ...] = ()
 
 
 class _Stopped(Exception):
@@ -140,7 +154,7 @@ def _model(request: Request) -> _Model:
     )
 
 
-def _attempt(what: str, compute_it: Callable[[], Found], missing: list[dict[str, str]]) -> Found | None:
+def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: list[_Missing]) -> Found | None:
     """A result, or None and why it is missing: what cannot be computed leaves the rest of the page alone."""
     try:
         return compute_it()
@@ -156,19 +170,23 @@ def _attempt(what: str, compute_it: Callable[[], Found], missing: list[dict[str,
 
 def _live_parts(model: _Model) -> _Parts:
     """The live set."""
-    train, system, missing = model.train, model.system, list[dict[str, str]]()
+    train, system, missing = model.train, model.system, list[_Missing]()
     if system is None:
         return _Parts()
-    modes = _attempt("modes", lambda: mode_view(train, system, model.labels), missing)
-    shared = _attempt("load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
+    modes = _attempt("modes", "modes", lambda: mode_view(train, system, model.labels), missing)
+    shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
     twin = None if shared is None else twin_of(train, shared)
-    errors = None if shared is None else _attempt("share of the errors", lambda: error_view(train, system), missing)
+    errors = (
+        None
+        if shared is None
+        else _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
+    )
     compiled = compiler_ready() if model.request.compiled is None else model.request.compiled
-    ready = _attempt("forces over speed", lambda: speed_model(system, compiled=compiled), missing)
+    ready = _attempt("sweep", "forces over speed", lambda: speed_model(system, compiled=compiled), missing)
     curves = None
     if ready is not None:
         effort = efforts(ready).live
-        curves = _attempt("forces over speed", lambda: force_curves(ready, effort), missing)
+        curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
     return _Parts(
         modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
     )
@@ -190,6 +208,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     for part in (_sharing_part(model, parts), _errors_part(model, parts), _sweep_part(model, parts)):
         head |= part[0]
         arrays |= part[1]
+    head["missing"] = {one.pane: one.text for one in parts.missing}
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),
         "computed_ms": 1e3 * (time.perf_counter() - start),
@@ -199,19 +218,19 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
 
 def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
     """The frames of a state at rest, after the live one."""
-    system, missing = model.system, list[dict[str, str]]()
+    system, missing = model.system, list[_Missing]()
     if system is None:
         return
     ready = parts.ready
     if ready is not None and parts.curves is not None:
         wanted = efforts(ready)
-        curves = _attempt("forces over speed", lambda: force_curves(ready, wanted.full, pause=pause), missing)
+        curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, wanted.full, pause=pause), missing)
         if curves is not None:
             parts = replace(parts, curves=curves)
             yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
         if wanted.shafts is not None:
             shafts = wanted.shafts
-            curves = _attempt("forces over speed", lambda: force_curves(ready, shafts, pause=pause), missing)
+            curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, shafts, pause=pause), missing)
             if curves is not None:
                 parts = replace(parts, curves=curves)
                 yield _part_frame(model, parts, "sweep", _sweep_part(model, parts))
@@ -219,7 +238,7 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
         yield _part_frame(model, parts, "errors", _errors_part(model, parts))
     if parts.sharing is not None:
         shared = parts.sharing
-        whole = _attempt("load sharing", lambda: _whole_sharing(system, shared, pause), missing)
+        whole = _attempt("sharing", "load sharing", lambda: _whole_sharing(system, shared, pause), missing)
         parts = replace(parts, sharing=whole or shared)
         yield _part_frame(model, parts, "sharing", _sharing_part(model, parts), full=True)
 
@@ -280,12 +299,12 @@ def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
     try:
         from ..answers import answers, checks
     except ImportError:
-        return {"checks": list(parts.missing)}
+        return {"checks": [one.check for one in parts.missing]}
     given = _given(model, parts)
     errors = {"errors": _with_arrays(_errors_part(model, parts), "errors")} if full else {}
     found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given, **errors)
     stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
-    return {"answers": [_table(one) for one in found], "checks": [*stated, *parts.missing]}
+    return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
 
 
 def _given(model: _Model, parts: _Parts) -> dict[str, Any]:

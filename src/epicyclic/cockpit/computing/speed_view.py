@@ -28,7 +28,7 @@ __all__ = ["Effort", "Efforts", "ForceCurves", "SpeedModel", "efforts", "force_c
 _ACCEPTED = 100.0
 # Speeds while a lever moves, at rest and with shaft orders, by the number of mesh frequencies that combine: with two
 # a speed takes 2 ms and with shaft orders 20 ms.
-_POINTS = {1: (120, 200, 60), 2: (40, 120, 24), 3: (120, 200, 0)}
+_POINTS = {1: (120, 200, 60), 2: (48, 120, 60), 3: (120, 200, 0)}
 # Mesh frequencies that are solved together: with three a speed takes half a second, and they are solved one at a time.
 _TOGETHER = 2
 # Curves that are drawn strong: more are not told apart.  Curves that differ by less than this part of the largest

@@ -217,6 +217,13 @@ def test_an_error_is_named_as_it_was_overridden() -> None:
     assert given.head["errors"]["rows"][0]["path"] == "deviations.main.carrier.run_out"
 
 
+@pytest.mark.parametrize("drive", ["encased-differential", "ren2021"])
+def test_the_colour_of_a_mesh_is_its_mean_over_the_hunting_period(drive: str) -> None:
+    (frame,) = frames_of(drive)
+    exact = mean_loads(assemble(load(drive)))[0]
+    np.testing.assert_allclose(frame.arrays["meshes/load"], exact, rtol=1e-6)
+
+
 def test_without_deviations_the_load_is_shared_equally() -> None:
     (frame,) = frames_of("xu2020")
     np.testing.assert_allclose(frame.arrays["sharing/coefficient"], 1.0, atol=1e-6)
@@ -239,6 +246,8 @@ def test_what_is_missing_is_said_and_the_rest_is_there(overrides: dict[str, obje
     said = [check for check in frame.head["checks"] if check["code"] == "not-computed"]
     assert {check["path"] for check in said} == {path}
     assert all(check["text"] and check["level"] == "warn" for check in said)
+    assert set(frame.head["missing"].values()) == {check["text"] for check in said}
+    assert not set(frame.head["missing"]) & kept
 
 
 @pytest.mark.parametrize(
