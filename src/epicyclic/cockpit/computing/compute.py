@@ -301,8 +301,8 @@ def _answers(model: _Model, parts: _Parts, *, full: bool) -> dict[str, Any]:
     except ImportError:
         return {"checks": [one.check for one in parts.missing]}
     given = _given(model, parts)
-    errors = {"errors": _with_arrays(_errors_part(model, parts), "errors")} if full else {}
-    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given, **errors)
+    given["errors"] = _with_arrays(_errors_part(model, parts), "errors")
+    found = (answers.full_answers if full else answers.live_answers)(model.train, model.system, **given)
     stated = [_table(one) for one in checks.checks_of(model.train, model.system)]
     return {"answers": [_table(one) for one in found], "checks": [*stated, *(one.check for one in parts.missing)]}
 
