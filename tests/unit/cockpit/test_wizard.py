@@ -135,3 +135,4 @@ def test_the_window_makes_a_model_and_keeps_what_was_typed() -> None:
     source, overrides = request_of(session.now)
     assert len(load(source, overrides=overrides).meshes) == 6
     assert "wizard" in session.now.base
+    assert session.unsaved
