@@ -46,4 +46,7 @@ async def until(holds: Callable[[], Any]) -> None:
 
 async def seen(user: User, text: str | None = None, *, marker: str | None = None) -> None:
     """Wait until the page shows a text or a marked element."""
-    await user.should_see(text, marker=marker, retries=80)
+    if text is not None:
+        await user.should_see(text, retries=80)
+    else:
+        await user.should_see(marker=marker, retries=80)
