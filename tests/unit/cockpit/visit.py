@@ -20,12 +20,19 @@ def visit(build: Callable[[Any], None], talk: Talk, session: FakeSession | None 
     """Build a control for a session, of ren2021 unless given, and have a user talk to it."""
     shown = session or FakeSession(opened("ren2021"))
 
+    failures: list[BaseException] = []
+
     async def run() -> None:
         async with user_simulation(root=lambda: build(shown)) as user:
             await user.open("/")
-            await talk(user, shown)
+            try:
+                await talk(user, shown)
+            except Exception as error:  # raised below: the simulation ends by itself only where nothing is raised in it
+                failures.append(error)
 
     asyncio.run(run())
+    if failures:
+        raise failures[0]
     return shown
 
 
